@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Writes an asset as HDF5 with the user-block directory. The only user of libhdf5.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "formats/vps_format.h"
+
+namespace vps {
+
+/// One section's content, C order, little-endian. `bytes` must hold exactly the product of shape and element size.
+struct SectionData {
+  SectionKind kind{};
+  ElementType element{};
+  std::vector<std::uint64_t> shape;
+  std::vector<std::byte> bytes;
+};
+
+struct WriteError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Writes the asset whole or not at all: a unique temporary file beside `path`, fsync, rename. Same input, same bytes.
+/// @return size of the file. [bytes]
+/// @throw WriteError with the reason and what to do.
+std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info, std::span<const SectionData> sections);
+
+}  // namespace vps

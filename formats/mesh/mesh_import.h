@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Reads a mesh file into triangles. The only user of assimp, which runs in a child process.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "formats/triangle_mesh.h"
+
+namespace vps {
+
+struct ImportOptions {
+  double unit = 1.0;                              ///< metres per unit of the file's numbers. [Limits: value > 0]
+  std::size_t memory_limit_bytes = 4ull << 30;    ///< address space of the child process
+  double timeout = 120.0;                         ///< the child is killed after this long. [s]
+};
+
+/// A file that cannot be used. `what()` is "reason; what to do", without the file's name.
+struct ImportError : std::runtime_error {
+  enum class Kind { io, bad_input };  ///< io: missing or unreadable. bad_input: everything else
+  Kind kind;
+  ImportError(Kind kind_in, const std::string& message) : std::runtime_error(message), kind(kind_in) {}
+};
+
+/// Reads a mesh: node transforms and instances applied, points and lines skipped, polygons triangulated (concave ones
+/// by ear clipping), identical positions joined, unused vertices dropped, every index and coordinate checked.
+/// @throw ImportError on anything that is not a usable mesh with at least one triangle.
+[[nodiscard]] TriangleMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
+
+}  // namespace vps

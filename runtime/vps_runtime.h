@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Zlib
+/// @file Maps baked assets into memory and answers contact queries between a pointshell and a voxelmap.
+///
+/// Frames: a query runs in the frame of the asset that plays the voxelmap ("map frame") in float; poses and their
+/// difference are double. Signs: `penetration` is the paper's V(P), positive inside, V = 0 counts as contact.
+/// All queries are const on shared assets, allocate nothing once their Scratch has grown, and never throw.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "formats/vps_format.h"
+
+namespace vps {
+
+struct Vec3 {
+  float x = 0, y = 0, z = 0;
+};
+
+/// Rigid transform, body to world: p_world = rotation * p_body + translation.
+struct Pose {
+  double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major, orthonormal, determinant +1
+  double translation[3] = {0, 0, 0};                 ///< [m]
+};
+
+/// `ok`, or `bad_pose` when not finite or farther than 1e-3 from orthonormal.
+[[nodiscard]] Status check_pose(const Pose& pose) noexcept;
+
+/// first^-1 * second: takes second's body frame to first's body frame.
+[[nodiscard]] Pose relative_pose(const Pose& first, const Pose& second) noexcept;
+
+/// Which stored field answers `penetration`.
+enum class Field : std::uint8_t { none, layers, scaled, real };
+
+/// Read-only view of an asset's voxelmap. Lives as long as its Asset.
+struct VoxelmapView {
+  Field field = Field::none;                ///< finest one stored, unless Asset::voxelmap was asked for another
+  ElementType element{};                    ///< element type of `values`
+  const void* values = nullptr;             ///< the field's bricks
+  const float* gradients = nullptr;         ///< with Field::real: [n,8,8,8,3], metres per voxel step
+  const std::uint32_t* brick_index = nullptr;
+  const std::int16_t* coarse_layers = nullptr;
+  std::uint32_t dims[3] = {};               ///< [vx]
+  std::uint32_t brick_dims[3] = {};         ///< bricks along x, y, z
+  double origin[3] = {};                    ///< lowest corner of voxel (0,0,0), asset frame. [m]
+  float voxel_size = 0;                     ///< s. [m]
+  float lambda = 0;                         ///< 10^-p. [m]
+  float band_inner = 0, band_outer = 0;     ///< [m]
+};
+
+/// Read-only view of an asset's pointshell and point-sphere tree. Lives as long as its Asset.
+struct PointshellView {
+  std::uint32_t points = 0;
+  std::uint32_t nodes = 0;
+  std::uint32_t levels = 0;                        ///< root = 1
+  const float* position[3] = {};                   ///< x, y, z rows, asset frame. [m]
+  const float* inward_normal[3] = {};              ///< [-]
+  const float* area = nullptr;                     ///< [m^2]
+  const float* sphere[4] = {};                     ///< x, y, z, radius rows. [m]
+  const std::uint32_t* children = nullptr;         ///< pairs: first, count
+  const std::uint32_t* parent_point = nullptr;
+  const std::uint32_t* level_offsets = nullptr;    ///< levels + 1 entries
+  float centre_of_mass[3] = {};                    ///< torques are about this point, asset frame. [m]
+  float covering_radius = 0;                       ///< [m]
+};
+
+/// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
+class Asset {
+ public:
+  Asset() = default;
+  Asset(Asset&& other) noexcept;
+  Asset& operator=(Asset&& other) noexcept;
+  Asset(const Asset&) = delete;
+  Asset& operator=(const Asset&) = delete;
+  ~Asset();
+
+  /// Maps a file read-only and validates its directory and every index before it returns. Payload hashes are checked
+  /// only by `verify`. On failure `out` is left empty.
+  [[nodiscard]] static Status open(const char* path, Asset& out) noexcept;
+
+  /// Compares all section hashes with the mapped bytes; reads the whole file.
+  [[nodiscard]] Status verify() const noexcept;
+
+  [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
+  [[nodiscard]] const AssetInfo& info() const noexcept { return directory_.info; }
+  [[nodiscard]] const Directory& directory() const noexcept { return directory_; }
+  [[nodiscard]] bool has_voxelmap() const noexcept;
+  [[nodiscard]] bool has_pointshell() const noexcept;
+
+  /// Fills `out`; `Field::none` picks the finest stored (real, scaled, layers). `missing_part` when there is none.
+  [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none) const noexcept;
+  [[nodiscard]] Status pointshell(PointshellView& out) const noexcept;
+
+ private:
+  void release() noexcept;
+  const std::byte* data_ = nullptr;
+  std::size_t bytes_ = 0;
+  Directory directory_{};
+};
+
+/// Penetration of a point into the voxelmap. Paper: Eq. (4) for layers and scaled, Eq. (5) for real, Sec. 2.2.
+/// Outside the stored narrow band the value is a bound: no nearer to the surface than the truth.
+/// @param point          P, map frame. [m]
+/// @param inward_normal  n, unit length, into the pointshell's body, map frame. [-]
+/// @return V(P) [m], >= 0 inside or on the surface.
+[[nodiscard]] float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept;
+
+/// Upper bound of the true penetration at a point, from layers alone; also far outside the grid. [m]
+[[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
+
+// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.
+struct BoxField {
+  Vec3 half_extents;  ///< centred on the origin. [m]
+};
+struct SphereField {
+  float radius = 0;   ///< centred on the origin. [m]
+};
+struct HalfSpaceField {
+  Vec3 outward_normal{0, 0, 1};  ///< unit
+  float offset = 0;              ///< the solid is outward_normal . p <= offset. [m]
+};
+[[nodiscard]] float penetration(const BoxField& field, Vec3 point) noexcept;
+[[nodiscard]] float penetration(const SphereField& field, Vec3 point) noexcept;
+[[nodiscard]] float penetration(const HalfSpaceField& field, Vec3 point) noexcept;
+
+/// One point of the pointshell in contact, map frame.
+struct Contact {
+  Vec3 position;             ///< of the shell's point. [m]
+  Vec3 inward_normal;        ///< into the pointshell's body, unit. [-]
+  float penetration = 0;     ///< V(P). [m]
+  float area = 0;            ///< [m^2]
+  std::uint32_t point = 0;   ///< index of the point: stable from step to step
+  std::uint32_t node = 0;    ///< segmented traverse: the segment's node. Otherwise the leaf's
+};
+
+/// How Eqs. (2) and (3) weigh a point.
+enum class Weight : std::uint8_t {
+  per_point,  ///< the paper's: sums of V n [m] and P x V n [m^2]; grows with the number of points
+  per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
+};
+
+struct QueryOptions {
+  float contact_distance = 0;        ///< points with V >= -contact_distance become contacts. [Limits: value >= 0] [Units: m]
+  Weight weight = Weight::per_area;
+  std::uint32_t segment_level = 0;   ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
+};
+
+struct QueryResult {
+  double delta = 0;              ///< max V over the points tested [m]; negative: minus the separation, at least this far apart less the errors
+  double force[3] = {};          ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
+  double torque[3] = {};         ///< Eq. (3), about the pointshell's centre of mass, map frame
+  std::uint32_t contacts = 0;    ///< found; more than were written when the status is output_full
+  std::uint32_t nodes_tested = 0;
+  std::uint32_t points_tested = 0;
+};
+
+/// Working memory of one thread. Grows on first use with a shell, never afterwards.
+struct Scratch {
+  std::vector<std::uint32_t> queue;
+  void reserve(const PointshellView& shell);
+};
+
+/// Algorithm 1 of the paper (Sec. 2.3), or its segmented form (Sec. 2.4).
+/// Force and torque sum every point with V >= 0, whatever `out` can hold and whatever the segmentation.
+/// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
+/// @param out           contacts are written here, in tree order
+[[nodiscard]] Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+[[nodiscard]] Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+[[nodiscard]] Status traverse(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+[[nodiscard]] Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+
+}  // namespace vps
