@@ -48,6 +48,8 @@ struct VoxelmapView {
   float voxel_size = 0;                     ///< s. [m]
   float lambda = 0;                         ///< 10^-p. [m]
   float band_inner = 0, band_outer = 0;     ///< [m]
+  float bounds_min[3] = {};                 ///< of the mesh, asset frame. [m]
+  float bounds_max[3] = {};
 };
 
 /// Read-only view of an asset's pointshell and point-sphere tree. Lives as long as its Asset.
@@ -101,13 +103,13 @@ class Asset {
 };
 
 /// Penetration of a point into the voxelmap. Paper: Eq. (4) for layers and scaled, Eq. (5) for real, Sec. 2.2.
-/// Outside the stored narrow band the value is a bound: no nearer to the surface than the truth.
+/// Beyond the narrow band the value has the right sign and never claims more distance than there is.
 /// @param point          P, map frame. [m]
 /// @param inward_normal  n, unit length, into the pointshell's body, map frame. [-]
 /// @return V(P) [m], >= 0 inside or on the surface.
 [[nodiscard]] float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept;
 
-/// Upper bound of the true penetration at a point, from layers alone; also far outside the grid. [m]
+/// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
 
 // Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.
@@ -148,7 +150,8 @@ struct QueryOptions {
 };
 
 struct QueryResult {
-  double delta = 0;              ///< max V over the points tested [m]; negative: minus the separation, at least this far apart less the errors
+  double delta = 0;              ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
+                                 ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
   double force[3] = {};          ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
   double torque[3] = {};         ///< Eq. (3), about the pointshell's centre of mass, map frame
   std::uint32_t contacts = 0;    ///< found; more than were written when the status is output_full

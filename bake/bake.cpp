@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The bake as a list of its stages. Paper: Sec. 2.1.
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstring>
+
+#include "bake/bounding_spheres.h"
+#include "bake/certify.h"
+#include "bake/check.h"
+#include "bake/cluster_points.h"
+#include "bake/mass_properties.h"
+#include "bake/pack_sections.h"
+#include "bake/plan.h"
+#include "bake/sample_pointshell.h"
+#include "bake/vps_bake.h"
+#include "version.h"
+
+namespace vps {
+namespace {
+
+// Announces a stage, and files its time when the next one starts.
+class Stages {
+ public:
+  Stages(const BakeOptions& options, std::vector<StageTime>& times, double total)
+      : options_(options), times_(times), total_(total) {}
+  void start(const char* stage) {
+    stop();
+    if (options_.progress) options_.progress(stage, done_++ / total_);
+    times_.push_back({stage, 0});
+    begin_ = std::chrono::steady_clock::now();
+  }
+  void stop() {
+    if (times_.empty()) return;
+    if (times_.back().seconds == 0) {
+      times_.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+    }
+  }
+
+ private:
+  const BakeOptions& options_;
+  std::vector<StageTime>& times_;
+  const double total_;
+  double done_ = 0;
+  std::chrono::steady_clock::time_point begin_;
+};
+
+void describe_mesh(const Surface& surface, AssetInfo& info) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    info.bounds_min[axis] = surface.bounds_min[static_cast<Eigen::Index>(axis)];
+    info.bounds_max[axis] = surface.bounds_max[static_cast<Eigen::Index>(axis)];
+  }
+  info.triangles = surface.triangles.size();
+  info.vertices = surface.vertices.size();
+  info.surface_area = surface.area;
+  static_assert(sizeof(Vector) == 3 * sizeof(double));
+  const std::uint64_t parts[2] = {hash_bytes(std::as_bytes(std::span(surface.vertices))),
+                                  hash_bytes(std::as_bytes(std::span(surface.triangles)))};
+  info.mesh_hash = hash_bytes(std::as_bytes(std::span(parts)));
+  const MassProperties mass = mass_properties(surface);
+  info.volume = mass.volume;
+  const Eigen::Matrix3d& inertia = mass.inertia;
+  info.inertia = {inertia(0, 0), inertia(1, 1), inertia(2, 2), inertia(0, 1), inertia(0, 2), inertia(1, 2)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    info.centre_of_mass[axis] = mass.centre_of_mass[static_cast<Eigen::Index>(axis)];
+  }
+  const std::string generator = "vpsbake " VPSBAKE_VERSION;
+  std::memcpy(info.generator.data(), generator.data(), std::min(generator.size(), info.generator.size() - 1));
+}
+
+void warn_of_thin_walls(const Surface& surface, double voxel_size, std::vector<std::string>& notes) {
+  const double thinnest = (surface.bounds_max - surface.bounds_min).minCoeff();
+  if (thinnest < 2 * voxel_size) {
+    notes.push_back(fmt::format("the mesh is {:.3g} voxels thick at most along one axis; bodies may pass through it",
+                                thinnest / voxel_size));
+  }
+}
+
+}  // namespace
+
+BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
+  std::vector<std::string> notes;
+  return plan_grid(check_mesh(mesh, notes), options).plan;
+}
+
+BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options) {
+  BakedAsset asset;
+  Stages stages(options, asset.times, options.pointshell ? 9 : 6);
+
+  stages.start("check");
+  const Surface surface = check_mesh(mesh, asset.notes);
+  const GridPlan planned = plan_grid(surface, options);
+  const Grid& grid = planned.grid;
+  describe_mesh(surface, asset.info);
+  warn_of_thin_walls(surface, grid.voxel_size, asset.notes);
+
+  stages.start("voxelize");
+  const SurfaceVoxels voxels = voxelize(surface, grid);
+  stages.start("fill_layers");
+  const InsideRuns runs = fill_inside(surface, grid);
+  stages.start("distance_field");
+  const BandField field = distance_field(surface, grid, runs, options.band * grid.voxel_size);
+  asset.info.voxel_size = grid.voxel_size;
+
+  if (options.voxelmap) {
+    stages.start("coarse_layers");
+    const ClosestPoint closest(surface);
+    const std::vector<std::int16_t> coarse = coarse_layers(closest, grid, runs, field);
+    stages.start("represent");
+    const Representations fields = represent(surface, grid, voxels, field, options, planned.precision);
+    describe_voxelmap(grid, voxels, runs, field, planned.precision, asset.info);
+    stages.start("certify");
+    certify_fields(surface, closest, grid, field, fields, asset.info);
+    pack_voxelmap(grid, field, coarse, fields, asset.sections);
+  }
+  if (options.pointshell) {
+    stages.start("sample_pointshell");
+    const Pointshell shell =
+        sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size);
+    stages.start("cluster_points");
+    const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
+    stages.start("bounding_spheres");
+    const std::vector<Point3f> points = tree_points(shell, tree);
+    const std::vector<BoundingSphere> spheres = bounding_spheres(tree, points);
+    describe_pointshell(shell, tree, options.branching, asset.info);
+    pack_pointshell(shell, tree, points, spheres, asset.sections);
+  }
+  stages.stop();
+  if (options.progress) options.progress("done", 1);
+  return asset;
+}
+
+}  // namespace vps

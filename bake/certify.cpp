@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The error certificate: sampled against exact distances from the mesh (CGAL), not against the field's own arithmetic.
+#include "bake/certify.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/winding.h"
+
+namespace vps {
+namespace {
+
+// A counter-based generator (SplitMix64): sample n is the same whatever thread draws it.
+double uniform(std::uint64_t counter) {
+  std::uint64_t x = (counter + 1) * 0x9E3779B97F4A7C15ull;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  x ^= x >> 31;
+  return static_cast<double>(x >> 11) * 0x1.0p-53;
+}
+
+}  // namespace
+
+std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest, const Grid& grid,
+                                                   const BandField& field) {
+  const InsideTest inside(surface, grid);
+  // Voxels with an exact distance at their centre.
+  std::vector<std::size_t> voxels;
+  for (std::size_t at = 0; at < field.closest.size(); ++at) {
+    if (field.closest[at] != kNoTriangle) voxels.push_back(at);
+  }
+  std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.size()));
+  std::vector<std::uint8_t> used(samples.size(), 0);
+  const double half_diagonal = std::sqrt(0.75) * grid.voxel_size;
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
+    const std::uint64_t counter = 4 * static_cast<std::uint64_t>(n);
+    const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.size()));
+    const std::size_t at = voxels[std::min(pick, voxels.size() - 1)];
+    CertificateSample& sample = samples[n];
+    sample.brick = at / kBrickVoxels;
+    sample.voxel = static_cast<std::uint32_t>(at % kBrickVoxels);
+    const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
+    sample.point = grid.centre(field.set.bricks[sample.brick], sample.voxel) + grid.voxel_size * offset;
+    const double distance = closest.distance(sample.point);
+    if (distance > field.band - half_diagonal) return;
+    sample.inward_normal = -exact_gradient(surface, grid, field, sample.brick, sample.voxel);
+    sample.penetration = inside.inside(sample.point) ? distance : -distance;
+    used[n] = 1;
+  });
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    if (used[n] != 0) samples[kept++] = samples[n];
+  }
+  samples.resize(kept);
+  return samples;
+}
+
+FieldCertificate certify(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct) {
+  FieldCertificate certificate;
+  if (samples.empty()) return certificate;
+  std::vector<double> errors(samples.size());
+  double squares = 0;
+  for (std::size_t n = 0; n < samples.size(); ++n) {
+    errors[n] = std::abs(reconstruct(samples[n]) - samples[n].penetration);
+    squares += errors[n] * errors[n];
+  }
+  const auto worst = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());
+  const Vector& at = samples[worst].point;
+  certificate.worst_at = {at.x(), at.y(), at.z()};
+  certificate.max = errors[worst];
+  certificate.rms = std::sqrt(squares / static_cast<double>(errors.size()));
+  const auto p99 = errors.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(errors.size() - 1));
+  std::nth_element(errors.begin(), p99, errors.end());
+  certificate.p99 = *p99;
+  return certificate;
+}
+
+}  // namespace vps

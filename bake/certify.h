@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Measures what a query of the stored fields gets wrong, against the mesh itself. Internal to bake.
+#pragma once
+
+#include <functional>
+
+#include "bake/distance_field.h"
+
+namespace vps {
+
+inline constexpr std::size_t kCertificateSamples = 20000;
+
+/// A point in the band with its true penetration.
+struct CertificateSample {
+  std::size_t brick = 0;
+  std::uint32_t voxel = 0;                 ///< the voxel that holds the point
+  Vector point = Vector::Zero();
+  Vector inward_normal = Vector::Zero();   ///< of a shell that touches the map flat there
+  double penetration = 0;                  ///< exact. [m]
+};
+
+/// A stored field as a query sees it: V at the sample's point by Eq. (4) or (5).
+using Reconstruction = std::function<double(const CertificateSample&)>;
+
+/// Points spread evenly over the band, the same for every run. Points within a voxel's half diagonal of the band's end
+/// are left out, for their voxel may lie beyond it.
+[[nodiscard]] std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
+                                                                 const Grid& grid, const BandField& field);
+
+/// Errors of one field at the samples.
+[[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct);
+
+}  // namespace vps

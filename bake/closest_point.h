@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Distance from any point to the surface, by CGAL's AABB tree: far bricks and the certificate. Internal to bake.
+#pragma once
+
+#include <memory>
+
+#include "bake/geometry.h"
+
+namespace vps {
+
+class ClosestPoint {
+ public:
+  /// @param surface  must outlive this object
+  explicit ClosestPoint(const Surface& surface);
+  ~ClosestPoint();
+  ClosestPoint(ClosestPoint&&) noexcept;
+  ClosestPoint& operator=(ClosestPoint&&) noexcept;
+
+  /// Unsigned distance. Safe from several threads. [m]
+  [[nodiscard]] double distance(const Vector& point) const;
+
+ private:
+  struct Tree;
+  std::unique_ptr<Tree> tree_;
+};
+
+}  // namespace vps

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Exact signed distances in a narrow band. Paper: Sec. 2.1.1; its gradient walk is replaced by the exact closest point.
+#pragma once
+
+#include "bake/closest_point.h"
+#include "bake/fill_layers.h"
+
+namespace vps {
+
+inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
+
+/// Penetrations V of the voxel centres of all bricks that hold a centre within `band` of the surface.
+struct BandField {
+  BrickSet set;
+  double band = 0;                          ///< [m]
+  std::vector<BrickMask> inside;
+  std::vector<double> penetration;          ///< [n,8,8,8]: exact where |V| <= band, else +-band. [m]
+  std::vector<std::uint32_t> closest;       ///< [n,8,8,8]: triangle of the closest point, kNoTriangle beyond the band
+
+  [[nodiscard]] std::size_t at(std::size_t brick, std::uint32_t voxel) const { return brick * kBrickVoxels + voxel; }
+  /// V at a voxel; +-band where its brick is not in the set.
+  [[nodiscard]] double value(const Grid& grid, const InsideRuns& runs, std::uint32_t i, std::uint32_t j,
+                             std::uint32_t k) const;
+};
+
+/// @param band  half width. [Units: m]
+[[nodiscard]] BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band);
+
+/// Gradient of V at a voxel centre, exact: unit, along the line to the closest point; zero beyond the band.
+[[nodiscard]] Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField& field, std::size_t brick,
+                                    std::uint32_t voxel);
+
+/// For each brick of the grid, |V| at its centre in whole voxels, rounded down, with the layer's sign. Bricks in the
+/// band hold 0. Paper: the layered voxelmap, kept at brick resolution. [Units: vx]
+[[nodiscard]] std::vector<std::int16_t> coarse_layers(const ClosestPoint& closest, const Grid& grid, const InsideRuns& runs,
+                                                      const BandField& field);
+
+}  // namespace vps

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From stage results to sections. Integer widths are no larger than the values need.
+#include "bake/pack_sections.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "bake/certify.h"
+
+namespace vps {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "sections are written as they lie in memory");
+
+template <class T>
+SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape, const std::vector<T>& values) {
+  SectionData data{kind, element, std::move(shape), {}};
+  data.bytes.resize(values.size() * sizeof(T));
+  std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
+  return data;
+}
+
+template <class Narrow>
+SectionData narrowed(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
+                     const std::vector<std::int32_t>& values) {
+  std::vector<Narrow> narrow(values.size());
+  std::transform(values.begin(), values.end(), narrow.begin(), [](std::int32_t v) { return static_cast<Narrow>(v); });
+  return section(kind, element, std::move(shape), narrow);
+}
+
+SectionData pack_scaled(const Representations& fields, const std::vector<std::uint64_t>& shape) {
+  if (fields.scaled_limit <= 127) {
+    return narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, shape, fields.scaled);
+  }
+  if (fields.scaled_limit <= 32767) {
+    return narrowed<std::int16_t>(SectionKind::scaled, ElementType::i16, shape, fields.scaled);
+  }
+  return section(SectionKind::scaled, ElementType::i32, shape, fields.scaled);
+}
+
+}  // namespace
+
+Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const BandField& field,
+                          const BakeOptions& options, int precision) {
+  Representations out;
+  if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
+  out.lambda = std::pow(10.0, -precision);
+  if (options.scaled) {
+    const double limit = std::floor(field.band / out.lambda + 1e-9);
+    if (limit < 1 || limit > 2147483647.0) {
+      throw BakeError("represent", "the precision does not suit the voxel size; choose a step between the voxel size and "
+                                   "a billionth of it, or leave --precision out");
+    }
+    out.scaled_limit = static_cast<std::int32_t>(limit);
+    out.scaled.resize(field.penetration.size());
+    // Eq. (1) truncates; rounding to nearest halves the error at the same size.
+    std::transform(field.penetration.begin(), field.penetration.end(), out.scaled.begin(), [&](double v) {
+      return static_cast<std::int32_t>(std::clamp(std::round(v / out.lambda), -limit, limit));
+    });
+  }
+  if (options.real) {
+    out.real = field.penetration;
+    out.gradient.resize(3 * out.real.size());
+    for (std::size_t at = 0; at < out.real.size(); ++at) {
+      const Vector gradient = grid.voxel_size * exact_gradient(surface, grid, field, at / kBrickVoxels,
+                                                               static_cast<std::uint32_t>(at % kBrickVoxels));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        out.gradient[3 * at + axis] = static_cast<float>(gradient[static_cast<Eigen::Index>(axis)]);
+      }
+    }
+  }
+  return out;
+}
+
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const BandField& field,
+                    const Representations& fields, AssetInfo& info) {
+  const std::vector<CertificateSample> samples = certificate_samples(surface, closest, grid, field);
+  info.certificate_samples = samples.size();
+  const auto to_centre = [&](const CertificateSample& sample) -> Vector {
+    return grid.centre(field.set.bricks[sample.brick], sample.voxel) - sample.point;
+  };
+  // Eq. (4) with sigma = s or lambda.
+  const auto integer_field = [&](const auto& values, double sigma) -> Reconstruction {
+    return [&, sigma](const CertificateSample& sample) {
+      return sample.inward_normal.dot(to_centre(sample)) + values[field.at(sample.brick, sample.voxel)] * sigma;
+    };
+  };
+  if (!fields.layers.empty()) info.layers_error = certify(samples, integer_field(fields.layers, grid.voxel_size));
+  if (!fields.scaled.empty()) info.scaled_error = certify(samples, integer_field(fields.scaled, fields.lambda));
+  if (!fields.real.empty()) {
+    // Eq. (5).
+    info.real_error = certify(samples, [&](const CertificateSample& sample) {
+      const std::size_t at = field.at(sample.brick, sample.voxel);
+      const Vector gradient(fields.gradient[3 * at], fields.gradient[3 * at + 1], fields.gradient[3 * at + 2]);
+      return fields.real[at] - gradient.dot(to_centre(sample)) / grid.voxel_size;
+    });
+  }
+}
+
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
+                       int precision, AssetInfo& info) {
+  info.dims = grid.dims;
+  for (std::size_t axis = 0; axis < 3; ++axis) info.origin[axis] = grid.origin[static_cast<Eigen::Index>(axis)];
+  info.precision = precision;
+  info.lambda = std::pow(10.0, -precision);
+  info.band_inner = field.band;
+  info.band_outer = field.band;
+  info.surface_voxels = voxels.count;
+  std::uint64_t inside_surface = 0;
+  const std::vector<BrickMask> inside = inside_masks(runs, grid, voxels.set);
+  for (std::size_t n = 0; n < inside.size(); ++n) {
+    for (std::size_t z = 0; z < kBrickEdge; ++z) {
+      inside_surface += static_cast<std::uint64_t>(std::popcount(inside[n][z] & voxels.masks[n][z]));
+    }
+  }
+  info.inner_voxels = runs.count - inside_surface;
+}
+
+void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
+                   const Representations& fields, std::vector<SectionData>& sections) {
+  const std::vector<std::uint64_t> bricks = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
+  const std::vector<std::uint64_t> voxels = {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge};
+  sections.push_back(section(SectionKind::brick_index, ElementType::u32, bricks, field.set.index));
+  sections.push_back(section(SectionKind::coarse_layers, ElementType::i16, bricks, coarse));
+  if (!fields.layers.empty()) sections.push_back(section(SectionKind::layers, ElementType::i8, voxels, fields.layers));
+  if (!fields.scaled.empty()) sections.push_back(pack_scaled(fields, voxels));
+  if (!fields.real.empty()) {
+    sections.push_back(section(SectionKind::real, ElementType::f64, voxels, fields.real));
+    std::vector<std::uint64_t> with_axes = voxels;
+    with_axes.push_back(3);
+    sections.push_back(section(SectionKind::real_gradient, ElementType::f32, with_axes, fields.gradient));
+  }
+}
+
+std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree) {
+  std::vector<Point3f> points;
+  points.reserve(tree.order.size());
+  for (const std::uint32_t i : tree.order) {
+    const Eigen::Vector3f p = shell.positions[i].cast<float>();
+    points.push_back({p.x(), p.y(), p.z()});
+  }
+  return points;
+}
+
+void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {
+  info.spacing = shell.spacing;
+  // Positions are stored in float; the radius has to hold for what is stored.
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
+  }
+  info.covering_radius = shell.covering_radius + largest * std::numeric_limits<float>::epsilon();
+  info.points = shell.positions.size();
+  info.branching = branching;
+  info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);
+}
+
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<Point3f>& points,
+                     const std::vector<BoundingSphere>& spheres, std::vector<SectionData>& sections) {
+  const std::size_t count = points.size();
+  std::vector<float> positions(3 * count);
+  std::vector<float> normals(3 * count);
+  std::vector<float> areas(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t old = tree.order[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      positions[axis * count + i] = points[i][axis];
+      normals[axis * count + i] = static_cast<float>(shell.inward_normals[old][static_cast<Eigen::Index>(axis)]);
+    }
+    areas[i] = static_cast<float>(shell.areas[old]);
+  }
+  const std::size_t nodes = spheres.size();
+  std::vector<float> rows(4 * nodes);
+  std::vector<std::uint32_t> children(2 * nodes);
+  for (std::size_t n = 0; n < nodes; ++n) {
+    for (std::size_t axis = 0; axis < 3; ++axis) rows[axis * nodes + n] = spheres[n].centre[axis];
+    rows[3 * nodes + n] = spheres[n].radius;
+    children[2 * n] = tree.first[n];
+    children[2 * n + 1] = tree.count[n];
+  }
+  sections.push_back(section(SectionKind::point_positions, ElementType::f32, {3, count}, positions));
+  sections.push_back(section(SectionKind::point_inward_normals, ElementType::f32, {3, count}, normals));
+  sections.push_back(section(SectionKind::point_areas, ElementType::f32, {count}, areas));
+  sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
+  sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
+  sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));
+  sections.push_back(section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
+}
+
+}  // namespace vps

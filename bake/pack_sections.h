@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The representations of the field, and everything as sections of the asset. Paper: Eq. (1), Sec. 2.1.1. Internal.
+#pragma once
+
+#include <optional>
+
+#include "bake/bounding_spheres.h"
+#include "bake/distance_field.h"
+#include "bake/vps_bake.h"
+
+namespace vps {
+
+/// The fields that were asked for, by brick of the band. Empty when not asked for.
+struct Representations {
+  std::vector<std::int8_t> layers;
+  std::vector<std::int32_t> scaled;  ///< V / lambda, rounded to nearest, clamped at the band
+  double lambda = 0;
+  std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
+  std::vector<double> real;
+  std::vector<float> gradient;       ///< metres per voxel step
+};
+
+[[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
+                                        const BandField& field, const BakeOptions& options, int precision);
+
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const BandField& field,
+                    const Representations& fields, AssetInfo& info);
+
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
+                       int precision, AssetInfo& info);
+void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
+                   const Representations& fields, std::vector<SectionData>& sections);
+
+/// Positions in tree order, rounded to float: what the file holds, and what the spheres must enclose.
+[[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree);
+void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<Point3f>& points,
+                     const std::vector<BoundingSphere>& spheres, std::vector<SectionData>& sections);
+
+}  // namespace vps

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Grid and memory, known before baking starts. A wrong unit is the usual cause of an absurd grid: the message says so.
+#include "bake/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace vps {
+namespace {
+
+[[noreturn]] void refuse(const std::string& message) { throw BakeError("plan", message); }
+
+std::string size_of(const Surface& surface) {
+  const Vector size = surface.bounds_max - surface.bounds_min;
+  return fmt::format("{} x {} x {}", format_length(size.x()), format_length(size.y()), format_length(size.z()));
+}
+
+void check_options(const BakeOptions& o) {
+  if (!o.voxelmap && !o.pointshell) refuse("nothing to bake; choose voxelmap, pointshell or both");
+  if (o.voxelmap && !o.layers && !o.scaled && !o.real) refuse("a voxelmap needs a field; choose layers, scaled or real");
+  if (o.precision != BakeOptions::kAutoPrecision && (o.precision < 0 || o.precision > 15)) {
+    refuse("the precision is out of range; choose 0 to 15");
+  }
+  if (o.branching < 2 || o.branching > 64) refuse("the branching is out of range; choose 2 to 64");
+  if (!(o.band >= 2 && o.band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
+  if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
+}
+
+double choose_voxel_size(const Surface& surface, const BakeOptions& options) {
+  const double longest = (surface.bounds_max - surface.bounds_min).maxCoeff();
+  const double s = options.voxel_size > 0 ? options.voxel_size : longest / options.resolution;
+  if (!(std::isfinite(s) && s > 0)) refuse("no voxel size; give --voxel or --resolution");
+  if (s > longest) {
+    refuse(fmt::format("a voxel of {} is larger than the mesh, which is {}; is the mesh's unit right? (--unit)",
+                       format_length(s), size_of(surface)));
+  }
+  return s;
+}
+
+// Queries run in float in the asset's own frame: a voxel far from the origin must still be many float steps wide.
+void check_float_range(const Surface& surface, double s) {
+  const double farthest = std::max(surface.bounds_min.cwiseAbs().maxCoeff(), surface.bounds_max.cwiseAbs().maxCoeff());
+  constexpr double kFloatStep = 1.2e-7;
+  if (farthest * kFloatStep > s / 64) {
+    refuse(fmt::format("the mesh reaches {} from its origin, too far for voxels of {} in single precision; move it near "
+                       "the origin or choose larger voxels",
+                       format_length(farthest), format_length(s)));
+  }
+  if (s < 1e-15 || farthest > 1e12) refuse("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
+}
+
+// Bytes held at the peak: band bricks (distance and triangle number twice while they are compacted), the brick grids,
+// scanlines, and the mesh with CGAL's tree.
+std::size_t predict_memory(const Surface& surface, const Grid& grid, double band) {
+  const double s = grid.voxel_size;
+  const double edge = kBrickEdge * s;
+  const double bricks = std::min(static_cast<double>(grid.brick_count()),
+                                 surface.area / (edge * edge) * (1.7 + 2 * band / kBrickEdge) + 27);
+  const double brick_bytes = bricks * kBrickVoxels * 2 * (sizeof(double) + sizeof(std::uint32_t) + 2);
+  const double grids = static_cast<double>(grid.brick_count()) * 20;
+  const double lines = static_cast<double>(grid.dims[1]) * grid.dims[2] * 16 + surface.area / (s * s) * 40;
+  const double points = surface.area / (s * s) * 100;
+  const double mesh = static_cast<double>(surface.triangles.size()) * 600;
+  return static_cast<std::size_t>(brick_bytes + grids + lines + points + mesh);
+}
+
+}  // namespace
+
+std::string format_length(double metres) {
+  const double size = std::abs(metres);
+  if (size >= 1000) return fmt::format("{:.4g} km", metres / 1000);
+  if (size >= 1 || size == 0) return fmt::format("{:.4g} m", metres);
+  if (size >= 1e-3) return fmt::format("{:.4g} mm", metres * 1e3);
+  return fmt::format("{:.4g} um", metres * 1e6);
+}
+
+std::string format_bytes(double bytes) {
+  if (bytes >= 1e9) return fmt::format("{:.3g} GB", bytes / 1e9);
+  if (bytes >= 1e6) return fmt::format("{:.3g} MB", bytes / 1e6);
+  return fmt::format("{:.3g} kB", bytes / 1e3);
+}
+
+GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
+  check_options(options);
+  const double s = choose_voxel_size(surface, options);
+  check_float_range(surface, s);
+  const Vector size = surface.bounds_max - surface.bounds_min;
+  // One voxel beyond the band on each side: every exact voxel has all its neighbours.
+  const double pad = std::ceil(options.band) + 1;
+
+  GridPlan result;
+  Grid& grid = result.grid;
+  grid.voxel_size = s;
+  grid.origin = surface.bounds_min - Vector::Constant(pad * s);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double bricks = std::ceil((size[static_cast<Eigen::Index>(axis)] / s + 2 * pad) / kBrickEdge);
+    constexpr double kLimit = 16384.0 / kBrickEdge;
+    if (bricks > kLimit) {
+      refuse(fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
+                         "right? (--unit)",
+                         format_length(s), size_of(surface)));
+    }
+    grid.brick_dims[axis] = static_cast<std::uint32_t>(bricks);
+    grid.dims[axis] = grid.brick_dims[axis] * kBrickEdge;
+  }
+  // Steps of s/50 or finer; a power of ten that is meant exactly must not be missed by rounding.
+  result.precision = options.precision != BakeOptions::kAutoPrecision
+                         ? options.precision
+                         : std::clamp(static_cast<int>(std::ceil(std::log10(50 / s) - 1e-9)), 0, 15);
+  BakePlan& plan = result.plan;
+  plan.voxel_size = s;
+  plan.dims = grid.dims;
+  plan.voxels = std::uint64_t{grid.dims[0]} * grid.dims[1] * grid.dims[2];
+  const double spacing = options.alpha * s;
+  // Random sequential packing of discs: 0.7 of the densest.
+  plan.predicted_points =
+      options.pointshell ? static_cast<std::uint64_t>(0.81 * surface.area / (spacing * spacing)) + 1 : 0;
+  plan.predicted_memory_bytes = predict_memory(surface, grid, options.band);
+  if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
+    refuse(fmt::format("a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
+                       "is the mesh's unit right (--unit)? Otherwise choose larger voxels",
+                       grid.dims[0], grid.dims[1], grid.dims[2], size_of(surface),
+                       format_bytes(static_cast<double>(plan.predicted_memory_bytes)),
+                       format_bytes(static_cast<double>(options.memory_limit_bytes))));
+  }
+  return result;
+}
+
+}  // namespace vps

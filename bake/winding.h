@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Exact crossings of lines parallel to x with triangles: the ground of every inside test. Internal to bake.
+///
+/// Predicates are exact (CGAL). A line through an edge or vertex is moved by an infinitesimal (e, e^2) in y and z
+/// (simulation of simplicity), so each crossing of a closed surface is counted exactly once and winding numbers are exact.
+#pragma once
+
+#include <vector>
+
+#include "bake/grid.h"
+
+namespace vps {
+
+/// How a line parallel to x through (y, z) meets a triangle: 0 not at all, +1 where the line, going towards +x, enters
+/// the solid, -1 where it leaves.
+[[nodiscard]] int line_crossing(double y, double z, const Surface& surface, std::size_t triangle);
+
+/// x of the crossing with the triangle's plane. Rounded; decide near ties with `crossing_is_beyond`.
+[[nodiscard]] double crossing_x(double y, double z, const Surface& surface, std::size_t triangle);
+
+/// Exact: the triangle's plane meets the line through `point` parallel to x at a greater x than the point's.
+/// @pre line_crossing(point.y, point.z) != 0
+[[nodiscard]] bool crossing_is_beyond(const Vector& point, const Surface& surface, std::size_t triangle);
+
+/// Exact: the point lies in the triangle's plane. Same precondition.
+[[nodiscard]] bool point_on_plane(const Vector& point, const Surface& surface, std::size_t triangle);
+
+/// Exact inside test for any point of a grid, by winding number > 0; a point on the surface may be told either way.
+class InsideTest {
+ public:
+  /// @param surface, grid  must outlive this object
+  InsideTest(const Surface& surface, const Grid& grid);
+
+  /// Safe from several threads. @pre the point lies in the grid
+  [[nodiscard]] bool inside(const Vector& point) const;
+
+ private:
+  [[nodiscard]] std::size_t column(double y, double z) const;
+
+  const Surface& surface_;
+  const Grid& grid_;
+  std::vector<std::size_t> start_;         // per voxel column along x
+  std::vector<std::uint32_t> triangles_;   // those whose box meets the column
+};
+
+}  // namespace vps

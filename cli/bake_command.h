@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file `vpsbake MESH`: bakes one mesh into one asset.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bake/vps_bake.h"
+
+namespace vps::cli {
+
+struct BakeArguments {
+  std::string mesh;
+  std::string output;                               ///< empty: beside the mesh, NAME.vps.hdf
+  double unit = 1;                                  ///< metres per unit of the mesh's numbers
+  std::vector<std::string> fields = {"scaled"};     ///< layers, scaled, real
+  std::vector<std::string> parts = {"voxelmap", "pointshell"};
+  BakeOptions options;
+  bool json = false;
+};
+
+/// @return the exit code of the program
+[[nodiscard]] int run_bake(const BakeArguments& arguments);
+
+}  // namespace vps::cli

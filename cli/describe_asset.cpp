@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// AssetInfo for people and for programs.
+#include "cli/describe_asset.h"
+
+#include <fmt/format.h>
+
+#include "bake/plan.h"
+
+namespace vps::cli {
+namespace {
+
+nlohmann::ordered_json certificate_to_json(const FieldCertificate& c) {
+  return {{"max", c.max}, {"rms", c.rms}, {"p99", c.p99}, {"worst_at", c.worst_at}};
+}
+
+std::string certificate_line(const char* name, const FieldCertificate& c) {
+  if (c.max == 0 && c.rms == 0) return {};
+  return fmt::format("  error of {:<8} max {}, 99 % {}, RMS {}; worst at ({:.4g}, {:.4g}, {:.4g}) m\n",
+                     std::string(name) + ":", format_length(c.max), format_length(c.p99), format_length(c.rms),
+                     c.worst_at[0], c.worst_at[1], c.worst_at[2]);
+}
+
+}  // namespace
+
+nlohmann::ordered_json info_to_json(const AssetInfo& info) {
+  nlohmann::ordered_json j;
+  j["generator"] = info.generator.data();
+  j["mesh"] = {{"triangles", info.triangles},   {"vertices", info.vertices},         {"bounds_min", info.bounds_min},
+               {"bounds_max", info.bounds_max}, {"surface_area", info.surface_area}, {"hash", fmt::format("{:016x}", info.mesh_hash)}};
+  j["mass"] = {{"volume", info.volume}, {"centre_of_mass", info.centre_of_mass}, {"inertia", info.inertia}};
+  j["voxel_size"] = info.voxel_size;
+  if (info.dims[0] > 0) {
+    j["voxelmap"] = {{"dims", info.dims},
+                     {"origin", info.origin},
+                     {"precision", info.precision},
+                     {"lambda", info.lambda},
+                     {"band_inner", info.band_inner},
+                     {"band_outer", info.band_outer},
+                     {"surface_voxels", info.surface_voxels},
+                     {"inner_voxels", info.inner_voxels}};
+    auto& certificate = j["certificate"];
+    certificate["samples"] = info.certificate_samples;
+    if (info.layers_error.max > 0) certificate["layers"] = certificate_to_json(info.layers_error);
+    if (info.scaled_error.max > 0) certificate["scaled"] = certificate_to_json(info.scaled_error);
+    if (info.real_error.max > 0) certificate["real"] = certificate_to_json(info.real_error);
+  }
+  if (info.points > 0) {
+    j["pointshell"] = {{"points", info.points},
+                       {"spacing", info.spacing},
+                       {"covering_radius", info.covering_radius},
+                       {"branching", info.branching},
+                       {"levels", info.levels}};
+  }
+  return j;
+}
+
+std::string info_to_text(const AssetInfo& info) {
+  std::string out = fmt::format("mesh        {} triangles, {} vertices, {} x {} x {}\n", info.triangles, info.vertices,
+                                format_length(info.bounds_max[0] - info.bounds_min[0]),
+                                format_length(info.bounds_max[1] - info.bounds_min[1]),
+                                format_length(info.bounds_max[2] - info.bounds_min[2]));
+  out += fmt::format("mass        volume {:.6g} m^3, centre ({:.6g}, {:.6g}, {:.6g}) m\n", info.volume,
+                     info.centre_of_mass[0], info.centre_of_mass[1], info.centre_of_mass[2]);
+  if (info.dims[0] > 0) {
+    out += fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
+                       info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
+    out += fmt::format("  exact from {} outside to {} inside; steps of {} (p = {})\n", format_length(info.band_outer),
+                       format_length(info.band_inner), format_length(info.lambda), info.precision);
+    out += certificate_line("layers", info.layers_error);
+    out += certificate_line("scaled", info.scaled_error);
+    out += certificate_line("real", info.real_error);
+  }
+  if (info.points > 0) {
+    out += fmt::format("pointshell  {} points at least {} apart, every surface point within {} of one\n", info.points,
+                       format_length(info.spacing), format_length(info.covering_radius));
+    out += fmt::format("  tree of {} levels, K = {}\n", info.levels, info.branching);
+  }
+  return out;
+}
+
+const char* section_name(SectionKind kind) {
+  switch (kind) {
+    case SectionKind::brick_index: return "brick_index";
+    case SectionKind::coarse_layers: return "coarse_layers";
+    case SectionKind::layers: return "layers";
+    case SectionKind::scaled: return "scaled";
+    case SectionKind::real: return "real";
+    case SectionKind::real_gradient: return "real_gradient";
+    case SectionKind::point_positions: return "point_positions";
+    case SectionKind::point_inward_normals: return "point_inward_normals";
+    case SectionKind::point_areas: return "point_areas";
+    case SectionKind::spheres: return "spheres";
+    case SectionKind::children: return "children";
+    case SectionKind::parent_points: return "parent_points";
+    case SectionKind::level_offsets: return "level_offsets";
+  }
+  return "unknown";
+}
+
+const char* element_name(ElementType type) {
+  switch (type) {
+    case ElementType::i8: return "i8";
+    case ElementType::i16: return "i16";
+    case ElementType::i32: return "i32";
+    case ElementType::u32: return "u32";
+    case ElementType::f32: return "f32";
+    case ElementType::f64: return "f64";
+  }
+  return "unknown";
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Exit codes of vpsbake, and the one line that goes with them.
+#pragma once
+
+#include <cstdio>
+#include <string>
+
+namespace vps::cli {
+
+enum ExitCode : int {
+  kOk = 0,
+  kCommandLine = 1,  ///< the command line is wrong
+  kIo = 2,           ///< a file cannot be read or written
+  kBadInput = 3,     ///< the mesh or asset cannot be used
+  kInternal = 4,     ///< out of memory, or a defect
+  kSomeFailed = 5,   ///< some items of a batch failed
+};
+
+/// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.
+inline int fail(ExitCode code, const std::string& file, const std::string& reason) {
+  std::fprintf(stderr, "vpsbake: error: %s: %s\n", file.c_str(), reason.c_str());
+  return code;
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Zlib
+// Maps a baked asset read-only and hands out views. Nothing is interpreted before the directory and every index is checked.
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps {
+namespace {
+
+struct FileDescriptor {
+  int fd = -1;
+  ~FileDescriptor() {
+    if (fd >= 0) ::close(fd);
+  }
+};
+
+template <class T>
+const T* section_data(const std::byte* data, const Section* section) noexcept {
+  return section == nullptr ? nullptr : reinterpret_cast<const T*>(data + section->offset);
+}
+
+}  // namespace
+
+Asset::Asset(Asset&& other) noexcept
+    : data_(std::exchange(other.data_, nullptr)),
+      bytes_(std::exchange(other.bytes_, 0)),
+      directory_(std::exchange(other.directory_, Directory{})) {}
+
+Asset& Asset::operator=(Asset&& other) noexcept {
+  if (this != &other) {
+    release();
+    data_ = std::exchange(other.data_, nullptr);
+    bytes_ = std::exchange(other.bytes_, 0);
+    directory_ = std::exchange(other.directory_, Directory{});
+  }
+  return *this;
+}
+
+Asset::~Asset() { release(); }
+
+void Asset::release() noexcept {
+  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), bytes_);
+  data_ = nullptr;
+  bytes_ = 0;
+  directory_ = {};
+}
+
+Status Asset::open(const char* path, Asset& out) noexcept {
+  out.release();
+  if (path == nullptr) return Status::bad_argument;
+  // O_NONBLOCK: opening a FIFO by mistake must not hang.
+  const FileDescriptor file{::open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
+  struct stat facts {};
+  if (file.fd < 0 || ::fstat(file.fd, &facts) != 0 || !S_ISREG(facts.st_mode)) return Status::cannot_open;
+  const auto bytes = static_cast<std::size_t>(facts.st_size);
+  if (bytes < kUserBlockBytes) return Status::too_short;
+  void* mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.fd, 0);
+  if (mapped == MAP_FAILED) return Status::cannot_map;
+
+  Asset asset;
+  asset.data_ = static_cast<const std::byte*>(mapped);
+  asset.bytes_ = bytes;
+  const std::span<const std::byte> all(asset.data_, bytes);
+  if (const Status status = decode_directory(all, asset.directory_); status != Status::ok) return status;
+  if (const Status status = validate_indices(all, asset.directory_); status != Status::ok) return status;
+  out = std::move(asset);
+  return Status::ok;
+}
+
+Status Asset::verify() const noexcept {
+  if (!is_open()) return Status::cannot_open;
+  return verify_hashes({data_, bytes_}, directory_);
+}
+
+bool Asset::has_voxelmap() const noexcept { return directory_.find(SectionKind::brick_index) != nullptr; }
+bool Asset::has_pointshell() const noexcept { return directory_.find(SectionKind::point_positions) != nullptr; }
+
+Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
+  out = {};
+  const Section* const index = directory_.find(SectionKind::brick_index);
+  if (index == nullptr) return Status::missing_part;
+  constexpr std::pair<Field, SectionKind> kFinestFirst[] = {
+      {Field::real, SectionKind::real}, {Field::scaled, SectionKind::scaled}, {Field::layers, SectionKind::layers}};
+  const Section* values = nullptr;
+  for (const auto& [candidate, kind] : kFinestFirst) {
+    if (values == nullptr && (field == Field::none || field == candidate)) {
+      values = directory_.find(kind);
+      out.field = values == nullptr ? Field::none : candidate;
+    }
+  }
+  if (values == nullptr) return Status::missing_part;
+  out.element = values->element;
+  out.values = data_ + values->offset;
+  if (out.field == Field::real) {
+    out.gradients = section_data<float>(data_, directory_.find(SectionKind::real_gradient));
+  }
+  out.brick_index = section_data<std::uint32_t>(data_, index);
+  out.coarse_layers = section_data<std::int16_t>(data_, directory_.find(SectionKind::coarse_layers));
+  const AssetInfo& facts = info();
+  for (int axis = 0; axis < 3; ++axis) {
+    out.dims[axis] = facts.dims[axis];
+    out.brick_dims[axis] = facts.dims[axis] / kBrickEdge;
+    out.origin[axis] = facts.origin[axis];
+    out.bounds_min[axis] = static_cast<float>(facts.bounds_min[axis]);
+    out.bounds_max[axis] = static_cast<float>(facts.bounds_max[axis]);
+  }
+  out.voxel_size = static_cast<float>(facts.voxel_size);
+  out.lambda = static_cast<float>(facts.lambda);
+  out.band_inner = static_cast<float>(facts.band_inner);
+  out.band_outer = static_cast<float>(facts.band_outer);
+  return Status::ok;
+}
+
+Status Asset::pointshell(PointshellView& out) const noexcept {
+  out = {};
+  if (!has_pointshell()) return Status::missing_part;
+  const AssetInfo& facts = info();
+  out.points = static_cast<std::uint32_t>(facts.points);
+  out.levels = facts.levels;
+  const auto* positions = section_data<float>(data_, directory_.find(SectionKind::point_positions));
+  const auto* normals = section_data<float>(data_, directory_.find(SectionKind::point_inward_normals));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    out.position[axis] = positions + axis * out.points;
+    out.inward_normal[axis] = normals + axis * out.points;
+    out.centre_of_mass[axis] = static_cast<float>(facts.centre_of_mass[axis]);
+  }
+  out.area = section_data<float>(data_, directory_.find(SectionKind::point_areas));
+  const Section* const spheres = directory_.find(SectionKind::spheres);
+  out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
+  for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;
+  out.children = section_data<std::uint32_t>(data_, directory_.find(SectionKind::children));
+  out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
+  out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));
+  out.covering_radius = static_cast<float>(facts.covering_radius);
+  return Status::ok;
+}
+
+}  // namespace vps
