@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "bake/vps_bake.h"
+#include "tests/support/oracle.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+namespace {
+
+BakeOptions all_parts(double voxel_size) {
+  BakeOptions options;
+  options.voxel_size = voxel_size;
+  options.layers = options.scaled = options.real = true;
+  return options;
+}
+
+const SectionData* find(const BakedAsset& asset, SectionKind kind) {
+  for (const SectionData& section : asset.sections) {
+    if (section.kind == kind) return &section;
+  }
+  return nullptr;
+}
+
+TEST(Bake, TheSameMeshGivesTheSameBytesForAnyNumberOfThreads) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  const BakedAsset many = bake(mesh, all_parts(0.004));
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const BakedAsset single = bake(mesh, all_parts(0.004));
+  ASSERT_EQ(many.sections.size(), single.sections.size());
+  for (std::size_t i = 0; i < many.sections.size(); ++i) EXPECT_EQ(many.sections[i].bytes, single.sections[i].bytes) << i;
+  EXPECT_EQ(many.info.scaled_error.max, single.info.scaled_error.max);
+  EXPECT_EQ(many.info.covering_radius, single.info.covering_radius);
+}
+
+TEST(Bake, OnlyWhatWasAskedForIsBaked) {
+  BakeOptions options;
+  options.voxel_size = 0.01;
+  options.pointshell = false;
+  const BakedAsset map_only = bake(make_sphere(0.1, 3), options);
+  EXPECT_EQ(map_only.sections.size(), 3U);
+  EXPECT_NE(find(map_only, SectionKind::scaled), nullptr);
+  EXPECT_EQ(map_only.info.points, 0U);
+  options.pointshell = true;
+  options.voxelmap = false;
+  const BakedAsset shell_only = bake(make_sphere(0.1, 3), options);
+  EXPECT_EQ(shell_only.sections.size(), 7U);
+  EXPECT_EQ(shell_only.info.dims[0], 0U);
+}
+
+TEST(Bake, IntegersAreNoWiderThanTheBandNeeds) {
+  BakeOptions options;
+  options.voxel_size = 0.005;
+  options.pointshell = false;
+  const std::pair<int, ElementType> expected[] = {
+      {BakeOptions::kAutoPrecision, ElementType::i8}, {3, ElementType::i8}, {5, ElementType::i16}, {8, ElementType::i32}};
+  for (const auto& [precision, type] : expected) {
+    options.precision = precision;
+    const BakedAsset asset = bake(make_sphere(0.1, 3), options);
+    EXPECT_EQ(find(asset, SectionKind::scaled)->element, type) << precision;
+  }
+}
+
+TEST(Bake, AutomaticPrecisionStepsAreAFiftiethOfAVoxelOrFiner) {
+  for (const double s : {0.0005, 0.004, 0.005, 0.009, 0.01}) {
+    BakeOptions options;
+    options.voxel_size = s;
+    options.pointshell = false;
+    const AssetInfo info = bake(make_sphere(0.1, 2), options).info;
+    EXPECT_LE(info.lambda, s / 50 * (1 + 1e-9)) << s;
+    EXPECT_GT(info.lambda, s / 501) << s;
+  }
+}
+
+TEST(Bake, TheCertificateHoldsTheKnownErrorsOfTheFields) {
+  const double s = 0.004;
+  const BakedAsset asset = bake(make_sphere(0.1, 5), all_parts(s));
+  const AssetInfo& info = asset.info;
+  EXPECT_GT(info.certificate_samples, 5000U);
+  // On a sphere Eq. (5) errs by the curvature only: at most e^2 / 2r with e the half diagonal of a voxel, plus facets.
+  EXPECT_LT(info.real_error.max, 0.75 * s * s / 2 / (0.1 - 3 * s) * 2);
+  EXPECT_GT(info.real_error.max, 0);
+  EXPECT_LE(info.scaled_error.max, info.real_error.max + info.lambda);
+  EXPECT_GT(info.layers_error.max, 0.1 * s);
+  EXPECT_LT(info.layers_error.max, 1.8 * s);
+  for (const FieldCertificate* c : {&info.layers_error, &info.scaled_error, &info.real_error}) {
+    EXPECT_LE(c->rms, c->p99);
+    EXPECT_LE(c->p99, c->max);
+    const double r = std::hypot(c->worst_at[0], c->worst_at[1], c->worst_at[2]);
+    EXPECT_NEAR(r, 0.1, 2.5 * s);
+  }
+}
+
+TEST(Bake, MassPropertiesAndBoundsAreThoseOfTheMesh) {
+  const AssetInfo info = bake(make_box({0.05, 0.04, 0.03}, {0.01, 0, 0}), all_parts(0.01)).info;
+  EXPECT_NEAR(info.volume, 0.1 * 0.08 * 0.06, 1e-15);
+  EXPECT_NEAR(info.centre_of_mass[0], 0.01, 1e-12);
+  EXPECT_DOUBLE_EQ(info.bounds_min[0], -0.04);
+  EXPECT_DOUBLE_EQ(info.bounds_max[2], 0.03);
+  EXPECT_EQ(info.triangles, 12U);
+  EXPECT_STREQ(info.generator.data(), "vpsbake 0.1.0");
+}
+
+TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
+  BakeOptions options = all_parts(0.01);
+  std::vector<std::string> stages;
+  double last = -1;
+  options.progress = [&](const char* stage, double fraction) {
+    stages.emplace_back(stage);
+    EXPECT_GE(fraction, last);
+    last = fraction;
+  };
+  const BakedAsset asset = bake(make_sphere(0.1, 2), options);
+  EXPECT_EQ(stages.front(), "check");
+  EXPECT_EQ(stages.back(), "done");
+  EXPECT_EQ(last, 1);
+  EXPECT_EQ(asset.times.size() + 1, stages.size());
+}
+
+TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
+  const BakedAsset asset = bake(make_box({0.1, 0.1, 0.002}), all_parts(0.01));
+  ASSERT_EQ(asset.notes.size(), 1U);
+  EXPECT_NE(asset.notes[0].find("0.4 voxels thick"), std::string::npos) << asset.notes[0];
+}
+
+}  // namespace
+}  // namespace vps::test

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The only test source with CGAL's mesh processing: it takes long to compile.
+#include "tests/support/oracle.h"
+
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/Cartesian.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Exact_rational.h>
+#include <CGAL/Intersections_3/Iso_cuboid_3_Triangle_3.h>
+#include <CGAL/Side_of_triangle_mesh.h>
+#include <CGAL/Surface_mesh.h>
+
+#include <cmath>
+#include <stdexcept>
+
+namespace vps::test {
+namespace {
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using Primitive = CGAL::AABB_face_graph_triangle_primitive<Mesh>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+Kernel::Point_3 point3(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
+}  // namespace
+
+struct Oracle::Impl {
+  Mesh mesh;
+  Tree tree;
+  std::unique_ptr<CGAL::Side_of_triangle_mesh<Mesh, Kernel>> side;
+};
+
+Oracle::Oracle(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  std::vector<Mesh::Vertex_index> vertices;
+  for (const auto& v : mesh.vertices) vertices.push_back(impl_->mesh.add_vertex(point3(v)));
+  for (const auto& t : mesh.triangles) {
+    if (impl_->mesh.add_face(vertices[t[0]], vertices[t[1]], vertices[t[2]]) == Mesh::null_face()) {
+      throw std::runtime_error("the oracle needs a manifold mesh");
+    }
+  }
+  impl_->tree.insert(faces(impl_->mesh).begin(), faces(impl_->mesh).end(), impl_->mesh);
+  impl_->tree.build();
+  impl_->side = std::make_unique<CGAL::Side_of_triangle_mesh<Mesh, Kernel>>(impl_->tree);
+}
+Oracle::~Oracle() = default;
+
+double Oracle::distance(const std::array<double, 3>& p) const {
+  return std::sqrt(impl_->tree.squared_distance(point3(p)));
+}
+
+int Oracle::side(const std::array<double, 3>& p) const {
+  switch ((*impl_->side)(point3(p))) {
+    case CGAL::ON_BOUNDED_SIDE: return 1;
+    case CGAL::ON_BOUNDARY: return 0;
+    default: return -1;
+  }
+}
+
+bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low, double edge) {
+  using Exact = CGAL::Cartesian<CGAL::Exact_rational>;
+  const auto exact = [](const std::array<double, 3>& p) { return Exact::Point_3(p[0], p[1], p[2]); };
+  const CGAL::Exact_rational e(edge);
+  const Exact::Point_3 from = exact(low);
+  const Exact::Iso_cuboid_3 cube(from, Exact::Point_3(from.x() + e, from.y() + e, from.z() + e));
+  return CGAL::do_intersect(Exact::Triangle_3(exact(triangle[0]), exact(triangle[1]), exact(triangle[2])), cube);
+}
+
+}  // namespace vps::test

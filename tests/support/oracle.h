@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Independent truth about a mesh, by CGAL: distance, side, and exact triangle-cube overlap.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "formats/triangle_mesh.h"
+
+namespace vps::test {
+
+class Oracle {
+ public:
+  /// @pre a closed mesh without self-intersections, wound outward
+  explicit Oracle(const TriangleMesh& mesh);
+  ~Oracle();
+  /// Unsigned distance to the surface. [m]
+  [[nodiscard]] double distance(const std::array<double, 3>& p) const;
+  /// +1 inside, 0 on the surface, -1 outside.
+  [[nodiscard]] int side(const std::array<double, 3>& p) const;
+  /// The paper's V: positive inside. [m]
+  [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Overlap of a closed triangle and a closed cube in rational arithmetic: no rounding at all.
+[[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low,
+                                   double edge);
+
+}  // namespace vps::test
