@@ -43,7 +43,7 @@ enum class Status : std::uint8_t {
   bad_section,        ///< a section's type, shape, offset or byte count is wrong
   unknown_section,    ///< a required section that this reader does not know
   missing_section,    ///< a part of the asset is incomplete
-  bad_index,          ///< an index inside a section points outside its target
+  bad_index,          ///< an index or number inside a section is outside its range
   corrupt_payload,    ///< a section's hash does not match its bytes
   missing_part,       ///< the asset has no voxelmap or no pointshell, and the query needs it
   bad_pose,           ///< a pose is not finite or its rotation is not orthonormal

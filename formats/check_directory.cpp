@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Zlib
+// Ranges of the header's scalars, and the section table: kinds, types, shapes, places, and that each part is complete.
+#include "formats/check_directory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vps::detail {
+namespace {
+
+constexpr std::uint64_t kMaxCount = 0xFFFFFFFEu;  // indices are u32, and one value means "none"
+constexpr std::uint32_t kMaxLevels = 64;
+
+template <class... T>
+bool all_finite(const T&... values) noexcept {
+  return (std::isfinite(values) && ...);
+}
+template <std::size_t N>
+bool all_finite(const std::array<double, N>& values) noexcept {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+bool certificate_is_good(const FieldCertificate& c) noexcept {
+  return all_finite(c.max, c.rms, c.p99) && all_finite(c.worst_at) && c.max >= 0 && c.rms >= 0 && c.p99 >= 0;
+}
+
+bool mesh_facts_are_good(const AssetInfo& info) noexcept {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(info.bounds_min[axis] <= info.bounds_max[axis])) return false;
+  }
+  return all_finite(info.bounds_min) && all_finite(info.bounds_max) && all_finite(info.centre_of_mass) &&
+         all_finite(info.inertia) && all_finite(info.volume, info.surface_area) && info.surface_area >= 0 &&
+         certificate_is_good(info.layers_error) && certificate_is_good(info.scaled_error) &&
+         certificate_is_good(info.real_error) && info.generator.back() == '\0';
+}
+
+bool grid_is_good(const AssetInfo& info) noexcept {
+  if (!(info.voxel_size > 0 && std::isfinite(info.voxel_size))) return false;
+  const bool has_map = info.dims[0] != 0 || info.dims[1] != 0 || info.dims[2] != 0;
+  if (!has_map) return true;
+  for (const std::uint32_t dim : info.dims) {
+    if (dim == 0 || dim % kBrickEdge != 0 || dim > 1u << 20) return false;
+  }
+  return all_finite(info.origin) && all_finite(info.lambda, info.band_inner, info.band_outer) && info.lambda > 0 &&
+         info.band_inner > 0 && info.band_outer > 0;
+}
+
+bool shell_is_good(const AssetInfo& info) noexcept {
+  if (info.points == 0) return info.levels == 0;
+  return info.points <= kMaxCount && info.levels >= 1 && info.levels <= kMaxLevels && info.branching >= 2 &&
+         all_finite(info.spacing, info.covering_radius) && info.spacing > 0 && info.covering_radius >= 0;
+}
+
+// What a kind must look like. A shape entry of 0 stands for a count that is checked elsewhere.
+struct Layout {
+  SectionKind kind;
+  std::array<ElementType, 3> types;
+  std::uint32_t rank;
+  std::array<std::uint64_t, 6> shape;
+};
+constexpr ElementType kNone{};
+constexpr std::uint64_t kEdge = kBrickEdge;
+constexpr Layout kLayouts[] = {
+    {SectionKind::brick_index, {ElementType::u32, kNone, kNone}, 3, {}},
+    {SectionKind::coarse_layers, {ElementType::i16, kNone, kNone}, 3, {}},
+    {SectionKind::layers, {ElementType::i8, ElementType::i16, kNone}, 4, {0, kEdge, kEdge, kEdge}},
+    {SectionKind::scaled, {ElementType::i8, ElementType::i16, ElementType::i32}, 4, {0, kEdge, kEdge, kEdge}},
+    {SectionKind::real, {ElementType::f64, kNone, kNone}, 4, {0, kEdge, kEdge, kEdge}},
+    {SectionKind::real_gradient, {ElementType::f32, kNone, kNone}, 5, {0, kEdge, kEdge, kEdge, 3}},
+    {SectionKind::point_positions, {ElementType::f32, kNone, kNone}, 2, {3, 0}},
+    {SectionKind::point_inward_normals, {ElementType::f32, kNone, kNone}, 2, {3, 0}},
+    {SectionKind::point_areas, {ElementType::f32, kNone, kNone}, 1, {}},
+    {SectionKind::spheres, {ElementType::f32, kNone, kNone}, 2, {4, 0}},
+    {SectionKind::children, {ElementType::u32, kNone, kNone}, 2, {0, 2}},
+    {SectionKind::parent_points, {ElementType::u32, kNone, kNone}, 1, {}},
+    {SectionKind::level_offsets, {ElementType::u32, kNone, kNone}, 1, {}},
+};
+
+const Layout* find_layout(SectionKind kind) noexcept {
+  for (const Layout& layout : kLayouts) {
+    if (layout.kind == kind) return &layout;
+  }
+  return nullptr;
+}
+
+bool matches(const Section& section, const Layout& layout) noexcept {
+  const auto& types = layout.types;
+  if (std::find(types.begin(), types.end(), section.element) == types.end()) return false;
+  if (section.rank != layout.rank) return false;
+  for (std::size_t axis = 0; axis < layout.rank; ++axis) {
+    if (layout.shape[axis] != 0 && section.shape[axis] != layout.shape[axis]) return false;
+  }
+  return true;
+}
+
+// Bytes follow from shape and type without overflow; the section lies inside the file, past the user block, aligned.
+bool place_is_good(const Section& section, std::uint64_t file_bytes) noexcept {
+  const std::uint64_t element = element_bytes(section.element);
+  if (element == 0 || section.rank < 1 || section.rank > section.shape.size()) return false;
+  std::uint64_t bytes = element;
+  for (std::size_t axis = 0; axis < section.shape.size(); ++axis) {
+    const std::uint64_t extent = section.shape[axis];
+    if (axis >= section.rank) {
+      if (extent != 0) return false;
+      continue;
+    }
+    if (extent == 0 || extent > std::numeric_limits<std::uint64_t>::max() / bytes) return false;
+    bytes *= extent;
+  }
+  return bytes == section.bytes && section.offset % kSectionAlignment == 0 && section.offset >= kUserBlockBytes &&
+         section.bytes <= file_bytes && section.offset <= file_bytes - section.bytes;
+}
+
+bool overlap(const Section& a, const Section& b) noexcept {
+  return a.offset < b.offset + b.bytes && b.offset < a.offset + a.bytes;
+}
+
+Status check_table(const Directory& directory) noexcept {
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    const Section& section = directory.sections[i];
+    if (!place_is_good(section, directory.file_bytes)) return Status::bad_section;
+    const Layout* const layout = find_layout(section.kind);
+    if (layout == nullptr && (section.flags & kSectionRequired) != 0) return Status::unknown_section;
+    if (layout != nullptr && !matches(section, *layout)) return Status::bad_section;
+    for (std::uint32_t j = 0; j < i; ++j) {
+      const Section& other = directory.sections[j];
+      if (other.kind == section.kind || overlap(section, other)) return Status::bad_section;
+    }
+  }
+  return Status::ok;
+}
+
+Status check_voxelmap(const Directory& directory) noexcept {
+  const Section* const index = directory.find(SectionKind::brick_index);
+  const Section* const coarse = directory.find(SectionKind::coarse_layers);
+  const Section* const layers = directory.find(SectionKind::layers);
+  const Section* const scaled = directory.find(SectionKind::scaled);
+  const Section* const real = directory.find(SectionKind::real);
+  const Section* const gradient = directory.find(SectionKind::real_gradient);
+  const Section* const fields[] = {layers, scaled, real, gradient};
+  const bool any_field = layers != nullptr || scaled != nullptr || real != nullptr || gradient != nullptr;
+  const auto& dims = directory.info.dims;
+  if (dims[0] == 0) return index == nullptr && coarse == nullptr && !any_field ? Status::ok : Status::bad_info;
+  if (index == nullptr || coarse == nullptr || (real == nullptr) != (gradient == nullptr)) return Status::missing_section;
+  if (layers == nullptr && scaled == nullptr && real == nullptr) return Status::missing_section;
+  for (const Section* grid : {index, coarse}) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (grid->shape[axis] != dims[2 - axis] / kBrickEdge) return Status::bad_section;
+    }
+  }
+  std::uint64_t bricks = 0;
+  for (const Section* field : fields) {
+    if (field == nullptr) continue;
+    if (field->shape[0] > kMaxCount || (bricks != 0 && field->shape[0] != bricks)) return Status::bad_section;
+    bricks = field->shape[0];
+  }
+  return Status::ok;
+}
+
+Status check_pointshell(const Directory& directory) noexcept {
+  const AssetInfo& info = directory.info;
+  // Each section with the axis that counts points or nodes, and what it must be.
+  const Section* const spheres = directory.find(SectionKind::spheres);
+  const std::uint64_t nodes = spheres == nullptr ? 0 : spheres->shape[1];
+  const struct {
+    SectionKind kind;
+    std::size_t axis;
+    std::uint64_t count;
+  } kParts[] = {
+      {SectionKind::point_positions, 1, info.points}, {SectionKind::point_inward_normals, 1, info.points},
+      {SectionKind::point_areas, 0, info.points},     {SectionKind::spheres, 1, nodes},
+      {SectionKind::children, 0, nodes},              {SectionKind::parent_points, 0, nodes},
+      {SectionKind::level_offsets, 0, std::uint64_t{info.levels} + 1},
+  };
+  for (const auto& part : kParts) {
+    const Section* const section = directory.find(part.kind);
+    if (info.points == 0) {
+      if (section != nullptr) return Status::bad_info;
+    } else if (section == nullptr) {
+      return Status::missing_section;
+    } else if (section->shape[part.axis] != part.count || part.count > kMaxCount) {
+      return Status::bad_section;
+    }
+  }
+  return Status::ok;
+}
+
+}  // namespace
+
+Status check_directory(const Directory& directory) noexcept {
+  const AssetInfo& info = directory.info;
+  if (!mesh_facts_are_good(info) || !grid_is_good(info) || !shell_is_good(info)) return Status::bad_info;
+  if (info.dims[0] == 0 && info.points == 0) return Status::bad_info;
+  if (const Status status = check_table(directory); status != Status::ok) return status;
+  if (const Status status = check_voxelmap(directory); status != Status::ok) return status;
+  return check_pointshell(directory);
+}
+
+}  // namespace vps::detail

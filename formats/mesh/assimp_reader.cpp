@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The only source that includes assimp. No post-processing: some steps abort on damaged input, and assimp's own
+// triangulation cuts concave polygons wrongly.
+#include <assimp/scene.h>
+
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "formats/mesh/assimp_reader.h"
+#include "formats/mesh/child_process.h"
+#include "formats/mesh/triangulate.h"
+
+namespace vps {
+namespace {
+
+struct Raw {
+  std::vector<std::array<double, 3>> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  std::uint32_t skipped_primitives = 0;
+};
+
+// Row-major 4x4 in double: nested transforms lose no more than assimp's floats already have.
+using Matrix = std::array<double, 16>;
+
+Matrix to_matrix(const aiMatrix4x4& m) {
+  return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3, m.d4};
+}
+
+Matrix multiply(const Matrix& a, const Matrix& b) {
+  Matrix out{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t k = 0; k < 4; ++k) out[4 * i + j] += a[4 * i + k] * b[4 * k + j];
+    }
+  }
+  return out;
+}
+
+double determinant3(const Matrix& m) {
+  return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+}
+
+void add_mesh(const aiMesh& mesh, const Matrix& m, Raw& out) {
+  const auto base = static_cast<std::uint32_t>(out.vertices.size());
+  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
+    const aiVector3D& v = mesh.mVertices[i];
+    out.vertices.push_back({m[0] * v.x + m[1] * v.y + m[2] * v.z + m[3], m[4] * v.x + m[5] * v.y + m[6] * v.z + m[7],
+                            m[8] * v.x + m[9] * v.y + m[10] * v.z + m[11]});
+  }
+  // A mirroring transform turns the winding.
+  const bool mirrored = determinant3(m) < 0;
+  std::vector<std::array<double, 3>> corners;
+  for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+    const aiFace& face = mesh.mFaces[f];
+    if (face.mNumIndices < 3) {
+      ++out.skipped_primitives;
+      continue;
+    }
+    corners.clear();
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      // The parent checks indices too, but positions are needed here.
+      if (face.mIndices[k] >= mesh.mNumVertices) throw std::runtime_error("a face refers to a vertex that is not there");
+      corners.push_back(out.vertices[base + face.mIndices[k]]);
+    }
+    for (auto [a, b, c] : triangulate_polygon(corners)) {
+      if (mirrored) std::swap(b, c);
+      out.triangles.push_back({base + face.mIndices[a], base + face.mIndices[b], base + face.mIndices[c]});
+    }
+  }
+}
+
+// Iterative: a file may nest nodes deeper than the stack.
+void add_nodes(const aiScene& scene, Raw& out) {
+  struct Visit {
+    const aiNode* node;
+    Matrix transform;
+  };
+  constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  std::vector<Visit> stack = {{scene.mRootNode, kIdentity}};
+  while (!stack.empty()) {
+    const Visit visit = stack.back();
+    stack.pop_back();
+    const Matrix transform = multiply(visit.transform, to_matrix(visit.node->mTransformation));
+    for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
+      if (visit.node->mMeshes[i] >= scene.mNumMeshes) throw std::runtime_error("a node refers to a mesh that is not there");
+      add_mesh(*scene.mMeshes[visit.node->mMeshes[i]], transform, out);
+    }
+    for (unsigned i = visit.node->mNumChildren; i-- > 0;) stack.push_back({visit.node->mChildren[i], transform});
+  }
+}
+
+void send_error(int fd, const std::string& text) {
+  RawMeshHeader header;
+  header.tag = RawMeshHeader::kError;
+  write_all(fd, &header, sizeof header);
+  write_all(fd, text.data(), text.size());
+}
+
+}  // namespace
+
+void read_with_assimp(const std::string& path, int fd) {
+  try {
+    Assimp::Importer importer;
+    const aiScene* const scene = importer.ReadFile(path, 0);
+    if (scene == nullptr || scene->mRootNode == nullptr) {
+      send_error(fd, importer.GetErrorString());
+      return;
+    }
+    Raw raw;
+    add_nodes(*scene, raw);
+    RawMeshHeader header;
+    header.tag = RawMeshHeader::kMesh;
+    header.skipped_primitives = raw.skipped_primitives;
+    header.vertices = raw.vertices.size();
+    header.triangles = raw.triangles.size();
+    write_all(fd, &header, sizeof header);
+    write_all(fd, raw.vertices.data(), raw.vertices.size() * sizeof raw.vertices[0]);
+    write_all(fd, raw.triangles.data(), raw.triangles.size() * sizeof raw.triangles[0]);
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    send_error(fd, error.what());
+  }
+}
+
+}  // namespace vps

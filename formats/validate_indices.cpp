@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Zlib
+// Every index stored in the sections, and the floats of the pointshell: after this no query can leave the mapping.
+// Plain loops without early exits, so that compilers vectorize them: this runs at every open.
+#include <bit>
+#include <cmath>
+
+#include "formats/vps_format.h"
+
+namespace vps {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "assets are mapped as they lie in the file");
+
+template <class T>
+std::span<const T> section(std::span<const std::byte> file, const Directory& directory, SectionKind kind) noexcept {
+  const Section* const s = directory.find(kind);
+  if (s == nullptr) return {};
+  return {reinterpret_cast<const T*>(file.data() + s->offset), s->bytes / sizeof(T)};
+}
+
+bool all_finite(std::span<const float> values) noexcept {
+  // The exponent of infinities and NaNs is all ones.
+  std::uint32_t bad = 0;
+  for (const float v : values) bad |= (std::bit_cast<std::uint32_t>(v) & 0x7F800000u) == 0x7F800000u;
+  return bad == 0;
+}
+
+bool none_negative(std::span<const float> values) noexcept {
+  std::uint32_t bad = 0;
+  for (const float v : values) bad |= !(v >= 0);
+  return bad == 0;
+}
+
+Status check_bricks(std::span<const std::uint32_t> index, std::uint64_t bricks) noexcept {
+  // kNoBrick + 1 wraps to 0, so one comparison serves all.
+  std::uint32_t largest = 0;
+  for (const std::uint32_t brick : index) largest = brick + 1 > largest ? brick + 1 : largest;
+  return largest <= bricks ? Status::ok : Status::bad_index;
+}
+
+// Children of a level follow each other without gaps: every node but the root has one parent, every point one leaf.
+Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> children,
+                  std::uint64_t points) noexcept {
+  const std::size_t levels = offsets.size() - 1;
+  const std::uint64_t nodes = children.size() / 2;
+  if (offsets[0] != 0 || offsets[1] != 1 || offsets[levels] != nodes) return Status::bad_index;
+  for (std::size_t level = 0; level < levels; ++level) {
+    if (offsets[level + 1] <= offsets[level] || offsets[level + 1] > nodes) return Status::bad_index;
+  }
+  for (std::size_t level = 0; level < levels; ++level) {
+    const bool leaf = level + 1 == levels;
+    std::uint64_t next = leaf ? 0 : offsets[level + 1];
+    for (std::size_t node = offsets[level]; node < offsets[level + 1]; ++node) {
+      if (children[2 * node] != next || children[2 * node + 1] == 0) return Status::bad_index;
+      next += children[2 * node + 1];
+    }
+    if (next != (leaf ? points : offsets[level + 2])) return Status::bad_index;
+  }
+  return Status::ok;
+}
+
+bool all_below(std::span<const std::uint32_t> values, std::uint64_t limit) noexcept {
+  std::uint32_t largest = 0;
+  for (const std::uint32_t v : values) largest = v > largest ? v : largest;
+  return largest < limit;
+}
+
+bool normals_are_unit(std::span<const float> rows) noexcept {
+  const std::size_t count = rows.size() / 3;
+  std::uint32_t bad = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float x = rows[i];
+    const float y = rows[count + i];
+    const float z = rows[2 * count + i];
+    const float squared = x * x + y * y + z * z;
+    bad |= !(squared > 0.998F && squared < 1.002F);
+  }
+  return bad == 0;
+}
+
+}  // namespace
+
+Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept {
+  if (directory.info.dims[0] != 0) {
+    std::uint64_t bricks = 0;
+    for (const SectionKind kind : {SectionKind::layers, SectionKind::scaled, SectionKind::real}) {
+      if (const Section* const field = directory.find(kind)) bricks = field->shape[0];
+    }
+    const Status status = check_bricks(section<std::uint32_t>(file, directory, SectionKind::brick_index), bricks);
+    if (status != Status::ok) return status;
+  }
+  if (directory.info.points == 0) return Status::ok;
+  const std::uint64_t points = directory.info.points;
+  const Status status = check_tree(section<std::uint32_t>(file, directory, SectionKind::level_offsets),
+                                   section<std::uint32_t>(file, directory, SectionKind::children), points);
+  if (status != Status::ok) return status;
+  if (!all_below(section<std::uint32_t>(file, directory, SectionKind::parent_points), points)) return Status::bad_index;
+  const auto spheres = section<float>(file, directory, SectionKind::spheres);
+  const auto areas = section<float>(file, directory, SectionKind::point_areas);
+  const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3)) &&
+                    all_finite(section<float>(file, directory, SectionKind::point_positions)) && all_finite(areas) &&
+                    none_negative(areas) &&
+                    normals_are_unit(section<float>(file, directory, SectionKind::point_inward_normals));
+  return good ? Status::ok : Status::bad_index;
+}
+
+}  // namespace vps
