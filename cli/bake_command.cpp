@@ -90,7 +90,7 @@ int bake_file(const BakeArguments& arguments) {
   progress.show("import", 0);
   const auto import_begin = Clock::now();
   ImportOptions import_options;
-  import_options.unit = arguments.unit;
+  import_options.unit = arguments.unit * arguments.scale;
   const TriangleMesh mesh = import_mesh(arguments.mesh, import_options);
   const double import_seconds = seconds_since(import_begin);
 

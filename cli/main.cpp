@@ -50,6 +50,11 @@ void add_bake_options(CLI::App& app, BakeArguments& arguments) {
       ->check(CLI::IsMember(std::set<double>{1, 0.01, 0.001, 0.0254}))
       ->type_name("UNIT");
 
+  app.add_option("--scale", arguments.scale, "Enlarge the mesh by this factor")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str()
+      ->type_name("X");
+
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')
       ->check(CLI::IsMember({"voxelmap", "pointshell"}))

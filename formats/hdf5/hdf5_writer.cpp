@@ -201,6 +201,13 @@ void write_facts(hid_t root, const AssetInfo& info) {
   write_count(root, "certificate_samples", info.certificate_samples);
 }
 
+// Made by hand, for groups that HDF5 makes on the way carry time stamps.
+void create_group(hid_t file, const char* path) {
+  const Handle create(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "set up a group");
+  require(H5Pset_obj_track_times(create, false), "set up a group");
+  const Handle group(H5Gcreate2(file, path, H5P_DEFAULT, create, H5P_DEFAULT), H5Gclose, "create a group");
+}
+
 const detail::SectionName& name_of(SectionKind kind) {
   for (const detail::SectionName& name : detail::kSectionNames) {
     if (name.kind == kind) return name;
@@ -226,8 +233,6 @@ Section write_section(hid_t file, const SectionData& data) {
     throw WriteError(std::string("the size of ") + name.path + " is wrong; this is a defect, please report it");
   }
 
-  const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "set up a dataset");
-  require(H5Pset_create_intermediate_group(links, 1), "set up a dataset");
   const Handle create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "set up a dataset");
   require(H5Pset_layout(create, H5D_CONTIGUOUS), "set up a dataset");
   // Offsets exist only once space is allocated.
@@ -237,7 +242,7 @@ Section write_section(hid_t file, const SectionData& data) {
   const std::vector<hsize_t> shape(data.shape.begin(), data.shape.end());
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, "set up a dataset");
   const hid_t type = memory_type(data.element);
-  const Handle dataset(H5Dcreate2(file, name.path, type, space, links, create, H5P_DEFAULT), H5Dclose, "create a dataset");
+  const Handle dataset(H5Dcreate2(file, name.path, type, space, H5P_DEFAULT, create, H5P_DEFAULT), H5Dclose, "create a dataset");
   require(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.bytes.data()), "write a dataset");
   write_text(dataset, "unit", name.unit);
   write_text(dataset, "meaning", name.meaning);
@@ -280,6 +285,11 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
     {
       const Handle root(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "open the root group");
       write_facts(root, info);
+    }
+    if (info.dims[0] > 0) create_group(file, "/voxelmap");
+    if (info.points > 0) {
+      create_group(file, "/pointshell");
+      create_group(file, "/pointshell/tree");
     }
     for (const SectionData& section : sections) {
       directory.sections[directory.section_count++] = write_section(file, section);

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Zlib
+/// @file Chooses the few contacts that Bullet keeps. Paper: Sec. 3.2. Internal.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps::bullet {
+
+/// Up to four contacts: the deepest, then those that spread the manifold's area most. Ties go to the first.
+/// @return how many were chosen; `chosen` holds their places in `contacts`
+std::size_t reduce_contacts(std::span<const Contact> contacts, std::array<std::uint32_t, 4>& chosen);
+
+}  // namespace vps::bullet

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Zlib
+// The collision shape: bounds, inertia and surfels from the asset. Paper: Sec. 3.2.
+#include <LinearMath/btAabbUtil2.h>
+
+#include <cmath>
+
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::bullet {
+namespace {
+
+btVector3 vector3(const std::array<double, 3>& v) {
+  return {static_cast<btScalar>(v[0]), static_cast<btScalar>(v[1]), static_cast<btScalar>(v[2])};
+}
+
+// Walks the point-sphere tree and hands out the surfels that meet a box.
+class Surfels {
+ public:
+  Surfels(const PointshellView& shell, const btVector3& centre_of_mass, const btVector3& low, const btVector3& high,
+          btTriangleCallback& callback)
+      : shell_(shell), centre_of_mass_(centre_of_mass), low_(low), high_(high), callback_(callback) {}
+
+  // Depth is bounded by the tree's levels.
+  void visit(std::uint32_t node) {
+    const btVector3 centre = position(shell_.sphere, node);
+    if (!near(centre, shell_.sphere[3][node] + reach())) return;
+    const std::uint32_t first = shell_.children[2 * node];
+    const std::uint32_t end = first + shell_.children[2 * node + 1];
+    const bool leaf = node >= shell_.level_offsets[shell_.levels - 1];
+    for (std::uint32_t child = first; child < end; ++child) leaf ? emit(child) : visit(child);
+  }
+
+ private:
+  btScalar reach() const { return 2 * btScalar(shell_.covering_radius); }
+  btVector3 position(const float* const* rows, std::uint32_t i) const {
+    return btVector3(rows[0][i], rows[1][i], rows[2][i]) - centre_of_mass_;
+  }
+  bool near(const btVector3& p, btScalar distance) const {
+    const btVector3 margin(distance, distance, distance);
+    return TestPointAgainstAabb2(low_ - margin, high_ + margin, p);
+  }
+  void emit(std::uint32_t point) {
+    const btVector3 p = position(shell_.position, point);
+    if (!near(p, reach())) return;
+    const btVector3 outward =
+        -btVector3(shell_.inward_normal[0][point], shell_.inward_normal[1][point], shell_.inward_normal[2][point]);
+    btVector3 u;
+    btVector3 v;
+    btPlaneSpace1(outward, u, v);
+    // An equilateral triangle has corners at twice the radius of its inscribed circle.
+    btVector3 corners[3];
+    for (int k = 0; k < 3; ++k) {
+      const btScalar angle = btScalar(k) * SIMD_2_PI / 3;
+      corners[k] = p + reach() * (btCos(angle) * u + btSin(angle) * v);
+    }
+    if ((corners[1] - corners[0]).cross(corners[2] - corners[0]).dot(outward) < 0) btSwap(corners[1], corners[2]);
+    callback_.processTriangle(corners, 0, static_cast<int>(point));
+  }
+
+  const PointshellView& shell_;
+  const btVector3 centre_of_mass_;
+  const btVector3 low_, high_;
+  btTriangleCallback& callback_;
+};
+
+}  // namespace
+
+Shape::Shape(std::shared_ptr<const Asset> asset)
+    : asset_(std::move(asset)), centre_of_mass_(vector3(asset_->info().centre_of_mass)) {
+  m_shapeType = kProxyType;
+  m_collisionMargin = 0;
+  // A part that is absent leaves its view empty; pairs that need it say so.
+  (void)asset_->voxelmap(map_);
+  (void)asset_->pointshell(shell_);
+}
+
+std::uint32_t Shape::segment_level() const {
+  if (wished_segments_ == 0 || shell_.points == 0) return 0;
+  const auto distance = [&](std::uint32_t level) {
+    const double clusters = shell_.level_offsets[level] - shell_.level_offsets[level - 1];
+    return std::abs(std::log(clusters / wished_segments_));
+  };
+  std::uint32_t best = 1;
+  for (std::uint32_t level = 2; level <= shell_.levels; ++level) {
+    if (distance(level) < distance(best)) best = level;
+  }
+  return best;
+}
+
+void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
+  const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
+  btTransformAabb(from, to, getMargin(), transform, low, high);
+}
+
+void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
+  const AssetInfo& info = asset_->info();
+  const double density = static_cast<double>(mass) / info.volume;
+  inertia = static_cast<btScalar>(density) * vector3({info.inertia[0], info.inertia[1], info.inertia[2]});
+}
+
+void Shape::setLocalScaling(const btVector3& scaling) {
+  if (scaling != scaling_) report(Status::bad_argument);
+}
+
+void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
+  if (shell_.points > 0) Surfels(shell_, centre_of_mass_, low, high, *callback).visit(0);
+}
+
+}  // namespace vps::bullet
