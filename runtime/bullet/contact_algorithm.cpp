@@ -107,6 +107,13 @@ struct OldPoint {
   btManifoldPoint point;
 };
 
+// Shell points of the last step's regular manifold.
+struct Previous {
+  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};
+  std::size_t count = 0;
+  operator std::span<const std::uint32_t>() const { return {points.data(), count}; }
+};
+
 class ContactAlgorithm final : public btCollisionAlgorithm {
  public:
   explicit ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info) : btCollisionAlgorithm(info) {}
@@ -133,6 +140,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   [[nodiscard]] Status query(const Roles& roles, const QueryOptions& options, Workspace& space, QueryResult& found) const;
   void fill_manifold(int slot, const Roles& roles, std::span<const Contact> contacts, btManifoldResult* result);
   void clear_from(int slot);
+  [[nodiscard]] Previous previous() const;
   btPersistentManifold* manifold(int slot, const btManifoldResult* result, btScalar threshold);
 
   // Slot 0 for regular contacts; one per segment otherwise, made when first needed. Null where none was needed.
@@ -141,12 +149,16 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Within this distance a point is a contact: a voxel, so that resting contacts live through the noise of a step.
-btScalar contact_distance(const Roles& roles) {
+// Bullet's breaking threshold for a pair: the coarser of the two voxel sizes.
+btScalar breaking_threshold(const Roles& roles) {
   const double shell = roles.shell->asset().info().voxel_size;
   const double map = roles.map != nullptr ? roles.map->asset().info().voxel_size : shell;
   return static_cast<btScalar>(std::max(shell, map));
 }
+
+// Points up to this part of a voxel off the surface are contacts, so that a resting contact lives through the noise of a
+// step. With a whole voxel a bunny on a box tests five times the points, and its flickering manifold never comes to rest.
+constexpr btScalar kContactDistance_vx = btScalar(0.1);
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo&, btManifoldResult* result) {
@@ -154,8 +166,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Roles roles = assign_roles(first, second);
   Workspace& space = workspace(roles.shell->pointshell());
   QueryOptions options;
-  options.contact_distance =
-      static_cast<float>(std::max(contact_distance(roles), result->m_closestPointDistanceThreshold));
+  options.contact_distance = static_cast<float>(
+      std::max(kContactDistance_vx * breaking_threshold(roles), result->m_closestPointDistanceThreshold));
   options.segment_level = roles.shell->segment_level();
   QueryResult found;
   if (const Status status = query(roles, options, space, found); status != Status::ok) {
@@ -167,7 +179,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const std::span<const Contact> contacts(space.contacts.data(), found.contacts);
   if (options.segment_level == 0) {
     std::array<std::uint32_t, 4> chosen{};
-    const std::size_t count = reduce_contacts(contacts, chosen);
+    const std::size_t count = reduce_contacts(contacts, previous(), chosen);
     std::array<Contact, 4> few;
     for (std::size_t i = 0; i < count; ++i) few[i] = contacts[chosen[i]];
     fill_manifold(0, roles, {few.data(), count}, result);
@@ -243,12 +255,21 @@ void ContactAlgorithm::clear_from(int slot) {
   }
 }
 
+Previous ContactAlgorithm::previous() const {
+  Previous out;
+  if (manifolds_.size() == 0 || manifolds_[0] == nullptr) return out;
+  for (int i = 0; i < manifolds_[0]->getNumContacts(); ++i) {
+    out.points[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
+  }
+  return out;
+}
+
 // Replaces a manifold's points by fresh ones: refreshing would keep the normals of the step they were made in.
 void ContactAlgorithm::fill_manifold(int slot, const Roles& roles, std::span<const Contact> contacts,
                                      btManifoldResult* result) {
   const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
   if (contacts.empty() && !exists) return;
-  const btScalar threshold = contact_distance(roles);
+  const btScalar threshold = breaking_threshold(roles);
   btPersistentManifold* const target = manifold(slot, result, threshold);
   result->setPersistentManifold(target);
   // Normals follow the bodies of the manifold, whatever the order of the call.

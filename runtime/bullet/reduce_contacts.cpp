@@ -2,6 +2,8 @@
 // Manifold reduction before addContactPoint, which costs about 30 ns a point and keeps four. Paper: Sec. 3.2.
 #include "runtime/bullet/reduce_contacts.h"
 
+#include <algorithm>
+
 #include "runtime/penetration.h"
 
 namespace vps::bullet {
@@ -11,57 +13,64 @@ using namespace detail;
 
 Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
-// First place with the largest score.
-template <class Score>
-std::uint32_t best(std::span<const Contact> contacts, Score score, float& value) {
-  std::uint32_t at = 0;
-  value = -1;
-  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
-    const float s = score(contacts[i]);
-    if (s > value) {
-      value = s;
-      at = i;
-    }
-  }
-  return at;
-}
+// How much better a new contact has to be than one of the step before.
+constexpr float kHysteresis = 1.2F;
 
-std::uint32_t deepest(std::span<const Contact> contacts) {
-  std::uint32_t at = 0;
-  for (std::uint32_t i = 1; i < contacts.size(); ++i) {
-    if (contacts[i].penetration > contacts[at].penetration) at = i;
+class Reduction {
+ public:
+  Reduction(std::span<const Contact> contacts, std::span<const std::uint32_t> previous)
+      : contacts_(contacts), previous_(previous) {}
+
+  std::uint32_t deepest() const {
+    std::uint32_t at = 0;
+    for (std::uint32_t i = 1; i < contacts_.size(); ++i) {
+      if (contacts_[i].penetration > contacts_[at].penetration) at = i;
+    }
+    return at;
   }
-  return at;
-}
+
+  /// First place with the largest score above 0, or false.
+  template <class Score>
+  bool best(Score score, std::uint32_t& at) const {
+    float value = 0;
+    for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
+      float s = score(contacts_[i].position);
+      if (s > 0 && was_chosen(contacts_[i].point)) s *= kHysteresis;
+      if (s > value) {
+        value = s;
+        at = i;
+      }
+    }
+    return value > 0;
+  }
+
+ private:
+  bool was_chosen(std::uint32_t point) const {
+    return std::find(previous_.begin(), previous_.end(), point) != previous_.end();
+  }
+  const std::span<const Contact> contacts_;
+  const std::span<const std::uint32_t> previous_;
+};
 
 }  // namespace
 
-std::size_t reduce_contacts(std::span<const Contact> contacts, std::array<std::uint32_t, 4>& chosen) {
+std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous,
+                            std::array<std::uint32_t, 4>& chosen) {
   if (contacts.empty()) return 0;
-  chosen[0] = deepest(contacts);
+  const Reduction reduction(contacts, previous);
+  chosen[0] = reduction.deepest();
   const Vec3 a = contacts[chosen[0]].position;
-  float value = 0;
-  chosen[1] = best(contacts, [&](const Contact& c) { return dot(c.position - a, c.position - a); }, value);
-  if (!(value > 0)) return 1;
+  if (!reduction.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;
   const Vec3 b = contacts[chosen[1]].position;
-  // Squared twice the area of the triangle abc.
-  const auto triangle = [&](const Contact& c) {
-    const Vec3 normal = cross(b - a, c.position - a);
-    return dot(normal, normal);
-  };
-  chosen[2] = best(contacts, triangle, value);
-  if (!(value > 0)) return 2;
+  // Twice the area of the triangle abp.
+  if (!reduction.best([&](Vec3 p) { return length(cross(b - a, p - a)); }, chosen[2])) return 2;
   const Vec3 c = contacts[chosen[2]].position;
   const Vec3 normal = cross(b - a, c - a);
   // What a fourth corner adds beyond one of the triangle's edges.
-  const auto beyond = [&](const Contact& d) {
-    const float ab = dot(cross(b - a, a - d.position), normal);
-    const float bc = dot(cross(c - b, b - d.position), normal);
-    const float ca = dot(cross(a - c, c - d.position), normal);
-    return std::max({ab, bc, ca});
+  const auto beyond = [&](Vec3 p) {
+    return std::max({dot(cross(b - a, a - p), normal), dot(cross(c - b, b - p), normal), dot(cross(a - c, c - p), normal)});
   };
-  chosen[3] = best(contacts, beyond, value);
-  return value > 0 ? 4 : 3;
+  return reduction.best(beyond, chosen[3]) ? 4 : 3;
 }
 
 }  // namespace vps::bullet

@@ -183,7 +183,7 @@ int usage() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  int steps = 1000;
+  int steps = 2000;
   if (argc != 2 && !(argc == 4 && std::strcmp(argv[2], "--steps") == 0 && (steps = std::atoi(argv[3])) > 0)) return usage();
   auto asset = std::make_shared<vps::Asset>();
   const auto begin = Clock::now();
@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
   print("dropped from 0.5 m on a fixed copy of itself that stands on the box", on_itself, Partner::itself, steps);
 
   for (const Outcome* out : {&on_box, &on_itself}) {
-    if (out->broken || out->rest_speed > 0.05 || shape.status() != vps::Status::ok) {
+    if (out->broken || out->rest_speed > 0.01 || shape.status() != vps::Status::ok) {
       std::fprintf(stderr, "bunny_drop: error: the body %s\n",
                    out->broken ? "fell through or flew off" : shape.status() != vps::Status::ok ? "met a pair without an answer"
                                                                                                 : "did not come to rest");
