@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only source that includes assimp. No post-processing: some steps abort on damaged input, and assimp's own
 // triangulation cuts concave polygons wrongly.
+#include "formats/mesh/assimp_reader.h"
+
+#include <assimp/importerdesc.h>
 #include <assimp/scene.h>
 
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cstdint>
+#include <new>
+#include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
-#include "formats/mesh/assimp_reader.h"
 #include "formats/mesh/child_process.h"
 #include "formats/mesh/triangulate.h"
 
@@ -24,6 +29,8 @@ struct Raw {
 
 // Row-major 4x4 in double: nested transforms lose no more than assimp's floats already have.
 using Matrix = std::array<double, 16>;
+
+constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
 
 Matrix to_matrix(const aiMatrix4x4& m) {
   return {m.a1, m.a2, m.a3, m.a4, m.b1, m.b2, m.b3, m.b4, m.c1, m.c2, m.c3, m.c4, m.d1, m.d2, m.d3, m.d4};
@@ -43,15 +50,18 @@ double determinant3(const Matrix& m) {
   return m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
 }
 
-void add_mesh(const aiMesh& mesh, const Matrix& m, Raw& out) {
+std::array<double, 3> transformed(const Matrix& m, const aiVector3D& v) {
+  return {m[0] * v.x + m[1] * v.y + m[2] * v.z + m[3], m[4] * v.x + m[5] * v.y + m[6] * v.z + m[7],
+          m[8] * v.x + m[9] * v.y + m[10] * v.z + m[11]};
+}
+
+void add_mesh(const aiMesh& mesh, const Matrix& transform, Raw& out) {
+  constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
+  if (out.vertices.size() + mesh.mNumVertices > kMaxVertices) throw std::runtime_error("more than 2^32 vertices");
   const auto base = static_cast<std::uint32_t>(out.vertices.size());
-  for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
-    const aiVector3D& v = mesh.mVertices[i];
-    out.vertices.push_back({m[0] * v.x + m[1] * v.y + m[2] * v.z + m[3], m[4] * v.x + m[5] * v.y + m[6] * v.z + m[7],
-                            m[8] * v.x + m[9] * v.y + m[10] * v.z + m[11]});
-  }
+  for (unsigned i = 0; i < mesh.mNumVertices; ++i) out.vertices.push_back(transformed(transform, mesh.mVertices[i]));
   // A mirroring transform turns the winding.
-  const bool mirrored = determinant3(m) < 0;
+  const bool mirrored = determinant3(transform) < 0;
   std::vector<std::array<double, 3>> corners;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
     const aiFace& face = mesh.mFaces[f];
@@ -62,8 +72,11 @@ void add_mesh(const aiMesh& mesh, const Matrix& m, Raw& out) {
     corners.clear();
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       // The parent checks indices too, but positions are needed here.
-      if (face.mIndices[k] >= mesh.mNumVertices) throw std::runtime_error("a face refers to a vertex that is not there");
-      corners.push_back(out.vertices[base + face.mIndices[k]]);
+      if (face.mIndices[k] >= mesh.mNumVertices)
+        throw std::runtime_error("a face refers to a vertex that is not there");
+      // As in the file, before any transform: rounding must not bend what is straight there.
+      const aiVector3D& v = mesh.mVertices[face.mIndices[k]];
+      corners.push_back({v.x, v.y, v.z});
     }
     for (auto [a, b, c] : triangulate_polygon(corners)) {
       if (mirrored) std::swap(b, c);
@@ -78,52 +91,73 @@ void add_nodes(const aiScene& scene, Raw& out) {
     const aiNode* node;
     Matrix transform;
   };
-  constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   std::vector<Visit> stack = {{scene.mRootNode, kIdentity}};
   while (!stack.empty()) {
     const Visit visit = stack.back();
     stack.pop_back();
     const Matrix transform = multiply(visit.transform, to_matrix(visit.node->mTransformation));
     for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
-      if (visit.node->mMeshes[i] >= scene.mNumMeshes) throw std::runtime_error("a node refers to a mesh that is not there");
-      add_mesh(*scene.mMeshes[visit.node->mMeshes[i]], transform, out);
+      const unsigned mesh = visit.node->mMeshes[i];
+      if (mesh >= scene.mNumMeshes) throw std::runtime_error("a node refers to a mesh that is not there");
+      add_mesh(*scene.mMeshes[mesh], transform, out);
     }
     for (unsigned i = visit.node->mNumChildren; i-- > 0;) stack.push_back({visit.node->mChildren[i], transform});
   }
 }
 
+bool supports(const aiImporterDesc& loader, const std::string& extension) {
+  std::istringstream words(loader.mFileExtensions);
+  for (std::string word; words >> word;) {
+    if (word == extension) return true;
+  }
+  return false;
+}
+
+// Otherwise assimp guesses from the content, and a file named .ply may reach any of its 50 loaders.
+void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
+  for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
+    if (!supports(*importer.GetImporterInfo(i), extension)) importer.UnregisterLoader(importer.GetImporter(i));
+  }
+}
+
 void send_error(int fd, const std::string& text) {
+  // assimp turns what its loaders throw into text.
+  if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
   RawMeshHeader header;
   header.tag = RawMeshHeader::kError;
   write_all(fd, &header, sizeof header);
   write_all(fd, text.data(), text.size());
 }
 
+void send_mesh(int fd, const Raw& raw) {
+  RawMeshHeader header;
+  header.tag = RawMeshHeader::kMesh;
+  header.skipped_primitives = raw.skipped_primitives;
+  header.vertices = raw.vertices.size();
+  header.triangles = raw.triangles.size();
+  write_all(fd, &header, sizeof header);
+  write_all(fd, raw.vertices.data(), raw.vertices.size() * sizeof raw.vertices[0]);
+  write_all(fd, raw.triangles.data(), raw.triangles.size() * sizeof raw.triangles[0]);
+}
+
 }  // namespace
 
-void read_with_assimp(const std::string& path, int fd) {
-  try {
-    Assimp::Importer importer;
-    const aiScene* const scene = importer.ReadFile(path, 0);
-    if (scene == nullptr || scene->mRootNode == nullptr) {
-      send_error(fd, importer.GetErrorString());
-      return;
-    }
-    Raw raw;
-    add_nodes(*scene, raw);
-    RawMeshHeader header;
-    header.tag = RawMeshHeader::kMesh;
-    header.skipped_primitives = raw.skipped_primitives;
-    header.vertices = raw.vertices.size();
-    header.triangles = raw.triangles.size();
-    write_all(fd, &header, sizeof header);
-    write_all(fd, raw.vertices.data(), raw.vertices.size() * sizeof raw.vertices[0]);
-    write_all(fd, raw.triangles.data(), raw.triangles.size() * sizeof raw.triangles[0]);
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception& error) {
-    send_error(fd, error.what());
+void read_with_assimp(const std::string& path, const std::string& extension, int fd) {
+  Assimp::Importer importer;
+  keep_loaders(importer, extension);
+  const aiScene* const scene = importer.ReadFile(path, 0);
+  if (scene == nullptr || scene->mRootNode == nullptr) {
+    send_error(fd, importer.GetErrorString());
+    return;
   }
+  Raw raw;
+  try {
+    add_nodes(*scene, raw);
+  } catch (const std::runtime_error& error) {
+    send_error(fd, error.what());
+    return;
+  }
+  send_mesh(fd, raw);
 }
 
 }  // namespace vps

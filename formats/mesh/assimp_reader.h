@@ -18,7 +18,9 @@ struct RawMeshHeader {
   std::uint64_t triangles = 0;
 };
 
-/// Imports `path`, walks the node tree with its transforms, triangulates, and writes the result to `fd`.
-void read_with_assimp(const std::string& path, int fd);
+/// Imports `path` with the loaders for `extension` only, walks the node tree with its transforms, triangulates, and
+/// writes the result to `fd`.
+/// @param extension  in lower case, without the dot
+void read_with_assimp(const std::string& path, const std::string& extension, int fd);
 
 }  // namespace vps

@@ -14,31 +14,51 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <new>
 
 namespace vps {
 namespace {
 
 constexpr int kOutOfMemory = 90;
-constexpr int kCannotWrite = 91;
+constexpr int kFailed = 91;
 
 void limit(int resource, rlim_t value) {
   const rlimit both{value, value};
   ::setrlimit(static_cast<__rlimit_resource_t>(resource), &both);
 }
 
-[[noreturn]] void run_child(const ChildLimits& limits, const std::function<void(int)>& work, int fd) {
-  // Whatever a library prints or installs must not reach the user or outlive the parent.
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+// Address space this process already has: threads and arenas of the parent come along with the fork.
+std::size_t address_space() {
+  char text[64] = {};
+  const int fd = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
+  const ssize_t got = fd < 0 ? 0 : ::read(fd, text, sizeof text - 1);
+  if (fd >= 0) ::close(fd);
+  return got <= 0 ? 0 : std::strtoull(text, nullptr, 10) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
+
+// Leaves the standard descriptors, on /dev/null, and `fd`, which moves to number 3. Above all the pipes of other
+// children, which would not come to their end before this child does.
+int keep_only(int fd) {
   const int null = ::open("/dev/null", O_RDWR);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, standard);
+  constexpr int kOurs = 3;
+  if (fd != kOurs) ::dup2(fd, kOurs);
+  ::close_range(kOurs + 1, ~0U, 0);
+  return kOurs;
+}
+
+[[noreturn]] void run_child(const ChildLimits& limits, const std::function<void(int)>& work, int fd) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  fd = keep_only(fd);
+  // Handlers of the parent must not run here, and a crash has to look like one.
   for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
   ::signal(SIGPIPE, SIG_IGN);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.timeout)) + 1);
 #ifndef __SANITIZE_ADDRESS__
   // AddressSanitizer reserves terabytes of address space.
-  limit(RLIMIT_AS, limits.memory_bytes);
+  limit(RLIMIT_AS, address_space() + limits.memory_bytes);
 #endif
   int code = 0;
   try {
@@ -46,9 +66,42 @@ void limit(int resource, rlim_t value) {
   } catch (const std::bad_alloc&) {
     code = kOutOfMemory;
   } catch (...) {
-    code = 1;
+    code = kFailed;
   }
   ::_exit(code);
+}
+
+// Reads up to the end of the pipe. False when the time is over before.
+bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(timeout);
+  std::vector<std::byte> buffer(1 << 20);
+  while (true) {
+    const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
+    if (left <= 0) return false;
+    pollfd waiting{fd, POLLIN, 0};
+    if (::poll(&waiting, 1, static_cast<int>(std::min(left * 1000, 1e9)) + 1) <= 0) continue;
+    const ssize_t got = ::read(fd, buffer.data(), buffer.size());
+    if (got > 0) bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + got);
+    if (got == 0 || (got < 0 && errno != EINTR)) return true;
+  }
+}
+
+// Waits for the child. The end of its pipe may come before its own end.
+void judge(pid_t child, bool in_time, ChildResult& result) {
+  using End = ChildResult::End;
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  if (!in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
+    result.end = End::timed_out;
+  } else if (WIFSIGNALED(status)) {
+    result.end = End::crashed;
+    result.signal = WTERMSIG(status);
+  } else {
+    const int code = WEXITSTATUS(status);
+    result.end = code == 0 ? End::finished : code == kOutOfMemory ? End::out_of_memory : End::failed;
+  }
 }
 
 }  // namespace
@@ -58,56 +111,34 @@ void write_all(int fd, const void* data, std::size_t bytes) {
   while (bytes > 0) {
     const ssize_t written = ::write(fd, at, bytes);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) ::_exit(kCannotWrite);
+    if (written <= 0) ::_exit(kFailed);
     at += written;
     bytes -= static_cast<std::size_t>(written);
   }
 }
 
 ChildResult run_in_child(const ChildLimits& limits, const std::function<void(int)>& work) {
-  using Clock = std::chrono::steady_clock;
   ChildResult result;
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return result;
   const pid_t child = ::fork();
-  if (child < 0) {
-    ::close(ends[0]);
-    ::close(ends[1]);
-    return result;
-  }
-  if (child == 0) {
-    ::close(ends[0]);
-    run_child(limits, work, ends[1]);
-  }
+  if (child == 0) run_child(limits, work, ends[1]);
   ::close(ends[1]);
-
-  const auto deadline = Clock::now() + std::chrono::duration<double>(limits.timeout);
-  bool late = false;
-  for (bool open = true; open && !late;) {
-    const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
-    late = left <= 0;
-    pollfd waiting{ends[0], POLLIN, 0};
-    if (late || ::poll(&waiting, 1, static_cast<int>(std::min(left * 1000, 1e9)) + 1) <= 0) continue;
-    std::byte buffer[1 << 16];
-    const ssize_t got = ::read(ends[0], buffer, sizeof buffer);
-    open = got > 0 || (got < 0 && errno == EINTR);
-    if (got > 0) result.bytes.insert(result.bytes.end(), buffer, buffer + got);
+  if (child > 0) {
+    bool in_time = false;
+    try {
+      in_time = collect(ends[0], limits.timeout, result.bytes);
+    } catch (...) {
+      // No memory for the answer: neither the child nor its descriptor may stay behind.
+      ::kill(child, SIGKILL);
+      ::close(ends[0]);
+      judge(child, true, result);
+      throw;
+    }
+    if (!in_time) ::kill(child, SIGKILL);
+    judge(child, in_time, result);
   }
   ::close(ends[0]);
-  if (late) ::kill(child, SIGKILL);
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  if (late || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
-    result.end = ChildResult::End::timed_out;
-  } else if (WIFSIGNALED(status)) {
-    result.end = ChildResult::End::crashed;
-    result.signal = WTERMSIG(status);
-  } else {
-    result.end = WEXITSTATUS(status) == kOutOfMemory ? ChildResult::End::out_of_memory
-                 : WEXITSTATUS(status) == 0          ? ChildResult::End::finished
-                                                     : ChildResult::End::crashed;
-  }
   return result;
 }
 

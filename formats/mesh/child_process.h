@@ -9,22 +9,27 @@
 namespace vps {
 
 struct ChildLimits {
-  std::size_t memory_bytes = 0;  ///< address space
-  double timeout = 0;            ///< wall clock and processor time. [s]
+  std::size_t memory_bytes = 0;  ///< address space on top of what the parent has. Not enforced under AddressSanitizer
+  double timeout = 0;            ///< wall clock, and processor time. [s]
 };
 
 struct ChildResult {
-  enum class End { finished, crashed, out_of_memory, timed_out, cannot_start };
+  enum class End { finished, failed, crashed, out_of_memory, timed_out, cannot_start };
   End end = End::cannot_start;
-  int signal = 0;                    ///< with crashed
-  std::vector<std::byte> bytes;      ///< with finished: what the child wrote
+  int signal = 0;                ///< with crashed
+  std::vector<std::byte> bytes;  ///< with finished: what the child wrote
 };
 
 /// Forks, limits the child, runs `work(fd)` there and collects what it writes to `fd`. The child never returns: it ends
-/// with _exit, so it may only use memory and that descriptor. std::bad_alloc in the child counts as out_of_memory.
+/// with _exit. std::bad_alloc thrown by `work` counts as out_of_memory, any other exception as failed.
+///
+/// The parent may have threads. The child has only the calling one, and a lock that another thread held at the fork
+/// stays locked in the child. The C library makes its allocator safe for this; so `work` may allocate, but must not use
+/// anything else the parent's threads share: no logger, no thread pool. Should it hang in spite of this, the timeout
+/// ends it.
 [[nodiscard]] ChildResult run_in_child(const ChildLimits& limits, const std::function<void(int fd)>& work);
 
-/// Writes all bytes or ends the child.
+/// Writes all bytes, or ends the child. For use in `work`.
 void write_all(int fd, const void* data, std::size_t bytes);
 
 }  // namespace vps

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <span>
+#include <string_view>
 #include <system_error>
 #include <unordered_map>
 
@@ -21,56 +22,93 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = ImportError::Kind;
 
-constexpr const char* kFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
+constexpr std::string_view kFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
 constexpr std::uint64_t kMaxTriangles = 1ull << 31;
+constexpr double kLargestCoordinate = 1e30;
 
-[[noreturn]] void refuse(const std::string& message, Kind kind = Kind::bad_input) { throw ImportError(kind, message); }
+[[noreturn]] void refuse(const std::string& message, Kind kind = Kind::bad_input) {
+  throw ImportError(kind, message);
+}
 
-void check_file(const fs::path& path) {
+/// @return the extension in lower case, without the dot
+std::string check_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  if (!extension.empty()) extension.erase(0, 1);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  if (std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats)) return extension;
+  std::string known;
+  for (const std::string_view format : kFormats) {
+    known += (known.empty() ? "" : format == std::end(kFormats)[-1] ? " or " : ", ") + std::string(format);
+  }
+  refuse((extension.empty() ? "the file name has no extension" : "unknown mesh format ." + extension) +
+         "; use one of " + known);
+}
+
+// assimp takes a triangle strip for one polygon and reports nothing.
+void check_no_strips(std::istream& ply) {
+  std::string line;
+  for (int lines = 0; lines < 1000 && std::getline(ply, line); ++lines) {
+    if (line.starts_with("end_header")) return;
+    if (line.starts_with("element tristrips ")) {
+      refuse("the file stores triangle strips, which are not supported; export it with separate faces");
+    }
+  }
+}
+
+void check_is_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) refuse("the file does not exist; check its name", Kind::io);
+  if (status.type() == fs::file_type::not_found) refuse("the file does not exist; check its name", Kind::io);
+  if (!fs::status_known(status))
+    refuse("the file cannot be reached (" + error.message() + "); check its path", Kind::io);
   if (fs::is_directory(status)) refuse("this is a folder; give a mesh file", Kind::io);
   if (!fs::is_regular_file(status)) refuse("this is not a regular file; give a mesh file", Kind::io);
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const bool known = std::any_of(std::begin(kFormats), std::end(kFormats),
-                                 [&](const char* format) { return extension == std::string(".") + format; });
-  if (!known) {
-    refuse((extension.empty() ? "the file name has no extension" : "unknown mesh format " + extension) +
-           "; use obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
-  }
-  if (!std::ifstream(path).good()) refuse("the file may not be read; check its permissions", Kind::io);
-  if (fs::file_size(path, error) == 0) refuse("the file is empty; export it again");
 }
 
-// One short line without control characters, whatever the importer says.
-std::string clean(std::string text) {
-  for (char& c : text) {
-    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) c = ' ';
+void check_content(const fs::path& path, const std::string& extension) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) refuse("the file cannot be read; check its permissions", Kind::io);
+  if (file.peek() == std::ifstream::traits_type::eof()) refuse("the file is empty; export it again");
+  if (extension == "ply") check_no_strips(file);
+}
+
+// One short line of plain characters, without the file's path, whatever the importer says.
+std::string clean(std::string text, const std::string& path) {
+  for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path)) {
+    text.replace(at, path.size(), "this file");
+  }
+  std::string line;
+  for (const char c : text) {
+    const bool plain = std::isgraph(static_cast<unsigned char>(c)) != 0 && c != ';';
+    if (plain) line += c;
+    if (!plain && !line.empty() && line.back() != ' ') line += ' ';
   }
   constexpr std::size_t kLongest = 160;
-  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
-  while (!text.empty() && (text.back() == ' ' || text.back() == '.' || text.back() == ';')) text.pop_back();
-  return text.empty() ? "the importer gave no reason" : text;
+  if (line.size() > kLongest) return line.substr(0, kLongest) + "...";
+  while (!line.empty() && (line.back() == ' ' || line.back() == '.')) line.pop_back();
+  return line.empty() ? "the importer gave no reason" : line;
 }
 
-std::vector<std::byte> run_importer(const fs::path& path, const ImportOptions& options) {
+std::vector<std::byte> run_importer(const fs::path& path, const std::string& extension, const ImportOptions& options) {
+  using End = ChildResult::End;
   ChildResult child = run_in_child({options.memory_limit_bytes, options.timeout},
-                                   [&](int fd) { read_with_assimp(path.string(), fd); });
+                                   [&](int fd) { read_with_assimp(path.string(), extension, fd); });
   switch (child.end) {
-    case ChildResult::End::finished: return std::move(child.bytes);
-    case ChildResult::End::crashed:
+    case End::finished:
+      return std::move(child.bytes);
+    case End::failed:
+      refuse("the importer failed on this file; the file is damaged: export it again");
+    case End::crashed:
       refuse("the importer crashed on this file (signal " + std::to_string(child.signal) +
-             "); it is damaged: export it again, or in another format");
-    case ChildResult::End::out_of_memory:
-      refuse("the importer ran out of memory on this file; it is damaged or too large: export it again");
-    case ChildResult::End::timed_out:
+             "); the file is damaged: export it again");
+    case End::out_of_memory:
+      refuse("the importer ran out of memory on this file; the file is damaged or too large: export it again");
+    case End::timed_out:
       refuse("the importer did not finish in time; the file is damaged or too large: export it again");
-    case ChildResult::End::cannot_start: break;
+    case End::cannot_start:
+      break;
   }
-  refuse("cannot start the importer; check the limits on processes", Kind::io);
+  refuse("the importer cannot be started; check the limits on processes", Kind::io);
 }
 
 struct RawMesh {
@@ -78,29 +116,32 @@ struct RawMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-RawMesh parse(std::span<const std::byte> bytes) {
+RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
+  constexpr const char* kGarbled = "the importer gave a garbled answer on this file; export it again";
   RawMeshHeader header;
-  if (bytes.size() < sizeof header) refuse("the importer failed on this file; export it again");
+  if (bytes.size() < sizeof header) refuse(kGarbled);
   std::memcpy(&header, bytes.data(), sizeof header);
   bytes = bytes.subspan(sizeof header);
   if (header.tag == RawMeshHeader::kError) {
-    refuse(clean({reinterpret_cast<const char*>(bytes.data()), bytes.size()}) + "; export it again");
+    refuse(clean({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path) + "; export it again");
   }
   RawMesh raw;
   constexpr std::uint64_t kVertexBytes = sizeof raw.vertices[0];
   constexpr std::uint64_t kTriangleBytes = sizeof raw.triangles[0];
+  // The first two comparisons keep the products from overflowing.
   if (header.tag != RawMeshHeader::kMesh || header.vertices > bytes.size() || header.triangles > bytes.size() ||
       header.vertices * kVertexBytes + header.triangles * kTriangleBytes != bytes.size()) {
-    refuse("the importer failed on this file; export it again");
+    refuse(kGarbled);
   }
   if (header.triangles == 0) {
-    refuse(header.skipped_primitives > 0 ? "the file has points or lines but no triangles; export a surface"
-                                         : "the file has no triangles; export a surface");
+    const bool something = header.skipped_primitives > 0 || header.vertices > 0;
+    refuse(something ? "the file has points or lines but no triangles; export a surface"
+                     : "the file has no triangles; export a surface");
   }
   if (header.triangles > kMaxTriangles) refuse("the mesh has more than 2^31 triangles; simplify it");
   raw.vertices.resize(header.vertices);
   raw.triangles.resize(header.triangles);
-  std::memcpy(raw.vertices.data(), bytes.data(), header.vertices * kVertexBytes);
+  if (header.vertices > 0) std::memcpy(raw.vertices.data(), bytes.data(), header.vertices * kVertexBytes);
   std::memcpy(raw.triangles.data(), bytes.data() + header.vertices * kVertexBytes, header.triangles * kTriangleBytes);
   return raw;
 }
@@ -111,9 +152,15 @@ struct PositionHash {
   }
 };
 
+void check_coordinate(double value, double unit, std::size_t vertex, std::size_t triangle) {
+  if (std::abs(value) < kLargestCoordinate && std::abs(value * unit) < kLargestCoordinate) return;
+  const char* const what = std::isfinite(value) ? "too large" : "not a finite number";
+  refuse("vertex " + std::to_string(vertex) + ", used by triangle " + std::to_string(triangle) +
+         " (both counted from 0), is " + what + "; correct it or export it again");
+}
+
 // Joins identical positions in order of first use; unused vertices fall away.
 TriangleMesh join(const RawMesh& raw, double unit) {
-  constexpr double kLargest = 1e30;
   TriangleMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());
   std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers;
@@ -124,9 +171,7 @@ TriangleMesh join(const RawMesh& raw, double unit) {
       if (triangle[k] >= raw.vertices.size()) refuse("a face refers to a vertex that is not there; export it again");
       std::array<double, 3> p = raw.vertices[triangle[k]];
       for (double& x : p) {
-        if (!(std::abs(x) < kLargest)) {
-          refuse("vertex " + std::to_string(triangle[k]) + " has a coordinate that is not a finite number; export it again");
-        }
+        check_coordinate(x, unit, triangle[k], mesh.triangles.size());
         x += 0.0;  // -0 and 0 are one position
       }
       const auto [it, fresh] = numbers.try_emplace(p, static_cast<std::uint32_t>(mesh.vertices.size()));
@@ -141,8 +186,12 @@ TriangleMesh join(const RawMesh& raw, double unit) {
 }  // namespace
 
 TriangleMesh import_mesh(const fs::path& path, const ImportOptions& options) {
-  check_file(path);
-  return join(parse(run_importer(path, options)), options.unit);
+  if (!(options.unit > 0 && std::isfinite(options.unit)))
+    refuse("the unit must be a positive number of metres; change it");
+  check_is_file(path);
+  const std::string extension = check_extension(path);
+  check_content(path, extension);
+  return join(parse(run_importer(path, extension, options), path.string()), options.unit);
 }
 
 }  // namespace vps

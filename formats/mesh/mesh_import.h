@@ -12,9 +12,9 @@
 namespace vps {
 
 struct ImportOptions {
-  double unit = 1.0;                              ///< metres per unit of the file's numbers. [Limits: value > 0]
-  std::size_t memory_limit_bytes = 4ull << 30;    ///< address space of the child process
-  double timeout = 120.0;                         ///< the child is killed after this long. [s]
+  double unit = 1.0;                            ///< metres per unit of the file's numbers. [Limits: value > 0]
+  std::size_t memory_limit_bytes = 4ull << 30;  ///< address space the importer may use
+  double timeout = 120.0;                       ///< the child is killed after this long. [s]
 };
 
 /// A file that cannot be used. `what()` is "reason; what to do", without the file's name.

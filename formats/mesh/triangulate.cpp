@@ -3,7 +3,6 @@
 #include "formats/mesh/triangulate.h"
 
 #include <cmath>
-#include <numeric>
 
 namespace vps {
 namespace {
@@ -11,7 +10,10 @@ namespace {
 using Point2 = std::array<double, 2>;
 
 // Projects onto the coordinate plane that the Newell normal faces most, keeping the winding counter-clockwise.
+// Dropping a coordinate keeps the others exact, so that the areas below are nearly exact for coordinates of floats.
 std::vector<Point2> project(std::span<const std::array<double, 3>> corners) {
+  // Relative to the first corner: far from the origin the sums would lose the polygon's size.
+  const std::array<double, 3>& o = corners[0];
   std::array<double, 3> normal{};
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const auto& p = corners[i];
@@ -19,7 +21,7 @@ std::vector<Point2> project(std::span<const std::array<double, 3>> corners) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const std::size_t u = (axis + 1) % 3;
       const std::size_t v = (axis + 2) % 3;
-      normal[axis] += (p[u] - q[u]) * (p[v] + q[v]);
+      normal[axis] += (p[u] - q[u]) * ((p[v] - o[v]) + (q[v] - o[v]));
     }
   }
   std::size_t axis = 0;
@@ -39,48 +41,80 @@ double twice_area(const Point2& a, const Point2& b, const Point2& c) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
-// Inside or on the border, corners that coincide with the triangle's own excepted.
-bool blocks(const Point2& p, const Point2& a, const Point2& b, const Point2& c) {
-  if (p == a || p == b || p == c) return false;
+/// The corners not yet cut off, as a ring.
+struct Ring {
+  std::vector<Point2> flat;
+  std::vector<std::uint32_t> corners;
+
+  [[nodiscard]] std::size_t size() const { return corners.size(); }
+  /// `at` may be past the end once: it wraps.
+  [[nodiscard]] const Point2& point(std::size_t at) const { return flat[corners[at % corners.size()]]; }
+  [[nodiscard]] double turn(std::size_t at) const {
+    return twice_area(point(at + size() - 1), point(at), point(at + 1));
+  }
+};
+
+// Whether corner `other` forbids cutting off the triangle a, b, c.
+bool blocks(const Ring& ring, std::size_t other, const Point2& a, const Point2& b, const Point2& c) {
+  const Point2& p = ring.point(other);
+  if (p == a || p == c) return false;
+  if (p == b) {
+    // The outline touches itself at the tip of the ear: it must not pass through the ear's inside.
+    for (const Point2& q : {ring.point(other + ring.size() - 1), ring.point(other + 1)}) {
+      if (twice_area(a, b, q) > 0 && twice_area(b, c, q) > 0) return true;
+    }
+    return false;
+  }
   return twice_area(a, b, p) >= 0 && twice_area(b, c, p) >= 0 && twice_area(c, a, p) >= 0;
 }
 
-bool is_ear(const std::vector<Point2>& flat, const std::vector<std::uint32_t>& ring, std::size_t at) {
+bool is_ear(const Ring& ring, std::size_t at) {
   const std::size_t n = ring.size();
-  const Point2& a = flat[ring[(at + n - 1) % n]];
-  const Point2& b = flat[ring[at]];
-  const Point2& c = flat[ring[(at + 1) % n]];
+  const Point2& a = ring.point(at + n - 1);
+  const Point2& b = ring.point(at);
+  const Point2& c = ring.point(at + 1);
   if (!(twice_area(a, b, c) > 0)) return false;
   for (std::size_t k = 2; k < n - 1; ++k) {
-    if (blocks(flat[ring[(at + k) % n]], a, b, c)) return false;
+    if (blocks(ring, (at + k) % n, a, b, c)) return false;
   }
   return true;
+}
+
+// The next corner to cut off, searched from `start`. Without an ear the polygon is degenerate: a flat corner costs no
+// area, and any corner at all keeps the faces around it joined.
+std::size_t next_corner(const Ring& ring, std::size_t start) {
+  const std::size_t n = ring.size();
+  for (std::size_t k = 0; k < n; ++k) {
+    if (is_ear(ring, (start + k) % n)) return (start + k) % n;
+  }
+  for (std::size_t k = 0; k < n; ++k) {
+    if (ring.turn((start + k) % n) == 0) return (start + k) % n;
+  }
+  return start % n;
 }
 
 }  // namespace
 
 std::vector<std::array<std::uint32_t, 3>> triangulate_polygon(std::span<const std::array<double, 3>> corners) {
+  if (corners.size() < 3) return {};
   if (corners.size() == 3) return {{0, 1, 2}};
-  const std::vector<Point2> flat = project(corners);
-  std::vector<std::uint32_t> ring(corners.size());
-  std::iota(ring.begin(), ring.end(), 0U);
+  Ring ring{project(corners), {}};
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    if (corners[i] != corners[i == 0 ? corners.size() - 1 : i - 1]) ring.corners.push_back(i);
+  }
+  if (ring.size() < 3) return {};
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  triangles.reserve(corners.size() - 2);
+  triangles.reserve(ring.size() - 2);
+  std::size_t start = 0;
   while (ring.size() > 3) {
     const std::size_t n = ring.size();
-    // Without an ear the polygon is degenerate: a flat corner costs nothing, and any corner keeps the mesh closed.
-    std::size_t ear = n;
-    std::size_t flat_corner = n;
-    for (std::size_t at = 0; at < n && ear == n; ++at) {
-      if (is_ear(flat, ring, at)) ear = at;
-      const double area = twice_area(flat[ring[(at + n - 1) % n]], flat[ring[at]], flat[ring[(at + 1) % n]]);
-      if (area == 0 && flat_corner == n) flat_corner = at;
-    }
-    if (ear == n) ear = flat_corner == n ? 0 : flat_corner;
-    triangles.push_back({ring[(ear + n - 1) % n], ring[ear], ring[(ear + 1) % n]});
-    ring.erase(ring.begin() + static_cast<std::ptrdiff_t>(ear));
+    const std::size_t ear = next_corner(ring, start);
+    triangles.push_back({ring.corners[(ear + n - 1) % n], ring.corners[ear], ring.corners[(ear + 1) % n]});
+    ring.corners.erase(ring.corners.begin() + static_cast<std::ptrdiff_t>(ear));
+    // Going on behind the ear gives better shapes than a fan, and does not search what was just searched.
+    start = ear + 1;
   }
-  triangles.push_back({ring[0], ring[1], ring[2]});
+  triangles.push_back({ring.corners[0], ring.corners[1], ring.corners[2]});
   return triangles;
 }
 

@@ -9,10 +9,12 @@
 
 namespace vps {
 
-/// Ear clipping in the plane of the polygon's Newell normal. Concave polygons are cut rightly; of self-crossing or
-/// degenerate ones every corner is still used, so that the number of triangles is always n - 2.
-/// @param corners  positions of the polygon's corners in order; n >= 3
-/// @return triangles of corner numbers, wound like the polygon
+/// Ear clipping in the plane of the polygon's Newell normal. Concave polygons, and polygons that touch themselves
+/// (holes joined to the outline by a bridge), are cut rightly. A corner equal to the one before it is dropped; every
+/// other corner is used, of self-crossing or flat polygons too, so that neighbouring faces stay joined. Always ends.
+/// @param corners  positions of the polygon's n corners in order
+/// @return at most n - 2 triangles of corner numbers, wound like the polygon; none when fewer than 3 corners differ
+///         from the one before. A triangle (n = 3) is passed through as it is.
 [[nodiscard]] std::vector<std::array<std::uint32_t, 3>> triangulate_polygon(
     std::span<const std::array<double, 3>> corners);
 

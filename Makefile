@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# A thin front for CMake: `make demo` and `make test` work on a Debian 12 machine that has only git, make and apt.
+
+PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
+  libassimp-dev libbullet-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
+  libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+# CGAL's headers need over a gigabyte per compiler.
+JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
+CTEST := ctest --output-on-failure -j $(JOBS)
+BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
+
+.PHONY: all deps demo test test-dev test-sanitize test-runtime-only test-all clean
+all: deps
+	cmake --preset release
+	cmake --build --preset release -j $(JOBS)
+
+# Only asks apt when something is missing.
+deps:
+	@missing=; for p in $(PACKAGES); do \
+	  dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'install ok installed' || missing="$$missing $$p"; done; \
+	if [ -n "$$missing" ]; then \
+	  echo "installing$$missing"; \
+	  $(SUDO) apt-get update -q && $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $$missing; \
+	fi
+
+# Downloaded and unpacked below build/, not installed.
+$(BUNNY):
+	mkdir -p build/demo
+	cd build/demo && apt-get download -q glmark2-data && dpkg-deb -x glmark2-data_*.deb . && rm glmark2-data_*.deb
+	touch $@
+
+demo: deps $(BUNNY)
+	cmake --preset release -DVPS_BUILD_SCENES=ON
+	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
+	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
+	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
+
+test: test-dev test-sanitize test-runtime-only
+
+test-dev: deps
+	cmake --preset dev
+	cmake --build --preset dev -j $(JOBS)
+	cd build/dev && $(CTEST) -LE slow
+
+# The same tests under AddressSanitizer and UndefinedBehaviorSanitizer.
+test-sanitize: deps
+	cmake --preset sanitize
+	cmake --build --preset sanitize -j $(JOBS)
+	cd build/sanitize && $(CTEST) -LE slow
+
+# The runtime must build without the baker's libraries.
+test-runtime-only: deps
+	cmake --preset runtime-only
+	cmake --build --preset runtime-only -j $(JOBS)
+
+test-all: test
+	cd build/dev && $(CTEST) -L slow
+
+clean:
+	rm -rf build

@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+#include <string>
+
+#include "formats/vps_format.h"
+#include "tests/formats/tiny_asset.h"
+#include "tests/support/temporary_folder.h"
+
+namespace vps::test {
+namespace {
+
+// The bytes of an asset, aligned as a mapping is.
+class Bytes {
+ public:
+  explicit Bytes(const TinyAsset& tiny) {
+    const TemporaryFolder folder;
+    write_asset(folder / "tiny.vps.hdf", tiny.info, tiny.sections);
+    const std::string text = read_file(folder / "tiny.vps.hdf");
+    storage_.resize(text.size() + 64);
+    base_ = (64 - reinterpret_cast<std::uintptr_t>(storage_.data()) % 64) % 64;
+    size_ = text.size();
+    std::memcpy(storage_.data() + base_, text.data(), text.size());
+  }
+  std::span<std::byte> all() { return {storage_.data() + base_, size_}; }
+  std::span<std::byte, kUserBlockBytes> header() { return all().first<kUserBlockBytes>(); }
+  Directory directory() {
+    Directory d;
+    EXPECT_EQ(decode_directory(all(), d), Status::ok);
+    return d;
+  }
+  // Writes a changed directory with a right hash, and says what the decoder thinks of it.
+  Status with(const Directory& changed) {
+    encode_directory(changed, header());
+    Directory d;
+    return decode_directory(all(), d);
+  }
+
+ private:
+  std::vector<std::byte> storage_;
+  std::size_t base_ = 0;
+  std::size_t size_ = 0;
+};
+
+Section& find(Directory& directory, SectionKind kind) { return const_cast<Section&>(*directory.find(kind)); }
+
+TEST(Directory, EveryFieldSurvivesARoundTrip) {
+  const TinyAsset tiny;
+  Bytes bytes(tiny);
+  const Directory d = bytes.directory();
+  EXPECT_EQ(d.info.dims, tiny.info.dims);
+  EXPECT_EQ(d.info.origin, tiny.info.origin);
+  EXPECT_EQ(d.info.voxel_size, tiny.info.voxel_size);
+  EXPECT_EQ(d.info.precision, tiny.info.precision);
+  EXPECT_EQ(d.info.lambda, tiny.info.lambda);
+  EXPECT_EQ(d.info.surface_voxels, 11U);
+  EXPECT_EQ(d.info.inner_voxels, 7U);
+  EXPECT_EQ(d.info.bounds_min, tiny.info.bounds_min);
+  EXPECT_EQ(d.info.bounds_max, tiny.info.bounds_max);
+  EXPECT_EQ(d.info.triangles, 12U);
+  EXPECT_EQ(d.info.vertices, 8U);
+  EXPECT_EQ(d.info.surface_area, 3.5);
+  EXPECT_EQ(d.info.mesh_hash, tiny.info.mesh_hash);
+  EXPECT_EQ(d.info.volume, tiny.info.volume);
+  EXPECT_EQ(d.info.centre_of_mass, tiny.info.centre_of_mass);
+  EXPECT_EQ(d.info.inertia, tiny.info.inertia);
+  EXPECT_EQ(d.info.spacing, tiny.info.spacing);
+  EXPECT_EQ(d.info.covering_radius, tiny.info.covering_radius);
+  EXPECT_EQ(d.info.points, 4U);
+  EXPECT_EQ(d.info.branching, 2U);
+  EXPECT_EQ(d.info.levels, 2U);
+  EXPECT_EQ(d.info.layers_error.worst_at, tiny.info.layers_error.worst_at);
+  EXPECT_EQ(d.info.scaled_error.p99, tiny.info.scaled_error.p99);
+  EXPECT_EQ(d.info.real_error.max, tiny.info.real_error.max);
+  EXPECT_EQ(d.info.certificate_samples, 1234U);
+  EXPECT_STREQ(d.info.generator.data(), "tiny");
+  EXPECT_EQ(d.section_count, tiny.sections.size());
+  EXPECT_EQ(validate_indices(bytes.all(), d), Status::ok);
+  EXPECT_EQ(verify_hashes(bytes.all(), d), Status::ok);
+}
+
+TEST(Directory, FieldsLieWhereTheDocumentationSays) {
+  Bytes bytes{TinyAsset{}};
+  const auto at = [&](std::size_t offset) { return std::to_integer<unsigned>(bytes.all()[offset]); };
+  EXPECT_EQ(at(0), 0x89U);
+  EXPECT_EQ(at(1), unsigned('V'));
+  EXPECT_EQ(at(8), 1U);
+  EXPECT_EQ(at(13), 0x10U);  // 4096, little-endian
+  EXPECT_EQ(at(32), 10U);    // sections
+  EXPECT_EQ(at(64), 16U);    // dims[0]
+  EXPECT_EQ(at(76), 8U);     // brick edge
+  EXPECT_EQ(at(112), 3U);    // precision
+  EXPECT_EQ(at(232), 0xEFU); // mesh hash
+  EXPECT_EQ(at(336), 4U);    // points
+  EXPECT_EQ(at(512), unsigned('t'));
+  EXPECT_EQ(at(1024), 1U);   // brick_index
+  EXPECT_EQ(at(1024 + 96), 2U);
+}
+
+TEST(Directory, TruncatingTheFileAtAnyByteIsRejected) {
+  Bytes bytes{TinyAsset{}};
+  for (std::size_t size = 0; size < bytes.all().size(); ++size) {
+    Directory d;
+    const Status status = decode_directory(bytes.all().first(size), d);
+    ASSERT_EQ(status, size < kUserBlockBytes ? Status::too_short : Status::wrong_size) << size;
+  }
+}
+
+TEST(Directory, EverySingleBitFlipOfTheUserBlockIsRejected) {
+  Bytes bytes{TinyAsset{}};
+  for (std::size_t bit = 0; bit < 8 * kUserBlockBytes; ++bit) {
+    const auto mask = static_cast<std::byte>(1 << bit % 8);
+    bytes.all()[bit / 8] ^= mask;
+    Directory d;
+    const Status status = decode_directory(bytes.all(), d);
+    bytes.all()[bit / 8] ^= mask;
+    ASSERT_EQ(status, bit < 64 ? Status::wrong_magic : bit < 80 ? Status::wrong_version : Status::corrupt_header) << bit;
+  }
+}
+
+TEST(Directory, AFileThatGrewAfterBakingIsNamedAsRewritten) {
+  Bytes bytes{TinyAsset{}};
+  std::vector<std::byte> longer(bytes.all().begin(), bytes.all().end());
+  longer.resize(longer.size() + 512);
+  Directory d;
+  EXPECT_EQ(decode_directory(longer, d), Status::rewritten);
+}
+
+TEST(Directory, ScalarsOutOfRangeAreRefused) {
+  Bytes bytes{TinyAsset{}};
+  const Directory good = bytes.directory();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  const std::function<void(Directory&)> changes[] = {
+      [&](Directory& d) { d.info.voxel_size = 0; },
+      [&](Directory& d) { d.info.voxel_size = nan; },
+      [&](Directory& d) { d.info.voxel_size = inf; },
+      [&](Directory& d) { d.info.dims[1] = 9; },
+      [&](Directory& d) { d.info.dims[0] = 0; },
+      [&](Directory& d) { d.info.dims = {0, 0, 0}; },
+      [&](Directory& d) { d.info.dims[2] = 1u << 31; },
+      [&](Directory& d) { d.info.origin[1] = inf; },
+      [&](Directory& d) { d.info.lambda = 0; },
+      [&](Directory& d) { d.info.band_inner = -1; },
+      [&](Directory& d) { d.info.band_outer = nan; },
+      [&](Directory& d) { d.info.bounds_min[0] = 2; },
+      [&](Directory& d) { d.info.bounds_max[0] = inf; },
+      [&](Directory& d) { d.info.surface_area = -1; },
+      [&](Directory& d) { d.info.volume = nan; },
+      [&](Directory& d) { d.info.centre_of_mass[2] = nan; },
+      [&](Directory& d) { d.info.inertia[5] = inf; },
+      [&](Directory& d) { d.info.spacing = 0; },
+      [&](Directory& d) { d.info.covering_radius = -1; },
+      [&](Directory& d) { d.info.points = 0; },
+      [&](Directory& d) { d.info.branching = 1; },
+      [&](Directory& d) { d.info.levels = 0; },
+      [&](Directory& d) { d.info.levels = 65; },
+      [&](Directory& d) { d.info.scaled_error.max = -1; },
+      [&](Directory& d) { d.info.real_error.worst_at[1] = nan; },
+      [&](Directory& d) { d.info.generator.fill('x'); },
+  };
+  for (std::size_t i = 0; i < std::size(changes); ++i) {
+    Directory changed = good;
+    changes[i](changed);
+    EXPECT_EQ(bytes.with(changed), Status::bad_info) << "change " << i;
+  }
+  EXPECT_EQ(bytes.with(good), Status::ok);
+}
+
+TEST(Directory, WrongSectionEntriesAreRefused) {
+  Bytes bytes{TinyAsset{}};
+  const Directory good = bytes.directory();
+  using Kind = SectionKind;
+  const std::pair<Status, std::function<void(Directory&)>> changes[] = {
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).element = ElementType::f64; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).element = ElementType(99); }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).rank = 3; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).rank = 7; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).rank = 0; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).shape[1] = 4; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).shape[0] = 0; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).shape[0] = 1ull << 62; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).shape[5] = 1; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).bytes += 1; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset += 32; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = 0; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = 1ull << 40; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = ~63ull; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = find(d, Kind::brick_index).offset; }},
+      {Status::bad_section, [](Directory& d) { d.sections[d.section_count++] = find(d, Kind::brick_index); }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::brick_index).shape = {1, 2, 1}; }},
+      {Status::bad_section, [](Directory& d) { d.info.points = 3; }},
+      {Status::bad_section, [](Directory& d) { d.info.levels = 1; }},
+      {Status::missing_section, [](Directory& d) { --d.section_count; }},
+      {Status::missing_section, [](Directory& d) { std::swap(d.sections[2], d.sections[--d.section_count]); }},
+      {Status::unknown_section, [](Directory& d) { find(d, Kind::scaled).kind = Kind(999); }},
+  };
+  for (std::size_t i = 0; i < std::size(changes); ++i) {
+    Directory changed = good;
+    changes[i].second(changed);
+    EXPECT_EQ(bytes.with(changed), changes[i].first) << "change " << i;
+  }
+  Directory too_many = good;
+  too_many.section_count = kMaxSections + 1;
+  EXPECT_EQ(bytes.with(too_many), Status::bad_info);
+}
+
+TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
+  TinyAsset tiny;
+  tiny.info.real_error = {};
+  tiny.sections.push_back(make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, 1)));
+  Bytes bytes(tiny);
+  Directory d = bytes.directory();
+  find(d, SectionKind::layers).kind = SectionKind(999);
+  EXPECT_EQ(bytes.with(d), Status::unknown_section);
+  find(d, SectionKind(999)).flags = 0;
+  EXPECT_EQ(bytes.with(d), Status::ok);
+}
+
+TEST(Directory, ReservedBytesMustBeZero) {
+  Bytes bytes{TinyAsset{}};
+  for (const std::size_t offset : {40U, 116U, 504U, 544U, 1023U, 1024U + 88U, 4095U}) {
+    std::array<std::byte, kUserBlockBytes> copy;
+    std::memcpy(copy.data(), bytes.all().data(), copy.size());
+    copy[offset] = std::byte{1};
+    std::memset(copy.data() + 24, 0, 8);
+    const std::uint64_t hash = hash_bytes(copy);
+    std::memcpy(copy.data() + 24, &hash, 8);
+    std::vector<std::byte> file(bytes.all().begin(), bytes.all().end());
+    std::memcpy(file.data(), copy.data(), copy.size());
+    Directory d;
+    EXPECT_EQ(decode_directory(file, d), Status::bad_info) << offset;
+  }
+}
+
+TEST(Directory, EveryPayloadBitFlipIsCaughtByTheHashes) {
+  Bytes bytes{TinyAsset{}};
+  const Directory d = bytes.directory();
+  for (std::uint32_t i = 0; i < d.section_count; ++i) {
+    for (std::uint64_t byte = 0; byte < d.sections[i].bytes; ++byte) {
+      std::byte& victim = bytes.all()[d.sections[i].offset + byte];
+      victim ^= std::byte{0x10};
+      ASSERT_EQ(verify_hashes(bytes.all(), d), Status::corrupt_payload);
+      victim ^= std::byte{0x10};
+    }
+  }
+}
+
+template <class T>
+Status with_value(SectionKind kind, std::size_t at, T value) {
+  TinyAsset tiny;
+  std::memcpy(tiny.section(kind).bytes.data() + at * sizeof(T), &value, sizeof(T));
+  Bytes bytes(tiny);
+  return validate_indices(bytes.all(), bytes.directory());
+}
+
+TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 0, 2), Status::bad_index);
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, 0xFFFFFFFEu), Status::bad_index);
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrick), Status::ok);
+  for (std::size_t i = 0; i < 6; ++i) {
+    for (const std::uint32_t bad : {0U, 1U, 2U, 3U, 4U, 5U, 0x80000000U, 0xFFFFFFFFU}) {
+      const std::uint32_t good[] = {1, 2, 0, 2, 2, 2};
+      EXPECT_EQ(with_value<std::uint32_t>(SectionKind::children, i, bad), bad == good[i] ? Status::ok : Status::bad_index);
+    }
+  }
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::parent_points, 2, 4), Status::bad_index);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (const std::uint32_t bad : {7U, 0xFFFFFFFFU}) {
+      EXPECT_EQ(with_value<std::uint32_t>(SectionKind::level_offsets, i, bad), Status::bad_index);
+    }
+  }
+}
+
+TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float inf = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(with_value<float>(SectionKind::point_positions, 5, nan), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::point_inward_normals, 0, 0.5F), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::point_inward_normals, 11, nan), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::point_areas, 3, -1), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::point_areas, 3, inf), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::spheres, 0, inf), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, -0.5F), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, 0.5F), Status::ok);
+}
+
+TEST(Describe, EveryStatusHasASentence) {
+  std::set<std::string> sentences;
+  for (int i = 0; i <= static_cast<int>(Status::bad_argument); ++i) {
+    const std::string text = describe(static_cast<Status>(i));
+    EXPECT_NE(text, "unknown status");
+    EXPECT_NE(text.back(), '.');
+    sentences.insert(text);
+  }
+  EXPECT_EQ(sentences.size(), static_cast<std::size_t>(Status::bad_argument) + 1);
+  EXPECT_STREQ(describe(static_cast<Status>(200)), "unknown status");
+}
+
+}  // namespace
+}  // namespace vps::test
