@@ -5,6 +5,7 @@
 #include "bake/check.h"
 #include "bake/distance_field.h"
 #include "bake/plan.h"
+#include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
 namespace vps::test {
@@ -30,22 +31,6 @@ struct Scene {
 };
 
 inline std::array<double, 3> to_array(const Vector& v) { return {v.x(), v.y(), v.z()}; }
-
-/// Deterministic numbers in [0, 1).
-class Random {
- public:
-  double next() {
-    state_ += 0x9E3779B97F4A7C15ull;
-    std::uint64_t x = state_;
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
-    return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
-  }
-  double between(double low, double high) { return low + (high - low) * next(); }
-
- private:
-  std::uint64_t state_ = 1;
-};
 
 /// A point on a triangle, uniform by area.
 inline Vector point_on(const Surface& surface, std::size_t triangle, Random& random) {

@@ -185,8 +185,8 @@ TEST(MeshImport, MutatedFilesNeverTakeTheProgramDown) {
       "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
       "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
   ImportOptions options;
-  options.memory_limit_bytes = 1ull << 30;
-  options.timeout = 2;
+  options.memory_limit_bytes = 256ull << 20;
+  options.timeout = 1;
   std::uint32_t state = 7;
   const auto next = [&] { return state = state * 1664525u + 1013904223u, state >> 8; };
   int refused = 0;

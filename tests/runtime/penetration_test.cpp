@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/support/baked.h"
+#include "tests/support/oracle.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+namespace {
+
+struct Case {
+  Field field;
+  double band_error_vx;  // largest error near the surface, with the ideal normal
+};
+
+// Against CGAL: V in the band within the field's error, and the right sign and no more distance than there is elsewhere.
+void expect_penetration(const TriangleMesh& mesh, double s, const Case& c) {
+  const auto asset = baked(mesh, all_fields(s));
+  VoxelmapView map;
+  ASSERT_EQ(asset->voxelmap(map, c.field), Status::ok);
+  const Oracle oracle(mesh);
+  Random random;
+  int in_band = 0;
+  for (int n = 0; n < 20000; ++n) {
+    const AssetInfo& info = asset->info();
+    double p[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      p[axis] = random.between(info.bounds_min[axis] - 12 * s, info.bounds_max[axis] + 12 * s);
+    }
+    const Vec3 point{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+    const std::array<double, 3> exact = {point.x, point.y, point.z};
+    const double truth = oracle.penetration(exact);
+    // The ideal inward normal of a touching shell: against the gradient of V.
+    const double h = 1e-6;
+    Vec3 normal;
+    float* const n_axis[3] = {&normal.x, &normal.y, &normal.z};
+    double length = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      auto q = exact;
+      q[axis] += h;
+      const double slope = (oracle.penetration(q) - truth) / h;
+      *n_axis[axis] = static_cast<float>(-slope);
+      length += slope * slope;
+    }
+    if (std::abs(length - 1) > 0.1) continue;  // on a ridge of the field
+    const float v = penetration(map, point, normal);
+    ASSERT_LE(truth, penetration_bound(map, point) + 1e-6 * s) << "sphere tests would miss a contact";
+    if (std::abs(truth) < (2.5 - 0.87) * s) {
+      ASSERT_NEAR(v, truth, c.band_error_vx * s);
+      ++in_band;
+    } else if (c.field != Field::layers) {
+      ASSERT_EQ(v > 0, truth > 0);
+      if (std::abs(truth) > 5 * s) {
+        ASSERT_LE(std::abs(v), std::abs(truth) * (1 + 1e-5));
+      }
+    }
+  }
+  EXPECT_GT(in_band, 500);
+}
+
+TEST(Penetration, OfASphereIsWithinTheErrorOfItsField) {
+  const TriangleMesh sphere = make_sphere(0.1, 4);
+  expect_penetration(sphere, 0.01, {Field::real, 0.1});
+  expect_penetration(sphere, 0.01, {Field::scaled, 0.12});
+  expect_penetration(sphere, 0.01, {Field::layers, 1.75});
+}
+
+TEST(Penetration, OfATorusIsWithinTheErrorOfItsField) {
+  const TriangleMesh torus = make_torus(0.1, 0.04, 60, 30);
+  expect_penetration(torus, 0.006, {Field::real, 0.18});
+  expect_penetration(torus, 0.006, {Field::scaled, 0.2});
+}
+
+TEST(Penetration, OfABoxIsExactNextToAFace) {
+  const auto asset = baked(make_box({0.1, 0.08, 0.06}), all_fields(0.01));
+  for (const auto& [field, error] : {std::pair{Field::real, 1e-6}, std::pair{Field::scaled, 1e-4}}) {
+    VoxelmapView map;
+    ASSERT_EQ(asset->voxelmap(map, field), Status::ok);
+    for (double depth = -0.015; depth <= 0.015; depth += 0.0007) {
+      const Vec3 p{static_cast<float>(0.1 - depth), 0.013F, 0.007F};
+      EXPECT_NEAR(penetration(map, p, {1, 0, 0}), depth, error + 1e-7);
+    }
+  }
+}
+
+TEST(Penetration, FarOutsideTheGridItIsTheDistanceToTheBounds) {
+  const auto asset = baked(make_box({0.1, 0.1, 0.1}), all_fields(0.01));
+  VoxelmapView map;
+  ASSERT_EQ(asset->voxelmap(map), Status::ok);
+  EXPECT_FLOAT_EQ(penetration(map, {10.1F, 0, 0}, {1, 0, 0}), -10);
+  EXPECT_FLOAT_EQ(penetration_bound(map, {10.1F, 0, 0}), -10);
+  EXPECT_FLOAT_EQ(penetration_bound(map, {3.1F, 4.1F, 0}), -5);
+}
+
+TEST(Penetration, NotANumberIsOutside) {
+  const auto asset = baked(make_box({0.1, 0.1, 0.1}), all_fields(0.01));
+  VoxelmapView map;
+  ASSERT_EQ(asset->voxelmap(map), Status::ok);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_FALSE(penetration(map, {nan, 0, 0}, {1, 0, 0}) > 0);
+  EXPECT_FALSE(penetration(map, {0, nan, nan}, {1, 0, 0}) > 0);
+}
+
+TEST(AnalyticFields, AreSignedDistancesPositiveInside) {
+  const BoxField box{{1, 2, 3}};
+  EXPECT_FLOAT_EQ(penetration(box, {0, 0, 0}), 1);
+  EXPECT_FLOAT_EQ(penetration(box, {0.75F, 0, 0}), 0.25F);
+  EXPECT_FLOAT_EQ(penetration(box, {1, 0, 0}), 0);
+  EXPECT_FLOAT_EQ(penetration(box, {4, 6, 0}), -5);
+  EXPECT_FLOAT_EQ(penetration(SphereField{2}, {0, 0, 1}), 1);
+  EXPECT_FLOAT_EQ(penetration(SphereField{2}, {0, 5, 0}), -3);
+  EXPECT_FLOAT_EQ(penetration(HalfSpaceField{{0, 1, 0}, 1}, {9, 0.25F, 9}), 0.75F);
+  EXPECT_FLOAT_EQ(penetration(HalfSpaceField{{0, 1, 0}, 1}, {9, 3, 9}), -2);
+}
+
+}  // namespace
+}  // namespace vps::test

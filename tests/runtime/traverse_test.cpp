@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <new>
+#include <set>
+#include <thread>
+
+#include "tests/support/baked.h"
+#include "tests/support/oracle.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
+
+// Counts allocations, for the promise that queries make none.
+static std::atomic<std::size_t> allocations{0};
+// Not inlined: the compiler would see malloc and free meet new and delete, and warn.
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
+  ++allocations;
+  if (void* const memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace vps::test {
+namespace {
+
+Pose pose_at(double x, double y, double z) {
+  Pose pose;
+  pose.translation[0] = x;
+  pose.translation[1] = y;
+  pose.translation[2] = z;
+  return pose;
+}
+
+Pose random_pose(Random& random, double distance) {
+  Pose pose;
+  const std::array<double, 9> rotation = random.rotation();
+  std::copy(rotation.begin(), rotation.end(), pose.rotation);
+  for (double& x : pose.translation) x = random.between(-distance, distance);
+  return pose;
+}
+
+Vec3 apply(const Pose& pose, const float* const* rows, std::uint32_t i, bool as_direction) {
+  float out[3];
+  for (int r = 0; r < 3; ++r) {
+    const auto* m = pose.rotation + 3 * r;
+    out[r] = static_cast<float>(m[0]) * rows[0][i] + static_cast<float>(m[1]) * rows[1][i] +
+             static_cast<float>(m[2]) * rows[2][i] + (as_direction ? 0 : static_cast<float>(pose.translation[r]));
+  }
+  return {out[0], out[1], out[2]};
+}
+
+struct Pair {
+  std::shared_ptr<Asset> map_asset, shell_asset;
+  VoxelmapView map;
+  PointshellView shell;
+  Scratch scratch;
+  std::vector<Contact> contacts;
+
+  explicit Pair(Field field = Field::scaled) {
+    map_asset = baked(make_torus(0.1, 0.04, 40, 20), all_fields(0.006));
+    shell_asset = baked(make_sphere(0.05, 4, {0.01, 0.02, 0.03}), all_fields(0.004));
+    EXPECT_EQ(map_asset->voxelmap(map, field), Status::ok);
+    EXPECT_EQ(shell_asset->pointshell(shell), Status::ok);
+    contacts.resize(shell.points);
+  }
+};
+
+// Every point, without a tree.
+struct Brute {
+  std::set<std::uint32_t> contacts;
+  double deepest = -1e30;
+  double force[3] = {0, 0, 0};
+  double torque[3] = {0, 0, 0};
+
+  Brute(const Pair& s, const Pose& pose, const QueryOptions& options) {
+    const float* com_rows[3] = {s.shell.centre_of_mass, s.shell.centre_of_mass + 1, s.shell.centre_of_mass + 2};
+    const Vec3 com = apply(pose, com_rows, 0, false);
+    for (std::uint32_t i = 0; i < s.shell.points; ++i) {
+      const Vec3 p = apply(pose, s.shell.position, i, false);
+      const Vec3 n = apply(pose, s.shell.inward_normal, i, true);
+      const float v = penetration(s.map, p, n);
+      deepest = std::max(deepest, static_cast<double>(v));
+      if (v >= -options.contact_distance) contacts.insert(i);
+      if (v < 0) continue;
+      const double w = static_cast<double>(v) * (options.weight == Weight::per_area ? s.shell.area[i] : 1);
+      const double f[3] = {w * n.x, w * n.y, w * n.z};
+      const double r[3] = {p.x - com.x, p.y - com.y, p.z - com.z};
+      for (int axis = 0; axis < 3; ++axis) {
+        force[axis] += f[axis];
+        torque[axis] += r[(axis + 1) % 3] * f[(axis + 2) % 3] - r[(axis + 2) % 3] * f[(axis + 1) % 3];
+      }
+    }
+  }
+};
+
+TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
+  const Oracle oracle(make_torus(0.1, 0.04, 40, 20));
+  for (const Field field : {Field::real, Field::scaled, Field::layers}) {
+    Pair s(field);
+    Random random;
+    int touching = 0;
+    for (int n = 0; n < 200; ++n) {
+      const Pose pose = random_pose(random, 0.16);
+      for (const Weight weight : {Weight::per_area, Weight::per_point}) {
+        QueryOptions options;
+        options.weight = weight;
+        options.contact_distance = n % 2 == 0 ? 0 : 0.001F;
+        QueryResult result;
+        ASSERT_EQ(traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result), Status::ok);
+        const Brute brute(s, pose, options);
+        std::set<std::uint32_t> found;
+        for (std::uint32_t i = 0; i < result.contacts; ++i) found.insert(s.contacts[i].point);
+        // With normals that do not oppose the gradient, Eq. (4) exceeds the true distance by up to half a diagonal: far
+        // points may seem to touch. The tree may leave those out, but none that truly touches.
+        ASSERT_TRUE(std::includes(brute.contacts.begin(), brute.contacts.end(), found.begin(), found.end()));
+        ASSERT_EQ(found.size(), result.contacts);
+        for (const std::uint32_t i : brute.contacts) {
+          if (found.contains(i)) continue;
+          const Vec3 p = apply(pose, s.shell.position, i, false);
+          ASSERT_LT(oracle.penetration({p.x, p.y, p.z}), -options.contact_distance + 1e-7) << "missed point " << i;
+        }
+        if (found == brute.contacts) {
+          for (int axis = 0; axis < 3; ++axis) {
+            ASSERT_NEAR(result.force[axis], brute.force[axis], 1e-6 * std::abs(brute.force[axis]) + 1e-15);
+            ASSERT_NEAR(result.torque[axis], brute.torque[axis], 1e-5 * std::abs(brute.torque[axis]) + 1e-13);
+          }
+        }
+        touching += result.contacts > 0;
+        if (result.delta >= 0) {
+          ASSERT_FLOAT_EQ(static_cast<float>(result.delta), static_cast<float>(brute.deepest));
+        }
+      }
+    }
+    EXPECT_GT(touching, 100);
+  }
+}
+
+TEST(Traverse, ForceOnASphereInAHalfSpaceIsTheDisplacedVolume) {
+  // Pressure proportional to depth over the submerged cap: the force is the cap's volume, straight up (Archimedes).
+  Pair s;
+  const double r = 0.05;
+  for (const double depth : {0.005, 0.02, 0.04}) {
+    const HalfSpaceField water{{0, 0, 1}, 0};
+    const Pose pose = pose_at(-0.01, -0.02, -0.03 + r - depth);
+    QueryResult result;
+    ASSERT_EQ(traverse(s.shell, water, pose, {}, s.scratch, s.contacts, result), Status::ok);
+    const double volume = M_PI * depth * depth * (r - depth / 3);
+    EXPECT_NEAR(result.force[2], volume, 0.03 * volume);
+    EXPECT_NEAR(result.force[0], 0, 0.01 * volume);
+    EXPECT_NEAR(result.torque[0], 0, 0.01 * volume * r);
+    EXPECT_NEAR(result.delta, depth, 2e-4);
+  }
+}
+
+TEST(Traverse, AnalyticFieldsGiveTheDepthOfTheDeepestPoint) {
+  Pair s;
+  QueryResult result;
+  // The sphere of radius 50 mm has its centre at (10, 20, 30) mm in its asset's frame.
+  ASSERT_EQ(traverse(s.shell, BoxField{{0.1F, 0.1F, 0.1F}}, pose_at(-0.01, -0.02, 0.1 + 0.05 - 0.003 - 0.03), {}, s.scratch,
+                     s.contacts, result),
+            Status::ok);
+  EXPECT_NEAR(result.delta, 0.003, 2e-4);
+  EXPECT_GT(result.contacts, 0U);
+  ASSERT_EQ(traverse(s.shell, SphereField{0.1F}, pose_at(0.1 + 0.05 - 0.004 - 0.01, -0.02, -0.03), {}, s.scratch, s.contacts, result),
+            Status::ok);
+  EXPECT_NEAR(result.delta, 0.004, 2e-4);
+  EXPECT_GT(result.force[0], 0);
+}
+
+TEST(Traverse, SegmentsKeepTheirDeepestPointAndTheWholeForce) {
+  Pair s;
+  Random random;
+  for (int n = 0; n < 60; ++n) {
+    const Pose pose = random_pose(random, 0.12);
+    QueryResult whole;
+    ASSERT_EQ(traverse(s.shell, s.map, pose, {}, s.scratch, s.contacts, whole), Status::ok);
+    const std::vector<Contact> all(s.contacts.begin(), s.contacts.begin() + whole.contacts);
+    for (std::uint32_t level = 1; level <= s.shell.levels + 1; ++level) {
+      QueryOptions options;
+      options.segment_level = level;
+      QueryResult result;
+      ASSERT_EQ(traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result), Status::ok);
+      EXPECT_EQ(result.delta, whole.delta);
+      for (int axis = 0; axis < 3; ++axis) ASSERT_NEAR(result.force[axis], whole.force[axis], 1e-12);
+      const std::uint32_t clamped = std::min(level, s.shell.levels);
+      std::set<std::uint32_t> nodes;
+      float deepest = -1;
+      for (std::uint32_t i = 0; i < result.contacts; ++i) {
+        const Contact& c = s.contacts[i];
+        ASSERT_GE(c.node, s.shell.level_offsets[clamped - 1]);
+        ASSERT_LT(c.node, s.shell.level_offsets[clamped]);
+        ASSERT_TRUE(nodes.insert(c.node).second) << "two contacts of one segment";
+        deepest = std::max(deepest, c.penetration);
+      }
+      if (whole.contacts > 0) {
+        ASSERT_FLOAT_EQ(deepest, static_cast<float>(whole.delta));
+        ASSERT_LE(result.contacts, whole.contacts);
+        if (level == 1) {
+          ASSERT_EQ(result.contacts, 1U);
+        }
+      }
+    }
+  }
+}
+
+TEST(Traverse, ASmallBufferIsReportedAndNothingElseChanges) {
+  Pair s;
+  const Pose pose = pose_at(0.09, -0.02, -0.03);
+  QueryResult all;
+  ASSERT_EQ(traverse(s.shell, s.map, pose, {}, s.scratch, s.contacts, all), Status::ok);
+  ASSERT_GT(all.contacts, 3U);
+  QueryResult few;
+  EXPECT_EQ(traverse(s.shell, s.map, pose, {}, s.scratch, std::span(s.contacts).first(3), few), Status::output_full);
+  EXPECT_EQ(few.contacts, all.contacts);
+  EXPECT_EQ(few.force[0], all.force[0]);
+}
+
+TEST(Traverse, BodiesFarApartAreRejectedAtTheRoot) {
+  Pair s;
+  QueryResult result;
+  ASSERT_EQ(traverse(s.shell, s.map, pose_at(5, 0, 0), {}, s.scratch, s.contacts, result), Status::ok);
+  EXPECT_EQ(result.contacts, 0U);
+  EXPECT_EQ(result.nodes_tested, 1U);
+  EXPECT_EQ(result.points_tested, 0U);
+  EXPECT_LT(result.delta, -4.7);
+  EXPECT_GT(result.delta, -5);
+}
+
+TEST(Traverse, AThousandKilometresFromTheOriginNothingIsLost) {
+  Pair s;
+  Random random;
+  for (int n = 0; n < 50; ++n) {
+    Pose map_pose = random_pose(random, 1);
+    Pose shell_pose = random_pose(random, 0.12);
+    for (int axis = 0; axis < 3; ++axis) shell_pose.translation[axis] += map_pose.translation[axis];
+    QueryResult near;
+    ASSERT_EQ(traverse(s.shell, s.map, relative_pose(map_pose, shell_pose), {}, s.scratch, s.contacts, near), Status::ok);
+    for (int axis = 0; axis < 3; ++axis) {
+      map_pose.translation[axis] += 1048576;  // a power of two: the sum itself rounds to 2e-10 m
+      shell_pose.translation[axis] += 1048576;
+    }
+    QueryResult far;
+    ASSERT_EQ(traverse(s.shell, s.map, relative_pose(map_pose, shell_pose), {}, s.scratch, s.contacts, far), Status::ok);
+    ASSERT_NEAR(far.delta, near.delta, 1e-6);
+  }
+}
+
+TEST(Traverse, BadUseGetsAStatus) {
+  Pair s;
+  QueryResult result;
+  Pose bad;
+  bad.translation[1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(traverse(s.shell, s.map, bad, {}, s.scratch, s.contacts, result), Status::bad_pose);
+  bad = {};
+  bad.rotation[0] = 2;
+  EXPECT_EQ(traverse(s.shell, s.map, bad, {}, s.scratch, s.contacts, result), Status::bad_pose);
+  bad = {};
+  bad.rotation[8] = -1;  // a mirror
+  EXPECT_EQ(traverse(s.shell, s.map, bad, {}, s.scratch, s.contacts, result), Status::bad_pose);
+  QueryOptions options;
+  options.contact_distance = -1;
+  EXPECT_EQ(traverse(s.shell, s.map, {}, options, s.scratch, s.contacts, result), Status::bad_argument);
+  options.contact_distance = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(traverse(s.shell, s.map, {}, options, s.scratch, s.contacts, result), Status::bad_argument);
+  EXPECT_EQ(traverse(PointshellView{}, s.map, {}, {}, s.scratch, s.contacts, result), Status::missing_part);
+  EXPECT_EQ(traverse(s.shell, VoxelmapView{}, {}, {}, s.scratch, s.contacts, result), Status::missing_part);
+}
+
+TEST(Traverse, AQueryAllocatesNothingOnceItsScratchHasGrown) {
+  Pair s;
+  s.scratch.reserve(s.shell);
+  Random random;
+  std::vector<Pose> poses;
+  for (int n = 0; n < 50; ++n) poses.push_back(random_pose(random, 0.12));
+  QueryResult result;
+  const std::size_t before = allocations;
+  for (const Pose& pose : poses) {
+    for (const std::uint32_t level : {0U, 3U}) {
+      QueryOptions options;
+      options.segment_level = level;
+      (void)traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result);
+    }
+  }
+  EXPECT_EQ(allocations, before);
+}
+
+TEST(Traverse, ThreadsShareAnAsset) {
+  Pair s;
+  Random random;
+  std::vector<Pose> poses;
+  std::vector<double> expected;
+  for (int n = 0; n < 40; ++n) {
+    poses.push_back(random_pose(random, 0.12));
+    QueryResult result;
+    ASSERT_EQ(traverse(s.shell, s.map, poses.back(), {}, s.scratch, s.contacts, result), Status::ok);
+    expected.push_back(result.force[0]);
+  }
+  std::atomic<int> different{0};
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t) {
+    threads.emplace_back([&] {
+      Scratch scratch;
+      std::vector<Contact> contacts(s.shell.points);
+      for (int round = 0; round < 5; ++round) {
+        for (std::size_t n = 0; n < poses.size(); ++n) {
+          QueryResult result;
+          const Status status = traverse(s.shell, s.map, poses[n], {}, scratch, contacts, result);
+          different += status != Status::ok || result.force[0] != expected[n];
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(different, 0);
+}
+
+TEST(RelativePose, UndoesTheFirstBody) {
+  Random random;
+  const Pose a = random_pose(random, 3);
+  const Pose same = relative_pose(a, a);
+  for (int i = 0; i < 9; ++i) EXPECT_NEAR(same.rotation[i], i % 4 == 0 ? 1 : 0, 1e-15);
+  for (const double x : same.translation) EXPECT_EQ(x, 0);
+  EXPECT_EQ(check_pose(a), Status::ok);
+}
+
+}  // namespace
+}  // namespace vps::test
