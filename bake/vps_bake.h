@@ -28,7 +28,7 @@ struct BakeOptions {
   std::uint32_t branching = 8;         ///< K. [Limits: 2 <= value <= 64]
   double band = 2.5;                   ///< half width of the exact narrow band. [Limits: 2 <= value <= 64] [Units: vx]
   double alpha = 1.4142135623730951;   ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
-  std::size_t memory_limit_bytes = 8ull << 30;
+  std::size_t memory_limit_bytes = 8'000'000'000;
   /// Called at the start of each stage, and often during long ones, with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
 

@@ -83,6 +83,10 @@ int bake_file(const BakeArguments& arguments) {
   const fs::path output = output_path(arguments);
   std::error_code ignored;
   if (fs::is_directory(output, ignored)) return fail(kIo, output.string(), "this is a folder; give a file name with -o");
+  // Better now than after the bake.
+  if (output.has_parent_path() && !fs::is_directory(output.parent_path(), ignored)) {
+    return fail(kIo, output.string(), "the folder does not exist; create it or choose another output");
+  }
   if (fs::exists(output, ignored) && fs::equivalent(output, arguments.mesh, ignored)) {
     return fail(kCommandLine, output.string(), "the output would replace the mesh; choose another name with -o");
   }

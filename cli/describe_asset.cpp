@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bake/plan.h"
 
 namespace vps::cli {
@@ -59,8 +61,11 @@ std::string info_to_text(const AssetInfo& info) {
                                 format_length(info.bounds_max[0] - info.bounds_min[0]),
                                 format_length(info.bounds_max[1] - info.bounds_min[1]),
                                 format_length(info.bounds_max[2] - info.bounds_min[2]));
+  // What is left of zero after rounding would only distract.
+  const double size = info.bounds_max[0] - info.bounds_min[0] + info.bounds_max[1] - info.bounds_min[1];
+  const auto tidy = [&](double x) { return std::abs(x) < 1e-9 * size ? 0.0 : x; };
   out += fmt::format("mass        volume {:.6g} m^3, centre ({:.6g}, {:.6g}, {:.6g}) m\n", info.volume,
-                     info.centre_of_mass[0], info.centre_of_mass[1], info.centre_of_mass[2]);
+                     tidy(info.centre_of_mass[0]), tidy(info.centre_of_mass[1]), tidy(info.centre_of_mass[2]));
   if (info.dims[0] > 0) {
     out += fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
                        info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);

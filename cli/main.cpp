@@ -12,10 +12,17 @@
 namespace vps::cli {
 namespace {
 
+// Units are named in every message, for a wrong one is the commonest mistake.
+double unit_size(const std::string& unit, const std::map<std::string, double>& units) {
+  const auto it = units.find(unit);
+  if (it != units.end()) return it->second;
+  std::string names;
+  for (const auto& [name, size] : units) names += (names.empty() ? "" : ", ") + name;
+  throw CLI::ValidationError("unknown unit '" + unit + "'; use one of " + names);
+}
+
 // "5mm" to 0.005. CLI11's AsNumberWithUnit would do, but its errors do not say what to write instead.
 double parse_length(const std::string& text) {
-  static const std::map<std::string, double> kUnits = {{"km", 1e3},  {"m", 1},     {"cm", 1e-2},
-                                                       {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}};
   std::size_t used = 0;
   double number = 0;
   try {
@@ -24,57 +31,70 @@ double parse_length(const std::string& text) {
     throw CLI::ValidationError(text + " is not a length; write a number with a unit, such as 5mm");
   }
   const std::string unit = CLI::detail::trim_copy(text.substr(used));
-  const auto it = kUnits.find(unit);
   if (unit.empty()) throw CLI::ValidationError("a length needs a unit; write " + text + "mm or " + text + "m");
-  if (it == kUnits.end()) throw CLI::ValidationError("unknown unit '" + unit + "'; use km, m, cm, mm, um or in");
+  const double size = unit_size(unit, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}});
   if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive length");
-  return number * it->second;
+  return number * size;
 }
 
-void add_bake_options(CLI::App& app, BakeArguments& arguments) {
-  app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx")->type_name("MESH");
-  app.add_option("-o,--output", arguments.output, "Asset to write [default: beside the mesh, NAME.vps.hdf]")->type_name("FILE");
+void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
+  app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx")->option_text("MESH");
+  app.add_option_function<std::string>(
+         "--unit",
+         [&](const std::string& unit) { arguments.unit = unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}); },
+         "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
+      ->option_text("UNIT")
+      ->group("Mesh");
+  app.add_option("--scale", arguments.scale, "Enlarge the mesh by this factor [default: 1]")
+      ->check(CLI::PositiveNumber)
+      ->option_text("X")
+      ->group("Mesh");
+}
 
-  auto* grid = app.add_option_group("Grid", "How fine: one of the two is needed");
-  auto* voxel = grid->add_option_function<std::string>(
+void add_grid_options(CLI::App& app, BakeArguments& arguments) {
+  auto* const voxel = app.add_option_function<std::string>(
       "--voxel", [&](const std::string& text) { arguments.options.voxel_size = parse_length(text); },
       "Edge of a voxel, such as 5mm");
-  voxel->type_name("LENGTH");
-  grid->add_option("--resolution", arguments.options.resolution, "Voxels along the longest side")
+  voxel->option_text("LENGTH")->group("Grid (one of the two is needed)");
+  app.add_option("--resolution", arguments.options.resolution, "Voxels along the longest side, 1 to 8192")
       ->check(CLI::Range(1, 8192))
       ->excludes(voxel)
-      ->type_name("N");
-  app.add_option("--unit", arguments.unit, "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
-      ->transform(CLI::Transformer(std::map<std::string, double>{{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}},
-                                   CLI::ignore_case))
-      ->check(CLI::IsMember(std::set<double>{1, 0.01, 0.001, 0.0254}))
-      ->type_name("UNIT");
+      ->option_text("N")
+      ->group("Grid (one of the two is needed)");
+}
 
-  app.add_option("--scale", arguments.scale, "Enlarge the mesh by this factor")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str()
-      ->type_name("X");
-
+void add_content_options(CLI::App& app, BakeArguments& arguments) {
+  constexpr const char* kGroup = "Contents of the asset";
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')
       ->check(CLI::IsMember({"voxelmap", "pointshell"}))
-      ->type_name("LIST");
+      ->option_text("LIST")
+      ->group(kGroup);
   app.add_option("--fields", arguments.fields, "Fields of the voxelmap: layers,scaled,real [default: scaled]")
       ->delimiter(',')
       ->check(CLI::IsMember({"layers", "scaled", "real"}))
-      ->type_name("LIST");
+      ->option_text("LIST")
+      ->group(kGroup);
   app.add_option("--precision", arguments.options.precision,
-                 "Decimal digits p of scaled distances in metres: steps of 10^-p m [default: s/50 or finer]")
+                 "Scaled distances in steps of 10^-P m, 0 to 15 [default: a fiftieth of a voxel or finer]")
       ->check(CLI::Range(0, 15))
-      ->type_name("P");
-  app.add_option("--branching", arguments.options.branching, "Children K of a tree node")
+      ->option_text("P")
+      ->group(kGroup);
+  app.add_option("--branching", arguments.options.branching, "Children of a tree node, 2 to 64 [default: 8]")
       ->check(CLI::Range(2, 64))
-      ->capture_default_str()
-      ->type_name("K");
+      ->option_text("K")
+      ->group(kGroup);
+}
+
+void add_output_options(CLI::App& app, BakeArguments& arguments) {
+  app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
+      ->option_text("FILE")
+      ->group("Output");
+  app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
   app.add_option("--memory", arguments.options.memory_limit_bytes, "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("BYTES");
-  app.add_flag("--json", arguments.json, "Print the result as JSON");
+      ->transform(CLI::AsSizeValue(true))
+      ->option_text("SIZE")
+      ->group("Output");
 }
 
 int run(int argc, char** argv) {
@@ -83,11 +103,14 @@ int run(int argc, char** argv) {
   app.footer("Example: vpsbake bunny.obj --voxel 0.5mm\n"
              "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
   BakeArguments bake;
-  add_bake_options(app, bake);
+  add_mesh_options(app, bake);
+  add_grid_options(app, bake);
+  add_content_options(app, bake);
+  add_output_options(app, bake);
   std::string asset;
   bool json = false;
   CLI::App* info = app.add_subcommand("info", "Check an asset and print what it holds");
-  info->add_option("file", asset, "Asset")->required()->type_name("FILE");
+  info->add_option("file", asset, "Asset")->required()->option_text("FILE");
   info->add_flag("--json", json, "Print JSON");
 
   try {
