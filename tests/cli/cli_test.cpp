@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The program end to end, as a user runs it.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "runtime/vps_runtime.h"
+#include "tests/support/shared.h"
+#include "tests/support/temporary_folder.h"
+
+namespace vps::test {
+namespace {
+
+struct Outcome {
+  int code = -1;
+  std::string out, err;
+};
+
+Outcome vpsbake(const TemporaryFolder& folder, const std::string& arguments) {
+  const std::string command = "cd " + folder.path().string() + " && " + VPSBAKE + " " + arguments + " >out.txt 2>err.txt </dev/null";
+  const int status = std::system(command.c_str());
+  const Outcome run{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read_file(folder / "out.txt"), read_file(folder / "err.txt")};
+  std::filesystem::remove(folder / "out.txt");
+  std::filesystem::remove(folder / "err.txt");
+  return run;
+}
+
+std::string sample(const char* name) { return std::string(VPS_SAMPLE_MESHES) + "/" + name + ".obj"; }
+
+// One line, the program's name first, and nothing left behind.
+void expect_refusal(const TemporaryFolder& folder, const std::string& arguments, int code, const std::string& why) {
+  const std::vector<std::string> before = folder.names();
+  const Outcome run = vpsbake(folder, arguments);
+  EXPECT_EQ(run.code, code) << arguments << ": " << run.err;
+  EXPECT_TRUE(run.err.starts_with("vpsbake: error: ")) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  EXPECT_NE(run.err.find(why), std::string::npos) << arguments << ": " << run.err;
+  EXPECT_EQ(folder.names().size(), before.size()) << arguments;
+}
+
+TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("torus"), folder / "torus.obj");
+  const Outcome run = vpsbake(folder, "torus.obj --voxel 2mm");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");  // not a terminal: errors only
+  EXPECT_NE(run.out.find("torus.obj: grid of 80 x 80 x 32 voxels of 2 mm"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("torus.vps.hdf: "), std::string::npos) << run.out;
+  const Outcome info = vpsbake(folder, "info torus.vps.hdf");
+  EXPECT_EQ(info.code, 0);
+  EXPECT_NE(info.out.find("voxelmap    80 x 80 x 32 voxels of 2 mm"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("point_positions       f32  3 x "), std::string::npos) << info.out;
+}
+
+TEST(Cli, JsonSaysWhatTheFileHolds) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, sample("gear") + " --voxel 0.5mm -o gear.vps.hdf --fields layers,scaled,real --branching 4 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const auto baked = nlohmann::json::parse(run.out);
+  EXPECT_EQ(baked["output"], "gear.vps.hdf");
+  EXPECT_EQ(baked["bytes"], std::filesystem::file_size(folder / "gear.vps.hdf"));
+  EXPECT_EQ(baked["voxel_size"], 0.0005);
+  EXPECT_EQ(baked["pointshell"]["branching"], 4);
+  EXPECT_GT(baked["seconds"]["distance_field"], 0);
+  EXPECT_GE(baked["plan"]["predicted_memory_bytes"], baked["bytes"].get<std::size_t>() / 10);
+  for (const char* field : {"layers", "scaled", "real"}) EXPECT_GT(baked["certificate"][field]["max"], 0) << field;
+  const Outcome info = vpsbake(folder, "info --json gear.vps.hdf");
+  ASSERT_EQ(info.code, 0);
+  const auto read = nlohmann::json::parse(info.out);
+  for (const char* part : {"mesh", "mass", "voxel_size", "voxelmap", "certificate", "pointshell"}) EXPECT_EQ(read[part], baked[part]);
+  EXPECT_EQ(read["sections"].size(), 13U);
+}
+
+TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {
+  const TemporaryFolder folder;
+  const std::string mesh = sample("cube");  // 0.1 units wide
+  const auto size_of = [&](const std::string& options) {
+    const Outcome run = vpsbake(folder, mesh + " -o a.vps.hdf --json " + options);
+    EXPECT_EQ(run.code, 0) << run.err;
+    const auto j = nlohmann::json::parse(run.out);
+    return std::pair(j["mesh"]["bounds_max"][0].get<double>() - j["mesh"]["bounds_min"][0].get<double>(), j["voxel_size"].get<double>());
+  };
+  const auto expect_near = [](std::pair<double, double> got, double size, double voxel) {
+    EXPECT_NEAR(got.first, size, 1e-6 * size);
+    EXPECT_NEAR(got.second, voxel, 1e-6 * voxel);
+  };
+  expect_near(size_of("--voxel 0.01m"), 0.1, 0.01);
+  expect_near(size_of("--voxel 0.05mm --unit cm"), 0.001, 0.00005);
+  expect_near(size_of("--voxel 10um --unit mm"), 0.0001, 0.00001);
+  expect_near(size_of("--voxel '0.01 in' --unit in"), 0.00254, 0.000254);
+  expect_near(size_of("--resolution 20 --scale 10"), 1, 0.05);
+}
+
+TEST(Cli, PartsLeaveOutWhatIsNotNeeded) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(vpsbake(folder, sample("torus") + " --voxel 2mm -o both.vps.hdf").code, 0);
+  EXPECT_EQ(vpsbake(folder, sample("torus") + " --voxel 2mm --parts voxelmap -o map.vps.hdf").code, 0);
+  EXPECT_EQ(vpsbake(folder, sample("torus") + " --voxel 2mm --parts pointshell -o shell.vps.hdf").code, 0);
+  Asset map;
+  Asset shell;
+  ASSERT_EQ(Asset::open((folder / "map.vps.hdf").c_str(), map), Status::ok);
+  ASSERT_EQ(Asset::open((folder / "shell.vps.hdf").c_str(), shell), Status::ok);
+  EXPECT_TRUE(map.has_voxelmap() && !map.has_pointshell());
+  EXPECT_TRUE(!shell.has_voxelmap() && shell.has_pointshell());
+  const auto size = [&](const char* name) { return std::filesystem::file_size(folder / name); };
+  EXPECT_LT(size("map.vps.hdf") + size("shell.vps.hdf"), size("both.vps.hdf") + 16384);
+}
+
+TEST(Cli, TheSameMeshAndOptionsGiveTheSameBytes) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(vpsbake(folder, sample("nut") + " --voxel 0.3mm -o a.vps.hdf --fields layers,scaled,real").code, 0);
+  ::sleep(1);
+  EXPECT_EQ(vpsbake(folder, sample("nut") + " --voxel 0.3mm -o b.vps.hdf --fields layers,scaled,real").code, 0);
+  EXPECT_EQ(read_file(folder / "a.vps.hdf"), read_file(folder / "b.vps.hdf"));
+}
+
+TEST(Cli, AWrongCommandLineIsExitCodeOne) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube");
+  expect_refusal(folder, "", 1, "a mesh is required");
+  expect_refusal(folder, cube, 1, "--voxel or --resolution is required");
+  expect_refusal(folder, cube + " --voxel 5", 1, "a length needs a unit; write 5mm or 5m");
+  expect_refusal(folder, cube + " --voxel five", 1, "five is not a length");
+  expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
+  expect_refusal(folder, cube + " --voxel -5mm", 1, "not a positive length");
+  expect_refusal(folder, cube + " --voxel nanmm", 1, "not a positive length");
+  expect_refusal(folder, cube + " --voxel 5mm --resolution 9", 1, "excludes");
+  expect_refusal(folder, cube + " --resolution 0", 1, "resolution");
+  expect_refusal(folder, cube + " --voxel 5mm --unit parsec", 1, "unknown unit 'parsec'; use one of cm, in, m, mm");
+  expect_refusal(folder, cube + " --voxel 5mm --fields colour", 1, "--fields");
+  expect_refusal(folder, cube + " --voxel 5mm --parts wheels", 1, "--parts");
+  expect_refusal(folder, cube + " --voxel 5mm --branching 1", 1, "--branching");
+  expect_refusal(folder, cube + " --voxel 5mm --bogus", 1, "--bogus");
+  expect_refusal(folder, "info", 1, "file is required");
+  std::filesystem::copy_file(cube, folder / "cube.obj");
+  expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 1, "would replace the mesh");
+}
+
+TEST(Cli, FilesThatCannotBeReadOrWrittenAreExitCodeTwo) {
+  const TemporaryFolder folder;
+  expect_refusal(folder, "none.obj --voxel 5mm", 2, "none.obj: the file does not exist");
+  expect_refusal(folder, ". --voxel 5mm -o a.vps.hdf", 2, "this is a folder");
+  expect_refusal(folder, sample("cube") + " --voxel 5mm -o missing/a.vps.hdf", 2, "the folder does not exist");
+  expect_refusal(folder, sample("cube") + " --voxel 5mm -o .", 2, "this is a folder");
+  expect_refusal(folder, "info none.vps.hdf", 2, "none.vps.hdf: the file does not exist");
+}
+
+TEST(Cli, MeshesThatCannotBeBakedAreExitCodeThree) {
+  const TemporaryFolder folder;
+  write_file(folder / "empty.obj", "");
+  expect_refusal(folder, "empty.obj --voxel 5mm", 3, "empty.obj: the file is empty");
+  write_file(folder / "mesh.step", "x");
+  expect_refusal(folder, "mesh.step --voxel 5mm", 3, "unknown mesh format .step");
+  write_file(folder / "open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  expect_refusal(folder, "open.obj --voxel 5mm", 3, "the mesh is open: 3 edges");
+  write_file(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  expect_refusal(folder, "points.obj --voxel 5mm", 3, "points.obj: ");
+  write_file(folder / "nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  expect_refusal(folder, "nan.obj --voxel 5mm", 3, "nan.obj: vertex");
+  write_file(folder / "inf.obj", "v 0 0 1e999\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+  expect_refusal(folder, "inf.obj --voxel 5mm", 3, "inf.obj: vertex");
+  expect_refusal(folder, sample("cube") + " --voxel 5mm --unit mm -o a.vps.hdf", 3, "is the mesh's unit right? (--unit)");
+  expect_refusal(folder, sample("cube") + " --voxel 0.1mm --memory 10MB -o a.vps.hdf", 3, "more than the limit of 10 MB; is the mesh's unit right (--unit)?");
+}
+
+TEST(Cli, DamagedAssetsAreExitCodeThree) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o a.vps.hdf").code, 0);
+  const std::string bytes = read_file(folder / "a.vps.hdf");
+  write_file(folder / "cut.vps.hdf", bytes.substr(0, bytes.size() / 2));
+  expect_refusal(folder, "info cut.vps.hdf", 3, "cut.vps.hdf: the file is truncated");
+  std::string flipped = bytes;
+  flipped[100] = static_cast<char>(flipped[100] ^ 4);
+  write_file(folder / "header.vps.hdf", flipped);
+  expect_refusal(folder, "info header.vps.hdf", 3, "the header is damaged");
+  flipped = bytes;
+  const std::size_t payload = bytes.size() * 3 / 4;
+  flipped[payload] = static_cast<char>(flipped[payload] ^ 4);
+  write_file(folder / "payload.vps.hdf", flipped);
+  expect_refusal(folder, "info payload.vps.hdf", 3, "payload.vps.hdf: ");
+  expect_refusal(folder, "info " + sample("icosphere"), 3, "this is not a vpsbake asset");
+}
+
+TEST(Cli, HelpAndVersionAreNotErrors) {
+  const TemporaryFolder folder;
+  const Outcome help = vpsbake(folder, "--help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.out.find("--voxel LENGTH"), std::string::npos);
+  EXPECT_EQ(vpsbake(folder, "--version").out, "vpsbake 0.1.0\n");
+}
+
+TEST(Cli, RealMeshesBakeOrAreRefusedForWhatIsWrongWithThem) {
+  VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
+  const TemporaryFolder folder;
+  const auto file = [&](const char* name) { return (meshes / name).string(); };
+  for (const char* good : {"bunny_closed.obj", "bunny_3k5.off", "armadillo_52k.off", "spot.obj", "screw_M3x10.stl", "nut_M3.stl",
+                           "gearwheel_40.stl", "fandisk.off", "tray_plate.stl", "ADIS16480_metres.stl", "tires_x4.stl",
+                           "scallop_120k.glb", "asteroid.3ds", "capsule_degenerate.obj", "sliver_tet.ply", "shape_sorter.obj",
+                           "man_selfintersect.off", "nested_instances.glb", "ur5_upperarm_collision.stl"}) {
+    const Outcome run = vpsbake(folder, file(good) + " --resolution 60 -o a.vps.hdf");
+    EXPECT_EQ(run.code, 0) << good << ": " << run.err;
+    Asset asset;
+    EXPECT_EQ(Asset::open((folder / "a.vps.hdf").c_str(), asset), Status::ok) << good;
+  }
+  const std::pair<const char*, const char*> bad[] = {
+      {"bunny_full.obj", "the mesh is open"},         {"teapot.obj", "the mesh is open"},
+      {"propeller.stl", "wound in opposite"},         {"half_tunnel.off", "the mesh is open"},
+      {"triangle_soup.stl", "the mesh is open"},      {"concave_polygon.obj", "concave_polygon.obj: "},
+      {"invalid/empty.ply", "the file is empty"},     {"invalid/points_only.ply", "no triangles"},
+      {"invalid/malformed_index.obj", "malformed"},
+  };
+  std::filesystem::remove(folder / "a.vps.hdf");
+  for (const auto& [name, why] : bad) expect_refusal(folder, file(name) + " --resolution 60 -o a.vps.hdf", 3, why);
+}
+
+}  // namespace
+}  // namespace vps::test
