@@ -112,6 +112,10 @@ class Asset {
 /// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
 
+/// Direction out of the voxelmap near its surface: minus the gradient of V, stored (Eq. 5) or from the neighbouring voxels.
+/// @return unit length; the zero vector beyond the stored bricks and where the field has no slope, as in the middle of a wall.
+[[nodiscard]] Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept;
+
 // Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.
 struct BoxField {
   Vec3 half_extents;  ///< centred on the origin. [m]

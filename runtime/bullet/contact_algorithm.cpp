@@ -101,6 +101,17 @@ Vec3 sphere_normal(Vec3 p) {
   return r > 0 ? Vec3{p.x / r, p.y / r, p.z / r} : Vec3{0, 0, 1};
 }
 
+// At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
+// Eq. (4) it misjudges the depth. The map's own normal serves both better; the shell's is left where the map has none.
+Contact refined(const Shape& map, Contact contact) {
+  const Vec3 outward = outward_normal(map.voxelmap(), contact.position);
+  if (detail::dot(outward, outward) > 0) {
+    contact.inward_normal = outward;
+    contact.penetration = penetration(map.voxelmap(), contact.position, outward);
+  }
+  return contact;
+}
+
 // Impulses of the last step, found again by where on the shell they acted: warm starting needs them, clearing loses them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
@@ -285,7 +296,8 @@ void ContactAlgorithm::fill_manifold(int slot, const Roles& roles, std::span<con
 
   const btVector3 field_origin = roles.map != nullptr ? -roles.map->centre_of_mass() : btVector3(0, 0, 0);
   const btTransform& world = roles.field_wrap->getWorldTransform();
-  for (const Contact& contact : contacts) {
+  for (const Contact& raw : contacts) {
+    const Contact contact = roles.map != nullptr ? refined(*roles.map, raw) : raw;
     const btVector3 position = world * (btVector3(contact.position.x, contact.position.y, contact.position.z) + field_origin);
     const btVector3 into_shell =
         world.getBasis() * btVector3(contact.inward_normal.x, contact.inward_normal.y, contact.inward_normal.z);

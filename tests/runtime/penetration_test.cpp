@@ -87,6 +87,33 @@ TEST(Penetration, OfABoxIsExactNextToAFace) {
   }
 }
 
+TEST(OutwardNormal, OfASpherePointsAwayFromItsCentre) {
+  const auto asset = baked(make_sphere(0.1, 5), all_fields(0.005));
+  for (const auto& [field, degrees] : {std::pair{Field::real, 5.0}, std::pair{Field::scaled, 5.0}}) {
+    VoxelmapView map;
+    ASSERT_EQ(asset->voxelmap(map, field), Status::ok);
+    Random random;
+    for (int n = 0; n < 2000; ++n) {
+      const auto r = random.rotation();
+      const double d = random.between(0.097, 0.103);
+      const Vec3 p{static_cast<float>(d * r[0]), static_cast<float>(d * r[1]), static_cast<float>(d * r[2])};
+      const Vec3 normal = outward_normal(map, p);
+      const double cosine = normal.x * r[0] + normal.y * r[1] + normal.z * r[2];
+      ASSERT_GT(cosine, std::cos(degrees * M_PI / 180)) << static_cast<int>(field);
+    }
+  }
+}
+
+TEST(OutwardNormal, IsZeroWhereTheFieldHasNone) {
+  const auto asset = baked(make_box({0.1, 0.1, 0.1}), all_fields(0.01));
+  VoxelmapView map;
+  ASSERT_EQ(asset->voxelmap(map, Field::scaled), Status::ok);
+  for (const Vec3 p : {Vec3{5, 0, 0}, Vec3{0, 0, 0}}) {
+    const Vec3 normal = outward_normal(map, p);
+    EXPECT_EQ(normal.x * normal.x + normal.y * normal.y + normal.z * normal.z, 0);
+  }
+}
+
 TEST(Penetration, FarOutsideTheGridItIsTheDistanceToTheBounds) {
   const auto asset = baked(make_box({0.1, 0.1, 0.1}), all_fields(0.01));
   VoxelmapView map;

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "runtime/bullet/reduce_contacts.h"
+#include "tests/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+TEST(Shape, BoundsAndInertiaAreThoseOfTheBody) {
+  // Off-centre in its own frame: the shape's origin moves to the centre of mass.
+  const auto asset = baked_at(make_box({0.05, 0.04, 0.03}, {0.2, 0, -0.1}), 0.005);
+  const bullet::Shape shape(asset);
+  EXPECT_NEAR(shape.centre_of_mass().x(), 0.2, 1e-6);
+  EXPECT_NEAR(shape.centre_of_mass().z(), -0.1, 1e-6);
+  btVector3 low, high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  EXPECT_NEAR(low.x(), -0.05, 1e-6);
+  EXPECT_NEAR(high.z(), 0.03, 1e-6);
+  shape.getAabb(btTransform(btQuaternion(btVector3(0, 0, 1), SIMD_HALF_PI), {1, 0, 0}), low, high);
+  EXPECT_NEAR(high.x(), 1.04, 1e-5);
+  EXPECT_NEAR(high.y(), 0.05, 1e-5);
+  btVector3 inertia;
+  shape.calculateLocalInertia(2, inertia);
+  EXPECT_NEAR(inertia.x(), 2 * (0.08 * 0.08 + 0.06 * 0.06) / 12, 1e-7);
+  EXPECT_NEAR(inertia.y(), 2 * (0.1 * 0.1 + 0.06 * 0.06) / 12, 1e-7);
+  EXPECT_NEAR(inertia.z(), 2 * (0.1 * 0.1 + 0.08 * 0.08) / 12, 1e-7);
+}
+
+TEST(Shape, SitsInASlotThatBulletTreatsAsConcaveAndCastsNowhere) {
+  const bullet::Shape shape(baked_at(make_sphere(0.05, 3), 0.01));
+  EXPECT_EQ(shape.getShapeType(), FAST_CONCAVE_MESH_PROXYTYPE);
+  EXPECT_NE(shape.getShapeType(), SDF_SHAPE_PROXYTYPE);
+  EXPECT_TRUE(shape.isConcave());
+}
+
+TEST(Shape, ScalingIsRefusedAndSaid) {
+  bullet::Shape shape(baked_at(make_sphere(0.05, 3), 0.01));
+  shape.setLocalScaling({1, 1, 1});
+  EXPECT_EQ(shape.status(), Status::ok);
+  shape.setLocalScaling({2, 2, 2});
+  EXPECT_EQ(shape.status(), Status::bad_argument);
+  EXPECT_EQ(shape.getLocalScaling().x(), 1);
+}
+
+TEST(Shape, SurfelsCoverTheSurfaceForRays) {
+  World scene;
+  bullet::Shape shape(baked_at(make_torus(0.1, 0.03, 48, 24), 0.005));
+  scene.add(shape, 0, {0, 0, 1});
+  for (int i = 0; i < 200; ++i) {
+    const double angle = i * 0.7;
+    const btVector3 from(btScalar(0.1 * std::cos(angle)), btScalar(0.1 * std::sin(angle)), 2);
+    const btVector3 to = from - btVector3(0, 0, 2);
+    btCollisionWorld::ClosestRayResultCallback hit(from, to);
+    scene.world.rayTest(from, to, hit);
+    ASSERT_TRUE(hit.hasHit()) << i;
+    EXPECT_NEAR(hit.m_hitPointWorld.z(), 1.03, 0.004);
+    EXPECT_GT(hit.m_hitNormalWorld.z(), 0.8);
+  }
+  btCollisionWorld::ClosestRayResultCallback through({0, 0, 2}, {0, 0, 0});
+  scene.world.rayTest({0, 0, 2}, {0, 0, 0}, through);
+  EXPECT_FALSE(through.hasHit());
+}
+
+TEST(Shape, SegmentLevelIsTheOneWithTheNearestNumberOfClusters) {
+  bullet::Shape shape(baked_at(make_sphere(0.05, 4), 0.003));
+  EXPECT_EQ(shape.segment_level(), 0U);
+  shape.set_segments(1);
+  EXPECT_EQ(shape.segment_level(), 1U);
+  shape.set_segments(1000000);
+  EXPECT_EQ(shape.segment_level(), shape.pointshell().levels);
+}
+
+std::vector<Contact> contacts_at(const std::vector<std::array<float, 3>>& points) {
+  std::vector<Contact> contacts;
+  for (const auto& [x, y, depth] : points) {
+    Contact c;
+    c.position = {x, y, 0};
+    c.penetration = depth;
+    c.point = static_cast<std::uint32_t>(contacts.size());
+    contacts.push_back(c);
+  }
+  return contacts;
+}
+
+TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
+  std::vector<std::array<float, 3>> grid;
+  for (int i = 0; i < 11; ++i) {
+    for (int j = 0; j < 11; ++j) grid.push_back({static_cast<float>(i), static_cast<float>(j), 0});
+  }
+  grid[3 * 11 + 4][2] = 1;
+  const auto contacts = contacts_at(grid);
+  std::array<std::uint32_t, 4> chosen{};
+  ASSERT_EQ(bullet::reduce_contacts(contacts, {}, chosen), 4U);
+  EXPECT_EQ(chosen[0], 3U * 11 + 4);
+  for (int k = 1; k < 4; ++k) {
+    const Vec3 p = contacts[chosen[static_cast<std::size_t>(k)]].position;
+    EXPECT_TRUE((p.x == 0 || p.x == 10) && (p.y == 0 || p.y == 10)) << p.x << ' ' << p.y;
+  }
+}
+
+TEST(ReduceContacts, FewOrDegenerateContactsGiveFewerPoints) {
+  std::array<std::uint32_t, 4> chosen{};
+  EXPECT_EQ(bullet::reduce_contacts({}, {}, chosen), 0U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}}), {}, chosen), 1U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}, {1, 1, 0}}), {}, chosen), 1U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}), {}, chosen), 2U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), {}, chosen), 3U);
+}
+
+TEST(ReduceContacts, APointOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
+  const auto contacts = contacts_at({{0, 0, 1}, {10, 0, 0}, {10.1F, 0.1F, 0}, {0, 5, 0}});
+  std::array<std::uint32_t, 4> chosen{};
+  ASSERT_GE(bullet::reduce_contacts(contacts, {}, chosen), 2U);
+  EXPECT_EQ(chosen[1], 2U);
+  const std::array<std::uint32_t, 1> previous = {1};
+  ASSERT_GE(bullet::reduce_contacts(contacts, previous, chosen), 2U);
+  EXPECT_EQ(chosen[1], 1U);
+}
+
+}  // namespace
+}  // namespace vps::test
