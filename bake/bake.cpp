@@ -116,8 +116,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options) {
   }
   if (options.pointshell) {
     stages.start("sample_pointshell");
-    const Pointshell shell =
-        sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size);
+    const Pointshell shell = sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size);
     stages.start("cluster_points");
     const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
     stages.start("bounding_spheres");

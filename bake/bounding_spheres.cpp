@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Minimal enclosing spheres by CGAL. Its double version returns wrong spheres for some lattice points, and says they are
-// valid; so every result is checked against every point, then tried again with jitter, exactly, and last simply grown.
+// Minimal enclosing spheres by CGAL. Its double version returns wrong spheres for some lattice points, and says they
+// are valid; so every result is checked against every point, then tried again with jitter, exactly, and last simply
+// grown.
 #include "bake/bounding_spheres.h"
 
 #include <CGAL/Cartesian.h>

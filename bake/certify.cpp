@@ -23,8 +23,8 @@ double uniform(std::uint64_t counter) {
 
 }  // namespace
 
-std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest, const Grid& grid,
-                                                   const BandField& field) {
+std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
+                                                   const Grid& grid, const BandField& field) {
   const InsideTest inside(surface, grid);
   // Voxels with an exact distance at their centre.
   std::vector<std::size_t> voxels;

@@ -13,10 +13,10 @@ inline constexpr std::size_t kCertificateSamples = 20000;
 /// A point in the band with its true penetration.
 struct CertificateSample {
   std::size_t brick = 0;
-  std::uint32_t voxel = 0;                 ///< the voxel that holds the point
+  std::uint32_t voxel = 0;  ///< the voxel that holds the point
   Vector point = Vector::Zero();
-  Vector inward_normal = Vector::Zero();   ///< of a shell that touches the map flat there
-  double penetration = 0;                  ///< exact. [m]
+  Vector inward_normal = Vector::Zero();  ///< of a shell that touches the map flat there
+  double penetration = 0;                 ///< exact. [m]
 };
 
 /// A stored field as a query sees it: V at the sample's point by Eq. (4) or (5).
@@ -28,6 +28,7 @@ using Reconstruction = std::function<double(const CertificateSample&)>;
                                                                  const Grid& grid, const BandField& field);
 
 /// Errors of one field at the samples.
-[[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct);
+[[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,
+                                       const Reconstruction& reconstruct);
 
 }  // namespace vps

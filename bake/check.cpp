@@ -14,9 +14,13 @@
 namespace vps {
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) { throw BakeError("check", message); }
+[[noreturn]] void refuse(const std::string& message) {
+  throw BakeError("check", message);
+}
 
-std::string place(const Vector& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x(), p.y(), p.z()); }
+std::string place(const Vector& p) {
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x(), p.y(), p.z());
+}
 
 struct PositionHash {
   std::size_t operator()(const std::array<double, 3>& p) const {
@@ -31,7 +35,8 @@ void join_vertices(const TriangleMesh& mesh, Surface& surface) {
   for (const auto& triangle : mesh.triangles) {
     Triangle joined{};
     for (std::size_t k = 0; k < 3; ++k) {
-      if (triangle[k] >= mesh.vertices.size()) refuse("a triangle refers to a vertex that is not there; export it again");
+      if (triangle[k] >= mesh.vertices.size())
+        refuse("a triangle refers to a vertex that is not there; export it again");
       std::array<double, 3> p = mesh.vertices[triangle[k]];
       for (double& x : p) {
         if (!std::isfinite(x)) refuse(fmt::format("vertex {} is not finite; export the mesh again", triangle[k]));
@@ -45,8 +50,8 @@ void join_vertices(const TriangleMesh& mesh, Surface& surface) {
   }
 }
 
-// A surface bounds a solid when every edge is used equally often in both directions: its boundary as a chain is zero, and
-// the winding number of every point off the surface is an integer.
+// A surface bounds a solid when every edge is used equally often in both directions: its boundary as a chain is zero,
+// and the winding number of every point off the surface is an integer.
 void check_closed(const Surface& surface) {
   struct Edge {
     std::uint64_t key;
@@ -82,16 +87,18 @@ void check_closed(const Surface& surface) {
                        open, place(first)));
   }
   if (inconsistent > 0) {
-    refuse(fmt::format("neighbouring triangles are wound in opposite directions at {} edges, the first at {}; "
-                       "make the winding consistent",
-                       inconsistent, place(first)));
+    refuse(
+        fmt::format("neighbouring triangles are wound in opposite directions at {} edges, the first at {}; "
+                    "make the winding consistent",
+                    inconsistent, place(first)));
   }
 }
 
 std::size_t drop_collapsed(Surface& surface) {
   const std::size_t before = surface.triangles.size();
   std::erase_if(surface.triangles, [&](const Triangle& t) {
-    const Vector n = (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]);
+    const Vector n =
+        (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]);
     return !(n.squaredNorm() > 0);
   });
   return before - surface.triangles.size();

@@ -15,7 +15,9 @@ using Kernel = CGAL::Simple_cartesian<double>;
 using Triangles = std::vector<Kernel::Triangle_3>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using Tree3 = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
-Kernel::Point_3 point3(const Vector& v) { return {v.x(), v.y(), v.z()}; }
+Kernel::Point_3 point3(const Vector& v) {
+  return {v.x(), v.y(), v.z()};
+}
 }  // namespace
 
 struct ClosestPoint::Tree {

@@ -65,7 +65,8 @@ class LevelClustering {
       if (squared <= 4 * outlier_ * outlier_) candidates_.push_back({squared, q});
     });
     const std::size_t wanted = std::min<std::size_t>(branching_ + 1, candidates_.size());
-    std::partial_sort(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(wanted), candidates_.end());
+    std::partial_sort(candidates_.begin(), candidates_.begin() + static_cast<std::ptrdiff_t>(wanted),
+                      candidates_.end());
     Cluster cluster;
     for (std::size_t i = 0; i < std::min<std::size_t>(branching_, wanted); ++i) {
       cluster.members.push_back(candidates_[i].point);

@@ -41,8 +41,8 @@ void visit_bricks(const Surface& surface, const Grid& grid, std::size_t t, doubl
   const double s = grid.voxel_size;
   const double reach = band + std::sqrt(3.0) * (kBrickEdge / 2.0) * s;
   // For a small triangle most bricks of the box pass: the test only pays for large ones.
-  const bool large = range.last[0] - range.first[0] > 1 || range.last[1] - range.first[1] > 1 ||
-                     range.last[2] - range.first[2] > 1;
+  const bool large =
+      range.last[0] - range.first[0] > 1 || range.last[1] - range.first[1] > 1 || range.last[2] - range.first[2] > 1;
   for (std::uint32_t z = range.first[2]; z <= range.last[2]; ++z) {
     for (std::uint32_t y = range.first[1]; y <= range.last[1]; ++y) {
       for (std::uint32_t x = range.first[0]; x <= range.last[0]; ++x) {
@@ -179,7 +179,8 @@ Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField&
   const std::uint32_t t = field.closest[at];
   if (t == kNoTriangle) return Vector::Zero();
   const Vector p = grid.centre(field.set.bricks[brick], voxel);
-  const Vector to_surface = closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p;
+  const Vector to_surface =
+      closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p;
   const double distance = to_surface.norm();
   // On the surface the direction to it is lost; the triangle's inward normal is its limit.
   if (distance < 1e-9 * grid.voxel_size) return -surface.normals[t];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Exact signed distances in a narrow band. Paper: Sec. 2.1.1; its gradient walk is replaced by the exact closest point.
+/// @file Exact signed distances in a narrow band. Paper: Sec. 2.1.1; its gradient walk is replaced by the exact closest
+/// point.
 #pragma once
 
 #include "bake/closest_point.h"
@@ -12,10 +13,10 @@ inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
 /// Penetrations V of the voxel centres of all bricks that hold a centre within `band` of the surface.
 struct BandField {
   BrickSet set;
-  double band = 0;                          ///< [m]
+  double band = 0;  ///< [m]
   std::vector<BrickMask> inside;
-  std::vector<double> penetration;          ///< [n,8,8,8]: exact where |V| <= band, else +-band. [m]
-  std::vector<std::uint32_t> closest;       ///< [n,8,8,8]: triangle of the closest point, kNoTriangle beyond the band
+  std::vector<double> penetration;     ///< [n,8,8,8]: exact where |V| <= band, else +-band. [m]
+  std::vector<std::uint32_t> closest;  ///< [n,8,8,8]: triangle of the closest point, kNoTriangle beyond the band
 
   [[nodiscard]] std::size_t at(std::size_t brick, std::uint32_t voxel) const { return brick * kBrickVoxels + voxel; }
   /// V at a voxel; +-band where its brick is not in the set.
@@ -32,7 +33,7 @@ struct BandField {
 
 /// For each brick of the grid, |V| at its centre in whole voxels, rounded down, with the layer's sign. Bricks in the
 /// band hold 0. Paper: the layered voxelmap, kept at brick resolution. [Units: vx]
-[[nodiscard]] std::vector<std::int16_t> coarse_layers(const ClosestPoint& closest, const Grid& grid, const InsideRuns& runs,
-                                                      const BandField& field);
+[[nodiscard]] std::vector<std::int16_t> coarse_layers(const ClosestPoint& closest, const Grid& grid,
+                                                      const InsideRuns& runs, const BandField& field);
 
 }  // namespace vps

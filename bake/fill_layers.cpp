@@ -21,7 +21,8 @@ struct Event {
   std::int32_t step;
 };
 
-// First voxel of the line whose centre is past the crossing. A centre on the surface counts as inside (V = 0 is contact).
+// First voxel of the line whose centre is past the crossing. A centre on the surface counts as inside (V = 0 is
+// contact).
 std::uint32_t first_voxel_past(const Surface& surface, const Grid& grid, std::size_t t, std::uint32_t j,
                                std::uint32_t k, int crossing) {
   const Vector on_line = grid.centre(0, j, k);
@@ -61,9 +62,10 @@ std::vector<Event> find_crossings(const Surface& surface, const Grid& grid) {
 
 [[noreturn]] void report_leak(const Grid& grid, std::uint32_t line) {
   const Vector at = grid.centre(0, line % grid.dims[1], line / grid.dims[1]);
-  throw BakeError("fill_layers", fmt::format("the surface leaks: the line y = {:.6g} m, z = {:.6g} m enters the solid and "
-                                             "does not leave it; close the mesh there",
-                                             at.y(), at.z()));
+  throw BakeError("fill_layers",
+                  fmt::format("the surface leaks: the line y = {:.6g} m, z = {:.6g} m enters the solid and "
+                              "does not leave it; close the mesh there",
+                              at.y(), at.z()));
 }
 
 // Surface bits of the 5x5x5 bricks around one brick as rows of 40 bits along x.
@@ -77,7 +79,8 @@ void load_window(const SurfaceVoxels& surface, const Grid& grid, const Index3& b
   for (int dz = -kReach; dz <= kReach; ++dz) {
     for (int dy = -kReach; dy <= kReach; ++dy) {
       for (int dx = -kReach; dx <= kReach; ++dx) {
-        const std::int64_t b[3] = {std::int64_t{brick[0]} + dx, std::int64_t{brick[1]} + dy, std::int64_t{brick[2]} + dz};
+        const std::int64_t b[3] = {std::int64_t{brick[0]} + dx, std::int64_t{brick[1]} + dy,
+                                   std::int64_t{brick[2]} + dz};
         if (b[0] < 0 || b[1] < 0 || b[2] < 0 || b[0] >= grid.brick_dims[0] || b[1] >= grid.brick_dims[1] ||
             b[2] >= grid.brick_dims[2]) {
           continue;

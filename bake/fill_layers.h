@@ -6,7 +6,8 @@
 
 namespace vps {
 
-/// Runs of voxels along x whose centres are inside (winding number > 0, surface included). Memory grows with the surface.
+/// Runs of voxels along x whose centres are inside (winding number > 0, surface included). Memory grows with the
+/// surface.
 struct InsideRuns {
   std::vector<std::uint32_t> line_start;  ///< per line (k * ny + j): first entry in `bounds`; one more at the end
   std::vector<std::uint32_t> bounds;      ///< pairs: first voxel inside, first voxel outside again
@@ -24,8 +25,10 @@ struct InsideRuns {
 [[nodiscard]] std::vector<BrickMask> inside_masks(const InsideRuns& runs, const Grid& grid, const BrickSet& set);
 
 /// Layer of every voxel of the bricks of a set: Chebyshev distance to the nearest surface voxel in voxels, signed.
-/// Bound: a voxel of layer n != 0 has every point at least (|n| - 1) s and at most sqrt(3) (|n| + 1) s from the surface.
-/// @pre every voxel of the set lies within 2 * kBrickEdge voxels of a surface voxel, as in a narrow band of <= 8 voxels.
+/// Bound: a voxel of layer n != 0 has every point at least (|n| - 1) s and at most sqrt(3) (|n| + 1) s from the
+/// surface.
+/// @pre every voxel of the set lies within 2 * kBrickEdge voxels of a surface voxel, as in a narrow band of <= 8
+/// voxels.
 [[nodiscard]] std::vector<std::int8_t> fill_layers(const SurfaceVoxels& surface, const std::vector<BrickMask>& inside,
                                                    const Grid& grid, const BrickSet& set);
 

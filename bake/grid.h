@@ -29,9 +29,7 @@ struct Grid {
     return centre(brick[0] * kBrickEdge + voxel % kBrickEdge, brick[1] * kBrickEdge + voxel / kBrickEdge % kBrickEdge,
                   brick[2] * kBrickEdge + voxel / (kBrickEdge * kBrickEdge));
   }
-  [[nodiscard]] std::size_t brick_count() const {
-    return std::size_t{brick_dims[0]} * brick_dims[1] * brick_dims[2];
-  }
+  [[nodiscard]] std::size_t brick_count() const { return std::size_t{brick_dims[0]} * brick_dims[1] * brick_dims[2]; }
   [[nodiscard]] std::size_t brick_at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     return (std::size_t{z} * brick_dims[1] + y) * brick_dims[0] + x;
   }
@@ -71,7 +69,11 @@ struct BrickSet {
 /// One bit per voxel of a brick: word z, bit 8 y + x.
 using BrickMask = std::array<std::uint64_t, kBrickEdge>;
 
-inline bool test_bit(const BrickMask& mask, std::uint32_t voxel) { return (mask[voxel / 64] >> (voxel % 64)) & 1; }
-inline void set_bit(BrickMask& mask, std::uint32_t voxel) { mask[voxel / 64] |= std::uint64_t{1} << (voxel % 64); }
+inline bool test_bit(const BrickMask& mask, std::uint32_t voxel) {
+  return (mask[voxel / 64] >> (voxel % 64)) & 1;
+}
+inline void set_bit(BrickMask& mask, std::uint32_t voxel) {
+  mask[voxel / 64] |= std::uint64_t{1} << (voxel % 64);
+}
 
 }  // namespace vps

@@ -7,8 +7,8 @@
 namespace vps {
 
 struct MassProperties {
-  double volume = 0;                      ///< [m^3]
-  Vector centre_of_mass = Vector::Zero();  ///< [m]
+  double volume = 0;                                  ///< [m^3]
+  Vector centre_of_mass = Vector::Zero();             ///< [m]
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about the centre of mass. [m^5]
 };
 

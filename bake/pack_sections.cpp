@@ -16,7 +16,8 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "sections are written as they lie in memory");
 
 template <class T>
-SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape, const std::vector<T>& values) {
+SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
+                    const std::vector<T>& values) {
   SectionData data{kind, element, std::move(shape), {}};
   data.bytes.resize(values.size() * sizeof(T));
   std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
@@ -51,8 +52,9 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   if (options.scaled) {
     const double limit = std::floor(field.band / out.lambda + 1e-9);
     if (limit < 1 || limit > 2147483647.0) {
-      throw BakeError("represent", "the precision does not suit the voxel size; choose a step between the voxel size and "
-                                   "a billionth of it, or leave --precision out");
+      throw BakeError("represent",
+                      "the precision does not suit the voxel size; choose a step between the voxel size and "
+                      "a billionth of it, or leave --precision out");
     }
     out.scaled_limit = static_cast<std::int32_t>(limit);
     out.scaled.resize(field.penetration.size());
@@ -187,7 +189,8 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));
-  sections.push_back(section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
+  sections.push_back(
+      section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
 }
 
 }  // namespace vps

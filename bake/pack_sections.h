@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The representations of the field, and everything as sections of the asset. Paper: Eq. (1), Sec. 2.1.1. Internal.
+/// @file The representations of the field, and everything as sections of the asset. Paper: Eq. (1), Sec. 2.1.1.
+/// Internal.
 #pragma once
 
 #include <optional>
@@ -15,9 +16,9 @@ struct Representations {
   std::vector<std::int8_t> layers;
   std::vector<std::int32_t> scaled;  ///< V / lambda, rounded to nearest, clamped at the band
   double lambda = 0;
-  std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
+  std::int32_t scaled_limit = 0;  ///< largest absolute value that can occur
   std::vector<double> real;
-  std::vector<float> gradient;       ///< metres per voxel step
+  std::vector<float> gradient;  ///< metres per voxel step
 };
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,

@@ -10,7 +10,9 @@
 namespace vps {
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) { throw BakeError("plan", message); }
+[[noreturn]] void refuse(const std::string& message) {
+  throw BakeError("plan", message);
+}
 
 std::string size_of(const Surface& surface) {
   const Vector size = surface.bounds_max - surface.bounds_min;
@@ -19,7 +21,8 @@ std::string size_of(const Surface& surface) {
 
 void check_options(const BakeOptions& o) {
   if (!o.voxelmap && !o.pointshell) refuse("nothing to bake; choose voxelmap, pointshell or both");
-  if (o.voxelmap && !o.layers && !o.scaled && !o.real) refuse("a voxelmap needs a field; choose layers, scaled or real");
+  if (o.voxelmap && !o.layers && !o.scaled && !o.real)
+    refuse("a voxelmap needs a field; choose layers, scaled or real");
   if (o.precision != BakeOptions::kAutoPrecision && (o.precision < 0 || o.precision > 15)) {
     refuse("the precision is out of range; choose 0 to 15");
   }
@@ -44,11 +47,13 @@ void check_float_range(const Surface& surface, double s) {
   const double farthest = std::max(surface.bounds_min.cwiseAbs().maxCoeff(), surface.bounds_max.cwiseAbs().maxCoeff());
   constexpr double kFloatStep = 1.2e-7;
   if (farthest * kFloatStep > s / 64) {
-    refuse(fmt::format("the mesh reaches {} from its origin, too far for voxels of {} in single precision; move it near "
-                       "the origin or choose larger voxels",
-                       format_length(farthest), format_length(s)));
+    refuse(
+        fmt::format("the mesh reaches {} from its origin, too far for voxels of {} in single precision; move it near "
+                    "the origin or choose larger voxels",
+                    format_length(farthest), format_length(s)));
   }
-  if (s < 1e-15 || farthest > 1e12) refuse("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
+  if (s < 1e-15 || farthest > 1e12)
+    refuse("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
 }
 
 // Bytes held at the peak: band bricks (distance and triangle number twice while they are compacted), the brick grids,
@@ -98,9 +103,10 @@ GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
     const double bricks = std::ceil((size[static_cast<Eigen::Index>(axis)] / s + 2 * pad) / kBrickEdge);
     constexpr double kLimit = 16384.0 / kBrickEdge;
     if (bricks > kLimit) {
-      refuse(fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
-                         "right? (--unit)",
-                         format_length(s), size_of(surface)));
+      refuse(
+          fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
+                      "right? (--unit)",
+                      format_length(s), size_of(surface)));
     }
     grid.brick_dims[axis] = static_cast<std::uint32_t>(bricks);
     grid.dims[axis] = grid.brick_dims[axis] * kBrickEdge;
@@ -119,11 +125,12 @@ GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
       options.pointshell ? static_cast<std::uint64_t>(0.81 * surface.area / (spacing * spacing)) + 1 : 0;
   plan.predicted_memory_bytes = predict_memory(surface, grid, options.band);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
-    refuse(fmt::format("a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
-                       "is the mesh's unit right (--unit)? Otherwise choose larger voxels",
-                       grid.dims[0], grid.dims[1], grid.dims[2], size_of(surface),
-                       format_bytes(static_cast<double>(plan.predicted_memory_bytes)),
-                       format_bytes(static_cast<double>(options.memory_limit_bytes))));
+    refuse(fmt::format(
+        "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
+        "is the mesh's unit right (--unit)? Otherwise choose larger voxels",
+        grid.dims[0], grid.dims[1], grid.dims[2], size_of(surface),
+        format_bytes(static_cast<double>(plan.predicted_memory_bytes)),
+        format_bytes(static_cast<double>(options.memory_limit_bytes))));
   }
   return result;
 }

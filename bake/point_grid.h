@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Hash grid of points that grows and shrinks, for neighbour searches while sampling and clustering. Internal to bake.
+/// @file Hash grid of points that grows and shrinks, for neighbour searches while sampling and clustering. Internal to
+/// bake.
 #pragma once
 
 #include <algorithm>

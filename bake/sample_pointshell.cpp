@@ -106,14 +106,14 @@ void Sampler::sample_features() {
     std::size_t end = i;
     bool is_sharp = false;
     for (; end < sides.size() && sides[end].key == sides[i].key; ++end) {
-      is_sharp = is_sharp ||
-                 surface_.normals[sides[end].triangle].dot(surface_.normals[sides[i].triangle]) < kSharp;
+      is_sharp = is_sharp || surface_.normals[sides[end].triangle].dot(surface_.normals[sides[i].triangle]) < kSharp;
     }
     if (is_sharp) {
       const auto from = static_cast<std::uint32_t>(sides[i].key >> 32);
       const auto to = static_cast<std::uint32_t>(sides[i].key);
       sharp.push_back({from, to, sides[i].triangle});
-      for (const std::uint32_t v : {from, to}) sharp_ends[v] = static_cast<std::uint8_t>(std::min(255, sharp_ends[v] + 1));
+      for (const std::uint32_t v : {from, to})
+        sharp_ends[v] = static_cast<std::uint8_t>(std::min(255, sharp_ends[v] + 1));
     }
     i = end;
   }

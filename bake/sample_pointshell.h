@@ -7,11 +7,11 @@
 namespace vps {
 
 struct Pointshell {
-  std::vector<Vector> positions;        ///< on the surface. [m]
-  std::vector<Vector> inward_normals;   ///< unit
-  std::vector<double> areas;            ///< they sum to the surface's area. [m^2]
-  double spacing = 0;                   ///< points on the same side are no closer than this, features excepted. [m]
-  double covering_radius = 0;           ///< proven: every surface point has a shell point no farther than this. [m]
+  std::vector<Vector> positions;       ///< on the surface. [m]
+  std::vector<Vector> inward_normals;  ///< unit
+  std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
+  double spacing = 0;                  ///< points on the same side are no closer than this, features excepted. [m]
+  double covering_radius = 0;          ///< proven: every surface point has a shell point no farther than this. [m]
 };
 
 /// @param spacing  alpha * s. [Units: m]

@@ -6,7 +6,8 @@
 
 namespace vps {
 
-/// Every voxel (closed cube) that a triangle touches. Memory grows with the surface, plus 4 bytes per brick of the grid.
+/// Every voxel (closed cube) that a triangle touches. Memory grows with the surface, plus 4 bytes per brick of the
+/// grid.
 struct SurfaceVoxels {
   BrickSet set;
   std::vector<BrickMask> masks;  ///< one per brick of the set
@@ -18,8 +19,8 @@ struct SurfaceVoxels {
   }
 };
 
-/// First and last voxel along one axis that the closed interval [low, high] touches, touching faces included and widened
-/// by `slack`. [Units: m in, vx out]. Clamped to the grid.
+/// First and last voxel along one axis that the closed interval [low, high] touches, touching faces included and
+/// widened by `slack`. [Units: m in, vx out]. Clamped to the grid.
 struct VoxelRange {
   std::uint32_t first, last;
 };

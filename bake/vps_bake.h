@@ -17,17 +17,17 @@
 namespace vps {
 
 struct BakeOptions {
-  double voxel_size = 0;               ///< s; 0: use `resolution`. [Units: m]
-  std::uint32_t resolution = 0;        ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
-  bool layers = false;                 ///< store the integer layers
-  bool scaled = true;                  ///< store scaled integers, Eq. (1)
-  bool real = false;                   ///< store doubles and gradients, Eq. (5)
-  bool voxelmap = true;                ///< bake the part that plays the voxelmap
-  bool pointshell = true;              ///< bake the part that plays the pointshell
-  int precision = kAutoPrecision;      ///< p of Eq. (1). [Limits: 0 <= value <= 15]
-  std::uint32_t branching = 8;         ///< K. [Limits: 2 <= value <= 64]
-  double band = 2.5;                   ///< half width of the exact narrow band. [Limits: 2 <= value <= 64] [Units: vx]
-  double alpha = 1.4142135623730951;   ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
+  double voxel_size = 0;              ///< s; 0: use `resolution`. [Units: m]
+  std::uint32_t resolution = 0;       ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
+  bool layers = false;                ///< store the integer layers
+  bool scaled = true;                 ///< store scaled integers, Eq. (1)
+  bool real = false;                  ///< store doubles and gradients, Eq. (5)
+  bool voxelmap = true;               ///< bake the part that plays the voxelmap
+  bool pointshell = true;             ///< bake the part that plays the pointshell
+  int precision = kAutoPrecision;     ///< p of Eq. (1). [Limits: 0 <= value <= 15]
+  std::uint32_t branching = 8;        ///< K. [Limits: 2 <= value <= 64]
+  double band = 2.5;                  ///< half width of the exact narrow band. [Limits: 2 <= value <= 64] [Units: vx]
+  double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
   std::size_t memory_limit_bytes = 8'000'000'000;
   /// Called at the start of each stage, and often during long ones, with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
@@ -37,11 +37,11 @@ struct BakeOptions {
 
 /// What baking would do, known before it starts.
 struct BakePlan {
-  double voxel_size = 0;                    ///< [m]
-  std::array<std::uint32_t, 3> dims{};      ///< [vx]
+  double voxel_size = 0;                ///< [m]
+  std::array<std::uint32_t, 3> dims{};  ///< [vx]
   std::uint64_t voxels = 0;
   std::uint64_t predicted_points = 0;
-  std::size_t predicted_memory_bytes = 0;   ///< peak while baking
+  std::size_t predicted_memory_bytes = 0;  ///< peak while baking
 };
 
 /// Seconds spent per stage, in order.
@@ -60,7 +60,8 @@ struct BakedAsset {
 /// A mesh or setting that cannot be baked. `what()` is "reason; what to do".
 struct BakeError : std::runtime_error {
   std::string stage;
-  BakeError(std::string stage_in, const std::string& message) : std::runtime_error(message), stage(std::move(stage_in)) {}
+  BakeError(std::string stage_in, const std::string& message)
+      : std::runtime_error(message), stage(std::move(stage_in)) {}
 };
 
 /// Grid and memory of a bake. @throw BakeError when the options are out of range, or the grid is absurd for the mesh.

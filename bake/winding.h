@@ -2,7 +2,8 @@
 /// @file Exact crossings of lines parallel to x with triangles: the ground of every inside test. Internal to bake.
 ///
 /// Predicates are exact (CGAL). A line through an edge or vertex is moved by an infinitesimal (e, e^2) in y and z
-/// (simulation of simplicity), so each crossing of a closed surface is counted exactly once and winding numbers are exact.
+/// (simulation of simplicity), so each crossing of a closed surface is counted exactly once and winding numbers are
+/// exact.
 #pragma once
 
 #include <vector>
@@ -39,8 +40,8 @@ class InsideTest {
 
   const Surface& surface_;
   const Grid& grid_;
-  std::vector<std::size_t> start_;         // per voxel column along x
-  std::vector<std::uint32_t> triangles_;   // those whose box meets the column
+  std::vector<std::size_t> start_;        // per voxel column along x
+  std::vector<std::uint32_t> triangles_;  // those whose box meets the column
 };
 
 }  // namespace vps

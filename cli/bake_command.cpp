@@ -20,7 +20,9 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 // One line on a terminal, rewritten in place; nothing when stderr is piped.
 class Progress {
@@ -82,7 +84,8 @@ void print_json(const fs::path& output, const BakePlan& plan, const BakedAsset& 
 int bake_file(const BakeArguments& arguments) {
   const fs::path output = output_path(arguments);
   std::error_code ignored;
-  if (fs::is_directory(output, ignored)) return fail(kIo, output.string(), "this is a folder; give a file name with -o");
+  if (fs::is_directory(output, ignored))
+    return fail(kIo, output.string(), "this is a folder; give a file name with -o");
   // Better now than after the bake.
   if (output.has_parent_path() && !fs::is_directory(output.parent_path(), ignored)) {
     return fail(kIo, output.string(), "the folder does not exist; create it or choose another output");

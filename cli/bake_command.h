@@ -11,10 +11,10 @@ namespace vps::cli {
 
 struct BakeArguments {
   std::string mesh;
-  std::string output;                               ///< empty: beside the mesh, NAME.vps.hdf
-  double unit = 1;                                  ///< metres per unit of the mesh's numbers
-  double scale = 1;                                 ///< factor on the mesh, besides the unit
-  std::vector<std::string> fields = {"scaled"};     ///< layers, scaled, real
+  std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
+  double unit = 1;                               ///< metres per unit of the mesh's numbers
+  double scale = 1;                              ///< factor on the mesh, besides the unit
+  std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
   BakeOptions options;
   bool json = false;

@@ -27,8 +27,9 @@ std::string certificate_line(const char* name, const FieldCertificate& c) {
 nlohmann::ordered_json info_to_json(const AssetInfo& info) {
   nlohmann::ordered_json j;
   j["generator"] = info.generator.data();
-  j["mesh"] = {{"triangles", info.triangles},   {"vertices", info.vertices},         {"bounds_min", info.bounds_min},
-               {"bounds_max", info.bounds_max}, {"surface_area", info.surface_area}, {"hash", fmt::format("{:016x}", info.mesh_hash)}};
+  j["mesh"] = {{"triangles", info.triangles},       {"vertices", info.vertices},
+               {"bounds_min", info.bounds_min},     {"bounds_max", info.bounds_max},
+               {"surface_area", info.surface_area}, {"hash", fmt::format("{:016x}", info.mesh_hash)}};
   j["mass"] = {{"volume", info.volume}, {"centre_of_mass", info.centre_of_mass}, {"inertia", info.inertia}};
   j["voxel_size"] = info.voxel_size;
   if (info.dims[0] > 0) {
@@ -67,8 +68,9 @@ std::string info_to_text(const AssetInfo& info) {
   out += fmt::format("mass        volume {:.6g} m^3, centre ({:.6g}, {:.6g}, {:.6g}) m\n", info.volume,
                      tidy(info.centre_of_mass[0]), tidy(info.centre_of_mass[1]), tidy(info.centre_of_mass[2]));
   if (info.dims[0] > 0) {
-    out += fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
-                       info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
+    out +=
+        fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
+                    info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
     out += fmt::format("  exact from {} outside to {} inside; steps of {} (p = {})\n", format_length(info.band_outer),
                        format_length(info.band_inner), format_length(info.lambda), info.precision);
     out += certificate_line("layers", info.layers_error);
@@ -85,31 +87,50 @@ std::string info_to_text(const AssetInfo& info) {
 
 const char* section_name(SectionKind kind) {
   switch (kind) {
-    case SectionKind::brick_index: return "brick_index";
-    case SectionKind::coarse_layers: return "coarse_layers";
-    case SectionKind::layers: return "layers";
-    case SectionKind::scaled: return "scaled";
-    case SectionKind::real: return "real";
-    case SectionKind::real_gradient: return "real_gradient";
-    case SectionKind::point_positions: return "point_positions";
-    case SectionKind::point_inward_normals: return "point_inward_normals";
-    case SectionKind::point_areas: return "point_areas";
-    case SectionKind::spheres: return "spheres";
-    case SectionKind::children: return "children";
-    case SectionKind::parent_points: return "parent_points";
-    case SectionKind::level_offsets: return "level_offsets";
+    case SectionKind::brick_index:
+      return "brick_index";
+    case SectionKind::coarse_layers:
+      return "coarse_layers";
+    case SectionKind::layers:
+      return "layers";
+    case SectionKind::scaled:
+      return "scaled";
+    case SectionKind::real:
+      return "real";
+    case SectionKind::real_gradient:
+      return "real_gradient";
+    case SectionKind::point_positions:
+      return "point_positions";
+    case SectionKind::point_inward_normals:
+      return "point_inward_normals";
+    case SectionKind::point_areas:
+      return "point_areas";
+    case SectionKind::spheres:
+      return "spheres";
+    case SectionKind::children:
+      return "children";
+    case SectionKind::parent_points:
+      return "parent_points";
+    case SectionKind::level_offsets:
+      return "level_offsets";
   }
   return "unknown";
 }
 
 const char* element_name(ElementType type) {
   switch (type) {
-    case ElementType::i8: return "i8";
-    case ElementType::i16: return "i16";
-    case ElementType::i32: return "i32";
-    case ElementType::u32: return "u32";
-    case ElementType::f32: return "f32";
-    case ElementType::f64: return "f64";
+    case ElementType::i8:
+      return "i8";
+    case ElementType::i16:
+      return "i16";
+    case ElementType::i32:
+      return "i32";
+    case ElementType::u32:
+      return "u32";
+    case ElementType::f32:
+      return "f32";
+    case ElementType::f64:
+      return "f64";
   }
   return "unknown";
 }

@@ -47,8 +47,8 @@ void print_text(const std::string& path, const Directory& directory) {
     for (std::uint32_t axis = 0; axis < section.rank; ++axis) {
       shape += fmt::format("{}{}", axis == 0 ? "" : " x ", section.shape[axis]);
     }
-    fmt::print("  {:<21} {:<4} {:<22} at {:>9}, {:>9} bytes\n", section_name(section.kind), element_name(section.element),
-               shape, section.offset, section.bytes);
+    fmt::print("  {:<21} {:<4} {:<22} at {:>9}, {:>9} bytes\n", section_name(section.kind),
+               element_name(section.element), shape, section.offset, section.bytes);
   }
 }
 

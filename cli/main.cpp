@@ -32,16 +32,20 @@ double parse_length(const std::string& text) {
   }
   const std::string unit = CLI::detail::trim_copy(text.substr(used));
   if (unit.empty()) throw CLI::ValidationError("a length needs a unit; write " + text + "mm or " + text + "m");
-  const double size = unit_size(unit, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}});
+  const double size =
+      unit_size(unit, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}});
   if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive length");
   return number * size;
 }
 
 void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
-  app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx")->option_text("MESH");
+  app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx")
+      ->option_text("MESH");
   app.add_option_function<std::string>(
          "--unit",
-         [&](const std::string& unit) { arguments.unit = unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}); },
+         [&](const std::string& unit) {
+           arguments.unit = unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}});
+         },
          "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
       ->option_text("UNIT")
       ->group("Mesh");
@@ -91,17 +95,20 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
-  app.add_option("--memory", arguments.options.memory_limit_bytes, "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
+  app.add_option("--memory", arguments.options.memory_limit_bytes,
+                 "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
       ->transform(CLI::AsSizeValue(true))
       ->option_text("SIZE")
       ->group("Output");
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.", "vpsbake");
+  CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
+               "vpsbake");
   app.set_version_flag("--version", "vpsbake " VPSBAKE_VERSION);
-  app.footer("Example: vpsbake bunny.obj --voxel 0.5mm\n"
-             "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
+  app.footer(
+      "Example: vpsbake bunny.obj --voxel 0.5mm\n"
+      "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
   BakeArguments bake;
   add_mesh_options(app, bake);
   add_grid_options(app, bake);
@@ -117,7 +124,8 @@ int run(int argc, char** argv) {
     app.parse(argc, argv);
     if (!info->parsed()) {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
-      if (bake.options.voxel_size == 0 && bake.options.resolution == 0) throw CLI::RequiredError("--voxel or --resolution");
+      if (bake.options.voxel_size == 0 && bake.options.resolution == 0)
+        throw CLI::RequiredError("--voxel or --resolution");
     }
   } catch (const CLI::Success& success) {
     return app.exit(success);
@@ -131,4 +139,6 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace vps::cli
 
-int main(int argc, char** argv) { return vps::cli::run(argc, argv); }
+int main(int argc, char** argv) {
+  return vps::cli::run(argc, argv);
+}

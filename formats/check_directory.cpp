@@ -142,7 +142,8 @@ Status check_voxelmap(const Directory& directory) noexcept {
   const bool any_field = layers != nullptr || scaled != nullptr || real != nullptr || gradient != nullptr;
   const auto& dims = directory.info.dims;
   if (dims[0] == 0) return index == nullptr && coarse == nullptr && !any_field ? Status::ok : Status::bad_info;
-  if (index == nullptr || coarse == nullptr || (real == nullptr) != (gradient == nullptr)) return Status::missing_section;
+  if (index == nullptr || coarse == nullptr || (real == nullptr) != (gradient == nullptr))
+    return Status::missing_section;
   if (layers == nullptr && scaled == nullptr && real == nullptr) return Status::missing_section;
   for (const Section* grid : {index, coarse}) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -168,9 +169,12 @@ Status check_pointshell(const Directory& directory) noexcept {
     std::size_t axis;
     std::uint64_t count;
   } kParts[] = {
-      {SectionKind::point_positions, 1, info.points}, {SectionKind::point_inward_normals, 1, info.points},
-      {SectionKind::point_areas, 0, info.points},     {SectionKind::spheres, 1, nodes},
-      {SectionKind::children, 0, nodes},              {SectionKind::parent_points, 0, nodes},
+      {SectionKind::point_positions, 1, info.points},
+      {SectionKind::point_inward_normals, 1, info.points},
+      {SectionKind::point_areas, 0, info.points},
+      {SectionKind::spheres, 1, nodes},
+      {SectionKind::children, 0, nodes},
+      {SectionKind::parent_points, 0, nodes},
       {SectionKind::level_offsets, 0, std::uint64_t{info.levels} + 1},
   };
   for (const auto& part : kParts) {

@@ -50,7 +50,8 @@ void get(ConstBlock in, std::size_t at, T& value) noexcept {
     for (std::size_t i = 0; i < value.size(); ++i) get(in, at + i * sizeof(value[0]), value[i]);
   } else {
     std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < sizeof(T); ++i) bits |= std::uint64_t{std::to_integer<std::uint8_t>(in[at + i])} << (8 * i);
+    for (std::size_t i = 0; i < sizeof(T); ++i)
+      bits |= std::uint64_t{std::to_integer<std::uint8_t>(in[at + i])} << (8 * i);
     if constexpr (std::is_same_v<T, double>) {
       value = std::bit_cast<double>(bits);
     } else {
@@ -86,16 +87,22 @@ bool starts_with(std::span<const std::byte> bytes, std::span<const std::uint8_t>
 
 }  // namespace
 
-std::uint64_t hash_bytes(std::span<const std::byte> bytes) noexcept { return XXH3_64bits(bytes.data(), bytes.size()); }
+std::uint64_t hash_bytes(std::span<const std::byte> bytes) noexcept {
+  return XXH3_64bits(bytes.data(), bytes.size());
+}
 
 std::size_t element_bytes(ElementType type) noexcept {
   switch (type) {
-    case ElementType::i8: return 1;
-    case ElementType::i16: return 2;
+    case ElementType::i8:
+      return 1;
+    case ElementType::i16:
+      return 2;
     case ElementType::i32:
     case ElementType::u32:
-    case ElementType::f32: return 4;
-    case ElementType::f64: return 8;
+    case ElementType::f32:
+      return 4;
+    case ElementType::f64:
+      return 8;
   }
   return 0;
 }
@@ -175,25 +182,44 @@ Status verify_hashes(std::span<const std::byte> file, const Directory& directory
 
 const char* describe(Status status) noexcept {
   switch (status) {
-    case Status::ok: return "no error";
-    case Status::cannot_open: return "the file does not exist or may not be read; check its name and permissions";
-    case Status::cannot_map: return "the operating system refused to map the file; check the limits of the process";
-    case Status::too_short: return "the file is too short to be an asset; bake it again";
-    case Status::wrong_magic: return "this is not a vpsbake asset; give a .vps.hdf file";
-    case Status::wrong_version: return "the asset has another format version; bake it again with this version";
-    case Status::wrong_size: return "the file is truncated or has bytes added; copy or bake it again";
-    case Status::corrupt_header: return "the header is damaged; copy or bake the asset again";
-    case Status::rewritten: return "another HDF5 tool has rewritten the file; bake it again";
-    case Status::bad_info: return "a value in the header is out of range; bake the asset again";
-    case Status::bad_section: return "an entry of the section table is wrong; bake the asset again";
-    case Status::unknown_section: return "the asset needs a newer version of this program; update it";
-    case Status::missing_section: return "a part of the asset is incomplete; bake it again";
-    case Status::bad_index: return "an index in the asset points outside its target; bake it again";
-    case Status::corrupt_payload: return "the data do not match their hash; copy or bake the asset again";
-    case Status::missing_part: return "the asset lacks the part that is asked for; bake it with --parts voxelmap,pointshell";
-    case Status::bad_pose: return "a pose is not finite or not a rotation; pass an orthonormal matrix";
-    case Status::output_full: return "the buffer for contacts was too small; pass a larger one";
-    case Status::bad_argument: return "an argument is outside its documented range";
+    case Status::ok:
+      return "no error";
+    case Status::cannot_open:
+      return "the file does not exist or may not be read; check its name and permissions";
+    case Status::cannot_map:
+      return "the operating system refused to map the file; check the limits of the process";
+    case Status::too_short:
+      return "the file is too short to be an asset; bake it again";
+    case Status::wrong_magic:
+      return "this is not a vpsbake asset; give a .vps.hdf file";
+    case Status::wrong_version:
+      return "the asset has another format version; bake it again with this version";
+    case Status::wrong_size:
+      return "the file is truncated or has bytes added; copy or bake it again";
+    case Status::corrupt_header:
+      return "the header is damaged; copy or bake the asset again";
+    case Status::rewritten:
+      return "another HDF5 tool has rewritten the file; bake it again";
+    case Status::bad_info:
+      return "a value in the header is out of range; bake the asset again";
+    case Status::bad_section:
+      return "an entry of the section table is wrong; bake the asset again";
+    case Status::unknown_section:
+      return "the asset needs a newer version of this program; update it";
+    case Status::missing_section:
+      return "a part of the asset is incomplete; bake it again";
+    case Status::bad_index:
+      return "an index in the asset points outside its target; bake it again";
+    case Status::corrupt_payload:
+      return "the data do not match their hash; copy or bake the asset again";
+    case Status::missing_part:
+      return "the asset lacks the part that is asked for; bake it with --parts voxelmap,pointshell";
+    case Status::bad_pose:
+      return "a pose is not finite or not a rotation; pass an orthonormal matrix";
+    case Status::output_full:
+      return "the buffer for contacts was too small; pass a larger one";
+    case Status::bad_argument:
+      return "an argument is outside its documented range";
   }
   return "unknown status";
 }

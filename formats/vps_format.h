@@ -31,24 +31,24 @@ inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
 enum class Status : std::uint8_t {
   ok,
-  cannot_open,        ///< the file does not exist or may not be read
-  cannot_map,         ///< the operating system refused to map it
-  too_short,          ///< fewer bytes than a user block
-  wrong_magic,        ///< not a vpsbake asset
-  wrong_version,      ///< another major version: bake again
-  wrong_size,         ///< truncated, or bytes were added
-  corrupt_header,     ///< the header's hash does not match its bytes
-  rewritten,          ///< another HDF5 tool moved or changed the sections
-  bad_info,           ///< a scalar of the header is out of range
-  bad_section,        ///< a section's type, shape, offset or byte count is wrong
-  unknown_section,    ///< a required section that this reader does not know
-  missing_section,    ///< a part of the asset is incomplete
-  bad_index,          ///< an index or number inside a section is outside its range
-  corrupt_payload,    ///< a section's hash does not match its bytes
-  missing_part,       ///< the asset has no voxelmap or no pointshell, and the query needs it
-  bad_pose,           ///< a pose is not finite or its rotation is not orthonormal
-  output_full,        ///< the caller's buffer was too small; the result says how many there were
-  bad_argument,       ///< an argument is outside its documented range
+  cannot_open,      ///< the file does not exist or may not be read
+  cannot_map,       ///< the operating system refused to map it
+  too_short,        ///< fewer bytes than a user block
+  wrong_magic,      ///< not a vpsbake asset
+  wrong_version,    ///< another major version: bake again
+  wrong_size,       ///< truncated, or bytes were added
+  corrupt_header,   ///< the header's hash does not match its bytes
+  rewritten,        ///< another HDF5 tool moved or changed the sections
+  bad_info,         ///< a scalar of the header is out of range
+  bad_section,      ///< a section's type, shape, offset or byte count is wrong
+  unknown_section,  ///< a required section that this reader does not know
+  missing_section,  ///< a part of the asset is incomplete
+  bad_index,        ///< an index or number inside a section is outside its range
+  corrupt_payload,  ///< a section's hash does not match its bytes
+  missing_part,     ///< the asset has no voxelmap or no pointshell, and the query needs it
+  bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
+  output_full,      ///< the caller's buffer was too small; the result says how many there were
+  bad_argument,     ///< an argument is outside its documented range
 };
 
 /// One sentence without a full stop, for messages. Never null.
@@ -57,12 +57,14 @@ enum class Status : std::uint8_t {
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
 /// b = brick grid (x, y, z), n = stored bricks, P = points, M = tree nodes, L = tree levels.
 enum class SectionKind : std::uint32_t {
-  brick_index = 1,     ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick
-  coarse_layers = 2,   ///< i16 [bz,by,bx]: lower bound of the distance of the brick's CENTRE to the surface, signed as layers. [vx]
-  layers = 16,         ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
-  scaled = 17,         ///< i8, i16 or i32 [n,8,8,8]: penetration of the voxel's centre in units of lambda = 10^-p m. Eq. (1)
-  real = 18,           ///< f64 [n,8,8,8]: penetration of the voxel's centre. [m]
-  real_gradient = 19,  ///< f32 [n,8,8,8,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
+  brick_index = 1,  ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick
+  coarse_layers =
+      2,  ///< i16 [bz,by,bx]: lower bound of the distance of the brick's CENTRE to the surface, signed as layers. [vx]
+  layers =
+      16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
+  scaled = 17,  ///< i8, i16 or i32 [n,8,8,8]: penetration of the voxel's centre in units of lambda = 10^-p m. Eq. (1)
+  real = 18,    ///< f64 [n,8,8,8]: penetration of the voxel's centre. [m]
+  real_gradient = 19,         ///< f32 [n,8,8,8,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
   point_positions = 32,       ///< f32 [3,P]: rows x, y, z, asset frame. [m]
   point_inward_normals = 33,  ///< f32 [3,P]: unit, into the body. [-]
   point_areas = 34,           ///< f32 [P]: surface area that the point stands for. [m^2]
@@ -82,20 +84,20 @@ struct Section {
   SectionKind kind{};
   ElementType element{};
   std::uint32_t flags = 0;
-  std::uint32_t rank = 0;                  ///< [Limits: 1 <= value <= 6]
-  std::array<std::uint64_t, 6> shape{};    ///< unused axes are 0
-  std::uint64_t offset = 0;                ///< from the file's first byte. [Units: bytes]
-  std::uint64_t bytes = 0;                 ///< product of shape and element size. [Units: bytes]
-  std::uint64_t hash = 0;                  ///< XXH3-64 of the section's bytes
+  std::uint32_t rank = 0;                ///< [Limits: 1 <= value <= 6]
+  std::array<std::uint64_t, 6> shape{};  ///< unused axes are 0
+  std::uint64_t offset = 0;              ///< from the file's first byte. [Units: bytes]
+  std::uint64_t bytes = 0;               ///< product of shape and element size. [Units: bytes]
+  std::uint64_t hash = 0;                ///< XXH3-64 of the section's bytes
 };
 inline constexpr std::uint32_t kSectionRequired = 1;
 
 /// Error of one field against the mesh, measured in the narrow band when the asset was baked. All 0 when absent.
 struct FieldCertificate {
-  double max = 0;                       ///< largest absolute error. [m]
-  double rms = 0;                       ///< root mean square. [m]
-  double p99 = 0;                       ///< 99 % of the samples are no worse. [m]
-  std::array<double, 3> worst_at{};     ///< where `max` was found, asset frame. [m]
+  double max = 0;                    ///< largest absolute error. [m]
+  double rms = 0;                    ///< root mean square. [m]
+  double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
+  std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
 };
 
 /// The scalars of an asset. SI units, asset frame (the mesh's own frame, in metres).
@@ -109,28 +111,28 @@ struct AssetInfo {
   double band_inner = 0;                ///< distances are exact where -band_outer <= V <= band_inner, else clamped. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;
-  std::uint64_t inner_voxels = 0;       ///< voxels inside that are not surface voxels
+  std::uint64_t inner_voxels = 0;  ///< voxels inside that are not surface voxels
   // Mesh.
-  std::array<double, 3> bounds_min{};   ///< of the mesh. [m]
+  std::array<double, 3> bounds_min{};  ///< of the mesh. [m]
   std::array<double, 3> bounds_max{};
   std::uint64_t triangles = 0;
   std::uint64_t vertices = 0;
-  double surface_area = 0;              ///< [m^2]
-  std::uint64_t mesh_hash = 0;          ///< XXH3-64 of the checked mesh
+  double surface_area = 0;      ///< [m^2]
+  std::uint64_t mesh_hash = 0;  ///< XXH3-64 of the checked mesh
   // Mass properties at unit density.
-  double volume = 0;                        ///< [m^3]
-  std::array<double, 3> centre_of_mass{};   ///< [m]
-  std::array<double, 6> inertia{};          ///< xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
+  double volume = 0;                       ///< [m^3]
+  std::array<double, 3> centre_of_mass{};  ///< [m]
+  std::array<double, 6> inertia{};         ///< xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
   // Pointshell and tree. 0 when the asset has none.
-  double spacing = 0;                   ///< least distance that sampling aimed at, alpha * s. [m]
-  double covering_radius = 0;           ///< every surface point has a shell point no farther than this. [m]
+  double spacing = 0;          ///< least distance that sampling aimed at, alpha * s. [m]
+  double covering_radius = 0;  ///< every surface point has a shell point no farther than this. [m]
   std::uint64_t points = 0;
-  std::uint32_t branching = 0;          ///< K
-  std::uint32_t levels = 0;             ///< L, root = 1
+  std::uint32_t branching = 0;  ///< K
+  std::uint32_t levels = 0;     ///< L, root = 1
   // Certificate.
   FieldCertificate layers_error, scaled_error, real_error;
   std::uint64_t certificate_samples = 0;
-  std::array<char, 32> generator{};     ///< tool and version, zero-terminated
+  std::array<char, 32> generator{};  ///< tool and version, zero-terminated
 };
 
 /// The decoded user block.
@@ -139,7 +141,7 @@ struct Directory {
   std::uint16_t minor = kFormatMinor;
   std::uint64_t file_bytes = 0;
   AssetInfo info;
-  std::uint32_t section_count = 0;      ///< [Limits: value <= kMaxSections]
+  std::uint32_t section_count = 0;  ///< [Limits: value <= kMaxSections]
   std::array<Section, kMaxSections> sections{};
 
   /// The section of a kind, or null.
@@ -159,7 +161,8 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 
 /// Checks every index stored in the sections (brick numbers, children, parent points, levels) and that spheres, points,
 /// normals and areas are finite, so that no query can read outside the mapping. Reads the index sections once.
-/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to kSectionAlignment.
+/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
+/// kSectionAlignment.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept;
 
 /// Compares every section's hash with its bytes. Reads the whole file.

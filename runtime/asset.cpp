@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Maps a baked asset read-only and hands out views. Nothing is interpreted before the directory and every index is checked.
+// Maps a baked asset read-only and hands out views. Nothing is interpreted before the directory and every index is
+// checked.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -42,7 +43,9 @@ Asset& Asset::operator=(Asset&& other) noexcept {
   return *this;
 }
 
-Asset::~Asset() { release(); }
+Asset::~Asset() {
+  release();
+}
 
 void Asset::release() noexcept {
   if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), bytes_);
@@ -78,8 +81,12 @@ Status Asset::verify() const noexcept {
   return verify_hashes({data_, bytes_}, directory_);
 }
 
-bool Asset::has_voxelmap() const noexcept { return directory_.find(SectionKind::brick_index) != nullptr; }
-bool Asset::has_pointshell() const noexcept { return directory_.find(SectionKind::point_positions) != nullptr; }
+bool Asset::has_voxelmap() const noexcept {
+  return directory_.find(SectionKind::brick_index) != nullptr;
+}
+bool Asset::has_pointshell() const noexcept {
+  return directory_.find(SectionKind::point_positions) != nullptr;
+}
 
 Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   out = {};

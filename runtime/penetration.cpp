@@ -12,8 +12,8 @@ float centre_value(const VoxelmapView& map, const std::int64_t (&index)[3]) noex
   }
   constexpr std::int64_t kEdge = kBrickEdge;
   detail::Cell cell;
-  cell.brick = static_cast<std::size_t>(((index[2] / kEdge) * map.brick_dims[1] + index[1] / kEdge) * map.brick_dims[0] +
-                                        index[0] / kEdge);
+  cell.brick = static_cast<std::size_t>(
+      ((index[2] / kEdge) * map.brick_dims[1] + index[1] / kEdge) * map.brick_dims[0] + index[0] / kEdge);
   cell.slot = map.brick_index[cell.brick];
   if (cell.slot == kNoBrick) return map.coarse_layers[cell.brick] > 0 ? map.band_inner : -map.band_outer;
   cell.voxel = static_cast<std::size_t>(((index[2] % kEdge) * kEdge + index[1] % kEdge) * kEdge + index[0] % kEdge);
@@ -53,9 +53,15 @@ Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept {
 float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
-float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept { return detail::voxelmap_bound(map, point); }
-float penetration(const BoxField& field, Vec3 point) noexcept { return detail::box_penetration(field, point); }
-float penetration(const SphereField& field, Vec3 point) noexcept { return detail::sphere_penetration(field, point); }
+float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept {
+  return detail::voxelmap_bound(map, point);
+}
+float penetration(const BoxField& field, Vec3 point) noexcept {
+  return detail::box_penetration(field, point);
+}
+float penetration(const SphereField& field, Vec3 point) noexcept {
+  return detail::sphere_penetration(field, point);
+}
 float penetration(const HalfSpaceField& field, Vec3 point) noexcept {
   return detail::half_space_penetration(field, point);
 }

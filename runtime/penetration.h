@@ -10,19 +10,27 @@
 
 namespace vps::detail {
 
-inline Vec3 operator+(Vec3 a, Vec3 b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-inline Vec3 operator-(Vec3 a, Vec3 b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-inline float dot(Vec3 a, Vec3 b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
-inline float length(Vec3 a) noexcept { return std::sqrt(dot(a, a)); }
+inline Vec3 operator+(Vec3 a, Vec3 b) noexcept {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Vec3 operator-(Vec3 a, Vec3 b) noexcept {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline float dot(Vec3 a, Vec3 b) noexcept {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline float length(Vec3 a) noexcept {
+  return std::sqrt(dot(a, a));
+}
 
 /// Where a point lies in the grid.
 struct Cell {
   bool in_grid = false;
-  std::size_t brick = 0;         ///< position in brick_index
-  std::uint32_t slot = kNoBrick; ///< number of the stored brick
-  std::size_t voxel = 0;         ///< position inside the brick
-  Vec3 to_centre;                ///< e = C - P of Eq. (4), C the voxel's centre. [m]
-  Vec3 to_brick_centre;          ///< [m]
+  std::size_t brick = 0;          ///< position in brick_index
+  std::uint32_t slot = kNoBrick;  ///< number of the stored brick
+  std::size_t voxel = 0;          ///< position inside the brick
+  Vec3 to_centre;                 ///< e = C - P of Eq. (4), C the voxel's centre. [m]
+  Vec3 to_brick_centre;           ///< [m]
 };
 
 inline Cell locate(const VoxelmapView& map, Vec3 point) noexcept {
@@ -58,9 +66,12 @@ inline Cell locate(const VoxelmapView& map, Vec3 point) noexcept {
 inline std::int32_t integer_value(const VoxelmapView& map, const Cell& cell) noexcept {
   const std::size_t at = std::size_t{cell.slot} * kBrickVoxels + cell.voxel;
   switch (map.element) {
-    case ElementType::i8: return static_cast<const std::int8_t*>(map.values)[at];
-    case ElementType::i16: return static_cast<const std::int16_t*>(map.values)[at];
-    default: return static_cast<const std::int32_t*>(map.values)[at];
+    case ElementType::i8:
+      return static_cast<const std::int8_t*>(map.values)[at];
+    case ElementType::i16:
+      return static_cast<const std::int16_t*>(map.values)[at];
+    default:
+      return static_cast<const std::int32_t*>(map.values)[at];
   }
 }
 
@@ -137,7 +148,9 @@ inline float box_penetration(const BoxField& box, Vec3 p) noexcept {
   return -length(outside) - std::min(std::max({q.x, q.y, q.z}), 0.0F);
 }
 
-inline float sphere_penetration(const SphereField& sphere, Vec3 p) noexcept { return sphere.radius - length(p); }
+inline float sphere_penetration(const SphereField& sphere, Vec3 p) noexcept {
+  return sphere.radius - length(p);
+}
 
 inline float half_space_penetration(const HalfSpaceField& plane, Vec3 p) noexcept {
   return plane.offset - dot(plane.outward_normal, p);

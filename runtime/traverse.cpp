@@ -57,8 +57,8 @@ class Traverse {
         queue_(scratch.queue.data()),
         out_(out),
         result_(result),
-        centre_of_mass_(
-            transform_.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})) {}
+        centre_of_mass_(transform_.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})) {
+  }
 
   Status run() noexcept {
     result_ = {};
@@ -72,7 +72,8 @@ class Traverse {
   }
 
  private:
-  // Sec. 2.4: clusters of the segmentation level are found once; each is then traversed alone and keeps its deepest point.
+  // Sec. 2.4: clusters of the segmentation level are found once; each is then traversed alone and keeps its deepest
+  // point.
   void run_segmented() noexcept {
     const std::uint32_t level = std::min(options_.segment_level, shell_.levels);
     if (!touches(0)) return;
@@ -117,8 +118,7 @@ class Traverse {
 
   bool touches(std::uint32_t node) noexcept {
     ++result_.nodes_tested;
-    const Vec3 centre =
-        transform_.apply({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
+    const Vec3 centre = transform_.apply({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
     const float bound = field_.bound(centre) + shell_.sphere[3][node];
     if (bound >= -options_.contact_distance) return true;
     rejected_ = std::max(rejected_, bound);
@@ -211,8 +211,8 @@ Status check_pose(const Pose& pose) noexcept {
       if (!(std::abs(product - (i == j ? 1.0 : 0.0)) <= kTolerance)) return Status::bad_pose;
     }
   }
-  const double determinant = r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) +
-                             r[2] * (r[3] * r[7] - r[4] * r[6]);
+  const double determinant =
+      r[0] * (r[4] * r[8] - r[5] * r[7]) - r[1] * (r[3] * r[8] - r[5] * r[6]) + r[2] * (r[3] * r[7] - r[4] * r[6]);
   return determinant > 0 ? Status::ok : Status::bad_pose;
 }
 

@@ -36,19 +36,19 @@ enum class Field : std::uint8_t { none, layers, scaled, real };
 
 /// Read-only view of an asset's voxelmap. Lives as long as its Asset.
 struct VoxelmapView {
-  Field field = Field::none;                ///< finest one stored, unless Asset::voxelmap was asked for another
-  ElementType element{};                    ///< element type of `values`
-  const void* values = nullptr;             ///< the field's bricks
-  const float* gradients = nullptr;         ///< with Field::real: [n,8,8,8,3], metres per voxel step
+  Field field = Field::none;         ///< finest one stored, unless Asset::voxelmap was asked for another
+  ElementType element{};             ///< element type of `values`
+  const void* values = nullptr;      ///< the field's bricks
+  const float* gradients = nullptr;  ///< with Field::real: [n,8,8,8,3], metres per voxel step
   const std::uint32_t* brick_index = nullptr;
   const std::int16_t* coarse_layers = nullptr;
-  std::uint32_t dims[3] = {};               ///< [vx]
-  std::uint32_t brick_dims[3] = {};         ///< bricks along x, y, z
-  double origin[3] = {};                    ///< lowest corner of voxel (0,0,0), asset frame. [m]
-  float voxel_size = 0;                     ///< s. [m]
-  float lambda = 0;                         ///< 10^-p. [m]
-  float band_inner = 0, band_outer = 0;     ///< [m]
-  float bounds_min[3] = {};                 ///< of the mesh, asset frame. [m]
+  std::uint32_t dims[3] = {};            ///< [vx]
+  std::uint32_t brick_dims[3] = {};      ///< bricks along x, y, z
+  double origin[3] = {};                 ///< lowest corner of voxel (0,0,0), asset frame. [m]
+  float voxel_size = 0;                  ///< s. [m]
+  float lambda = 0;                      ///< 10^-p. [m]
+  float band_inner = 0, band_outer = 0;  ///< [m]
+  float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
 };
 
@@ -56,16 +56,16 @@ struct VoxelmapView {
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                        ///< root = 1
-  const float* position[3] = {};                   ///< x, y, z rows, asset frame. [m]
-  const float* inward_normal[3] = {};              ///< [-]
-  const float* area = nullptr;                     ///< [m^2]
-  const float* sphere[4] = {};                     ///< x, y, z, radius rows. [m]
-  const std::uint32_t* children = nullptr;         ///< pairs: first, count
+  std::uint32_t levels = 0;                 ///< root = 1
+  const float* position[3] = {};            ///< x, y, z rows, asset frame. [m]
+  const float* inward_normal[3] = {};       ///< [-]
+  const float* area = nullptr;              ///< [m^2]
+  const float* sphere[4] = {};              ///< x, y, z, radius rows. [m]
+  const std::uint32_t* children = nullptr;  ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
-  const std::uint32_t* level_offsets = nullptr;    ///< levels + 1 entries
-  float centre_of_mass[3] = {};                    ///< torques are about this point, asset frame. [m]
-  float covering_radius = 0;                       ///< [m]
+  const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
+  float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
+  float covering_radius = 0;                     ///< [m]
 };
 
 /// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
@@ -112,8 +112,10 @@ class Asset {
 /// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
 
-/// Direction out of the voxelmap near its surface: minus the gradient of V, stored (Eq. 5) or from the neighbouring voxels.
-/// @return unit length; the zero vector beyond the stored bricks and where the field has no slope, as in the middle of a wall.
+/// Direction out of the voxelmap near its surface: minus the gradient of V, stored (Eq. 5) or from the neighbouring
+/// voxels.
+/// @return unit length; the zero vector beyond the stored bricks and where the field has no slope, as in the middle of
+/// a wall.
 [[nodiscard]] Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept;
 
 // Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.
@@ -121,7 +123,7 @@ struct BoxField {
   Vec3 half_extents;  ///< centred on the origin. [m]
 };
 struct SphereField {
-  float radius = 0;   ///< centred on the origin. [m]
+  float radius = 0;  ///< centred on the origin. [m]
 };
 struct HalfSpaceField {
   Vec3 outward_normal{0, 0, 1};  ///< unit
@@ -133,12 +135,12 @@ struct HalfSpaceField {
 
 /// One point of the pointshell in contact, map frame.
 struct Contact {
-  Vec3 position;             ///< of the shell's point. [m]
-  Vec3 inward_normal;        ///< into the pointshell's body, unit. [-]
-  float penetration = 0;     ///< V(P). [m]
-  float area = 0;            ///< [m^2]
-  std::uint32_t point = 0;   ///< index of the point: stable from step to step
-  std::uint32_t node = 0;    ///< segmented traverse: the segment's node. Otherwise the leaf's
+  Vec3 position;            ///< of the shell's point. [m]
+  Vec3 inward_normal;       ///< into the pointshell's body, unit. [-]
+  float penetration = 0;    ///< V(P). [m]
+  float area = 0;           ///< [m^2]
+  std::uint32_t point = 0;  ///< index of the point: stable from step to step
+  std::uint32_t node = 0;   ///< segmented traverse: the segment's node. Otherwise the leaf's
 };
 
 /// How Eqs. (2) and (3) weigh a point.
@@ -148,17 +150,18 @@ enum class Weight : std::uint8_t {
 };
 
 struct QueryOptions {
-  float contact_distance = 0;        ///< points with V >= -contact_distance become contacts. [Limits: value >= 0] [Units: m]
+  float contact_distance = 0;  ///< points with V >= -contact_distance become contacts. [Limits: value >= 0] [Units: m]
   Weight weight = Weight::per_area;
-  std::uint32_t segment_level = 0;   ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
+  std::uint32_t segment_level =
+      0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
 };
 
 struct QueryResult {
-  double delta = 0;              ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
-                                 ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
-  double force[3] = {};          ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
-  double torque[3] = {};         ///< Eq. (3), about the pointshell's centre of mass, map frame
-  std::uint32_t contacts = 0;    ///< found; more than were written when the status is output_full
+  double delta = 0;       ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
+                          ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
+  double force[3] = {};   ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
+  double torque[3] = {};  ///< Eq. (3), about the pointshell's centre of mass, map frame
+  std::uint32_t contacts = 0;  ///< found; more than were written when the status is output_full
   std::uint32_t nodes_tested = 0;
   std::uint32_t points_tested = 0;
 };

@@ -19,7 +19,8 @@ using Ring = std::vector<Point>;
 inline TriangleMesh make_box(std::array<double, 3> half, std::array<double, 3> centre = {0, 0, 0}) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {
-    mesh.vertices.push_back({centre[0] + ((i & 1) != 0 ? half[0] : -half[0]), centre[1] + ((i & 2) != 0 ? half[1] : -half[1]),
+    mesh.vertices.push_back({centre[0] + ((i & 1) != 0 ? half[0] : -half[0]),
+                             centre[1] + ((i & 2) != 0 ? half[1] : -half[1]),
                              centre[2] + ((i & 4) != 0 ? half[2] : -half[2])});
   }
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
@@ -31,16 +32,16 @@ inline TriangleMesh make_box(std::array<double, 3> half, std::array<double, 3> c
 inline TriangleMesh make_sphere(double radius, int level, std::array<double, 3> centre = {0, 0, 0}) {
   const double g = std::numbers::phi;
   TriangleMesh mesh;
-  mesh.vertices = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  mesh.triangles = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
-                    {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  mesh.vertices = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                   {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  mesh.triangles = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                    {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                    {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int l = 0; l < level; ++l) {
     std::map<std::array<std::uint32_t, 2>, std::uint32_t> middles;
     const auto middle = [&](std::uint32_t a, std::uint32_t b) {
-      const auto [it, fresh] = middles.try_emplace({std::min(a, b), std::max(a, b)},
-                                                   static_cast<std::uint32_t>(mesh.vertices.size()));
+      const auto [it, fresh] =
+          middles.try_emplace({std::min(a, b), std::max(a, b)}, static_cast<std::uint32_t>(mesh.vertices.size()));
       if (fresh) {
         const auto& p = mesh.vertices[a];
         const auto& q = mesh.vertices[b];
@@ -185,8 +186,8 @@ inline TriangleMesh make_gear() {
     return from_middle < 0.3 ? 0.022 : from_middle > 0.7 ? 0.0175 : 0.022 - (from_middle - 0.3) / 0.4 * 0.0045;
   };
   constexpr std::uint32_t kPoints = kTeeth * 8;
-  return make_skin({make_ring(kPoints, 0, teeth), make_ring(kPoints, 0.008, teeth), make_ring(kPoints, 0.008, circle(0.005)),
-                    make_ring(kPoints, 0, circle(0.005))},
+  return make_skin({make_ring(kPoints, 0, teeth), make_ring(kPoints, 0.008, teeth),
+                    make_ring(kPoints, 0.008, circle(0.005)), make_ring(kPoints, 0, circle(0.005))},
                    true);
 }
 

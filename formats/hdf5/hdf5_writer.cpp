@@ -61,20 +61,28 @@ class SilentErrors {
 
 std::string system_reason(int error) {
   switch (error) {
-    case ENOENT: return "the folder does not exist; create it or choose another output";
+    case ENOENT:
+      return "the folder does not exist; create it or choose another output";
     case EACCES:
     case EPERM:
-    case EROFS: return "the folder may not be written; choose another output";
+    case EROFS:
+      return "the folder may not be written; choose another output";
     case ENOSPC:
     case EDQUOT:
-    case EFBIG: return "no space is left for the file; free some or choose another output";
-    case ENOTDIR: return "a part of the path is not a folder; choose another output";
-    case EISDIR: return "the output is a folder; give a file name";
-    default: return std::string(std::strerror(error)) + "; choose another output";
+    case EFBIG:
+      return "no space is left for the file; free some or choose another output";
+    case ENOTDIR:
+      return "a part of the path is not a folder; choose another output";
+    case EISDIR:
+      return "the output is a folder; give a file name";
+    default:
+      return std::string(std::strerror(error)) + "; choose another output";
   }
 }
 
-[[noreturn]] void fail_system(int error) { throw WriteError(system_reason(error)); }
+[[noreturn]] void fail_system(int error) {
+  throw WriteError(system_reason(error));
+}
 
 // A unique file beside the target that vanishes unless it is moved into place.
 class TemporaryFile {
@@ -119,12 +127,18 @@ class TemporaryFile {
 
 hid_t memory_type(ElementType type) {
   switch (type) {
-    case ElementType::i8: return H5T_STD_I8LE;
-    case ElementType::i16: return H5T_STD_I16LE;
-    case ElementType::i32: return H5T_STD_I32LE;
-    case ElementType::u32: return H5T_STD_U32LE;
-    case ElementType::f32: return H5T_IEEE_F32LE;
-    case ElementType::f64: return H5T_IEEE_F64LE;
+    case ElementType::i8:
+      return H5T_STD_I8LE;
+    case ElementType::i16:
+      return H5T_STD_I16LE;
+    case ElementType::i32:
+      return H5T_STD_I32LE;
+    case ElementType::u32:
+      return H5T_STD_U32LE;
+    case ElementType::f32:
+      return H5T_IEEE_F32LE;
+    case ElementType::f64:
+      return H5T_IEEE_F64LE;
   }
   throw WriteError("a section has an unknown element type; this is a defect, please report it");
 }
@@ -143,19 +157,24 @@ void write_text(hid_t object, const char* name, const char* text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make an attribute");
   require(H5Tset_size(type, std::strlen(text) + 1), "make an attribute");
   const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make an attribute");
-  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, "make an attribute");
+  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "make an attribute");
   require(H5Awrite(attribute, type, text), "write an attribute");
 }
 
 void write_numbers(hid_t object, const char* name, hid_t type, hid_t stored, hsize_t count, const void* values) {
-  const Handle space(count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose, "make an attribute");
-  const Handle attribute(H5Acreate2(object, name, stored, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose, "make an attribute");
+  const Handle space(count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose,
+                     "make an attribute");
+  const Handle attribute(H5Acreate2(object, name, stored, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "make an attribute");
   require(H5Awrite(attribute, type, values), "write an attribute");
 }
 void write_real(hid_t object, const char* name, std::span<const double> values) {
   write_numbers(object, name, H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, values.size(), values.data());
 }
-void write_real(hid_t object, const char* name, double value) { write_real(object, name, std::span(&value, 1)); }
+void write_real(hid_t object, const char* name, double value) {
+  write_real(object, name, std::span(&value, 1));
+}
 void write_count(hid_t object, const char* name, std::uint64_t value) {
   write_numbers(object, name, H5T_NATIVE_UINT64, H5T_STD_U64LE, 1, &value);
 }
@@ -240,16 +259,19 @@ Section write_section(hid_t file, const SectionData& data) {
   require(H5Pset_fill_time(create, H5D_FILL_TIME_NEVER), "set up a dataset");
   require(H5Pset_obj_track_times(create, false), "set up a dataset");
   const std::vector<hsize_t> shape(data.shape.begin(), data.shape.end());
-  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose, "set up a dataset");
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
+                     "set up a dataset");
   const hid_t type = memory_type(data.element);
-  const Handle dataset(H5Dcreate2(file, name.path, type, space, H5P_DEFAULT, create, H5P_DEFAULT), H5Dclose, "create a dataset");
+  const Handle dataset(H5Dcreate2(file, name.path, type, space, H5P_DEFAULT, create, H5P_DEFAULT), H5Dclose,
+                       "create a dataset");
   require(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.bytes.data()), "write a dataset");
   write_text(dataset, "unit", name.unit);
   write_text(dataset, "meaning", name.meaning);
   if (name.equation[0] != '\0') write_text(dataset, "equation", name.equation);
   section.offset = H5Dget_offset(dataset);
   if (section.offset == HADDR_UNDEF || section.offset % kSectionAlignment != 0) {
-    throw WriteError(std::string("HDF5 placed ") + name.path + " where it cannot be mapped; this is a defect, please report it");
+    throw WriteError(std::string("HDF5 placed ") + name.path +
+                     " where it cannot be mapped; this is a defect, please report it");
   }
   return section;
 }
@@ -274,7 +296,8 @@ void write_user_block(const char* name, Directory& directory) {
 
 }  // namespace
 
-std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info, std::span<const SectionData> sections) {
+std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
+                        std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   const SilentErrors silent;
   TemporaryFile temporary(path);

@@ -27,6 +27,7 @@ struct WriteError : std::runtime_error {
 /// Writes the asset whole or not at all: a unique temporary file beside `path`, fsync, rename. Same input, same bytes.
 /// @return size of the file. [bytes]
 /// @throw WriteError with the reason and what to do.
-std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info, std::span<const SectionData> sections);
+std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
+                        std::span<const SectionData> sections);
 
 }  // namespace vps

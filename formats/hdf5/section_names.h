@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How sections and scalars appear in the HDF5 file: paths, units, meanings. docs/format.md has the same table. Internal.
+/// @file How sections and scalars appear in the HDF5 file: paths, units, meanings. docs/format.md has the same table.
+/// Internal.
 #pragma once
 
 #include "formats/vps_format.h"
@@ -19,22 +20,23 @@ inline constexpr SectionName kSectionNames[] = {
      "number of the stored brick of 8x8x8 voxels, 4294967295 where none is stored", ""},
     {SectionKind::coarse_layers, "/voxelmap/coarse_layers", "voxel",
      "distance from the brick's centre to the surface in whole voxels, rounded down; positive inside", ""},
-    {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside", "Eq. (4), sigma = s"},
-    {SectionKind::scaled, "/voxelmap/scaled", "lambda", "penetration of each voxel's centre in steps of lambda; positive inside",
-     "Eqs. (1) and (4), sigma = lambda"},
+    {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside",
+     "Eq. (4), sigma = s"},
+    {SectionKind::scaled, "/voxelmap/scaled", "lambda",
+     "penetration of each voxel's centre in steps of lambda; positive inside", "Eqs. (1) and (4), sigma = lambda"},
     {SectionKind::real, "/voxelmap/real", "m", "penetration of each voxel's centre; positive inside", "Eq. (5)"},
     {SectionKind::real_gradient, "/voxelmap/real_gradient", "m/voxel", "gradient (x, y, z) of real", "Eq. (5)"},
     {SectionKind::point_positions, "/pointshell/positions", "m", "rows x, y, z of the points", "Eq. (6)"},
-    {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1", "rows x, y, z of the unit normals into the body",
-     "Eq. (2)"},
+    {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1",
+     "rows x, y, z of the unit normals into the body", "Eq. (2)"},
     {SectionKind::point_areas, "/pointshell/areas", "m^2", "surface area that each point stands for", ""},
-    {SectionKind::spheres, "/pointshell/tree/spheres", "m", "rows x, y, z, radius of the sphere round all points of a node",
-     "Eq. (6)"},
-    {SectionKind::children, "/pointshell/tree/children", "1", "first child and number of children of a node; points on the leaf level",
-     "Eq. (6)"},
+    {SectionKind::spheres, "/pointshell/tree/spheres", "m",
+     "rows x, y, z, radius of the sphere round all points of a node", "Eq. (6)"},
+    {SectionKind::children, "/pointshell/tree/children", "1",
+     "first child and number of children of a node; points on the leaf level", "Eq. (6)"},
     {SectionKind::parent_points, "/pointshell/tree/parent_points", "1", "point that represents a node", "Eq. (6)"},
-    {SectionKind::level_offsets, "/pointshell/tree/level_offsets", "1", "first node of each level, root first; number of nodes last",
-     "Eq. (6)"},
+    {SectionKind::level_offsets, "/pointshell/tree/level_offsets", "1",
+     "first node of each level, root first; number of nodes last", "Eq. (6)"},
 };
 
 }  // namespace vps::detail

@@ -20,6 +20,19 @@
 namespace vps {
 namespace {
 
+// AddressSanitizer reserves terabytes of address space: nothing would run under a limit. gcc and clang differ in how
+// they tell.
+#ifdef __has_feature
+#define VPS_HAS_FEATURE(feature) __has_feature(feature)
+#else
+#define VPS_HAS_FEATURE(feature) 0
+#endif
+#if defined(__SANITIZE_ADDRESS__) || VPS_HAS_FEATURE(address_sanitizer)
+constexpr bool kAddressSanitizer = true;
+#else
+constexpr bool kAddressSanitizer = false;
+#endif
+
 constexpr int kOutOfMemory = 90;
 constexpr int kFailed = 91;
 
@@ -56,10 +69,7 @@ int keep_only(int fd) {
   ::signal(SIGPIPE, SIG_IGN);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.timeout)) + 1);
-#ifndef __SANITIZE_ADDRESS__
-  // AddressSanitizer reserves terabytes of address space.
-  limit(RLIMIT_AS, address_space() + limits.memory_bytes);
-#endif
+  if (!kAddressSanitizer) limit(RLIMIT_AS, address_space() + limits.memory_bytes);
   int code = 0;
   try {
     work(fd);

@@ -67,7 +67,7 @@ void check_is_file(const fs::path& path) {
 
 void check_content(const fs::path& path, const std::string& extension) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) refuse("the file cannot be read; check its permissions", Kind::io);
+  if (!file) refuse("the file may not be read; check its permissions", Kind::io);
   if (file.peek() == std::ifstream::traits_type::eof()) refuse("the file is empty; export it again");
   if (extension == "ply") check_no_strips(file);
 }

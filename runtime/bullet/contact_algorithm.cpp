@@ -31,9 +31,8 @@ Workspace& workspace(const PointshellView& shell) {
 }
 
 const Shape* as_vps(const btCollisionObjectWrapper* wrap) {
-  return wrap->getCollisionShape()->getShapeType() == kProxyType
-             ? dynamic_cast<const Shape*>(wrap->getCollisionShape())
-             : nullptr;
+  return wrap->getCollisionShape()->getShapeType() == kProxyType ? dynamic_cast<const Shape*>(wrap->getCollisionShape())
+                                                                 : nullptr;
 }
 
 // World pose of a frame whose origin lies at `origin` in the shape's own frame. The wrapper's transform is the only one
@@ -112,7 +111,8 @@ Contact refined(const Shape& map, Contact contact) {
   return contact;
 }
 
-// Impulses of the last step, found again by where on the shell they acted: warm starting needs them, clearing loses them.
+// Impulses of the last step, found again by where on the shell they acted: warm starting needs them, clearing loses
+// them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
   btManifoldPoint point;
@@ -148,7 +148,8 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   }
 
  private:
-  [[nodiscard]] Status query(const Roles& roles, const QueryOptions& options, Workspace& space, QueryResult& found) const;
+  [[nodiscard]] Status query(const Roles& roles, const QueryOptions& options, Workspace& space,
+                             QueryResult& found) const;
   void fill_manifold(int slot, const Roles& roles, std::span<const Contact> contacts, btManifoldResult* result);
   void clear_from(int slot);
   [[nodiscard]] Previous previous() const;
@@ -167,8 +168,9 @@ btScalar breaking_threshold(const Roles& roles) {
   return static_cast<btScalar>(std::max(shell, map));
 }
 
-// Points up to this part of a voxel off the surface are contacts, so that a resting contact lives through the noise of a
-// step. With a whole voxel a bunny on a box tests five times the points, and its flickering manifold never comes to rest.
+// Points up to this part of a voxel off the surface are contacts, so that a resting contact lives through the noise of
+// a step. With a whole voxel a bunny on a box tests five times the points, and its flickering manifold never comes to
+// rest.
 constexpr btScalar kContactDistance_vx = btScalar(0.1);
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
@@ -245,7 +247,8 @@ Status ContactAlgorithm::query(const Roles& roles, const QueryOptions& options, 
       return with_normals(traverse(shell, half, pose, options, space.scratch, contacts, found),
                           [&](Vec3) { return half.outward_normal; });
     }
-    default: return Status::bad_argument;
+    default:
+      return Status::bad_argument;
   }
 }
 
@@ -298,7 +301,8 @@ void ContactAlgorithm::fill_manifold(int slot, const Roles& roles, std::span<con
   const btTransform& world = roles.field_wrap->getWorldTransform();
   for (const Contact& raw : contacts) {
     const Contact contact = roles.map != nullptr ? refined(*roles.map, raw) : raw;
-    const btVector3 position = world * (btVector3(contact.position.x, contact.position.y, contact.position.z) + field_origin);
+    const btVector3 position =
+        world * (btVector3(contact.position.x, contact.position.y, contact.position.z) + field_origin);
     const btVector3 into_shell =
         world.getBasis() * btVector3(contact.inward_normal.x, contact.inward_normal.y, contact.inward_normal.z);
     const btScalar depth = -btScalar(contact.penetration);
@@ -349,7 +353,8 @@ void register_algorithm(btCollisionDispatcher& dispatcher) {
   // Without state, so one serves every dispatcher and outlives them all. The algorithm tells the bodies' roles by their
   // shapes: it needs no swapped twin.
   static CreateContactAlgorithm create;
-  for (const int partner : {kProxyType, int{BOX_SHAPE_PROXYTYPE}, int{SPHERE_SHAPE_PROXYTYPE}, int{STATIC_PLANE_PROXYTYPE}}) {
+  for (const int partner :
+       {kProxyType, int{BOX_SHAPE_PROXYTYPE}, int{SPHERE_SHAPE_PROXYTYPE}, int{STATIC_PLANE_PROXYTYPE}}) {
     dispatcher.registerCollisionCreateFunc(kProxyType, partner, &create);
     dispatcher.registerCollisionCreateFunc(partner, kProxyType, &create);
     dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create);

@@ -11,7 +11,9 @@ namespace {
 
 using namespace detail;
 
-Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+Vec3 cross(Vec3 a, Vec3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 
 // How much better a new contact has to be than one of the step before.
 constexpr float kHysteresis = 1.2F;
@@ -68,7 +70,8 @@ std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const s
   const Vec3 normal = cross(b - a, c - a);
   // What a fourth corner adds beyond one of the triangle's edges.
   const auto beyond = [&](Vec3 p) {
-    return std::max({dot(cross(b - a, a - p), normal), dot(cross(c - b, b - p), normal), dot(cross(a - c, c - p), normal)});
+    return std::max(
+        {dot(cross(b - a, a - p), normal), dot(cross(c - b, b - p), normal), dot(cross(a - c, c - p), normal)});
   };
   return reduction.best(beyond, chosen[3]) ? 4 : 3;
 }

@@ -6,9 +6,9 @@
 ///     vps::bullet::register_algorithm(*dispatcher);      // once, before the first step
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
-/// Answered exactly: Shape against Shape, btBoxShape, btSphereShape and btStaticPlaneShape. Every other convex shape meets
-/// the shape's surfels (see processAllTriangles). Concave shapes of Bullet's own (triangle meshes, terrain, GImpact) do not
-/// collide with it yet.
+/// Answered exactly: Shape against Shape, btBoxShape, btSphereShape and btStaticPlaneShape. Every other convex shape
+/// meets the shape's surfels (see processAllTriangles). Concave shapes of Bullet's own (triangle meshes, terrain,
+/// GImpact) do not collide with it yet.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -24,8 +24,8 @@ namespace vps::bullet {
 /// One asset as a shape; plays the voxelmap, the pointshell or both, by what the asset holds. In a pair of two, the one
 /// with fewer points gives the pointshell. Any number of bodies may share a shape, any number of shapes an asset.
 ///
-/// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame is the asset's frame moved there; axes
-/// stay parallel. A point p of the mesh lies at p - centre_of_mass() in the body.
+/// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame is the asset's frame moved there;
+/// axes stay parallel. A point p of the mesh lies at p - centre_of_mass() in the body.
 class Shape final : public btConcaveShape {
  public:
   /// @pre asset is open
@@ -37,8 +37,8 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
 
-  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with a manifold of
-  /// its deepest point. 0: one manifold of up to four points (Sec. 3.2).
+  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with a manifold
+  /// of its deepest point. 0: one manifold of up to four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
   /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.
@@ -51,15 +51,16 @@ class Shape final : public btConcaveShape {
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
-  /// From the asset's volume integrals, scaled to `mass`. Products of inertia are left out: Bullet has no place for them.
+  /// From the asset's volume integrals, scaled to `mass`. Products of inertia are left out: Bullet has no place for
+  /// them.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
   /// Only (1,1,1): bake the mesh at the size you need. Anything else is not applied, and status() says bad_argument.
   void setLocalScaling(const btVector3& scaling) override;
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
-  /// Surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent plane whose inscribed
-  /// circle has the covering radius, so that together they cover the surface. For rays, debug drawing and convex shapes
-  /// without an algorithm of their own. Index: number of the point.
+  /// Surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent plane whose
+  /// inscribed circle has the covering radius, so that together they cover the surface. For rays, debug drawing and
+  /// convex shapes without an algorithm of their own. Index: number of the point.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override;
 
  private:
@@ -72,7 +73,8 @@ class Shape final : public btConcaveShape {
   mutable std::atomic<Status> status_{Status::ok};
 };
 
-/// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class there.
+/// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class
+/// there.
 inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 
 /// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration.

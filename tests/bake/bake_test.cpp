@@ -32,7 +32,8 @@ TEST(Bake, TheSameMeshGivesTheSameBytesForAnyNumberOfThreads) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   const BakedAsset single = bake(mesh, all_parts(0.004));
   ASSERT_EQ(many.sections.size(), single.sections.size());
-  for (std::size_t i = 0; i < many.sections.size(); ++i) EXPECT_EQ(many.sections[i].bytes, single.sections[i].bytes) << i;
+  for (std::size_t i = 0; i < many.sections.size(); ++i)
+    EXPECT_EQ(many.sections[i].bytes, single.sections[i].bytes) << i;
   EXPECT_EQ(many.info.scaled_error.max, single.info.scaled_error.max);
   EXPECT_EQ(many.info.covering_radius, single.info.covering_radius);
 }
@@ -56,8 +57,10 @@ TEST(Bake, IntegersAreNoWiderThanTheBandNeeds) {
   BakeOptions options;
   options.voxel_size = 0.005;
   options.pointshell = false;
-  const std::pair<int, ElementType> expected[] = {
-      {BakeOptions::kAutoPrecision, ElementType::i8}, {3, ElementType::i8}, {5, ElementType::i16}, {8, ElementType::i32}};
+  const std::pair<int, ElementType> expected[] = {{BakeOptions::kAutoPrecision, ElementType::i8},
+                                                  {3, ElementType::i8},
+                                                  {5, ElementType::i16},
+                                                  {8, ElementType::i32}};
   for (const auto& [precision, type] : expected) {
     options.precision = precision;
     const BakedAsset asset = bake(make_sphere(0.1, 3), options);

@@ -10,7 +10,9 @@
 namespace vps::test {
 namespace {
 
-Vector vector(const Point3f& p) { return {p[0], p[1], p[2]}; }
+Vector vector(const Point3f& p) {
+  return {p[0], p[1], p[2]};
+}
 
 void expect_contained(const BoundingSphere& sphere, std::span<const Point3f> points) {
   for (const Point3f& p : points) {
@@ -41,7 +43,8 @@ double smallest_radius(std::span<const Point3f> points) {
         const Vector b = at(k) - at(i);
         const Vector cross = a.cross(b);
         if (cross.squaredNorm() < 1e-24 * a.squaredNorm() * b.squaredNorm()) continue;
-        offer(at(i) + (b.squaredNorm() * cross.cross(a) - a.squaredNorm() * cross.cross(b)).eval() / (2 * cross.squaredNorm()));
+        offer(at(i) +
+              (b.squaredNorm() * cross.cross(a) - a.squaredNorm() * cross.cross(b)).eval() / (2 * cross.squaredNorm()));
         for (int l = k + 1; l < n; ++l) {
           Eigen::Matrix3d m;
           m << a.transpose(), b.transpose(), (at(l) - at(i)).transpose();

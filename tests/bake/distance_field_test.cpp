@@ -46,8 +46,12 @@ void expect_exact(const TriangleMesh& mesh, double voxel_size) {
   }
 }
 
-TEST(DistanceField, DistancesInTheBandAreExactOnASphere) { expect_exact(make_sphere(0.1, 3), 0.005); }
-TEST(DistanceField, DistancesInTheBandAreExactOnLargeTriangles) { expect_exact(make_box({0.1, 0.07, 0.05}), 0.004); }
+TEST(DistanceField, DistancesInTheBandAreExactOnASphere) {
+  expect_exact(make_sphere(0.1, 3), 0.005);
+}
+TEST(DistanceField, DistancesInTheBandAreExactOnLargeTriangles) {
+  expect_exact(make_box({0.1, 0.07, 0.05}), 0.004);
+}
 TEST(DistanceField, DistancesInTheBandAreExactRoundACavity) {
   expect_exact(with_cavity(make_torus(0.1, 0.05, 20, 12), make_torus(0.1, 0.02, 20, 12)), 0.006);
 }

@@ -34,8 +34,12 @@ void expect_sides_match(const TriangleMesh& mesh, double voxel_size) {
   EXPECT_GT(count, 0U);
 }
 
-TEST(FillLayers, SidesOfASphereMatchTheOracle) { expect_sides_match(make_sphere(0.1, 2), 0.01); }
-TEST(FillLayers, TheHoleOfATorusIsOutside) { expect_sides_match(make_torus(0.1, 0.03, 24, 12), 0.008); }
+TEST(FillLayers, SidesOfASphereMatchTheOracle) {
+  expect_sides_match(make_sphere(0.1, 2), 0.01);
+}
+TEST(FillLayers, TheHoleOfATorusIsOutside) {
+  expect_sides_match(make_torus(0.1, 0.03, 24, 12), 0.008);
+}
 TEST(FillLayers, ACavityIsOutside) {
   expect_sides_match(with_cavity(make_sphere(0.1, 2), make_box({0.03, 0.02, 0.04})), 0.01);
 }
@@ -78,16 +82,15 @@ TEST(FillLayers, LayersAreADistanceBound) {
     const Scene scene(mesh, 0.006, band);
     const Oracle oracle(mesh);
     const double s = scene.grid.voxel_size;
-    const std::vector<std::int8_t> layers =
-        fill_layers(scene.voxels, scene.field.inside, scene.grid, scene.field.set);
+    const std::vector<std::int8_t> layers = fill_layers(scene.voxels, scene.field.inside, scene.grid, scene.field.set);
     Random random;
     for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
       for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
         const int layer = layers[scene.field.at(brick, voxel)];
         const Index3& b = scene.field.set.bricks[brick];
         const Vector centre = scene.grid.centre(b, voxel);
-        ASSERT_EQ(layer == 0, scene.voxels.test(scene.grid, b[0] * 8 + voxel % 8, b[1] * 8 + voxel / 8 % 8,
-                                                b[2] * 8 + voxel / 64));
+        ASSERT_EQ(layer == 0,
+                  scene.voxels.test(scene.grid, b[0] * 8 + voxel % 8, b[1] * 8 + voxel / 8 % 8, b[2] * 8 + voxel / 64));
         const Vector corner(random.between(-0.5, 0.5), random.between(-0.5, 0.5), random.between(-0.5, 0.5));
         const Vector p = centre + s * corner;
         const double distance = oracle.distance(to_array(p));

@@ -39,7 +39,8 @@ TEST(Plan, ResolutionCountsVoxelsAlongTheLongestSide) {
 
 TEST(Plan, AVoxelLargerThanTheMeshPointsToTheUnit) {
   const std::string why = refusal(make_box({0.001, 0.001, 0.001}), with_voxel(0.005));
-  EXPECT_EQ(why, "a voxel of 5 mm is larger than the mesh, which is 2 mm x 2 mm x 2 mm; is the mesh's unit right? (--unit)");
+  EXPECT_EQ(why,
+            "a voxel of 5 mm is larger than the mesh, which is 2 mm x 2 mm x 2 mm; is the mesh's unit right? (--unit)");
 }
 
 TEST(Plan, AGridBeyondTheMemoryLimitPointsToTheUnit) {

@@ -50,10 +50,18 @@ void expect_promises(const TriangleMesh& mesh, double voxel_size) {
   EXPECT_GE(shell.covering_radius, 0.5 * shell.spacing);
 }
 
-TEST(SamplePointshell, PromisesHoldOnASphere) { expect_promises(make_sphere(0.1, 3), 0.01); }
-TEST(SamplePointshell, PromisesHoldOnABoxOfLargeTriangles) { expect_promises(make_box({0.1, 0.07, 0.03}), 0.01); }
-TEST(SamplePointshell, PromisesHoldOnATorus) { expect_promises(make_torus(0.1, 0.04, 60, 30), 0.01); }
-TEST(SamplePointshell, PromisesHoldOnAPlateThinnerThanAVoxel) { expect_promises(make_box({0.1, 0.1, 0.002}), 0.01); }
+TEST(SamplePointshell, PromisesHoldOnASphere) {
+  expect_promises(make_sphere(0.1, 3), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnABoxOfLargeTriangles) {
+  expect_promises(make_box({0.1, 0.07, 0.03}), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnATorus) {
+  expect_promises(make_torus(0.1, 0.04, 60, 30), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnAPlateThinnerThanAVoxel) {
+  expect_promises(make_box({0.1, 0.1, 0.002}), 0.01);
+}
 TEST(SamplePointshell, PromisesHoldOnANeedle) {
   TriangleMesh needle;
   needle.vertices = {{0, 0, 0.2}, {0.01, 0, 0}, {-0.005, 0.008, 0}, {-0.005, -0.008, 0}};

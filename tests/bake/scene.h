@@ -30,7 +30,9 @@ struct Scene {
   }
 };
 
-inline std::array<double, 3> to_array(const Vector& v) { return {v.x(), v.y(), v.z()}; }
+inline std::array<double, 3> to_array(const Vector& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 /// A point on a triangle, uniform by area.
 inline Vector point_on(const Surface& surface, std::size_t triangle, Random& random) {

@@ -72,8 +72,15 @@ TEST_P(Rest, ABodyStaysOnItsGroundInEitherOrder) {
   EXPECT_GE(contacts, 3);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Rest, testing::Combine(testing::Values(Ground::box, Ground::sphere, Ground::plane, Ground::vps),
-                                                     testing::Bool()));
+std::string ground_name(const testing::TestParamInfo<std::tuple<Ground, bool>>& test) {
+  constexpr const char* kNames[] = {"box", "sphere", "plane", "vps"};
+  const auto [ground, ground_first] = test.param;
+  return std::string(kNames[static_cast<std::size_t>(ground)]) + (ground_first ? "_ground_first" : "_body_first");
+}
+INSTANTIATE_TEST_SUITE_P(All, Rest,
+                         testing::Combine(testing::Values(Ground::box, Ground::sphere, Ground::plane, Ground::vps),
+                                          testing::Bool()),
+                         ground_name);
 
 TEST(ContactAlgorithm, TheOrderOfInsertionDoesNotChangeTheMotion) {
   btVector3 ends[2];
@@ -190,8 +197,8 @@ TEST(ContactAlgorithm, ManifoldsAreGivenBackWhenABodyLeaves) {
 struct Collect final : btCollisionWorld::ContactResultCallback {
   std::vector<btManifoldPoint> points;
   std::vector<const btCollisionObject*> first;
-  btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper* a, int, int, const btCollisionObjectWrapper*, int,
-                           int) override {
+  btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper* a, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
     points.push_back(p);
     first.push_back(a->getCollisionObject());
     return 0;

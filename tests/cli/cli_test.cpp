@@ -19,15 +19,19 @@ struct Outcome {
 };
 
 Outcome vpsbake(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string command = "cd " + folder.path().string() + " && " + VPSBAKE + " " + arguments + " >out.txt 2>err.txt </dev/null";
+  const std::string command =
+      "cd " + folder.path().string() + " && " + VPSBAKE + " " + arguments + " >out.txt 2>err.txt </dev/null";
   const int status = std::system(command.c_str());
-  const Outcome run{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read_file(folder / "out.txt"), read_file(folder / "err.txt")};
+  const Outcome run{WIFEXITED(status) ? WEXITSTATUS(status) : 128, read_file(folder / "out.txt"),
+                    read_file(folder / "err.txt")};
   std::filesystem::remove(folder / "out.txt");
   std::filesystem::remove(folder / "err.txt");
   return run;
 }
 
-std::string sample(const char* name) { return std::string(VPS_SAMPLE_MESHES) + "/" + name + ".obj"; }
+std::string sample(const char* name) {
+  return std::string(VPS_SAMPLE_MESHES) + "/" + name + ".obj";
+}
 
 // One line, the program's name first, and nothing left behind.
 void expect_refusal(const TemporaryFolder& folder, const std::string& arguments, int code, const std::string& why) {
@@ -56,7 +60,8 @@ TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
 
 TEST(Cli, JsonSaysWhatTheFileHolds) {
   const TemporaryFolder folder;
-  const Outcome run = vpsbake(folder, sample("gear") + " --voxel 0.5mm -o gear.vps.hdf --fields layers,scaled,real --branching 4 --json");
+  const Outcome run = vpsbake(
+      folder, sample("gear") + " --voxel 0.5mm -o gear.vps.hdf --fields layers,scaled,real --branching 4 --json");
   ASSERT_EQ(run.code, 0) << run.err;
   const auto baked = nlohmann::json::parse(run.out);
   EXPECT_EQ(baked["output"], "gear.vps.hdf");
@@ -69,7 +74,8 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
   const Outcome info = vpsbake(folder, "info --json gear.vps.hdf");
   ASSERT_EQ(info.code, 0);
   const auto read = nlohmann::json::parse(info.out);
-  for (const char* part : {"mesh", "mass", "voxel_size", "voxelmap", "certificate", "pointshell"}) EXPECT_EQ(read[part], baked[part]);
+  for (const char* part : {"mesh", "mass", "voxel_size", "voxelmap", "certificate", "pointshell"})
+    EXPECT_EQ(read[part], baked[part]);
   EXPECT_EQ(read["sections"].size(), 13U);
 }
 
@@ -80,7 +86,8 @@ TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {
     const Outcome run = vpsbake(folder, mesh + " -o a.vps.hdf --json " + options);
     EXPECT_EQ(run.code, 0) << run.err;
     const auto j = nlohmann::json::parse(run.out);
-    return std::pair(j["mesh"]["bounds_max"][0].get<double>() - j["mesh"]["bounds_min"][0].get<double>(), j["voxel_size"].get<double>());
+    return std::pair(j["mesh"]["bounds_max"][0].get<double>() - j["mesh"]["bounds_min"][0].get<double>(),
+                     j["voxel_size"].get<double>());
   };
   const auto expect_near = [](std::pair<double, double> got, double size, double voxel) {
     EXPECT_NEAR(got.first, size, 1e-6 * size);
@@ -161,8 +168,10 @@ TEST(Cli, MeshesThatCannotBeBakedAreExitCodeThree) {
   expect_refusal(folder, "nan.obj --voxel 5mm", 3, "nan.obj: vertex");
   write_file(folder / "inf.obj", "v 0 0 1e999\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
   expect_refusal(folder, "inf.obj --voxel 5mm", 3, "inf.obj: vertex");
-  expect_refusal(folder, sample("cube") + " --voxel 5mm --unit mm -o a.vps.hdf", 3, "is the mesh's unit right? (--unit)");
-  expect_refusal(folder, sample("cube") + " --voxel 0.1mm --memory 10MB -o a.vps.hdf", 3, "more than the limit of 10 MB; is the mesh's unit right (--unit)?");
+  expect_refusal(folder, sample("cube") + " --voxel 5mm --unit mm -o a.vps.hdf", 3,
+                 "is the mesh's unit right? (--unit)");
+  expect_refusal(folder, sample("cube") + " --voxel 0.1mm --memory 10MB -o a.vps.hdf", 3,
+                 "more than the limit of 10 MB; is the mesh's unit right (--unit)?");
 }
 
 TEST(Cli, DamagedAssetsAreExitCodeThree) {
@@ -195,20 +204,21 @@ TEST(Cli, RealMeshesBakeOrAreRefusedForWhatIsWrongWithThem) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
   const TemporaryFolder folder;
   const auto file = [&](const char* name) { return (meshes / name).string(); };
-  for (const char* good : {"bunny_closed.obj", "bunny_3k5.off", "armadillo_52k.off", "spot.obj", "screw_M3x10.stl", "nut_M3.stl",
-                           "gearwheel_40.stl", "fandisk.off", "tray_plate.stl", "ADIS16480_metres.stl", "tires_x4.stl",
-                           "scallop_120k.glb", "asteroid.3ds", "capsule_degenerate.obj", "sliver_tet.ply", "shape_sorter.obj",
-                           "man_selfintersect.off", "nested_instances.glb", "ur5_upperarm_collision.stl"}) {
+  for (const char* good :
+       {"bunny_closed.obj", "bunny_3k5.off", "armadillo_52k.off", "spot.obj", "screw_M3x10.stl", "nut_M3.stl",
+        "gearwheel_40.stl", "fandisk.off", "tray_plate.stl", "ADIS16480_metres.stl", "tires_x4.stl", "scallop_120k.glb",
+        "asteroid.3ds", "capsule_degenerate.obj", "sliver_tet.ply", "shape_sorter.obj", "man_selfintersect.off",
+        "nested_instances.glb", "ur5_upperarm_collision.stl"}) {
     const Outcome run = vpsbake(folder, file(good) + " --resolution 60 -o a.vps.hdf");
     EXPECT_EQ(run.code, 0) << good << ": " << run.err;
     Asset asset;
     EXPECT_EQ(Asset::open((folder / "a.vps.hdf").c_str(), asset), Status::ok) << good;
   }
   const std::pair<const char*, const char*> bad[] = {
-      {"bunny_full.obj", "the mesh is open"},         {"teapot.obj", "the mesh is open"},
-      {"propeller.stl", "wound in opposite"},         {"half_tunnel.off", "the mesh is open"},
-      {"triangle_soup.stl", "the mesh is open"},      {"concave_polygon.obj", "concave_polygon.obj: "},
-      {"invalid/empty.ply", "the file is empty"},     {"invalid/points_only.ply", "no triangles"},
+      {"bunny_full.obj", "the mesh is open"},       {"teapot.obj", "the mesh is open"},
+      {"propeller.stl", "wound in opposite"},       {"half_tunnel.off", "the mesh is open"},
+      {"triangle_soup.stl", "the mesh is open"},    {"concave_polygon.obj", "concave_polygon.obj: "},
+      {"invalid/empty.ply", "the file is empty"},   {"invalid/points_only.ply", "no triangles"},
       {"invalid/malformed_index.obj", "malformed"},
   };
   std::filesystem::remove(folder / "a.vps.hdf");

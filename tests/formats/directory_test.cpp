@@ -46,7 +46,9 @@ class Bytes {
   std::size_t size_ = 0;
 };
 
-Section& find(Directory& directory, SectionKind kind) { return const_cast<Section&>(*directory.find(kind)); }
+Section& find(Directory& directory, SectionKind kind) {
+  return const_cast<Section&>(*directory.find(kind));
+}
 
 TEST(Directory, EveryFieldSurvivesARoundTrip) {
   const TinyAsset tiny;
@@ -89,15 +91,15 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(0), 0x89U);
   EXPECT_EQ(at(1), unsigned('V'));
   EXPECT_EQ(at(8), 1U);
-  EXPECT_EQ(at(13), 0x10U);  // 4096, little-endian
-  EXPECT_EQ(at(32), 10U);    // sections
-  EXPECT_EQ(at(64), 16U);    // dims[0]
-  EXPECT_EQ(at(76), 8U);     // brick edge
-  EXPECT_EQ(at(112), 3U);    // precision
-  EXPECT_EQ(at(232), 0xEFU); // mesh hash
-  EXPECT_EQ(at(336), 4U);    // points
+  EXPECT_EQ(at(13), 0x10U);   // 4096, little-endian
+  EXPECT_EQ(at(32), 10U);     // sections
+  EXPECT_EQ(at(64), 16U);     // dims[0]
+  EXPECT_EQ(at(76), 8U);      // brick edge
+  EXPECT_EQ(at(112), 3U);     // precision
+  EXPECT_EQ(at(232), 0xEFU);  // mesh hash
+  EXPECT_EQ(at(336), 4U);     // points
   EXPECT_EQ(at(512), unsigned('t'));
-  EXPECT_EQ(at(1024), 1U);   // brick_index
+  EXPECT_EQ(at(1024), 1U);  // brick_index
   EXPECT_EQ(at(1024 + 96), 2U);
 }
 
@@ -118,7 +120,10 @@ TEST(Directory, EverySingleBitFlipOfTheUserBlockIsRejected) {
     Directory d;
     const Status status = decode_directory(bytes.all(), d);
     bytes.all()[bit / 8] ^= mask;
-    ASSERT_EQ(status, bit < 64 ? Status::wrong_magic : bit < 80 ? Status::wrong_version : Status::corrupt_header) << bit;
+    ASSERT_EQ(status, bit < 64   ? Status::wrong_magic
+                      : bit < 80 ? Status::wrong_version
+                                 : Status::corrupt_header)
+        << bit;
   }
 }
 
@@ -141,7 +146,9 @@ TEST(Directory, ScalarsOutOfRangeAreRefused) {
       [&](Directory& d) { d.info.voxel_size = inf; },
       [&](Directory& d) { d.info.dims[1] = 9; },
       [&](Directory& d) { d.info.dims[0] = 0; },
-      [&](Directory& d) { d.info.dims = {0, 0, 0}; },
+      [&](Directory& d) {
+        d.info.dims = {0, 0, 0};
+      },
       [&](Directory& d) { d.info.dims[2] = 1u << 31; },
       [&](Directory& d) { d.info.origin[1] = inf; },
       [&](Directory& d) { d.info.lambda = 0; },
@@ -192,7 +199,10 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
       {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = ~63ull; }},
       {Status::bad_section, [](Directory& d) { find(d, Kind::scaled).offset = find(d, Kind::brick_index).offset; }},
       {Status::bad_section, [](Directory& d) { d.sections[d.section_count++] = find(d, Kind::brick_index); }},
-      {Status::bad_section, [](Directory& d) { find(d, Kind::brick_index).shape = {1, 2, 1}; }},
+      {Status::bad_section,
+       [](Directory& d) {
+         find(d, Kind::brick_index).shape = {1, 2, 1};
+       }},
       {Status::bad_section, [](Directory& d) { d.info.points = 3; }},
       {Status::bad_section, [](Directory& d) { d.info.levels = 1; }},
       {Status::missing_section, [](Directory& d) { --d.section_count; }},
@@ -212,7 +222,8 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
 TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
   TinyAsset tiny;
   tiny.info.real_error = {};
-  tiny.sections.push_back(make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, 1)));
+  tiny.sections.push_back(
+      make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, 1)));
   Bytes bytes(tiny);
   Directory d = bytes.directory();
   find(d, SectionKind::layers).kind = SectionKind(999);
@@ -265,7 +276,8 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
   for (std::size_t i = 0; i < 6; ++i) {
     for (const std::uint32_t bad : {0U, 1U, 2U, 3U, 4U, 5U, 0x80000000U, 0xFFFFFFFFU}) {
       const std::uint32_t good[] = {1, 2, 0, 2, 2, 2};
-      EXPECT_EQ(with_value<std::uint32_t>(SectionKind::children, i, bad), bad == good[i] ? Status::ok : Status::bad_index);
+      EXPECT_EQ(with_value<std::uint32_t>(SectionKind::children, i, bad),
+                bad == good[i] ? Status::ok : Status::bad_index);
     }
   }
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::parent_points, 2, 4), Status::bad_index);

@@ -10,7 +10,8 @@
 namespace vps::test {
 
 template <class T>
-SectionData make_section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape, const std::vector<T>& values) {
+SectionData make_section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
+                         const std::vector<T>& values) {
   SectionData data{kind, element, std::move(shape), {}};
   data.bytes.resize(values.size() * sizeof(T));
   std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
@@ -52,15 +53,18 @@ struct TinyAsset {
 
     sections.push_back(make_section<std::uint32_t>(SectionKind::brick_index, ElementType::u32, {1, 1, 2}, {0, 1}));
     sections.push_back(make_section<std::int16_t>(SectionKind::coarse_layers, ElementType::i16, {1, 1, 2}, {0, 0}));
-    sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
+    sections.push_back(
+        make_section(SectionKind::scaled, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
     const std::vector<float> positions = {0, 1, 2, 3, 0, 0, 0, 0, 1, 1, 1, 1};
     const std::vector<float> normals = {1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
     sections.push_back(make_section(SectionKind::point_positions, ElementType::f32, {3, 4}, positions));
     sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::f32, {3, 4}, normals));
-    sections.push_back(make_section(SectionKind::point_areas, ElementType::f32, {4}, std::vector<float>{1, 1, 1, 0.5F}));
+    sections.push_back(
+        make_section(SectionKind::point_areas, ElementType::f32, {4}, std::vector<float>{1, 1, 1, 0.5F}));
     const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
     sections.push_back(make_section(SectionKind::spheres, ElementType::f32, {4, 3}, spheres));
-    sections.push_back(make_section<std::uint32_t>(SectionKind::children, ElementType::u32, {3, 2}, {1, 2, 0, 2, 2, 2}));
+    sections.push_back(
+        make_section<std::uint32_t>(SectionKind::children, ElementType::u32, {3, 2}, {1, 2, 0, 2, 2, 2}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::parent_points, ElementType::u32, {3}, {1, 0, 2}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::level_offsets, ElementType::u32, {3}, {0, 1, 3}));
   }

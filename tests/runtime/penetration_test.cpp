@@ -17,7 +17,8 @@ struct Case {
   double band_error_vx;  // largest error near the surface, with the ideal normal
 };
 
-// Against CGAL: V in the band within the field's error, and the right sign and no more distance than there is elsewhere.
+// Against CGAL: V in the band within the field's error, and the right sign and no more distance than there is
+// elsewhere.
 void expect_penetration(const TriangleMesh& mesh, double s, const Case& c) {
   const auto asset = baked(mesh, all_fields(s));
   VoxelmapView map;

@@ -23,14 +23,18 @@ struct Expected {
   double tolerance;  // relative
 };
 
+void PrintTo(const Expected& expected, std::ostream* out) {
+  *out << expected.name;
+}
+
 // Volumes of the ideal shapes; facets take a little away. Threads and teeth: by the mean of their outline.
 const Expected kSamples[] = {
     {"cube", 0, 12, 1e-3, 1e-6},
     {"icosphere", 0, 5120, 4.0 / 3 * M_PI * 0.05 * 0.05 * 0.05, 0.005},
-    {"torus", 1, 4096, 2 * M_PI * M_PI * 0.05 * 0.02 * 0.02, 0.01},
+    {"torus", 1, 4096, 2 * M_PI* M_PI * 0.05 * 0.02 * 0.02, 0.01},
     {"bolt", 0, 5976, 2 * std::sqrt(3.0) * 0.008 * 0.008 * 0.0064 + M_PI * 0.00454 * 0.00454 * 0.015, 0.02},
     {"nut", 1, 3096, (2 * std::sqrt(3.0) * 0.008 * 0.008 - M_PI * 0.00469 * 0.00469) * 0.0075, 0.02},
-    {"gear", 1, 1280, M_PI * (0.01985 * 0.01985 - 0.005 * 0.005) * 0.008, 0.02},
+    {"gear", 1, 1280, M_PI*(0.01985 * 0.01985 - 0.005 * 0.005) * 0.008, 0.02},
     {"peg", 0, 256, M_PI * 0.0039 * 0.0039 * 0.03, 0.005},
     {"hole", 1, 512, (0.0004 - M_PI * 0.004 * 0.004) * 0.02, 0.005},
     {"thin_plate", 0, 12, 5e-6, 1e-6},

@@ -70,8 +70,10 @@ struct World {
 class Depth {
  public:
   Depth(const vps::bullet::Shape& shape, const btBoxShape& ground, const btTransform& ground_at)
-      : shape_(shape), ground_{vps::Vec3{float(ground.getHalfExtentsWithMargin().x()), float(ground.getHalfExtentsWithMargin().y()),
-                                         float(ground.getHalfExtentsWithMargin().z())}}, ground_at_(ground_at) {}
+      : shape_(shape),
+        ground_{vps::Vec3{float(ground.getHalfExtentsWithMargin().x()), float(ground.getHalfExtentsWithMargin().y()),
+                          float(ground.getHalfExtentsWithMargin().z())}},
+        ground_at_(ground_at) {}
 
   double in_ground(const btTransform& body) const {
     const btTransform to_ground = ground_at_.inverseTimes(body);
@@ -88,7 +90,8 @@ class Depth {
     for (std::uint32_t i = 0; i < shell.points; ++i) {
       const btVector3 normal(shell.inward_normal[0][i], shell.inward_normal[1][i], shell.inward_normal[2][i]);
       const btVector3 at = to_other * point(i) + shape_.centre_of_mass();
-      deepest = std::max(deepest, double(vps::penetration(shape_.voxelmap(), vec3(at), vec3(to_other.getBasis() * normal))));
+      deepest =
+          std::max(deepest, double(vps::penetration(shape_.voxelmap(), vec3(at), vec3(to_other.getBasis() * normal))));
     }
     return deepest;
   }
@@ -122,7 +125,8 @@ Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps) {
   const auto& info = shape.asset().info();
   const auto extent = [&](std::size_t axis) { return info.bounds_max[axis] - info.bounds_min[axis]; };
   const double size = std::max({extent(0), extent(1), extent(2)});
-  const auto below = btScalar(info.centre_of_mass[1] - info.bounds_min[1]);  // from the centre of mass to the lowest point
+  const auto below =
+      btScalar(info.centre_of_mass[1] - info.bounds_min[1]);  // from the centre of mass to the lowest point
 
   btBoxShape ground({btScalar(10 * size), btScalar(size), btScalar(10 * size)});
   const btRigidBody& floor = scene.add(ground, 0, {0, btScalar(-size), 0});
@@ -172,7 +176,8 @@ void print(const char* title, Outcome& out, Partner partner, int steps) {
   const btVector3& at = out.rest.getOrigin();
   std::printf("\n  fastest             %.2f m/s\n", out.fastest);
   std::printf("  after %.1f s         centre of mass at (%.4f, %.4f, %.4f) m, %.2f mm/s, %.3f rad/s\n\n",
-              steps * double(kStep), double(at.x()), double(at.y()), double(at.z()), 1000 * out.rest_speed, out.rest_spin);
+              steps * double(kStep), double(at.x()), double(at.y()), double(at.z()), 1000 * out.rest_speed,
+              out.rest_spin);
 }
 
 int usage() {
@@ -184,7 +189,8 @@ int usage() {
 
 int main(int argc, char** argv) {
   int steps = 2000;
-  if (argc != 2 && !(argc == 4 && std::strcmp(argv[2], "--steps") == 0 && (steps = std::atoi(argv[3])) > 0)) return usage();
+  if (argc != 2 && !(argc == 4 && std::strcmp(argv[2], "--steps") == 0 && (steps = std::atoi(argv[3])) > 0))
+    return usage();
   auto asset = std::make_shared<vps::Asset>();
   const auto begin = Clock::now();
   const vps::Status status = vps::Asset::open(argv[1], *asset);
@@ -199,14 +205,14 @@ int main(int argc, char** argv) {
   }
   const vps::AssetInfo& info = asset->info();
   std::printf("%s\n", argv[1]);
-  std::printf("  voxels              %u x %u x %u of %g mm, %llu on the surface, %llu inside\n", info.dims[0], info.dims[1],
-              info.dims[2], 1000 * info.voxel_size, static_cast<unsigned long long>(info.surface_voxels),
+  std::printf("  voxels              %u x %u x %u of %g mm, %llu on the surface, %llu inside\n", info.dims[0],
+              info.dims[1], info.dims[2], 1000 * info.voxel_size, static_cast<unsigned long long>(info.surface_voxels),
               static_cast<unsigned long long>(info.inner_voxels));
   std::printf("  points              %llu, every surface point within %.3g mm of one\n",
               static_cast<unsigned long long>(info.points), 1000 * info.covering_radius);
   std::printf("  tree                %u levels, K = %u\n", info.levels, info.branching);
-  std::printf("  file                %.2f MB, opened and validated in %.0f us\n\n", double(asset->directory().file_bytes) / 1e6,
-              open_us);
+  std::printf("  file                %.2f MB, opened and validated in %.0f us\n\n",
+              double(asset->directory().file_bytes) / 1e6, open_us);
 
   vps::bullet::Shape shape(asset);
   Outcome on_box = drop(shape, Partner::box, steps);
@@ -217,8 +223,9 @@ int main(int argc, char** argv) {
   for (const Outcome* out : {&on_box, &on_itself}) {
     if (out->broken || out->rest_speed > 0.01 || shape.status() != vps::Status::ok) {
       std::fprintf(stderr, "bunny_drop: error: the body %s\n",
-                   out->broken ? "fell through or flew off" : shape.status() != vps::Status::ok ? "met a pair without an answer"
-                                                                                                : "did not come to rest");
+                   out->broken                         ? "fell through or flew off"
+                   : shape.status() != vps::Status::ok ? "met a pair without an answer"
+                                                       : "did not come to rest");
       return 4;
     }
   }

@@ -21,7 +21,9 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
 using Primitive = CGAL::AABB_face_graph_triangle_primitive<Mesh>;
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
-Kernel::Point_3 point3(const std::array<double, 3>& p) { return {p[0], p[1], p[2]}; }
+Kernel::Point_3 point3(const std::array<double, 3>& p) {
+  return {p[0], p[1], p[2]};
+}
 }  // namespace
 
 struct Oracle::Impl {
@@ -50,13 +52,17 @@ double Oracle::distance(const std::array<double, 3>& p) const {
 
 int Oracle::side(const std::array<double, 3>& p) const {
   switch ((*impl_->side)(point3(p))) {
-    case CGAL::ON_BOUNDED_SIDE: return 1;
-    case CGAL::ON_BOUNDARY: return 0;
-    default: return -1;
+    case CGAL::ON_BOUNDED_SIDE:
+      return 1;
+    case CGAL::ON_BOUNDARY:
+      return 0;
+    default:
+      return -1;
   }
 }
 
-bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low, double edge) {
+bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low,
+                     double edge) {
   using Exact = CGAL::Cartesian<CGAL::Exact_rational>;
   const auto exact = [](const std::array<double, 3>& p) { return Exact::Point_3(p[0], p[1], p[2]); };
   const CGAL::Exact_rational e(edge);

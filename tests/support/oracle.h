@@ -27,7 +27,7 @@ class Oracle {
 };
 
 /// Overlap of a closed triangle and a closed cube in rational arithmetic: no rounding at all.
-[[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low,
-                                   double edge);
+[[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle,
+                                   const std::array<double, 3>& low, double edge);
 
 }  // namespace vps::test

@@ -7,6 +7,6 @@
 #include <filesystem>
 
 /// Path of a file below the shared folder; skips the test when it is absent.
-#define VPS_SHARED_FILE_OR_SKIP(variable, relative)                                                 \
-  const std::filesystem::path variable = std::filesystem::path(VPS_SHARED_DIR) / (relative);        \
+#define VPS_SHARED_FILE_OR_SKIP(variable, relative)                                          \
+  const std::filesystem::path variable = std::filesystem::path(VPS_SHARED_DIR) / (relative); \
   if (!std::filesystem::exists(variable)) GTEST_SKIP() << "needs " << variable << ", which is absent"
