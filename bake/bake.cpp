@@ -79,18 +79,40 @@ void warn_of_thin_walls(const Surface& surface, double voxel_size, std::vector<s
 
 }  // namespace
 
-BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
-  std::vector<std::string> notes;
-  return plan_grid(check_mesh(mesh, notes), options).plan;
+const char* describe(Repair repair) {
+  switch (repair) {
+    case Repair::none:
+      return "none";
+    case Repair::weld:
+      return "weld";
+    case Repair::stitch:
+      return "stitch";
+    case Repair::fill:
+      return "fill";
+    case Repair::wrap:
+      return "wrap";
+    case Repair::automatic:
+      break;
+  }
+  return "automatic";
 }
 
-BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options) {
+BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
+  return plan_grid(measure_extent(mesh), options).plan;
+}
+
+BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(options, asset.times, options.pointshell ? 9 : 6);
+  Stages stages(asked, asset.times, asked.pointshell ? 9 : 6);
 
   stages.start("check");
-  const Surface surface = check_mesh(mesh, asset.notes);
-  const GridPlan planned = plan_grid(surface, options);
+  BakeOptions options = asked;
+  options.voxel_size = plan_bake(mesh, asked).voxel_size;  // a skin or thickness must not change it
+  RepairOutcome outcome;
+  const Surface surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
+  asset.repair = outcome.used;
+  asset.notes = std::move(outcome.notes);
+  const GridPlan planned = plan_grid(extent_of(surface), options);
   const Grid& grid = planned.grid;
   describe_mesh(surface, asset.info);
   warn_of_thin_walls(surface, grid.voxel_size, asset.notes);

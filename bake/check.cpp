@@ -6,10 +6,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <unordered_map>
+#include <limits>
 
-#include "bake/vps_bake.h"
+#include "bake/clean_mesh.h"
+#include "bake/close_mesh.h"
+#include "bake/orient_mesh.h"
+#include "bake/plan.h"
+#include "bake/resolve_shells.h"
+#include "bake/thicken_sheets.h"
+#include "bake/topology.h"
+#include "bake/wrap_mesh.h"
 
 namespace vps {
 namespace {
@@ -22,154 +28,164 @@ std::string place(const Vector& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x(), p.y(), p.z());
 }
 
-struct PositionHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
-    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
-  }
-};
-
-void join_vertices(const TriangleMesh& mesh, Surface& surface) {
-  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers;
-  numbers.reserve(mesh.vertices.size());
-  surface.triangles.reserve(mesh.triangles.size());
-  for (const auto& triangle : mesh.triangles) {
-    Triangle joined{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (triangle[k] >= mesh.vertices.size())
-        refuse("a triangle refers to a vertex that is not there; export it again");
-      std::array<double, 3> p = mesh.vertices[triangle[k]];
-      for (double& x : p) {
-        if (!std::isfinite(x)) refuse(fmt::format("vertex {} is not finite; export the mesh again", triangle[k]));
-        x += 0.0;  // -0 and 0 are one position
-      }
-      const auto [it, fresh] = numbers.try_emplace(p, static_cast<std::uint32_t>(surface.vertices.size()));
-      if (fresh) surface.vertices.emplace_back(p[0], p[1], p[2]);
-      joined[k] = it->second;
-    }
-    surface.triangles.push_back(joined);
-  }
+// Duplicates and disagreement may come to light by joining vertices.
+bool closed_after_tidying(Mesh& mesh) {
+  CleanCounts ignored;
+  drop_duplicates(mesh, ignored);
+  if (count_unbalanced(mesh) > 0) orient_consistently(mesh);
+  return count_unbalanced(mesh) == 0;
 }
 
-// A surface bounds a solid when every edge is used equally often in both directions: its boundary as a chain is zero,
-// and the winding number of every point off the surface is an integer.
-void check_closed(const Surface& surface) {
-  struct Edge {
-    std::uint64_t key;
-    std::int32_t direction;
-  };
-  std::vector<Edge> edges;
-  edges.reserve(3 * surface.triangles.size());
-  for (const Triangle& t : surface.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = t[k];
-      const std::uint32_t to = t[(k + 1) % 3];
-      edges.push_back({std::uint64_t{std::min(from, to)} << 32 | std::max(from, to), from < to ? 1 : -1});
-    }
-  }
-  std::stable_sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) { return a.key < b.key; });
-  std::size_t open = 0;
-  std::size_t inconsistent = 0;
-  Vector first = Vector::Zero();
-  for (std::size_t i = 0; i < edges.size();) {
-    std::size_t end = i;
-    int balance = 0;
-    for (; end < edges.size() && edges[end].key == edges[i].key; ++end) balance += edges[end].direction;
-    if (balance != 0) {
-      if (open + inconsistent == 0) {
-        first = (surface.vertices[edges[i].key >> 32] + surface.vertices[edges[i].key & 0xFFFFFFFFu]) / 2;
-      }
-      ++((end - i) % 2 != 0 ? open : inconsistent);
-    }
-    i = end;
-  }
-  if (open > 0) {
-    refuse(fmt::format("the mesh is open: {} edges have triangles on one side only, the first at {}; close the holes",
-                       open, place(first)));
-  }
-  if (inconsistent > 0) {
-    refuse(
-        fmt::format("neighbouring triangles are wound in opposite directions at {} edges, the first at {}; "
-                    "make the winding consistent",
-                    inconsistent, place(first)));
-  }
+// Holes are filled first: the skin would go in through wide ones, and the solid would be hollow.
+void wrap(Mesh& mesh, double voxel_size, std::vector<std::string>& notes) {
+  if (!(voxel_size > 0)) refuse("wrapping needs a voxel size; give --voxel or --resolution");
+  const std::size_t holes = fill_holes(mesh, std::numeric_limits<double>::infinity()).filled;
+  const double alpha = 4 * voxel_size;
+  const double offset = voxel_size / 4;
+  mesh = wrap_mesh(mesh, alpha, offset);
+  notes.push_back(
+      fmt::format("repair wrap: closed {} hole{}, then a skin {} outside of the mesh that bridges gaps below {}", holes,
+                  holes == 1 ? "" : "s", format_length(offset), format_length(alpha)));
 }
 
-std::size_t drop_collapsed(Surface& surface) {
-  const std::size_t before = surface.triangles.size();
-  std::erase_if(surface.triangles, [&](const Triangle& t) {
-    const Vector n =
-        (surface.vertices[t[1]] - surface.vertices[t[0]]).cross(surface.vertices[t[2]] - surface.vertices[t[0]]);
+[[noreturn]] void refuse_leak(const Hole& hole, std::size_t holes, const RepairSettings& settings) {
+  std::string message =
+      fmt::format("the mesh is open: it leaks through {} hole{}, the widest of {} with a border of {} at {}", holes,
+                  holes == 1 ? "" : "s", format_length(hole.width), format_length(hole.length), place(hole.place));
+  if (settings.repair == Repair::automatic) {
+    message += "; close it there, or use --repair fill, --repair wrap, or --open-surface thicken=2mm for a sheet";
+  } else {
+    message += "; close it there or let --repair do more";
+  }
+  refuse(message);
+}
+
+// Tries one means after the other, each on top of the milder ones, until nothing is open.
+Repair close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings, std::vector<std::string>& notes) {
+  if (settings.repair == Repair::wrap) {
+    wrap(mesh, settings.voxel_size, notes);
+    return Repair::wrap;
+  }
+  if (count_unbalanced(mesh) == 0) return Repair::none;
+  Mesh work = mesh;
+  const auto allowed = [&](Repair r) { return settings.repair >= r; };
+  if (allowed(Repair::weld)) {
+    constexpr double kRelative = 1e-6;  // a few float steps
+    const double tolerance = kRelative * longest_side;
+    const std::size_t merged = weld_vertices(work, tolerance);
+    if (closed_after_tidying(work)) {
+      notes.push_back(fmt::format("repair weld: merged {} vertices within {}", merged, format_length(tolerance)));
+      mesh = std::move(work);
+      return Repair::weld;
+    }
+  }
+  if (allowed(Repair::stitch) && settings.voxel_size > 0) {
+    std::size_t changes = 0;
+    for (const double part : {0.001, 0.01, 0.1, 1.0}) {
+      const double tolerance = part * settings.voxel_size;
+      changes += stitch_borders(work, tolerance);
+      if (work.triangles.empty()) break;
+      if (!closed_after_tidying(work)) continue;
+      notes.push_back(
+          fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(tolerance), changes));
+      mesh = std::move(work);
+      return Repair::stitch;
+    }
+    if (work.triangles.empty()) work = mesh;
+  }
+  // Left to itself, repair only closes what no voxel could tell from a crack.
+  const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()
+                        : settings.repair == Repair::automatic ? settings.voxel_size
+                                                               : 0;
+  const FilledHoles holes = fill_holes(work, widest);
+  if (holes.left > 0) refuse_leak(holes.widest, holes.left, settings);
+  if (!closed_after_tidying(work)) {
+    refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+  }
+  notes.push_back(fmt::format("repair fill: closed {} hole{}", holes.filled, holes.filled == 1 ? "" : "s"));
+  mesh = std::move(work);
+  return Repair::fill;
+}
+
+void drop_flat(Mesh& mesh, std::size_t& collapsed) {
+  collapsed += std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const Vector n = (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]);
     return !(n.squaredNorm() > 0);
   });
-  return before - surface.triangles.size();
+  drop_unused_vertices(mesh);
 }
 
-// Dropped triangles may leave vertices that nothing uses; bounds and mass must not see them.
-void drop_unused(Surface& surface) {
-  std::vector<std::uint32_t> number(surface.vertices.size(), kNoBrick);
-  std::vector<Vector> used;
-  for (Triangle& t : surface.triangles) {
-    for (std::uint32_t& v : t) {
-      if (number[v] == kNoBrick) {
-        number[v] = static_cast<std::uint32_t>(used.size());
-        used.push_back(surface.vertices[v]);
-      }
-      v = number[v];
-    }
-  }
-  surface.vertices = std::move(used);
-}
-
-// Six times the signed volume, about the bounding box's centre to keep digits far from the origin.
-double signed_volume6(const Surface& surface) {
-  const Vector middle = (surface.bounds_min + surface.bounds_max) / 2;
-  double sum = 0;
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    sum += (surface.corner(t, 0) - middle).dot((surface.corner(t, 1) - middle).cross(surface.corner(t, 2) - middle));
-  }
-  return sum;
-}
-
-void measure(Surface& surface) {
+Surface measure(Mesh&& mesh) {
+  Surface surface;
+  static_cast<Mesh&>(surface) = std::move(mesh);
   surface.bounds_min = surface.bounds_max = surface.vertices.front();
   for (const Vector& v : surface.vertices) {
     surface.bounds_min = surface.bounds_min.cwiseMin(v);
     surface.bounds_max = surface.bounds_max.cwiseMax(v);
   }
   surface.normals.resize(surface.triangles.size());
-  surface.area = 0;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const Vector n = (surface.corner(t, 1) - surface.corner(t, 0)).cross(surface.corner(t, 2) - surface.corner(t, 0));
+    const Vector n = surface.area_normal(t);
     surface.area += n.norm() / 2;
     // stableNormalized: the squares of a 10 um mesh's areas would underflow nothing, but slivers' may.
     surface.normals[t] = n.stableNormalized();
   }
+  return surface;
+}
+
+std::string shells(std::uint32_t n) {
+  return fmt::format("{} shell{}", n, n == 1 ? "" : "s");
+}
+
+void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
+  if (counts.inverted > 0 && counts.shells == 1) {
+    notes.emplace_back("the mesh was inside out; its winding was reversed");
+  } else if (counts.inverted > 0) {
+    notes.push_back(fmt::format("{} of {} inside out; winding reversed", shells(counts.inverted), counts.shells));
+  }
+  if (counts.nested > 0) notes.push_back(fmt::format("{} inside others: cavities", shells(counts.nested)));
+  if (counts.united > 0) {
+    notes.push_back(fmt::format("{} that cross or touch others or themselves ({} pairs of triangles): united",
+                                shells(counts.united), counts.intersections));
+  }
+  if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));
 }
 
 }  // namespace
 
-Surface check_mesh(const TriangleMesh& mesh, std::vector<std::string>& notes) {
-  Surface surface;
-  join_vertices(mesh, surface);
-  std::erase_if(surface.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
-  std::size_t collapsed = mesh.triangles.size() - surface.triangles.size();
-  if (surface.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
-  check_closed(surface);
-  collapsed += drop_collapsed(surface);
-  if (surface.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
-  if (collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", collapsed));
-  drop_unused(surface);
-  measure(surface);
-
-  const Vector size = surface.bounds_max - surface.bounds_min;
-  const double volume6 = signed_volume6(surface);
-  if (!(std::abs(volume6) > 1e-12 * surface.area * size.maxCoeff())) {
-    refuse("the mesh encloses no volume; give it thickness");
+Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
+  std::vector<std::string>& notes = outcome.notes;
+  const Extent extent = measure_extent(input);
+  CleanCounts cleaned;
+  Mesh mesh = join_vertices(input, cleaned);
+  if (mesh.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
+  drop_duplicates(mesh, cleaned);
+  if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
+  if (count_unbalanced(mesh) > 0) {
+    const std::size_t turned = orient_consistently(mesh);
+    if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
   }
-  if (volume6 < 0) {
-    for (Triangle& t : surface.triangles) std::swap(t[1], t[2]);
-    for (Vector& n : surface.normals) n = -n;
-    notes.emplace_back("the mesh was inside out; its winding was reversed");
+  if (settings.sheet_thickness > 0) {
+    const std::size_t sheets = thicken_sheets(mesh, settings.sheet_thickness);
+    if (sheets > 0) {
+      notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, sheets == 1 ? "" : "s",
+                                  format_length(settings.sheet_thickness)));
+    }
+  }
+  outcome.used = close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, notes);
+  note_shells(resolve_shells(mesh, self_intersections(mesh)), notes);
+  drop_flat(mesh, cleaned.collapsed);
+  if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
+  if (cleaned.duplicates > 0) notes.push_back(fmt::format("dropped {} duplicate triangles", cleaned.duplicates));
+  if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
+  Surface surface = measure(std::move(mesh));
+  double volume6 = 0;
+  const Vector middle = (surface.bounds_min + surface.bounds_max) / 2;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    volume6 += (surface.corner(t, 0) - middle).dot(surface.area_normal(t));
+  }
+  if (!(volume6 > 1e-12 * surface.area * (surface.bounds_max - surface.bounds_min).maxCoeff())) {
+    refuse("the mesh encloses no volume; give it thickness");
   }
   return surface;
 }

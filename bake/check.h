@@ -6,13 +6,24 @@
 #include <vector>
 
 #include "bake/geometry.h"
-#include "formats/triangle_mesh.h"
+#include "bake/vps_bake.h"
 
 namespace vps {
 
-/// Joins identical positions, drops collapsed triangles and unused vertices, rights an inside-out mesh.
-/// @param notes  one sentence is added for each thing that was changed
-/// @throw BakeError when the mesh is open, inconsistently wound, flat or not finite: with the place of the first fault.
-[[nodiscard]] Surface check_mesh(const TriangleMesh& mesh, std::vector<std::string>& notes);
+struct RepairSettings {
+  Repair repair = Repair::automatic;
+  double voxel_size = 0;       ///< cracks up to this wide are closed; 0: none. [m]
+  double sheet_thickness = 0;  ///< 0: open surfaces stay open. [m]
+};
+
+struct RepairOutcome {
+  Repair used = Repair::none;
+  std::vector<std::string> notes;  ///< one sentence for each thing that was changed
+};
+
+/// Joins identical positions, drops collapsed and duplicate triangles, rights the winding, closes the mesh with the
+/// mildest means that suffices, and resolves its shells (see resolve_shells.h).
+/// @throw BakeError when the mesh is flat, not finite, or open in spite of the repair allowed: with the place
+[[nodiscard]] Surface check_mesh(const TriangleMesh& mesh, const RepairSettings& settings, RepairOutcome& outcome);
 
 }  // namespace vps

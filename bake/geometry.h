@@ -13,18 +13,26 @@ namespace vps {
 using Vector = Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;
 
-/// A mesh that has passed check_mesh: closed, wound outward, no degenerate triangle. Metres, asset frame.
-struct Surface {
+/// Triangles on numbered vertices, of any quality. Metres, asset frame.
+struct Mesh {
   std::vector<Vector> vertices;
   std::vector<Triangle> triangles;
-  std::vector<Vector> normals;  ///< outward, unit, one per triangle
-  Vector bounds_min = Vector::Zero();
-  Vector bounds_max = Vector::Zero();
-  double area = 0;  ///< [m^2]
 
   [[nodiscard]] const Vector& corner(std::size_t triangle, int k) const {
     return vertices[triangles[triangle][static_cast<std::size_t>(k)]];
   }
+  /// Normal by the right-hand rule; its length is twice the triangle's area.
+  [[nodiscard]] Vector area_normal(std::size_t triangle) const {
+    return (corner(triangle, 1) - corner(triangle, 0)).cross(corner(triangle, 2) - corner(triangle, 0));
+  }
+};
+
+/// A mesh that has passed check_mesh: closed, wound outward, no degenerate triangle.
+struct Surface : Mesh {
+  std::vector<Vector> normals;  ///< outward, unit, one per triangle
+  Vector bounds_min = Vector::Zero();
+  Vector bounds_max = Vector::Zero();
+  double area = 0;  ///< [m^2]
 };
 
 /// Closest point of triangle abc to p, by Voronoi regions (Ericson, Real-Time Collision Detection, Sec. 5.1.5).

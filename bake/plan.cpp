@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace vps {
 namespace {
@@ -14,8 +15,8 @@ namespace {
   throw BakeError("plan", message);
 }
 
-std::string size_of(const Surface& surface) {
-  const Vector size = surface.bounds_max - surface.bounds_min;
+std::string size_of(const Extent& mesh) {
+  const Vector size = mesh.bounds_max - mesh.bounds_min;
   return fmt::format("{} x {} x {}", format_length(size.x()), format_length(size.y()), format_length(size.z()));
 }
 
@@ -31,20 +32,20 @@ void check_options(const BakeOptions& o) {
   if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
 }
 
-double choose_voxel_size(const Surface& surface, const BakeOptions& options) {
-  const double longest = (surface.bounds_max - surface.bounds_min).maxCoeff();
+double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
+  const double longest = (mesh.bounds_max - mesh.bounds_min).maxCoeff();
   const double s = options.voxel_size > 0 ? options.voxel_size : longest / options.resolution;
   if (!(std::isfinite(s) && s > 0)) refuse("no voxel size; give --voxel or --resolution");
   if (s > longest) {
     refuse(fmt::format("a voxel of {} is larger than the mesh, which is {}; is the mesh's unit right? (--unit)",
-                       format_length(s), size_of(surface)));
+                       format_length(s), size_of(mesh)));
   }
   return s;
 }
 
 // Queries run in float in the asset's own frame: a voxel far from the origin must still be many float steps wide.
-void check_float_range(const Surface& surface, double s) {
-  const double farthest = std::max(surface.bounds_min.cwiseAbs().maxCoeff(), surface.bounds_max.cwiseAbs().maxCoeff());
+void check_float_range(const Extent& mesh, double s) {
+  const double farthest = std::max(mesh.bounds_min.cwiseAbs().maxCoeff(), mesh.bounds_max.cwiseAbs().maxCoeff());
   constexpr double kFloatStep = 1.2e-7;
   if (farthest * kFloatStep > s / 64) {
     refuse(
@@ -58,20 +59,45 @@ void check_float_range(const Surface& surface, double s) {
 
 // Bytes held at the peak: band bricks (distance and triangle number twice while they are compacted), the brick grids,
 // scanlines, and the mesh with CGAL's tree.
-std::size_t predict_memory(const Surface& surface, const Grid& grid, double band) {
+std::size_t predict_memory(const Extent& mesh, const Grid& grid, double band) {
   const double s = grid.voxel_size;
   const double edge = kBrickEdge * s;
-  const double bricks = std::min(static_cast<double>(grid.brick_count()),
-                                 surface.area / (edge * edge) * (1.7 + 2 * band / kBrickEdge) + 27);
+  const double bricks =
+      std::min(static_cast<double>(grid.brick_count()), mesh.area / (edge * edge) * (1.7 + 2 * band / kBrickEdge) + 27);
   const double brick_bytes = bricks * kBrickVoxels * 2 * (sizeof(double) + sizeof(std::uint32_t) + 2);
   const double grids = static_cast<double>(grid.brick_count()) * 20;
-  const double lines = static_cast<double>(grid.dims[1]) * grid.dims[2] * 16 + surface.area / (s * s) * 40;
-  const double points = surface.area / (s * s) * 100;
-  const double mesh = static_cast<double>(surface.triangles.size()) * 600;
-  return static_cast<std::size_t>(brick_bytes + grids + lines + points + mesh);
+  const double lines = static_cast<double>(grid.dims[1]) * grid.dims[2] * 16 + mesh.area / (s * s) * 40;
+  const double points = mesh.area / (s * s) * 100;
+  const double mesh_bytes = static_cast<double>(mesh.triangles) * 600;
+  return static_cast<std::size_t>(brick_bytes + grids + lines + points + mesh_bytes);
 }
 
 }  // namespace
+
+Extent measure_extent(const TriangleMesh& mesh) {
+  const auto refuse_mesh = [](const std::string& message) { throw BakeError("check", message); };
+  Extent extent;
+  const double infinity = std::numeric_limits<double>::infinity();
+  extent.bounds_min = Vector::Constant(infinity);
+  extent.bounds_max = Vector::Constant(-infinity);
+  extent.triangles = mesh.triangles.size();
+  if (mesh.triangles.empty()) refuse_mesh("the mesh has no triangles; check the export");
+  for (const auto& triangle : mesh.triangles) {
+    Vector corners[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (triangle[k] >= mesh.vertices.size())
+        refuse_mesh("a triangle refers to a vertex that is not there; export it again");
+      const std::array<double, 3>& p = mesh.vertices[triangle[k]];
+      corners[k] = Vector(p[0], p[1], p[2]);
+      if (!corners[k].allFinite())
+        refuse_mesh(fmt::format("vertex {} is not finite; export the mesh again", triangle[k]));
+      extent.bounds_min = extent.bounds_min.cwiseMin(corners[k]);
+      extent.bounds_max = extent.bounds_max.cwiseMax(corners[k]);
+    }
+    extent.area += (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm() / 2;
+  }
+  return extent;
+}
 
 std::string format_length(double metres) {
   const double size = std::abs(metres);
@@ -87,18 +113,18 @@ std::string format_bytes(double bytes) {
   return fmt::format("{:.3g} kB", bytes / 1e3);
 }
 
-GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
+GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   check_options(options);
-  const double s = choose_voxel_size(surface, options);
-  check_float_range(surface, s);
-  const Vector size = surface.bounds_max - surface.bounds_min;
+  const double s = choose_voxel_size(mesh, options);
+  check_float_range(mesh, s);
+  const Vector size = mesh.bounds_max - mesh.bounds_min;
   // One voxel beyond the band on each side: every exact voxel has all its neighbours.
   const double pad = std::ceil(options.band) + 1;
 
   GridPlan result;
   Grid& grid = result.grid;
   grid.voxel_size = s;
-  grid.origin = surface.bounds_min - Vector::Constant(pad * s);
+  grid.origin = mesh.bounds_min - Vector::Constant(pad * s);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double bricks = std::ceil((size[static_cast<Eigen::Index>(axis)] / s + 2 * pad) / kBrickEdge);
     constexpr double kLimit = 16384.0 / kBrickEdge;
@@ -106,7 +132,7 @@ GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
       refuse(
           fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
                       "right? (--unit)",
-                      format_length(s), size_of(surface)));
+                      format_length(s), size_of(mesh)));
     }
     grid.brick_dims[axis] = static_cast<std::uint32_t>(bricks);
     grid.dims[axis] = grid.brick_dims[axis] * kBrickEdge;
@@ -122,13 +148,13 @@ GridPlan plan_grid(const Surface& surface, const BakeOptions& options) {
   const double spacing = options.alpha * s;
   // Random sequential packing of discs: 0.7 of the densest.
   plan.predicted_points =
-      options.pointshell ? static_cast<std::uint64_t>(0.81 * surface.area / (spacing * spacing)) + 1 : 0;
-  plan.predicted_memory_bytes = predict_memory(surface, grid, options.band);
+      options.pointshell ? static_cast<std::uint64_t>(0.81 * mesh.area / (spacing * spacing)) + 1 : 0;
+  plan.predicted_memory_bytes = predict_memory(mesh, grid, options.band);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
     refuse(fmt::format(
         "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
         "is the mesh's unit right (--unit)? Otherwise choose larger voxels",
-        grid.dims[0], grid.dims[1], grid.dims[2], size_of(surface),
+        grid.dims[0], grid.dims[1], grid.dims[2], size_of(mesh),
         format_bytes(static_cast<double>(plan.predicted_memory_bytes)),
         format_bytes(static_cast<double>(options.memory_limit_bytes))));
   }

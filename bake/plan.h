@@ -13,8 +13,23 @@ struct GridPlan {
   BakePlan plan;
 };
 
+/// What a grid depends on.
+struct Extent {
+  Vector bounds_min = Vector::Zero();
+  Vector bounds_max = Vector::Zero();
+  double area = 0;  ///< [m^2]
+  std::size_t triangles = 0;
+};
+
+/// Of the vertices that triangles use. @throw BakeError when there is none or an index or coordinate is bad
+[[nodiscard]] Extent measure_extent(const TriangleMesh& mesh);
+
+[[nodiscard]] inline Extent extent_of(const Surface& surface) {
+  return {surface.bounds_min, surface.bounds_max, surface.area, surface.triangles.size()};
+}
+
 /// @throw BakeError when an option is out of range or the grid does not suit the mesh
-[[nodiscard]] GridPlan plan_grid(const Surface& surface, const BakeOptions& options);
+[[nodiscard]] GridPlan plan_grid(const Extent& mesh, const BakeOptions& options);
 
 /// "0.5 mm", "3.2 m": a length with the unit that suits it.
 [[nodiscard]] std::string format_length(double metres);

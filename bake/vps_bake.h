@@ -16,6 +16,19 @@
 
 namespace vps {
 
+/// How far repair may go to close an open mesh. Each includes the milder ones before it, except `wrap`.
+enum class Repair : std::uint8_t {
+  none,       ///< the mesh has to be closed
+  weld,       ///< merge vertices that are a millionth of the mesh's size apart
+  stitch,     ///< sew open edges together that are no more than a voxel apart
+  fill,       ///< triangulate all holes
+  wrap,       ///< replace the mesh by a skin around it
+  automatic,  ///< the mildest of none, weld, stitch and fill that suffices; holes wider than a voxel are refused
+};
+
+/// "none", "weld" and so on.
+[[nodiscard]] const char* describe(Repair repair);
+
 struct BakeOptions {
   double voxel_size = 0;              ///< s; 0: use `resolution`. [Units: m]
   std::uint32_t resolution = 0;       ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
@@ -28,6 +41,8 @@ struct BakeOptions {
   std::uint32_t branching = 8;        ///< K. [Limits: 2 <= value <= 64]
   double band = 2.5;                  ///< half width of the exact narrow band. [Limits: 2 <= value <= 64] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
+  Repair repair = Repair::automatic;
+  double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;
   /// Called at the start of each stage, and often during long ones, with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
@@ -54,6 +69,7 @@ struct BakedAsset {
   AssetInfo info;
   std::vector<SectionData> sections;
   std::vector<StageTime> times;
+  Repair repair = Repair::none;    ///< what was needed
   std::vector<std::string> notes;  ///< what was repaired or is worth knowing, one sentence each
 };
 

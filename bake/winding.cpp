@@ -33,10 +33,10 @@ CGAL::Orientation orientation(const Vector& a, const Vector& b, const Vector& c,
 
 }  // namespace
 
-int line_crossing(double y, double z, const Surface& surface, std::size_t triangle) {
-  const Vector& a = surface.corner(triangle, 0);
-  const Vector& b = surface.corner(triangle, 1);
-  const Vector& c = surface.corner(triangle, 2);
+int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle) {
+  const Vector& a = mesh.corner(triangle, 0);
+  const Vector& b = mesh.corner(triangle, 1);
+  const Vector& c = mesh.corner(triangle, 2);
   if (y < std::min({a.y(), b.y(), c.y()}) || y > std::max({a.y(), b.y(), c.y()}) ||
       z < std::min({a.z(), b.z(), c.z()}) || z > std::max({a.z(), b.z(), c.z()})) {
     return 0;
@@ -47,37 +47,54 @@ int line_crossing(double y, double z, const Surface& surface, std::size_t triang
   return -first;
 }
 
-double crossing_x(double y, double z, const Surface& surface, std::size_t triangle) {
-  const Vector& a = surface.corner(triangle, 0);
-  const Vector n = (surface.corner(triangle, 1) - a).cross(surface.corner(triangle, 2) - a);
+double crossing_x(double y, double z, const Mesh& mesh, std::size_t triangle) {
+  const Vector& a = mesh.corner(triangle, 0);
+  const Vector n = (mesh.corner(triangle, 1) - a).cross(mesh.corner(triangle, 2) - a);
   const double x = a.x() - (n.y() * (y - a.y()) + n.z() * (z - a.z())) / n.x();
   // A nearly edge-on triangle amplifies rounding; its own extent does not.
-  const auto [low, high] = std::minmax({a.x(), surface.corner(triangle, 1).x(), surface.corner(triangle, 2).x()});
+  const auto [low, high] = std::minmax({a.x(), mesh.corner(triangle, 1).x(), mesh.corner(triangle, 2).x()});
   return x >= low ? std::min(x, high) : low;
 }
 
-bool crossing_is_beyond(const Vector& point, const Surface& surface, std::size_t triangle) {
-  const Vector& a = surface.corner(triangle, 0);
-  const Vector& b = surface.corner(triangle, 1);
-  const Vector& c = surface.corner(triangle, 2);
+bool crossing_is_beyond(const Vector& point, const Mesh& mesh, std::size_t triangle) {
+  const Vector& a = mesh.corner(triangle, 0);
+  const Vector& b = mesh.corner(triangle, 1);
+  const Vector& c = mesh.corner(triangle, 2);
   const CGAL::Orientation side = orientation(a, b, c, point);
   if (side == CGAL::ZERO) return false;
   // POSITIVE: the point is on the normal's side. Going to +x it meets the plane if the normal points to -x.
-  const bool normal_to_plus_x = line_crossing(point.y(), point.z(), surface, triangle) < 0;
+  const bool normal_to_plus_x = line_crossing(point.y(), point.z(), mesh, triangle) < 0;
   return (side == CGAL::POSITIVE) != normal_to_plus_x;
 }
 
-bool point_on_plane(const Vector& point, const Surface& surface, std::size_t triangle) {
-  return orientation(surface.corner(triangle, 0), surface.corner(triangle, 1), surface.corner(triangle, 2), point) ==
-         CGAL::ZERO;
+bool point_on_plane(const Vector& point, const Mesh& mesh, std::size_t triangle) {
+  return orientation(mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2), point) == CGAL::ZERO;
 }
 
-InsideTest::InsideTest(const Surface& surface, const Grid& grid) : surface_(surface), grid_(grid) {
+Grid column_grid(const Mesh& mesh) {
+  Vector low = mesh.vertices.front();
+  Vector high = low;
+  for (const Vector& v : mesh.vertices) {
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  const double columns = std::clamp(std::sqrt(static_cast<double>(mesh.triangles.size())), 1.0, 1024.0);
+  Grid grid;
+  grid.voxel_size = (high - low).maxCoeff() / columns;
+  grid.origin = low;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double cells = (high - low)[static_cast<Eigen::Index>(axis)] / grid.voxel_size;
+    grid.dims[axis] = static_cast<std::uint32_t>(cells) + 1;
+  }
+  return grid;
+}
+
+InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), grid_(grid) {
   const double slack = rounding_slack(grid) + 1e-9 * grid.voxel_size;
   const auto for_each_column = [&](auto visit) {
-    for (std::uint32_t t = 0; t < surface.triangles.size(); ++t) {
-      const Vector low = surface.corner(t, 0).cwiseMin(surface.corner(t, 1)).cwiseMin(surface.corner(t, 2));
-      const Vector high = surface.corner(t, 0).cwiseMax(surface.corner(t, 1)).cwiseMax(surface.corner(t, 2));
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+      const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
+      const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
       const VoxelRange js = voxel_range(grid, 1, low.y(), high.y(), slack);
       const VoxelRange ks = voxel_range(grid, 2, low.z(), high.z(), slack);
       for (std::uint32_t k = ks.first; k <= ks.last; ++k) {
@@ -104,11 +121,9 @@ std::size_t InsideTest::column(double y, double z) const {
 bool InsideTest::inside(const Vector& point) const {
   // Crossings beyond the point undo the winding number at the point.
   int winding = 0;
-  const std::size_t at = column(point.y(), point.z());
-  for (std::size_t i = start_[at]; i < start_[at + 1]; ++i) {
-    const int crossing = line_crossing(point.y(), point.z(), surface_, triangles_[i]);
-    if (crossing != 0 && crossing_is_beyond(point, surface_, triangles_[i])) winding -= crossing;
-  }
+  for_each_crossing(point, [&](std::uint32_t triangle, int crossing) {
+    if (crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;
+  });
   return winding > 0;
 }
 

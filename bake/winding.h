@@ -14,31 +14,45 @@ namespace vps {
 
 /// How a line parallel to x through (y, z) meets a triangle: 0 not at all, +1 where the line, going towards +x, enters
 /// the solid, -1 where it leaves.
-[[nodiscard]] int line_crossing(double y, double z, const Surface& surface, std::size_t triangle);
+[[nodiscard]] int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle);
 
 /// x of the crossing with the triangle's plane. Rounded; decide near ties with `crossing_is_beyond`.
-[[nodiscard]] double crossing_x(double y, double z, const Surface& surface, std::size_t triangle);
+[[nodiscard]] double crossing_x(double y, double z, const Mesh& mesh, std::size_t triangle);
 
 /// Exact: the triangle's plane meets the line through `point` parallel to x at a greater x than the point's.
 /// @pre line_crossing(point.y, point.z) != 0
-[[nodiscard]] bool crossing_is_beyond(const Vector& point, const Surface& surface, std::size_t triangle);
+[[nodiscard]] bool crossing_is_beyond(const Vector& point, const Mesh& mesh, std::size_t triangle);
 
 /// Exact: the point lies in the triangle's plane. Same precondition.
-[[nodiscard]] bool point_on_plane(const Vector& point, const Surface& surface, std::size_t triangle);
+[[nodiscard]] bool point_on_plane(const Vector& point, const Mesh& mesh, std::size_t triangle);
+
+/// A grid round the mesh with about as many columns as the mesh has triangles: for `InsideTest` without a voxel grid.
+[[nodiscard]] Grid column_grid(const Mesh& mesh);
 
 /// Exact inside test for any point of a grid, by winding number > 0; a point on the surface may be told either way.
 class InsideTest {
  public:
-  /// @param surface, grid  must outlive this object
-  InsideTest(const Surface& surface, const Grid& grid);
+  /// @param mesh, grid  must outlive this object
+  InsideTest(const Mesh& mesh, const Grid& grid);
 
   /// Safe from several threads. @pre the point lies in the grid
   [[nodiscard]] bool inside(const Vector& point) const;
 
+  /// Calls visit(triangle, crossing) for each triangle that the line through the point parallel to x crosses, before
+  /// and beyond it. Same precondition.
+  template <class Visit>
+  void for_each_crossing(const Vector& point, Visit visit) const {
+    const std::size_t at = column(point.y(), point.z());
+    for (std::size_t i = start_[at]; i < start_[at + 1]; ++i) {
+      const int crossing = line_crossing(point.y(), point.z(), mesh_, triangles_[i]);
+      if (crossing != 0) visit(triangles_[i], crossing);
+    }
+  }
+
  private:
   [[nodiscard]] std::size_t column(double y, double z) const;
 
-  const Surface& surface_;
+  const Mesh& mesh_;
   const Grid& grid_;
   std::vector<std::size_t> start_;        // per voxel column along x
   std::vector<std::uint32_t> triangles_;  // those whose box meets the column

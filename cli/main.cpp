@@ -38,6 +38,14 @@ double parse_length(const std::string& text) {
   return number * size;
 }
 
+std::map<std::string, Repair> repair_names() {
+  return {{"none", Repair::none},
+          {"weld", Repair::weld},
+          {"stitch", Repair::stitch},
+          {"fill", Repair::fill},
+          {"wrap", Repair::wrap}};
+}
+
 void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx")
       ->option_text("MESH");
@@ -52,6 +60,22 @@ void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("--scale", arguments.scale, "Enlarge the mesh by this factor [default: 1]")
       ->check(CLI::PositiveNumber)
       ->option_text("X")
+      ->group("Mesh");
+  app.add_option("--repair", arguments.options.repair,
+                 "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that "
+                 "suffices; holes wider than a voxel are refused]")
+      ->transform(CLI::Transformer(repair_names()))
+      ->option_text("HOW")
+      ->group("Mesh");
+  app.add_option_function<std::string>(
+         "--open-surface",
+         [&](const std::string& text) {
+           constexpr std::string_view kThicken = "thicken=";
+           if (!text.starts_with(kThicken)) throw CLI::ValidationError("--open-surface takes thicken=2mm");
+           arguments.options.sheet_thickness = parse_length(text.substr(kThicken.size()));
+         },
+         "Bake open surfaces as solids of this thickness")
+      ->option_text("thicken=LENGTH")
       ->group("Mesh");
 }
 

@@ -60,15 +60,14 @@ TEST(FillLayers, OverlappingShellsAreUnited) {
 
 TEST(FillLayers, ALeakSaysWhere) {
   // The check refuses open meshes, so the surface is made by hand.
-  std::vector<std::string> notes;
-  Surface surface = check_mesh(make_box({0.5, 0.5, 0.5}), notes);
+  Surface surface = checked(make_box({0.5, 0.5, 0.5}));
   std::size_t gone = 0;
   while (surface.normals[gone].x() < 0.5) ++gone;
   surface.triangles.erase(surface.triangles.begin() + static_cast<std::ptrdiff_t>(gone));
   BakeOptions options;
   options.voxel_size = 0.11;
   try {
-    (void)fill_inside(surface, plan_grid(surface, options).grid);
+    (void)fill_inside(surface, plan_grid(extent_of(surface), options).grid);
     FAIL() << "the leak went unnoticed";
   } catch (const BakeError& error) {
     EXPECT_EQ(error.stage, "fill_layers");

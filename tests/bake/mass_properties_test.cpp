@@ -9,8 +9,7 @@ namespace vps::test {
 namespace {
 
 MassProperties mass_of(const TriangleMesh& mesh) {
-  std::vector<std::string> notes;
-  return mass_properties(check_mesh(mesh, notes));
+  return mass_properties(checked(mesh));
 }
 
 TEST(MassProperties, ABoxMatchesTheFormulaAlsoFarFromTheOrigin) {

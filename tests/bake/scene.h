@@ -10,6 +10,11 @@
 
 namespace vps::test {
 
+inline Surface checked(const TriangleMesh& mesh) {
+  RepairOutcome outcome;
+  return check_mesh(mesh, {}, outcome);
+}
+
 struct Scene {
   Surface surface;
   Grid grid;
@@ -18,12 +23,11 @@ struct Scene {
   BandField field;
 
   Scene(const TriangleMesh& mesh, double voxel_size, double band_vx = 2.5) {
-    std::vector<std::string> notes;
-    surface = check_mesh(mesh, notes);
+    surface = checked(mesh);
     BakeOptions options;
     options.voxel_size = voxel_size;
     options.band = band_vx;
-    grid = plan_grid(surface, options).grid;
+    grid = plan_grid(extent_of(surface), options).grid;
     voxels = voxelize(surface, grid);
     runs = fill_inside(surface, grid);
     field = distance_field(surface, grid, runs, band_vx * voxel_size);

@@ -161,7 +161,7 @@ TEST(Cli, MeshesThatCannotBeBakedAreExitCodeThree) {
   write_file(folder / "mesh.step", "x");
   expect_refusal(folder, "mesh.step --voxel 5mm", 3, "unknown mesh format .step");
   write_file(folder / "open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  expect_refusal(folder, "open.obj --voxel 5mm", 3, "the mesh is open: 3 edges");
+  expect_refusal(folder, "open.obj --voxel 5mm", 3, "the mesh is open: it leaks through 1 hole");
   write_file(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   expect_refusal(folder, "points.obj --voxel 5mm", 3, "points.obj: ");
   write_file(folder / "nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
@@ -204,11 +204,31 @@ TEST(Cli, RealMeshesBakeOrAreRefusedForWhatIsWrongWithThem) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
   const TemporaryFolder folder;
   const auto file = [&](const char* name) { return (meshes / name).string(); };
-  for (const char* good :
-       {"bunny_closed.obj", "bunny_3k5.off", "armadillo_52k.off", "spot.obj", "screw_M3x10.stl", "nut_M3.stl",
-        "gearwheel_40.stl", "fandisk.off", "tray_plate.stl", "ADIS16480_metres.stl", "tires_x4.stl", "scallop_120k.glb",
-        "asteroid.3ds", "capsule_degenerate.obj", "sliver_tet.ply", "shape_sorter.obj", "man_selfintersect.off",
-        "nested_instances.glb", "ur5_upperarm_collision.stl"}) {
+  for (const char* good : {"bunny_closed.obj",
+                           "bunny_3k5.off",
+                           "armadillo_52k.off",
+                           "spot.obj",
+                           "screw_M3x10.stl",
+                           "nut_M3.stl",
+                           "gearwheel_40.stl",
+                           "fandisk.off",
+                           "tray_plate.stl",
+                           "ADIS16480_metres.stl",
+                           "tires_x4.stl",
+                           "scallop_120k.glb",
+                           "asteroid.3ds",
+                           "capsule_degenerate.obj",
+                           "sliver_tet.ply",
+                           "shape_sorter.obj",
+                           "man_selfintersect.off",
+                           "nested_instances.glb",
+                           "ur5_upperarm_collision.stl",
+                           "propeller.stl",
+                           "milk_truck.glb",
+                           "bearing.stl --repair fill",
+                           "teapot.obj --repair wrap",
+                           "half_tunnel.off --scale 0.01 --open-surface thicken=4mm",
+                           "truck_soup.obj --repair wrap"}) {
     const Outcome run = vpsbake(folder, file(good) + " --resolution 60 -o a.vps.hdf");
     EXPECT_EQ(run.code, 0) << good << ": " << run.err;
     Asset asset;
@@ -216,7 +236,7 @@ TEST(Cli, RealMeshesBakeOrAreRefusedForWhatIsWrongWithThem) {
   }
   const std::pair<const char*, const char*> bad[] = {
       {"bunny_full.obj", "the mesh is open"},       {"teapot.obj", "the mesh is open"},
-      {"propeller.stl", "wound in opposite"},       {"half_tunnel.off", "the mesh is open"},
+      {"truck_soup.obj", "the mesh is open"},       {"half_tunnel.off", "the mesh is open"},
       {"triangle_soup.stl", "the mesh is open"},    {"concave_polygon.obj", "concave_polygon.obj: "},
       {"invalid/empty.ply", "the file is empty"},   {"invalid/points_only.ply", "no triangles"},
       {"invalid/malformed_index.obj", "malformed"},

@@ -63,9 +63,9 @@ TEST_P(SampleMeshes, AreClosedManifoldOutwardAndSimple) {
   EXPECT_EQ(euler, 2 - 2 * GetParam().genus);
   EXPECT_FALSE(intersects_itself(mesh));
 
-  std::vector<std::string> notes;
-  const Surface surface = check_mesh(mesh, notes);
-  EXPECT_TRUE(notes.empty()) << notes[0];  // nothing dropped, nothing turned
+  RepairOutcome outcome;
+  const Surface surface = check_mesh(mesh, {}, outcome);
+  EXPECT_TRUE(outcome.notes.empty()) << outcome.notes[0];  // nothing dropped, nothing turned
   EXPECT_NEAR(mass_properties(surface).volume, GetParam().volume, GetParam().tolerance * GetParam().volume);
 }
 

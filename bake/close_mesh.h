@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Closes cracks and holes, from the mildest means to the strongest. Internal to bake.
+#pragma once
+
+#include <optional>
+
+#include "bake/geometry.h"
+
+namespace vps {
+
+/// Merges every vertex with an earlier one within the tolerance. @return number of vertices merged
+std::size_t weld_vertices(Mesh& mesh, double tolerance);
+
+/// Sews open edges together: vertices of open edges within the tolerance become one, and an open edge is split where
+/// such a vertex lies beside it. @return number of vertices merged and edges split
+std::size_t stitch_borders(Mesh& mesh, double tolerance);
+
+/// A hole that was left open.
+struct Hole {
+  double width = 0;               ///< least height of the fattest triangle that would close it. [m]
+  double length = 0;              ///< of its border. [m]
+  Vector place = Vector::Zero();  ///< a point of its border
+};
+
+struct FilledHoles {
+  std::size_t filled = 0;
+  std::size_t left = 0;
+  Hole widest;  ///< of those left
+};
+
+/// Triangulates the holes that are no wider than `widest` (CGAL). Winding follows the surface around each hole.
+FilledHoles fill_holes(Mesh& mesh, double widest);
+
+/// Number of edges that are used more often in one direction than in the other.
+[[nodiscard]] std::size_t count_unbalanced(const Mesh& mesh);
+
+}  // namespace vps

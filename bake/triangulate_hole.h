@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Triangles that span a closed polyline. Internal to bake.
+#pragma once
+
+#include <vector>
+
+#include "bake/geometry.h"
+
+namespace vps {
+
+/// @param border  at least 3 points
+/// @return triangles on the border's points, running along it; empty when CGAL finds none
+[[nodiscard]] std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border);
+
+}  // namespace vps
