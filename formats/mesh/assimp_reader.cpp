@@ -11,21 +11,13 @@
 #include <cstdint>
 #include <new>
 #include <sstream>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "formats/mesh/child_process.h"
 #include "formats/mesh/triangulate.h"
 
 namespace vps {
 namespace {
-
-struct Raw {
-  std::vector<std::array<double, 3>> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::uint32_t skipped_primitives = 0;
-};
 
 // Row-major 4x4 in double: nested transforms lose no more than assimp's floats already have.
 using Matrix = std::array<double, 16>;
@@ -55,9 +47,9 @@ std::array<double, 3> transformed(const Matrix& m, const aiVector3D& v) {
           m[8] * v.x + m[9] * v.y + m[10] * v.z + m[11]};
 }
 
-void add_mesh(const aiMesh& mesh, const Matrix& transform, Raw& out) {
+void add_mesh(const aiMesh& mesh, const Matrix& transform, RawMesh& out) {
   constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
-  if (out.vertices.size() + mesh.mNumVertices > kMaxVertices) throw std::runtime_error("more than 2^32 vertices");
+  if (out.vertices.size() + mesh.mNumVertices > kMaxVertices) throw ReadError("more than 2^32 vertices");
   const auto base = static_cast<std::uint32_t>(out.vertices.size());
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) out.vertices.push_back(transformed(transform, mesh.mVertices[i]));
   // A mirroring transform turns the winding.
@@ -72,8 +64,7 @@ void add_mesh(const aiMesh& mesh, const Matrix& transform, Raw& out) {
     corners.clear();
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       // The parent checks indices too, but positions are needed here.
-      if (face.mIndices[k] >= mesh.mNumVertices)
-        throw std::runtime_error("a face refers to a vertex that is not there");
+      if (face.mIndices[k] >= mesh.mNumVertices) throw ReadError("a face refers to a vertex that is not there");
       // As in the file, before any transform: rounding must not bend what is straight there.
       const aiVector3D& v = mesh.mVertices[face.mIndices[k]];
       corners.push_back({v.x, v.y, v.z});
@@ -86,7 +77,7 @@ void add_mesh(const aiMesh& mesh, const Matrix& transform, Raw& out) {
 }
 
 // Iterative: a file may nest nodes deeper than the stack.
-void add_nodes(const aiScene& scene, Raw& out) {
+void add_nodes(const aiScene& scene, RawMesh& out) {
   struct Visit {
     const aiNode* node;
     Matrix transform;
@@ -98,7 +89,7 @@ void add_nodes(const aiScene& scene, Raw& out) {
     const Matrix transform = multiply(visit.transform, to_matrix(visit.node->mTransformation));
     for (unsigned i = 0; i < visit.node->mNumMeshes; ++i) {
       const unsigned mesh = visit.node->mMeshes[i];
-      if (mesh >= scene.mNumMeshes) throw std::runtime_error("a node refers to a mesh that is not there");
+      if (mesh >= scene.mNumMeshes) throw ReadError("a node refers to a mesh that is not there");
       add_mesh(*scene.mMeshes[mesh], transform, out);
     }
     for (unsigned i = visit.node->mNumChildren; i-- > 0;) stack.push_back({visit.node->mChildren[i], transform});
@@ -120,44 +111,21 @@ void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
   }
 }
 
-void send_error(int fd, const std::string& text) {
-  // assimp turns what its loaders throw into text.
-  if (text.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-  RawMeshHeader header;
-  header.tag = RawMeshHeader::kError;
-  write_all(fd, &header, sizeof header);
-  write_all(fd, text.data(), text.size());
-}
-
-void send_mesh(int fd, const Raw& raw) {
-  RawMeshHeader header;
-  header.tag = RawMeshHeader::kMesh;
-  header.skipped_primitives = raw.skipped_primitives;
-  header.vertices = raw.vertices.size();
-  header.triangles = raw.triangles.size();
-  write_all(fd, &header, sizeof header);
-  write_all(fd, raw.vertices.data(), raw.vertices.size() * sizeof raw.vertices[0]);
-  write_all(fd, raw.triangles.data(), raw.triangles.size() * sizeof raw.triangles[0]);
-}
-
 }  // namespace
 
-void read_with_assimp(const std::string& path, const std::string& extension, int fd) {
+RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
   Assimp::Importer importer;
   keep_loaders(importer, extension);
   const aiScene* const scene = importer.ReadFile(path, 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
-    send_error(fd, importer.GetErrorString());
-    return;
+    const std::string error = importer.GetErrorString();
+    // assimp turns what its loaders throw into text.
+    if (error.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+    throw ReadError(error);
   }
-  Raw raw;
-  try {
-    add_nodes(*scene, raw);
-  } catch (const std::runtime_error& error) {
-    send_error(fd, error.what());
-    return;
-  }
-  send_mesh(fd, raw);
+  RawMesh raw;
+  add_nodes(*scene, raw);
+  return raw;
 }
 
 }  // namespace vps

@@ -14,6 +14,9 @@
 
 #include "formats/mesh/assimp_reader.h"
 #include "formats/mesh/child_process.h"
+#include "formats/mesh/polygon_soup_reader.h"
+#include "formats/mesh/raw_mesh.h"
+#include "formats/mesh/tidy.h"
 #include "formats/vps_format.h"
 
 namespace vps {
@@ -23,6 +26,7 @@ namespace fs = std::filesystem;
 using Kind = ImportError::Kind;
 
 constexpr std::string_view kFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
+constexpr std::string_view kDoublePrecision[] = {"obj", "ply", "stl", "off"};
 constexpr std::uint64_t kMaxTriangles = 1ull << 31;
 constexpr double kLargestCoordinate = 1e30;
 
@@ -44,17 +48,6 @@ std::string check_extension(const fs::path& path) {
          "; use one of " + known);
 }
 
-// assimp takes a triangle strip for one polygon and reports nothing.
-void check_no_strips(std::istream& ply) {
-  std::string line;
-  for (int lines = 0; lines < 1000 && std::getline(ply, line); ++lines) {
-    if (line.starts_with("end_header")) return;
-    if (line.starts_with("element tristrips ")) {
-      refuse("the file stores triangle strips, which are not supported; export it with separate faces");
-    }
-  }
-}
-
 void check_is_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -65,11 +58,10 @@ void check_is_file(const fs::path& path) {
   if (!fs::is_regular_file(status)) refuse("this is not a regular file; give a mesh file", Kind::io);
 }
 
-void check_content(const fs::path& path, const std::string& extension) {
+void check_content(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse("the file may not be read; check its permissions", Kind::io);
   if (file.peek() == std::ifstream::traits_type::eof()) refuse("the file is empty; export it again");
-  if (extension == "ply") check_no_strips(file);
 }
 
 // One short line of plain characters, without the file's path, whatever the importer says.
@@ -89,10 +81,37 @@ std::string clean(std::string text, const std::string& path) {
   return line.empty() ? "the importer gave no reason" : line;
 }
 
+RawMesh read_mesh(const std::string& path, const std::string& extension) {
+  const auto& soups = kDoublePrecision;
+  if (std::find(std::begin(soups), std::end(soups), extension) == std::end(soups))
+    return read_with_assimp(path, extension);
+  std::string why;
+  try {
+    return read_polygon_soup(path, extension);
+  } catch (const NeedsAssimp& special) {
+    why = special.what();
+  }
+  RawMesh raw = read_with_assimp(path, extension);
+  if (!why.empty()) raw.note = "read in single precision: " + why;
+  return raw;
+}
+
+// In the child.
+void read_and_send(const std::string& path, const std::string& extension, int fd) {
+  try {
+    send_mesh(fd, read_mesh(path, extension));
+  } catch (const ReadError& error) {
+    send_error(fd, error.what());
+  }
+}
+
 std::vector<std::byte> run_importer(const fs::path& path, const std::string& extension, const ImportOptions& options) {
   using End = ChildResult::End;
   ChildResult child = run_in_child({options.memory_limit_bytes, options.timeout},
-                                   [&](int fd) { read_with_assimp(path.string(), extension, fd); });
+                                   [&](int fd) { read_and_send(path.string(), extension, fd); });
+  const auto too_large = [](const std::string& what, const char* option) {
+    refuse("the importer " + what + "; the file is damaged, or so large that it needs a higher " + option);
+  };
   switch (child.end) {
     case End::finished:
       return std::move(child.bytes);
@@ -102,19 +121,16 @@ std::vector<std::byte> run_importer(const fs::path& path, const std::string& ext
       refuse("the importer crashed on this file (signal " + std::to_string(child.signal) +
              "); the file is damaged: export it again");
     case End::out_of_memory:
-      refuse("the importer ran out of memory on this file; the file is damaged or too large: export it again");
+      too_large("ran out of memory on this file", "--import-memory");
+      break;
     case End::timed_out:
-      refuse("the importer did not finish in time; the file is damaged or too large: export it again");
+      too_large("did not finish in time on this file", "--import-timeout");
+      break;
     case End::cannot_start:
       break;
   }
   refuse("the importer cannot be started; check the limits on processes", Kind::io);
 }
-
-struct RawMesh {
-  std::vector<std::array<double, 3>> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-};
 
 RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
   constexpr const char* kGarbled = "the importer gave a garbled answer on this file; export it again";
@@ -122,15 +138,14 @@ RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
   if (bytes.size() < sizeof header) refuse(kGarbled);
   std::memcpy(&header, bytes.data(), sizeof header);
   bytes = bytes.subspan(sizeof header);
-  if (header.tag == RawMeshHeader::kError) {
-    refuse(clean({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, path) + "; export it again");
-  }
+  const auto text = [&](std::size_t size) { return clean({reinterpret_cast<const char*>(bytes.data()), size}, path); };
+  if (header.tag == RawMeshHeader::kError) refuse(text(bytes.size()) + "; export it again");
   RawMesh raw;
   constexpr std::uint64_t kVertexBytes = sizeof raw.vertices[0];
   constexpr std::uint64_t kTriangleBytes = sizeof raw.triangles[0];
-  // The first two comparisons keep the products from overflowing.
+  // The first comparisons keep the products from overflowing.
   if (header.tag != RawMeshHeader::kMesh || header.vertices > bytes.size() || header.triangles > bytes.size() ||
-      header.vertices * kVertexBytes + header.triangles * kTriangleBytes != bytes.size()) {
+      header.note_bytes + header.vertices * kVertexBytes + header.triangles * kTriangleBytes != bytes.size()) {
     refuse(kGarbled);
   }
   if (header.triangles == 0) {
@@ -139,6 +154,8 @@ RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
                      : "the file has no triangles; export a surface");
   }
   if (header.triangles > kMaxTriangles) refuse("the mesh has more than 2^31 triangles; simplify it");
+  if (header.note_bytes > 0) raw.note = text(header.note_bytes);
+  bytes = bytes.subspan(header.note_bytes);
   raw.vertices.resize(header.vertices);
   raw.triangles.resize(header.triangles);
   if (header.vertices > 0) std::memcpy(raw.vertices.data(), bytes.data(), header.vertices * kVertexBytes);
@@ -160,8 +177,8 @@ void check_coordinate(double value, double unit, std::size_t vertex, std::size_t
 }
 
 // Joins identical positions in order of first use; unused vertices fall away.
-TriangleMesh join(const RawMesh& raw, double unit) {
-  TriangleMesh mesh;
+ImportedMesh join(const RawMesh& raw, double unit) {
+  ImportedMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());
   std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers;
   numbers.reserve(raw.vertices.size());
@@ -180,17 +197,18 @@ TriangleMesh join(const RawMesh& raw, double unit) {
     }
     mesh.triangles.push_back(joined);
   }
+  if (!raw.note.empty()) mesh.notes.push_back(raw.note);
   return mesh;
 }
 
 }  // namespace
 
-TriangleMesh import_mesh(const fs::path& path, const ImportOptions& options) {
+ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {
   if (!(options.unit > 0 && std::isfinite(options.unit)))
     refuse("the unit must be a positive number of metres; change it");
   check_is_file(path);
   const std::string extension = check_extension(path);
-  check_content(path, extension);
+  check_content(path);
   return join(parse(run_importer(path, extension, options), path.string()), options.unit);
 }
 

@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Reads a mesh file into triangles. The only user of assimp, which runs in a child process.
+/// @file Reads a mesh file into triangles, with CGAL or assimp, in a child process: they crash on damaged files.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "formats/triangle_mesh.h"
 
 namespace vps {
 
 struct ImportOptions {
-  double unit = 1.0;                            ///< metres per unit of the file's numbers. [Limits: value > 0]
-  std::size_t memory_limit_bytes = 4ull << 30;  ///< address space the importer may use
-  double timeout = 120.0;                       ///< the child is killed after this long. [s]
+  double unit = 1.0;                               ///< metres per unit of the file's numbers. [Limits: value > 0]
+  std::size_t memory_limit_bytes = 4'000'000'000;  ///< address space the importer may use
+  double timeout = 120.0;                          ///< the child is killed after this long. [s]
 };
 
 /// A file that cannot be used. `what()` is "reason; what to do", without the file's name.
@@ -24,9 +25,15 @@ struct ImportError : std::runtime_error {
   ImportError(Kind kind_in, const std::string& message) : std::runtime_error(message), kind(kind_in) {}
 };
 
-/// Reads a mesh: node transforms and instances applied, points and lines skipped, polygons triangulated (concave ones
-/// by ear clipping), identical positions joined, unused vertices dropped, every index and coordinate checked.
+struct ImportedMesh : TriangleMesh {
+  std::vector<std::string> notes;  ///< what the caller should know, such as a loss of precision; one line each
+};
+
+/// Reads a mesh. obj, off, ply and stl keep double precision, except for rare variants, which a note names; the other
+/// formats come in single precision. Node transforms and instances applied, points and lines skipped, polygons
+/// triangulated (concave ones by ear clipping), identical positions joined, unused vertices dropped, every index and
+/// coordinate checked.
 /// @throw ImportError on anything that is not a usable mesh with at least one triangle.
-[[nodiscard]] TriangleMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
+[[nodiscard]] ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
 
 }  // namespace vps

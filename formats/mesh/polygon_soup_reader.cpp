@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The only source that includes CGAL's readers.
+#include "formats/mesh/polygon_soup_reader.h"
+
+#include <CGAL/IO/OBJ.h>
+#include <CGAL/IO/OFF.h>
+#include <CGAL/IO/PLY.h>
+#include <CGAL/IO/STL.h>
+#include <CGAL/Simple_cartesian.h>
+
+#include <fstream>
+#include <locale>
+#include <sstream>
+
+#include "formats/mesh/tidy.h"
+#include "formats/mesh/triangulate.h"
+
+namespace vps {
+namespace {
+
+// The PLY reader wants a kernel's point.
+using Point = CGAL::Simple_cartesian<double>::Point_3;
+using Polygon = std::vector<std::size_t>;
+
+std::string read_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::string bytes(file ? static_cast<std::size_t>(file.tellg()) : 0, '\0');
+  file.seekg(0);
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw ReadError("the file cannot be read");
+  return bytes;
+}
+
+std::uint64_t tidy(std::string& bytes, const std::string& extension) {
+  if (extension == "obj") return tidy_obj(bytes);
+  if (extension == "off") tidy_off(bytes);
+  if (extension == "ply") tidy_ply(bytes);
+  if (extension == "stl") tidy_stl(bytes);
+  return 0;
+}
+
+bool read(std::istream& in, const std::string& extension, std::vector<Point>& points, std::vector<Polygon>& polygons) {
+  const auto quiet = CGAL::parameters::verbose(false);
+  // For this reader a file without faces is an error; here it gets a better message.
+  if (extension == "obj") return CGAL::IO::read_OBJ(in, points, polygons, quiet) || polygons.empty();
+  if (extension == "off") return CGAL::IO::read_OFF(in, points, polygons, quiet);
+  if (extension == "ply") return CGAL::IO::read_PLY(in, points, polygons, quiet);
+  return CGAL::IO::read_STL(in, points, polygons, quiet);
+}
+
+void add_polygon(const Polygon& polygon, const std::vector<Point>& points, RawMesh& out) {
+  if (polygon.size() < 3) {
+    ++out.skipped_primitives;
+    return;
+  }
+  std::vector<std::array<double, 3>> corners;
+  corners.reserve(polygon.size());
+  for (const std::size_t index : polygon) {
+    if (index >= points.size()) throw ReadError("a face refers to a vertex that is not there");
+    corners.push_back(out.vertices[index]);
+  }
+  for (const auto& [a, b, c] : triangulate_polygon(corners)) {
+    out.triangles.push_back({static_cast<std::uint32_t>(polygon[a]), static_cast<std::uint32_t>(polygon[b]),
+                             static_cast<std::uint32_t>(polygon[c])});
+  }
+}
+
+}  // namespace
+
+RawMesh read_polygon_soup(const std::string& path, const std::string& extension) {
+  // CGAL's streams take over the global locale, in which a comma may be the decimal point. This is the child: nobody
+  // else is harmed.
+  std::locale::global(std::locale::classic());
+  std::string bytes = read_bytes(path);
+  RawMesh raw;
+  raw.skipped_primitives = tidy(bytes, extension);
+  std::istringstream in(std::move(bytes));
+  std::vector<Point> points;
+  std::vector<Polygon> polygons;
+  if (!read(in, extension, points, polygons)) throw ReadError("a part of the file cannot be read");
+  constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
+  if (points.size() > kMaxVertices) throw ReadError("more than 2^32 vertices");
+  raw.vertices.reserve(points.size());
+  for (const Point& p : points) raw.vertices.push_back({p.x(), p.y(), p.z()});
+  raw.triangles.reserve(polygons.size());
+  for (const Polygon& polygon : polygons) add_polygon(polygon, points, raw);
+  return raw;
+}
+
+}  // namespace vps

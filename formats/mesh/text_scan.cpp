@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/mesh/text_scan.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "formats/mesh/raw_mesh.h"
+#include "formats/mesh/tidy.h"
+
+namespace vps {
+
+NumberKind number_kind(std::string_view word) {
+  if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error == std::errc::invalid_argument || end != word.data() + word.size()) return NumberKind::none;
+  return error == std::errc() && std::isfinite(value) ? NumberKind::finite : NumberKind::not_finite;
+}
+
+std::string quoted(std::string_view word) {
+  constexpr std::size_t kLongest = 24;
+  return "'" + std::string(word.substr(0, kLongest)) + (word.size() > kLongest ? "...'" : "'");
+}
+
+void unify_line_ends(std::string& text) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.replace(0, 3, 3, ' ');
+  std::size_t to = 0;
+  for (std::size_t from = 0; from < text.size(); ++from) {
+    const bool carriage_return = text[from] == '\r';
+    if (carriage_return && from + 1 < text.size() && text[from + 1] == '\n') continue;
+    text[to++] = carriage_return ? '\n' : text[from];
+  }
+  text.resize(to);
+}
+
+bool LineScan::next() {
+  if (at_ >= text_.size()) return false;
+  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  line_ = text_.substr(at_, end - at_);
+  at_ = std::min(end + 1, text_.size());
+  ++number_;
+  return true;
+}
+
+bool LineScan::next_with_content() {
+  while (next()) {
+    line_ = line_.substr(0, line_.find('#'));
+    std::string_view rest = line_;
+    if (!take_word(rest).empty()) return true;
+  }
+  return false;
+}
+
+void check_number(std::string_view word, const LineScan& at) {
+  switch (number_kind(word)) {
+    case NumberKind::finite:
+      return;
+    case NumberKind::not_finite:
+      throw NeedsAssimp(at.place() + quoted(word) + " is not a finite number");
+    case NumberKind::none:
+      throw ReadError(at.place() + (word.empty() ? "a number is missing" : quoted(word) + " is no number"));
+  }
+}
+
+}  // namespace vps
