@@ -12,7 +12,6 @@
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
-#include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 namespace {
@@ -97,9 +96,9 @@ int bake_file(const BakeArguments& arguments) {
   const Progress progress;
   progress.show("import", 0);
   const auto import_begin = Clock::now();
-  ImportOptions import_options;
+  ImportOptions import_options = arguments.import_options;
   import_options.unit = arguments.unit * arguments.scale;
-  const TriangleMesh mesh = import_mesh(arguments.mesh, import_options);
+  const ImportedMesh mesh = import_mesh(arguments.mesh, import_options);
   const double import_seconds = seconds_since(import_begin);
 
   BakeOptions options = complete_options(arguments);
@@ -110,7 +109,8 @@ int bake_file(const BakeArguments& arguments) {
     std::fflush(stdout);
   }
   options.progress = [&](const char* stage, double fraction) { progress.show(stage, fraction); };
-  const BakedAsset asset = bake(mesh, options);
+  BakedAsset asset = bake(mesh, options);
+  asset.notes.insert(asset.notes.begin(), mesh.notes.begin(), mesh.notes.end());
   progress.show("write", 1);
   const auto write_begin = Clock::now();
   std::size_t bytes = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bake/vps_bake.h"
+#include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 
@@ -16,6 +17,7 @@ struct BakeArguments {
   double scale = 1;                              ///< factor on the mesh, besides the unit
   std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
+  ImportOptions import_options;  ///< its unit is set from `unit` and `scale`
   BakeOptions options;
   bool json = false;
 };

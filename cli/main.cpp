@@ -3,6 +3,9 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "cli/bake_command.h"
 #include "cli/exit_code.h"
@@ -21,20 +24,32 @@ double unit_size(const std::string& unit, const std::map<std::string, double>& u
   throw CLI::ValidationError("unknown unit '" + unit + "'; use one of " + names);
 }
 
+// A quantity on the command line: a positive number with a unit.
+struct Quantity {
+  const char* kind;     // "a length"
+  const char* example;  // "5mm"
+  std::vector<const char*> usual;
+  std::map<std::string, double> units;
+};
+
 // "5mm" to 0.005. CLI11's AsNumberWithUnit would do, but its errors do not say what to write instead.
-double parse_length(const std::string& text) {
+double parse(const std::string& text, const Quantity& quantity) {
+  const std::string kind = quantity.kind;
   std::size_t used = 0;
   double number = 0;
   try {
     number = std::stod(text, &used);
   } catch (const std::exception&) {
-    throw CLI::ValidationError(text + " is not a length; write a number with a unit, such as 5mm");
+    throw CLI::ValidationError(text + " is not " + kind + "; write a number with a unit, such as " + quantity.example);
   }
   const std::string unit = CLI::detail::trim_copy(text.substr(used));
-  if (unit.empty()) throw CLI::ValidationError("a length needs a unit; write " + text + "mm or " + text + "m");
-  const double size =
-      unit_size(unit, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}});
-  if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive length");
+  if (unit.empty()) {
+    std::string forms;
+    for (const char* const usual : quantity.usual) forms += (forms.empty() ? "" : " or ") + text + usual;
+    throw CLI::ValidationError(kind + " needs a unit; write " + forms);
+  }
+  const double size = unit_size(unit, quantity.units);
+  if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive " + kind.substr(2));
   return number * size;
 }
 
@@ -44,6 +59,17 @@ std::map<std::string, Repair> repair_names() {
           {"stitch", Repair::stitch},
           {"fill", Repair::fill},
           {"wrap", Repair::wrap}};
+}
+
+double parse_length(const std::string& text) {
+  return parse(text, {"a length",
+                      "5mm",
+                      {"mm", "m"},
+                      {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}});
+}
+
+double parse_time(const std::string& text) {
+  return parse(text, {"a time", "120s", {"s", "min"}, {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
 }
 
 void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
@@ -77,6 +103,20 @@ void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Bake open surfaces as solids of this thickness")
       ->option_text("thicken=LENGTH")
       ->group("Mesh");
+}
+
+void add_import_options(CLI::App& app, BakeArguments& arguments) {
+  app.add_option("--import-memory", arguments.import_options.memory_limit_bytes,
+                 "Memory for reading the mesh, such as 8GB [default: 4GB]")
+      ->transform(CLI::AsSizeValue(true))
+      ->check(CLI::PositiveNumber)
+      ->option_text("SIZE")
+      ->group("Import");
+  app.add_option_function<std::string>(
+         "--import-timeout", [&](const std::string& text) { arguments.import_options.timeout = parse_time(text); },
+         "Time for reading the mesh, such as 500ms, 120s or 10min [default: 120s]")
+      ->option_text("SECONDS")
+      ->group("Import");
 }
 
 void add_grid_options(CLI::App& app, BakeArguments& arguments) {
@@ -135,6 +175,7 @@ int run(int argc, char** argv) {
       "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
   BakeArguments bake;
   add_mesh_options(app, bake);
+  add_import_options(app, bake);
   add_grid_options(app, bake);
   add_content_options(app, bake);
   add_output_options(app, bake);

@@ -140,6 +140,13 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --parts wheels", 1, "--parts");
   expect_refusal(folder, cube + " --voxel 5mm --branching 1", 1, "--branching");
   expect_refusal(folder, cube + " --voxel 5mm --bogus", 1, "--bogus");
+  expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5", 1, "a time needs a unit; write 5s or 5min");
+  expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5parsec", 1, "unknown unit 'parsec'; use one of");
+  expect_refusal(folder, cube + " --voxel 5mm --import-timeout 0s", 1, "0s is not a positive time");
+  expect_refusal(folder, cube + " --voxel 5mm --import-timeout soon", 1, "soon is not a time; write a number");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "--import-memory");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory 0", 1, "--import-memory");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory -4GB", 1, "--import-memory");
   expect_refusal(folder, "info", 1, "file is required");
   std::filesystem::copy_file(cube, folder / "cube.obj");
   expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 1, "would replace the mesh");
@@ -174,6 +181,34 @@ TEST(Cli, MeshesThatCannotBeBakedAreExitCodeThree) {
                  "more than the limit of 10 MB; is the mesh's unit right (--unit)?");
 }
 
+TEST(Cli, LimitsOfTheImportAreOptionsAndTheErrorsNameThem) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("gear"), folder / "gear.obj");
+  expect_refusal(folder, "gear.obj --voxel 0.5mm --import-timeout 0.001ms", 3, "needs a higher --import-timeout");
+#ifndef __SANITIZE_ADDRESS__  // which cannot live under a limit of memory
+  expect_refusal(folder, "gear.obj --voxel 0.5mm --import-memory 100kB", 3, "needs a higher --import-memory");
+#endif
+  EXPECT_EQ(vpsbake(folder, "gear.obj --voxel 0.5mm --import-memory 1GB --import-timeout 2min").code, 0);
+}
+
+TEST(Cli, AHeaderThatPromisesTooMuchIsExitCodeThree) {
+  const TemporaryFolder folder;
+  write_file(folder / "bomb.off", "OFF\n353535235358 6 0\n0 0 0\n");
+  expect_refusal(folder, "bomb.off --voxel 5mm", 3, "bomb.off: the header promises 353535235358 vertices");
+  VPS_SHARED_FILE_OR_SKIP(bomb, "meshes/invalid/huge_vertex_count.off");
+  expect_refusal(folder, bomb.string() + " --voxel 5mm -o a.vps.hdf", 3, "the header promises 353535235358 vertices");
+}
+
+TEST(Cli, ALossOfPrecisionIsNoted) {
+  const TemporaryFolder folder;
+  write_file(folder / "strange.obj", "some unknown words\n" + read_file(sample("cube")));
+  const std::string note = "read in single precision: line 1: unknown word 'some'";
+  const Outcome run = vpsbake(folder, "strange.obj --voxel 5mm");
+  EXPECT_NE(run.out.find("note: " + note + "\n"), std::string::npos) << run.out << run.err;
+  const auto json = nlohmann::json::parse(vpsbake(folder, "strange.obj --voxel 5mm --json").out);
+  EXPECT_EQ(json["notes"][0], note);
+}
+
 TEST(Cli, DamagedAssetsAreExitCodeThree) {
   const TemporaryFolder folder;
   ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o a.vps.hdf").code, 0);
@@ -197,6 +232,8 @@ TEST(Cli, HelpAndVersionAreNotErrors) {
   const Outcome help = vpsbake(folder, "--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_NE(help.out.find("--voxel LENGTH"), std::string::npos);
+  for (const char* words : {"Import:", "--import-memory SIZE", "--import-timeout SECONDS"})
+    EXPECT_NE(help.out.find(words), std::string::npos) << words;
   EXPECT_EQ(vpsbake(folder, "--version").out, "vpsbake 0.1.0\n");
 }
 
