@@ -121,7 +121,8 @@ RawMesh read_with_assimp(const std::string& path, const std::string& extension) 
     const std::string error = importer.GetErrorString();
     // assimp turns what its loaders throw into text.
     if (error.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
-    throw ReadError(error);
+    const bool unknown = error.starts_with("No suitable reader found");
+    throw ReadError(unknown ? "the content is not that of a sound ." + extension + " file" : error);
   }
   RawMesh raw;
   add_nodes(*scene, raw);

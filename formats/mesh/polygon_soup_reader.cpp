@@ -76,13 +76,15 @@ RawMesh read_polygon_soup(const std::string& path, const std::string& extension)
   std::istringstream in(std::move(bytes));
   std::vector<Point> points;
   std::vector<Polygon> polygons;
-  if (!read(in, extension, points, polygons)) throw ReadError("a part of the file cannot be read");
+  const bool complete = read(in, extension, points, polygons);
   constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
   if (points.size() > kMaxVertices) throw ReadError("more than 2^32 vertices");
   raw.vertices.reserve(points.size());
   for (const Point& p : points) raw.vertices.push_back({p.x(), p.y(), p.z()});
   raw.triangles.reserve(polygons.size());
   for (const Polygon& polygon : polygons) add_polygon(polygon, points, raw);
+  // Last, for a wrong index is the usual reason and has a message of its own.
+  if (!complete) throw ReadError("a part of the file cannot be read");
   return raw;
 }
 

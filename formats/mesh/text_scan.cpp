@@ -2,6 +2,7 @@
 #include "formats/mesh/text_scan.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "formats/mesh/raw_mesh.h"
@@ -19,7 +20,11 @@ NumberKind number_kind(std::string_view word) {
 
 std::string quoted(std::string_view word) {
   constexpr std::size_t kLongest = 24;
-  return "'" + std::string(word.substr(0, kLongest)) + (word.size() > kLongest ? "...'" : "'");
+  std::string text(word.substr(0, kLongest));
+  // A zero byte would end the message.
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return std::isgraph(static_cast<unsigned char>(c)) == 0; }, '?');
+  return "'" + text + (word.size() > kLongest ? "...'" : "'");
 }
 
 void unify_line_ends(std::string& text) {

@@ -40,7 +40,7 @@ enum class NumberKind { finite, not_finite, none };
 /// Whether the whole word is a number; one that a double cannot hold counts as not finite.
 NumberKind number_kind(std::string_view word);
 
-/// For messages: in quotes, and not too long.
+/// For messages: in quotes, printable and not too long.
 std::string quoted(std::string_view word);
 
 /// Line ends of DOS and of old Macs become '\n'; a byte order mark is blanked.

@@ -55,13 +55,13 @@ void tidy_stl(std::string& bytes) {
   WordScan words(bytes);
   std::string_view word = words.next();
   if (word != "solid") throw ReadError("neither text that begins with 'solid' nor binary data of the size it states");
+  const auto place = [&] { return words.lines().place(); };
   bool open = false;
   bool in_facet = false;
   int corners = 0;
   for (; !word.empty(); word = words.next()) {
-    const std::string place = words.lines().place();
     if (word == "solid" || word == "endsolid") {
-      if (in_facet) throw ReadError(place + "a facet has no end");
+      if (in_facet) throw ReadError(place() + "a facet has no end");
       const bool opens = word == "solid";
       // A name may hold any word. A solid without an end goes on with the next.
       if (opens == open) blank(word);
@@ -74,13 +74,13 @@ void tidy_stl(std::string& bytes) {
       for (int axis = 0; axis < 3; ++axis) check_number(words.next(), words.lines());
       ++corners;
     } else if (word == "endfacet" && in_facet) {
-      if (corners != 3) throw ReadError(place + "a facet of " + std::to_string(corners) + " corners");
+      if (corners != 3) throw ReadError(place() + "a facet of " + std::to_string(corners) + " corners");
       in_facet = false;
     } else if (word == "normal" && in_facet) {
       // Not used; often not a number.
       for (int axis = 0; axis < 3; ++axis) words.next();
     } else if (word != "outer" && word != "loop" && word != "endloop") {
-      throw ReadError(place + "unexpected word " + quoted(word));
+      throw ReadError(place() + "unexpected word " + quoted(word));
     }
   }
   if (in_facet) throw ReadError("the file ends inside a facet");
