@@ -26,7 +26,6 @@ namespace fs = std::filesystem;
 using Kind = ImportError::Kind;
 
 constexpr std::string_view kFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
-constexpr std::string_view kDoublePrecision[] = {"obj", "ply", "stl", "off"};
 constexpr std::uint64_t kMaxTriangles = 1ull << 31;
 constexpr double kLargestCoordinate = 1e30;
 
@@ -81,9 +80,9 @@ std::string clean(std::string text, const std::string& path) {
   return line.empty() ? "the importer gave no reason" : line;
 }
 
+// In the child.
 RawMesh read_mesh(const std::string& path, const std::string& extension) {
-  const auto& soups = kDoublePrecision;
-  if (std::find(std::begin(soups), std::end(soups), extension) == std::end(soups))
+  if (extension != "obj" && extension != "off" && extension != "ply" && extension != "stl")
     return read_with_assimp(path, extension);
   std::string why;
   try {
@@ -96,7 +95,6 @@ RawMesh read_mesh(const std::string& path, const std::string& extension) {
   return raw;
 }
 
-// In the child.
 void read_and_send(const std::string& path, const std::string& extension, int fd) {
   try {
     send_mesh(fd, read_mesh(path, extension));
