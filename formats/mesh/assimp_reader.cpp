@@ -3,6 +3,7 @@
 // triangulation cuts concave polygons wrongly.
 #include "formats/mesh/assimp_reader.h"
 
+#include <assimp/BaseImporter.h>
 #include <assimp/importerdesc.h>
 #include <assimp/scene.h>
 
@@ -107,7 +108,10 @@ bool supports(const aiImporterDesc& loader, const std::string& extension) {
 // Otherwise assimp guesses from the content, and a file named .ply may reach any of its 50 loaders.
 void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
-    if (!supports(*importer.GetImporterInfo(i), extension)) importer.UnregisterLoader(importer.GetImporter(i));
+    if (supports(*importer.GetImporterInfo(i), extension)) continue;
+    Assimp::BaseImporter* const loader = importer.GetImporter(i);
+    importer.UnregisterLoader(loader);
+    delete loader;  // now ours
   }
 }
 
