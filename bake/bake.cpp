@@ -15,6 +15,7 @@
 #include "bake/plan.h"
 #include "bake/sample_pointshell.h"
 #include "bake/vps_bake.h"
+#include "bake/wall_thickness.h"
 #include "version.h"
 
 namespace vps {
@@ -69,12 +70,14 @@ void describe_mesh(const Surface& surface, AssetInfo& info) {
   std::memcpy(info.generator.data(), generator.data(), std::min(generator.size(), info.generator.size() - 1));
 }
 
-void warn_of_thin_walls(const Surface& surface, double voxel_size, std::vector<std::string>& notes) {
-  const double thinnest = (surface.bounds_max - surface.bounds_min).minCoeff();
-  if (thinnest < 2 * voxel_size) {
-    notes.push_back(fmt::format("the mesh is {:.3g} voxels thick at most along one axis; bodies may pass through it",
-                                thinnest / voxel_size));
-  }
+void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<std::string>& notes) {
+  // The tips of acute edges are thin on every mesh.
+  constexpr double kWorthSaying = 0.001;
+  if (thin.share < kWorthSaying) return;
+  notes.push_back(fmt::format(
+      "{:.2g} % of the surface has a wall thinner than two voxels under it, the thinnest found {:.3g} voxels at "
+      "({:.6g}, {:.6g}, {:.6g}) m; bodies may pass through it",
+      100 * thin.share, thin.thinnest / voxel_size, thin.place.x(), thin.place.y(), thin.place.z()));
 }
 
 }  // namespace
@@ -103,7 +106,7 @@ BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(asked, asset.times, asked.pointshell ? 9 : 6);
+  Stages stages(asked, asset.times, asked.pointshell ? 10 : 7);
 
   stages.start("check");
   BakeOptions options = asked;
@@ -115,7 +118,6 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   const GridPlan planned = plan_grid(extent_of(surface), options);
   const Grid& grid = planned.grid;
   describe_mesh(surface, asset.info);
-  warn_of_thin_walls(surface, grid.voxel_size, asset.notes);
 
   stages.start("voxelize");
   const SurfaceVoxels voxels = voxelize(surface, grid);
@@ -124,10 +126,14 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   stages.start("distance_field");
   const BandField field = distance_field(surface, grid, runs, options.band * grid.voxel_size);
   asset.info.voxel_size = grid.voxel_size;
+  stages.start("thin_walls");
+  const ClosestPoint closest(surface);
+  constexpr std::size_t kWallSamples = 20000;
+  warn_of_thin_walls(find_thin_walls(surface, closest, grid, runs, field, spread_points(surface, kWallSamples)),
+                     grid.voxel_size, asset.notes);
 
   if (options.voxelmap) {
     stages.start("coarse_layers");
-    const ClosestPoint closest(surface);
     const std::vector<std::int16_t> coarse = coarse_layers(closest, grid, runs, field);
     stages.start("represent");
     const Representations fields = represent(surface, grid, voxels, field, options, planned.precision);

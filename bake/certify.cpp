@@ -7,22 +7,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/uniform.h"
 #include "bake/winding.h"
 
 namespace vps {
-namespace {
-
-// A counter-based generator (SplitMix64): sample n is the same whatever thread draws it.
-double uniform(std::uint64_t counter) {
-  std::uint64_t x = (counter + 1) * 0x9E3779B97F4A7C15ull;
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
-  x ^= x >> 31;
-  return static_cast<double>(x >> 11) * 0x1.0p-53;
-}
-
-}  // namespace
-
 std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
                                                    const Grid& grid, const BandField& field) {
   const InsideTest inside(surface, grid);

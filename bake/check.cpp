@@ -145,7 +145,7 @@ void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
   }
   if (counts.nested > 0) notes.push_back(fmt::format("{} inside others: cavities", shells(counts.nested)));
   if (counts.united > 0) {
-    notes.push_back(fmt::format("{} that cross or touch others or themselves ({} pairs of triangles): united",
+    notes.push_back(fmt::format("{} crossing or touching another or itself ({} pairs of triangles): united",
                                 shells(counts.united), counts.intersections));
   }
   if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));

@@ -19,6 +19,10 @@ class ClosestPoint {
   /// Unsigned distance. Safe from several threads. [m]
   [[nodiscard]] double distance(const Vector& point) const;
 
+  /// Distance along a ray to the first triangle it meets; infinite when it meets none. Safe from several threads. [m]
+  /// @param direction  unit
+  [[nodiscard]] double along_ray(const Vector& from, const Vector& direction) const;
+
  private:
   struct Tree;
   std::unique_ptr<Tree> tree_;

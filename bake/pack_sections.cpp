@@ -51,11 +51,6 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   out.lambda = std::pow(10.0, -precision);
   if (options.scaled) {
     const double limit = std::floor(field.band / out.lambda + 1e-9);
-    if (limit < 1 || limit > 2147483647.0) {
-      throw BakeError("represent",
-                      "the precision does not suit the voxel size; choose a step between the voxel size and "
-                      "a billionth of it, or leave --precision out");
-    }
     out.scaled_limit = static_cast<std::int32_t>(limit);
     out.scaled.resize(field.penetration.size());
     // Eq. (1) truncates; rounding to nearest halves the error at the same size.

@@ -28,6 +28,9 @@ void check_options(const BakeOptions& o) {
     refuse("the precision is out of range; choose 0 to 15");
   }
   if (o.branching < 2 || o.branching > 64) refuse("the branching is out of range; choose 2 to 64");
+  if (o.voxel_size == 0 && o.resolution > 8192) {
+    refuse("the resolution is out of range; choose 1 to 8192 voxels");
+  }
   if (!(o.band >= 2 && o.band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
   if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
 }
@@ -57,14 +60,18 @@ void check_float_range(const Extent& mesh, double s) {
     refuse("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
 }
 
-// Bytes held at the peak: band bricks (distance and triangle number twice while they are compacted), the brick grids,
-// scanlines, and the mesh with CGAL's tree.
-std::size_t predict_memory(const Extent& mesh, const Grid& grid, double band) {
+// Bytes held at the peak: band bricks (distance and triangle number, again while they are compacted or else the stored
+// fields three times over: computed, as sections, as a file), the brick grids, scanlines, and the mesh with CGAL's
+// tree.
+std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   const double s = grid.voxel_size;
   const double edge = kBrickEdge * s;
-  const double bricks =
-      std::min(static_cast<double>(grid.brick_count()), mesh.area / (edge * edge) * (1.7 + 2 * band / kBrickEdge) + 27);
-  const double brick_bytes = bricks * kBrickVoxels * 2 * (sizeof(double) + sizeof(std::uint32_t) + 2);
+  const double bricks = std::min(static_cast<double>(grid.brick_count()),
+                                 mesh.area / (edge * edge) * (1.7 + 2 * options.band / kBrickEdge) + 27);
+  constexpr double kBandBytes = sizeof(double) + sizeof(std::uint32_t);
+  const double field_bytes = (options.scaled ? 6 : 0) + (options.layers ? 4 : 0) + (options.real ? 60 : 0);
+  const double brick_bytes =
+      bricks * kBrickVoxels * (kBandBytes + std::max(kBandBytes + 2, options.voxelmap ? field_bytes : 0));
   const double grids = static_cast<double>(grid.brick_count()) * 20;
   const double lines = static_cast<double>(grid.dims[1]) * grid.dims[2] * 16 + mesh.area / (s * s) * 40;
   const double points = mesh.area / (s * s) * 100;
@@ -141,6 +148,13 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   result.precision = options.precision != BakeOptions::kAutoPrecision
                          ? options.precision
                          : std::clamp(static_cast<int>(std::ceil(std::log10(50 / s) - 1e-9)), 0, 15);
+  const double step = std::pow(10.0, -result.precision);
+  if (options.voxelmap && options.scaled && (step > s / 2 || step < 1e-8 * s)) {
+    refuse(
+        fmt::format("a precision of {} stores steps of {} for voxels of {}; choose steps between half a voxel and a "
+                    "hundred-millionth of it, or leave --precision out",
+                    result.precision, format_length(step), format_length(s)));
+  }
   BakePlan& plan = result.plan;
   plan.voxel_size = s;
   plan.dims = grid.dims;
@@ -149,7 +163,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   // Random sequential packing of discs: 0.7 of the densest.
   plan.predicted_points =
       options.pointshell ? static_cast<std::uint64_t>(0.81 * mesh.area / (spacing * spacing)) + 1 : 0;
-  plan.predicted_memory_bytes = predict_memory(mesh, grid, options.band);
+  plan.predicted_memory_bytes = predict_memory(mesh, grid, options);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
     refuse(fmt::format(
         "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "

@@ -39,12 +39,12 @@ struct BakeOptions {
   bool pointshell = true;             ///< bake the part that plays the pointshell
   int precision = kAutoPrecision;     ///< p of Eq. (1). [Limits: 0 <= value <= 15]
   std::uint32_t branching = 8;        ///< K. [Limits: 2 <= value <= 64]
-  double band = 2.5;                  ///< half width of the exact narrow band. [Limits: 2 <= value <= 64] [Units: vx]
+  double band = 2.5;                  ///< half width of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;
-  /// Called at the start of each stage, and often during long ones, with the fraction done (0 to 1).
+  /// Called at the start of each stage with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
 
   static constexpr int kAutoPrecision = -1;  ///< steps of s/50 or finer: p = ceil(log10(50 / s))
@@ -82,6 +82,36 @@ struct BakeError : std::runtime_error {
 
 /// Grid and memory of a bake. @throw BakeError when the options are out of range, or the grid is absurd for the mesh.
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options);
+
+/// What is wrong with a mesh, counted on exactly joined vertices, before and after repair.
+struct MeshReport {
+  // As it is.
+  std::size_t triangles = 0, vertices = 0;           ///< of the import
+  std::array<double, 3> bounds_min{}, bounds_max{};  ///< [m]
+  std::uint32_t components = 0;                      ///< pieces connected by vertices
+  std::size_t collapsed = 0;                         ///< triangles without area
+  std::size_t duplicates = 0;                        ///< triangles on the vertices of another one
+  std::size_t open_edges = 0;                        ///< with one triangle
+  std::size_t nonmanifold_edges = 0;                 ///< with more than two triangles
+  std::size_t nonmanifold_vertices = 0;              ///< with more than one fan of triangles
+  std::size_t inconsistent_edges = 0;                ///< two triangles that run along it the same way
+  std::size_t self_intersections = 0;                ///< pairs of triangles
+  bool inside_out = false;                           ///< a closed mesh with negative volume
+  std::string likely_unit;                           ///< of the file's numbers, by the size of common things
+  // After the repair that a bake would do.
+  bool usable = false;
+  std::string refusal;             ///< when not: reason and what to do
+  Repair repair = Repair::none;    ///< what is needed
+  std::vector<std::string> notes;  ///< what was repaired
+  double area = 0, volume = 0;     ///< [m^2], [m^3]
+  double wall_median = 0;          ///< thickness under the surface, half of it is thicker. [m]
+  double wall_p01 = 0;             ///< 99 % of the surface is thicker. [m]
+  double thin_share = 0;           ///< of the surface, where walls are thinner than two voxels; 0 without a voxel size
+};
+
+/// Checks a mesh without baking it. A voxel size of 0 leaves out what depends on it: stitching and thin walls.
+/// @throw BakeError on bad indices or coordinates only
+[[nodiscard]] MeshReport inspect_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
 /// The whole bake: check, voxelize, fill_layers, distance_field, sample_pointshell, cluster_points, bounding_spheres,
 /// certify. Deterministic for any number of threads. @throw BakeError

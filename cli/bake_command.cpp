@@ -6,8 +6,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <system_error>
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
@@ -29,9 +33,10 @@ class Progress {
   void show(const char* stage, double fraction) const {
     if (terminal_) fmt::print(stderr, "\r\033[K{:>3.0f} % {}", 100 * fraction, stage);
   }
-  ~Progress() {
+  void clear() const {
     if (terminal_) fmt::print(stderr, "\r\033[K");
   }
+  ~Progress() { clear(); }
 
  private:
   bool terminal_ = ::isatty(STDERR_FILENO) != 0;
@@ -41,6 +46,22 @@ fs::path output_path(const BakeArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path path = arguments.mesh;
   return path.replace_extension(".vps.hdf");
+}
+
+// Why an output cannot be written, as far as that can be told beforehand; empty when it can.
+std::string output_refusal(const fs::path& output) {
+  std::error_code ignored;
+  const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
+  if (fs::is_directory(output, ignored)) return "this is a folder; give a file name with -o";
+  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
+  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
+  if (!fs::exists(output, ignored)) return "";
+  if (!fs::is_regular_file(output, ignored)) return "this is not a regular file; choose another output";
+  // Not the mesh itself, nor a buffer or material that it refers to.
+  std::ifstream file(output, std::ios::binary);
+  std::array<char, kMagic.size()> magic{};
+  if (file.read(magic.data(), magic.size()) && std::memcmp(magic.data(), kMagic.data(), magic.size()) == 0) return "";
+  return "the file exists and is not an asset; remove it or choose another output";
 }
 
 BakeOptions complete_options(const BakeArguments& arguments) {
@@ -78,33 +99,26 @@ void print_json(const fs::path& output, const BakePlan& plan, const BakedAsset& 
   j["seconds"]["import"] = import_seconds;
   for (const StageTime& time : asset.times) j["seconds"][time.stage] = time.seconds;
   j["seconds"]["write"] = write_seconds;
-  fmt::print("{}\n", j.dump(2));
+  fmt::print("{}", to_text(j));
 }
 
 int bake_file(const BakeArguments& arguments) {
-  const fs::path output = output_path(arguments);
-  std::error_code ignored;
-  if (fs::is_directory(output, ignored))
-    return fail(kIo, output.string(), "this is a folder; give a file name with -o");
-  // Better now than after the bake.
-  if (output.has_parent_path() && !fs::is_directory(output.parent_path(), ignored)) {
-    return fail(kIo, output.string(), "the folder does not exist; create it or choose another output");
-  }
-  if (fs::exists(output, ignored) && fs::equivalent(output, arguments.mesh, ignored)) {
-    return fail(kCommandLine, output.string(), "the output would replace the mesh; choose another name with -o");
-  }
   const Progress progress;
   progress.show("import", 0);
   const auto import_begin = Clock::now();
-  ImportOptions import_options = arguments.import_options;
-  import_options.unit = arguments.unit * arguments.scale;
-  const ImportedMesh mesh = import_mesh(arguments.mesh, import_options);
+  const ImportedMesh mesh = import_with(arguments);
   const double import_seconds = seconds_since(import_begin);
 
+  // Better now than after the bake.
+  const fs::path output = output_path(arguments);
+  if (const std::string reason = output_refusal(output); !reason.empty()) {
+    progress.clear();
+    return fail(kIo, output.string(), reason);
+  }
   BakeOptions options = complete_options(arguments);
   const BakePlan plan = plan_bake(mesh, options);
-  progress.show("plan", 0);
   if (!arguments.json) {
+    progress.clear();
     fmt::print("{}: {}\n", arguments.mesh, plan_line(plan));
     std::fflush(stdout);
   }
@@ -116,7 +130,9 @@ int bake_file(const BakeArguments& arguments) {
   std::size_t bytes = 0;
   try {
     bytes = write_asset(output, asset.info, asset.sections);
+    progress.clear();
   } catch (const WriteError& error) {
+    progress.clear();
     return fail(kIo, output.string(), error.what());
   }
   const double write_seconds = seconds_since(write_begin);
@@ -133,18 +149,30 @@ int bake_file(const BakeArguments& arguments) {
 
 }  // namespace
 
-int run_bake(const BakeArguments& arguments) {
+ImportedMesh import_with(const BakeArguments& arguments) {
+  ImportOptions options = arguments.import_options;
+  options.unit = arguments.unit * arguments.scale;
+  return import_mesh(arguments.mesh, options);
+}
+
+int guarded(const std::string& mesh, const std::function<int()>& work) {
   try {
-    return bake_file(arguments);
+    return work();
   } catch (const ImportError& error) {
-    return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, arguments.mesh, error.what());
+    return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, mesh, error.what());
   } catch (const BakeError& error) {
-    return fail(kBadInput, arguments.mesh, error.what());
+    return fail(kBadInput, mesh, error.what());
   } catch (const std::bad_alloc&) {
-    return fail(kInternal, arguments.mesh, "out of memory; choose larger voxels");
+    return fail(kInternal, mesh, "out of memory; choose larger voxels");
+  } catch (const std::system_error&) {
+    throw;  // of printing: main knows what to say
   } catch (const std::exception& error) {
-    return fail(kInternal, arguments.mesh, fmt::format("internal error: {}; please report it", error.what()));
+    return fail(kInternal, mesh, fmt::format("internal error: {}; please report it", error.what()));
   }
+}
+
+int run_bake(const BakeArguments& arguments) {
+  return guarded(arguments.mesh, [&] { return bake_file(arguments); });
 }
 
 }  // namespace vps::cli

@@ -2,6 +2,7 @@
 /// @file `vpsbake MESH`: bakes one mesh into one asset.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,12 @@ struct BakeArguments {
   BakeOptions options;
   bool json = false;
 };
+
+/// Reads the mesh in metres. @throw ImportError
+[[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
+
+/// Runs a command on a mesh, and turns what it throws into one line and an exit code.
+[[nodiscard]] int guarded(const std::string& mesh, const std::function<int()>& work);
 
 /// @return the exit code of the program
 [[nodiscard]] int run_bake(const BakeArguments& arguments);

@@ -57,6 +57,10 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
   return j;
 }
 
+std::string to_text(const nlohmann::ordered_json& json) {
+  return json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n';
+}
+
 std::string info_to_text(const AssetInfo& info) {
   std::string out = fmt::format("mesh        {} triangles, {} vertices, {} x {} x {}\n", info.triangles, info.vertices,
                                 format_length(info.bounds_max[0] - info.bounds_min[0]),

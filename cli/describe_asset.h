@@ -12,6 +12,9 @@ namespace vps::cli {
 /// Lengths in metres, as in the file. Keys are the field names of AssetInfo.
 [[nodiscard]] nlohmann::ordered_json info_to_json(const AssetInfo& info);
 
+/// Two spaces of indentation; bytes that are not UTF-8 are replaced.
+[[nodiscard]] std::string to_text(const nlohmann::ordered_json& json);
+
 /// Several lines for people, units included.
 [[nodiscard]] std::string info_to_text(const AssetInfo& info);
 

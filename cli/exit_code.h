@@ -2,6 +2,7 @@
 /// @file Exit codes of vpsbake, and the one line that goes with them.
 #pragma once
 
+#include <cctype>
 #include <cstdio>
 #include <string>
 
@@ -18,7 +19,10 @@ enum ExitCode : int {
 
 /// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.
 inline int fail(ExitCode code, const std::string& file, const std::string& reason) {
-  std::fprintf(stderr, "vpsbake: error: %s: %s\n", file.c_str(), reason.c_str());
+  std::string line = file + ": " + reason;
+  // One line whatever the name holds.
+  for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  std::fprintf(stderr, "vpsbake: error: %s\n", line.c_str());
   return code;
 }
 

@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
 #include <cstdio>
+#include <filesystem>
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
@@ -33,12 +35,15 @@ void print_json(const std::string& path, const Directory& directory) {
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
     j["sections"].push_back(section_to_json(directory.sections[i]));
   }
-  fmt::print("{}\n", j.dump(2));
+  fmt::print("{}", to_text(j));
 }
 
 void print_text(const std::string& path, const Directory& directory) {
+  std::string generator = directory.info.generator.data();
+  // Of a forged file it may be anything.
+  for (char& c : generator) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
   fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
-             format_bytes(static_cast<double>(directory.file_bytes)), directory.info.generator.data());
+             format_bytes(static_cast<double>(directory.file_bytes)), generator);
   fmt::print("{}", info_to_text(directory.info));
   fmt::print("sections\n");
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
@@ -55,6 +60,11 @@ void print_text(const std::string& path, const Directory& directory) {
 }  // namespace
 
 int run_info(const std::string& path, bool json) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return fail(kIo, path, "this is a folder; give a .vps.hdf file");
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    return fail(kIo, path, "this is not a regular file; give a .vps.hdf file");
+  }
   Asset asset;
   Status status = Asset::open(path.c_str(), asset);
   if (status == Status::cannot_open || status == Status::cannot_map) return fail(kIo, path, describe(status));

@@ -1,13 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line: options to structs, one file per command.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <map>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "cli/bake_command.h"
+#include "cli/check_command.h"
 #include "cli/exit_code.h"
 #include "cli/info_command.h"
 #include "version.h"
@@ -53,12 +61,11 @@ double parse(const std::string& text, const Quantity& quantity) {
   return number * size;
 }
 
-std::map<std::string, Repair> repair_names() {
-  return {{"none", Repair::none},
-          {"weld", Repair::weld},
-          {"stitch", Repair::stitch},
-          {"fill", Repair::fill},
-          {"wrap", Repair::wrap}};
+Repair parse_repair(const std::string& text) {
+  for (const Repair repair : {Repair::none, Repair::weld, Repair::stitch, Repair::fill, Repair::wrap}) {
+    if (text == describe(repair)) return repair;
+  }
+  throw CLI::ValidationError("--repair takes none, weld, stitch, fill or wrap, not '" + text + "'");
 }
 
 double parse_length(const std::string& text) {
@@ -66,6 +73,38 @@ double parse_length(const std::string& text) {
                       "5mm",
                       {"mm", "m"},
                       {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}});
+}
+
+std::size_t parse_size(const std::string& text) {
+  const double size =
+      parse(text, {"a size", "4GB", {"MB", "GB"}, {{"B", 1}, {"kB", 1e3}, {"MB", 1e6}, {"GB", 1e9}, {"TB", 1e12}}});
+  return static_cast<std::size_t>(std::clamp(size, 1.0, 1e18));
+}
+
+// Plain decimal digits: CLI11 would take 010 for 8.
+template <class Integer>
+CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int low, int high, const char* description) {
+  return app.add_option_function<std::string>(
+      name,
+      [=, &value](const std::string& text) {
+        const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == text.npos;
+        const int number = digits ? std::stoi(text) : -1;
+        if (number < low || number > high) {
+          throw CLI::ValidationError(std::string(name) + " takes a whole number from " + std::to_string(low) + " to " +
+                                     std::to_string(high) + ", not '" + text + "'");
+        }
+        value = static_cast<Integer>(number);
+      },
+      description);
+}
+
+double parse_factor(const std::string& text) {
+  char* end = nullptr;
+  const double factor = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(factor > 0) || !std::isfinite(factor)) {
+    throw CLI::ValidationError("--scale takes a positive number, not '" + text + "'");
+  }
+  return factor;
 }
 
 double parse_time(const std::string& text) {
@@ -83,14 +122,15 @@ void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
       ->option_text("UNIT")
       ->group("Mesh");
-  app.add_option("--scale", arguments.scale, "Enlarge the mesh by this factor [default: 1]")
-      ->check(CLI::PositiveNumber)
+  app.add_option_function<std::string>(
+         "--scale", [&](const std::string& text) { arguments.scale = parse_factor(text); },
+         "Enlarge the mesh by this factor [default: 1]")
       ->option_text("X")
       ->group("Mesh");
-  app.add_option("--repair", arguments.options.repair,
-                 "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that "
-                 "suffices; holes wider than a voxel are refused]")
-      ->transform(CLI::Transformer(repair_names()))
+  app.add_option_function<std::string>(
+         "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
+         "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that suffices, but "
+         "holes wider than a voxel are refused]")
       ->option_text("HOW")
       ->group("Mesh");
   app.add_option_function<std::string>(
@@ -106,16 +146,16 @@ void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 void add_import_options(CLI::App& app, BakeArguments& arguments) {
-  app.add_option("--import-memory", arguments.import_options.memory_limit_bytes,
-                 "Memory for reading the mesh, such as 8GB [default: 4GB]")
-      ->transform(CLI::AsSizeValue(true))
-      ->check(CLI::PositiveNumber)
+  app.add_option_function<std::string>(
+         "--import-memory",
+         [&](const std::string& text) { arguments.import_options.memory_limit_bytes = parse_size(text); },
+         "Memory for reading the mesh, such as 8GB [default: 4GB]")
       ->option_text("SIZE")
       ->group("Import");
   app.add_option_function<std::string>(
          "--import-timeout", [&](const std::string& text) { arguments.import_options.timeout = parse_time(text); },
          "Time for reading the mesh, such as 500ms, 120s or 10min [default: 120s]")
-      ->option_text("SECONDS")
+      ->option_text("TIME")
       ->group("Import");
 }
 
@@ -123,45 +163,46 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments) {
   auto* const voxel = app.add_option_function<std::string>(
       "--voxel", [&](const std::string& text) { arguments.options.voxel_size = parse_length(text); },
       "Edge of a voxel, such as 5mm");
-  voxel->option_text("LENGTH")->group("Grid (one of the two is needed)");
-  app.add_option("--resolution", arguments.options.resolution, "Voxels along the longest side, 1 to 8192")
-      ->check(CLI::Range(1, 8192))
+  voxel->option_text("LENGTH")->group("Grid (a bake needs one of the two)");
+  add_integer(app, "--resolution", arguments.options.resolution, 1, 8192, "Voxels along the longest side, 1 to 8192")
       ->excludes(voxel)
       ->option_text("N")
-      ->group("Grid (one of the two is needed)");
+      ->group("Grid (a bake needs one of the two)");
 }
 
 void add_content_options(CLI::App& app, BakeArguments& arguments) {
   constexpr const char* kGroup = "Contents of the asset";
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"voxelmap", "pointshell"}))
       ->option_text("LIST")
       ->group(kGroup);
   app.add_option("--fields", arguments.fields, "Fields of the voxelmap: layers,scaled,real [default: scaled]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"layers", "scaled", "real"}))
       ->option_text("LIST")
       ->group(kGroup);
-  app.add_option("--precision", arguments.options.precision,
-                 "Scaled distances in steps of 10^-P m, 0 to 15 [default: a fiftieth of a voxel or finer]")
-      ->check(CLI::Range(0, 15))
+  add_integer(app, "--precision", arguments.options.precision, 0, 15,
+              "Scaled distances in steps of 10^-P m, 0 to 15 [default: a fiftieth of a voxel or finer]")
       ->option_text("P")
       ->group(kGroup);
-  app.add_option("--branching", arguments.options.branching, "Children of a tree node, 2 to 64 [default: 8]")
-      ->check(CLI::Range(2, 64))
+  add_integer(app, "--branching", arguments.options.branching, 2, 64,
+              "Children of a tree node, about, 2 to 64 [default: 8]")
       ->option_text("K")
       ->group(kGroup);
 }
 
 void add_output_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
+      ->check(CLI::Validator([](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""))
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
-  app.add_option("--memory", arguments.options.memory_limit_bytes,
-                 "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
-      ->transform(CLI::AsSizeValue(true))
+  app.add_option_function<std::string>(
+         "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
+         "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
       ->option_text("SIZE")
       ->group("Output");
 }
@@ -179,6 +220,11 @@ int run(int argc, char** argv) {
   add_grid_options(app, bake);
   add_content_options(app, bake);
   add_output_options(app, bake);
+  CLI::App* check = app.add_subcommand("check", "Say what is wrong with a mesh and whether it would bake");
+  add_mesh_options(*check, bake);
+  add_import_options(*check, bake);
+  add_grid_options(*check, bake);
+  check->add_flag("--json", bake.json, "Print JSON")->group("Output");
   std::string asset;
   bool json = false;
   CLI::App* info = app.add_subcommand("info", "Check an asset and print what it holds");
@@ -187,23 +233,50 @@ int run(int argc, char** argv) {
 
   try {
     app.parse(argc, argv);
+    if (info->parsed() || check->parsed()) {
+      for (const CLI::Option* option : app.get_options()) {
+        if (option->count() == 0) continue;
+        throw CLI::ArgumentMismatch(option->get_name() + " does not go before " + app.get_subcommands()[0]->get_name());
+      }
+    }
     if (!info->parsed()) {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
-      if (bake.options.voxel_size == 0 && bake.options.resolution == 0)
+      if (!check->parsed() && bake.options.voxel_size == 0 && bake.options.resolution == 0)
         throw CLI::RequiredError("--voxel or --resolution");
+      const bool voxelmap = std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end();
+      for (const char* const name : {"--fields", "--precision"}) {
+        if (!voxelmap && app.get_option(name)->count() > 0)
+          throw CLI::ArgumentMismatch(std::string(name) + " needs the voxelmap among --parts");
+      }
     }
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "vpsbake: error: %s; run vpsbake --help\n", error.what());
-    return kCommandLine;
+    return fail(kCommandLine, "command line", std::string(error.what()) + "; run vpsbake --help");
   }
-  return info->parsed() ? run_info(asset, json) : run_bake(bake);
+  if (info->parsed()) return run_info(asset, json);
+  return check->parsed() ? run_check(bake) : run_bake(bake);
 }
 
 }  // namespace
 }  // namespace vps::cli
 
 int main(int argc, char** argv) {
-  return vps::cli::run(argc, argv);
+  // Without the standard descriptors the next file opened would take their place.
+  int null = -1;
+  do {
+    null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  } while (null >= 0 && null <= STDERR_FILENO);
+  ::close(null);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of writing, not a crash
+  int code = 0;
+  try {
+    code = vps::cli::run(argc, argv);
+  } catch (const std::system_error& error) {
+    return vps::cli::fail(vps::cli::kIo, "standard output", std::string(error.what()) + "; free space or redirect it");
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return vps::cli::fail(vps::cli::kIo, "standard output", "it cannot be written; free space or redirect it");
+  }
+  return code;
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // Encodes and decodes the user block, byte by byte and little-endian. docs/format.md describes every field.
+#include <algorithm>
 #include <bit>
 #include <cstring>
 #include <type_traits>
+#include <utility>
 
 // Inlined: the hash is part of the format, not a library to link.
 #define XXH_INLINE_ALL
@@ -122,6 +124,7 @@ void encode_directory(const Directory& directory, Block out) noexcept {
   put(out, detail::kUserBlockBytesOffset, static_cast<std::uint32_t>(kUserBlockBytes));
   put(out, detail::kFileBytesOffset, directory.file_bytes);
   put(out, detail::kSectionCountOffset, directory.section_count);
+  put(out, detail::kMetadataHashOffset, directory.metadata_hash);
   put(out, detail::kTableOffsetOffset, static_cast<std::uint32_t>(kSectionTableOffset));
   put(out, detail::kBrickEdgeOffset, kBrickEdge);
   detail::for_each_info_field(directory.info, [&](std::size_t at, const auto& field) { put(out, at, field); });
@@ -147,6 +150,7 @@ Status decode_directory(std::span<const std::byte> file, Directory& out) noexcep
   get(block, detail::kMinorOffset, directory.minor);
   get(block, detail::kFileBytesOffset, directory.file_bytes);
   get(block, detail::kSectionCountOffset, directory.section_count);
+  get(block, detail::kMetadataHashOffset, directory.metadata_hash);
   if (read<std::uint32_t>(block, detail::kUserBlockBytesOffset) != kUserBlockBytes ||
       read<std::uint32_t>(block, detail::kTableOffsetOffset) != kSectionTableOffset ||
       read<std::uint32_t>(block, detail::kBrickEdgeOffset) != kBrickEdge || directory.section_count > kMaxSections) {
@@ -163,8 +167,9 @@ Status decode_directory(std::span<const std::byte> file, Directory& out) noexcep
   constexpr std::array<std::uint8_t, 8> kHdf5Signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1A, '\n'};
   const bool is_hdf5 = starts_with(file.subspan(kUserBlockBytes), kHdf5Signature);
   if (directory.file_bytes != file.size()) {
-    // Longer, or moved: another HDF5 tool has been at work. Shorter: most likely cut off.
-    return is_hdf5 && file.size() > directory.file_bytes ? Status::rewritten : Status::wrong_size;
+    // HDF5 ends a file at a multiple of its alignment: a tool that appended left another multiple.
+    const bool appended = file.size() > directory.file_bytes && file.size() % 8 == 0;
+    return is_hdf5 && appended ? Status::rewritten : Status::wrong_size;
   }
   if (!is_hdf5) return Status::rewritten;
   if (const Status status = detail::check_directory(directory); status != Status::ok) return status;
@@ -172,11 +177,29 @@ Status decode_directory(std::span<const std::byte> file, Directory& out) noexcep
   return Status::ok;
 }
 
+std::uint64_t hash_metadata(std::span<const std::byte> file, const Directory& directory) noexcept {
+  std::array<std::pair<std::uint64_t, std::uint64_t>, kMaxSections> taken{};  // offset, bytes
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    taken[i] = {directory.sections[i].offset, directory.sections[i].bytes};
+  }
+  std::sort(taken.begin(), taken.begin() + directory.section_count);
+  XXH3_state_t state;
+  XXH3_64bits_reset(&state);
+  std::uint64_t at = kUserBlockBytes;
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    XXH3_64bits_update(&state, file.data() + at, taken[i].first - at);
+    at = taken[i].first + taken[i].second;
+  }
+  XXH3_64bits_update(&state, file.data() + at, file.size() - at);
+  return XXH3_64bits_digest(&state);
+}
+
 Status verify_hashes(std::span<const std::byte> file, const Directory& directory) noexcept {
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
     const Section& section = directory.sections[i];
     if (hash_bytes(file.subspan(section.offset, section.bytes)) != section.hash) return Status::corrupt_payload;
   }
+  if (hash_metadata(file, directory) != directory.metadata_hash) return Status::corrupt_payload;
   return Status::ok;
 }
 

@@ -66,6 +66,7 @@ inline constexpr std::size_t kFileBytesOffset = 16;
 inline constexpr std::size_t kHashOffset = 24;
 inline constexpr std::size_t kSectionCountOffset = 32;
 inline constexpr std::size_t kTableOffsetOffset = 36;
+inline constexpr std::size_t kMetadataHashOffset = 40;
 inline constexpr std::size_t kBrickEdgeOffset = 76;
 
 }  // namespace vps::detail

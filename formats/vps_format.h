@@ -140,6 +140,7 @@ struct Directory {
   std::uint16_t major = kFormatMajor;
   std::uint16_t minor = kFormatMinor;
   std::uint64_t file_bytes = 0;
+  std::uint64_t metadata_hash = 0;  ///< XXH3-64 of all bytes after the user block that belong to no section
   AssetInfo info;
   std::uint32_t section_count = 0;  ///< [Limits: value <= kMaxSections]
   std::array<Section, kMaxSections> sections{};
@@ -165,7 +166,11 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 /// kSectionAlignment.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept;
 
-/// Compares every section's hash with its bytes. Reads the whole file.
+/// Hash of the bytes between and after the sections, HDF5's own, in file order.
+/// @pre the sections lie inside the file and do not overlap
+[[nodiscard]] std::uint64_t hash_metadata(std::span<const std::byte> file, const Directory& directory) noexcept;
+
+/// Compares every section's hash, and that of all bytes outside the sections, with the bytes. Reads the whole file.
 [[nodiscard]] Status verify_hashes(std::span<const std::byte> file, const Directory& directory) noexcept;
 
 }  // namespace vps

@@ -4,9 +4,9 @@
 
 #include <fcntl.h>
 #include <hdf5.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -19,7 +19,7 @@ namespace vps {
 namespace {
 
 [[noreturn]] void fail_hdf5(const char* what) {
-  throw WriteError(std::string("HDF5 could not ") + what + "; check the free space of the disk");
+  throw WriteError(std::string("HDF5 could not ") + what + "; check the free memory");
 }
 
 // Owns an HDF5 identifier.
@@ -73,6 +73,8 @@ std::string system_reason(int error) {
       return "no space is left for the file; free some or choose another output";
     case ENOTDIR:
       return "a part of the path is not a folder; choose another output";
+    case ENAMETOOLONG:
+      return "the name is too long; choose another output";
     case EISDIR:
       return "the output is a folder; give a file name";
     default:
@@ -84,45 +86,122 @@ std::string system_reason(int error) {
   throw WriteError(system_reason(error));
 }
 
-// A unique file beside the target that vanishes unless it is moved into place.
-class TemporaryFile {
+// Bytes on the disk first, then under a name nobody looks for, then in place of the target: nothing half-written is
+// ever visible, and what a killed process leaves has no name where the file system allows that.
+class OutputFile {
  public:
-  explicit TemporaryFile(const std::filesystem::path& target)
-      : target_(target), name_((target.parent_path() / ("." + target.filename().string() + ".XXXXXX")).string()) {
-    const int fd = ::mkstemp(name_.data());
-    if (fd < 0) {
+  explicit OutputFile(const std::filesystem::path& target) : target_(target) {
+    std::error_code ignored;
+    // Through a symbolic link, as every other tool writes.
+    if (std::filesystem::is_symlink(target_, ignored)) target_ = std::filesystem::weakly_canonical(target_, ignored);
+    if (std::filesystem::exists(target_, ignored) && !std::filesystem::is_regular_file(target_, ignored)) {
+      throw WriteError(std::filesystem::is_directory(target_, ignored)
+                           ? "the output is a folder; give a file name"
+                           : "the output is not a regular file; choose another output");
+    }
+    folder_ = target_.has_parent_path() ? target_.parent_path() : ".";
+    fd_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    // Not every file system has nameless files.
+    if (fd_ < 0 && errno != EACCES && errno != ENOENT && errno != EROFS && errno != ENOSPC) {
+      name_ = unused_name();
+      fd_ = ::open(name_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+    }
+    if (fd_ < 0) {
       const int error = errno;
       name_.clear();
       fail_system(error);
     }
-    // mkstemp makes files private; an asset should be as readable as any other output.
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    ::fchmod(fd, 0666 & ~mask);
-    ::close(fd);
   }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile() {
+    if (fd_ >= 0) ::close(fd_);
     if (!name_.empty()) ::unlink(name_.c_str());
   }
-  [[nodiscard]] const char* name() const { return name_.c_str(); }
 
-  // On disk first, then visible, then the folder's entry on disk.
+  void write(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(fd_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) fail_system(written < 0 ? errno : ENOSPC);
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+  }
+
   void move_into_place() {
+    if (::fsync(fd_) != 0) fail_system(errno);
+    if (name_.empty()) {
+      const std::string nameless = "/proc/self/fd/" + std::to_string(fd_);
+      std::string name = unused_name();
+      if (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) fail_system(errno);
+      name_ = std::move(name);
+    }
     if (::rename(name_.c_str(), target_.c_str()) != 0) fail_system(errno);
     name_.clear();
-    const std::filesystem::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
-    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd >= 0) {
-      ::fsync(fd);
-      ::close(fd);
+    const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (folder >= 0) {
+      ::fsync(folder);
+      ::close(folder);
     }
   }
 
  private:
+  // Short: the target's own name may already be as long as names can be.
+  [[nodiscard]] std::string unused_name() const {
+    static std::atomic<unsigned> count = 0;
+    return (folder_ / (".vps." + std::to_string(::getpid()) + "." + std::to_string(count++))).string();
+  }
+
   std::filesystem::path target_;
-  std::string name_;
+  std::filesystem::path folder_;
+  std::string name_;  // empty while the file has none
+  int fd_ = -1;
+};
+
+// The bytes of HDF5's file in memory. It writes there, for it cannot close a file properly after the disk was full, and
+// hands the bytes over when it closes the file: H5Fget_file_image spoils the superblock's checksum (HDF5 1.10).
+class MemoryFile {
+ public:
+  MemoryFile() = default;
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { std::free(data_); }
+
+  void receive_from(hid_t access) {
+    H5FD_file_image_callbacks_t calls = {allocate, copy, resize, release, share, unshare, this};
+    constexpr std::size_t kGrowth = 1;  // the file's size is a multiple of it
+    require(H5Pset_fapl_core(access, kGrowth, false), "set up the file");
+    require(H5Pset_file_image_callbacks(access, &calls), "set up the file");
+  }
+  void finish(Handle& file) {
+    hsize_t size = 0;
+    require(H5Fflush(file, H5F_SCOPE_GLOBAL), "finish the file");
+    require(H5Fget_filesize(file, &size), "finish the file");
+    if (!file.close() || data_ == nullptr) fail_hdf5("finish the file");
+    bytes_ = {static_cast<std::byte*>(data_), static_cast<std::size_t>(size)};
+  }
+  [[nodiscard]] std::span<std::byte> bytes() const { return bytes_; }
+
+ private:
+  using Operation = H5FD_file_image_op_t;
+  static void* allocate(std::size_t size, Operation, void*) { return std::malloc(size); }
+  static void* copy(void* to, const void* from, std::size_t size, Operation, void*) {
+    return std::memcpy(to, from, size);
+  }
+  static void* resize(void* at, std::size_t size, Operation, void*) { return std::realloc(at, size); }
+  static herr_t release(void* at, Operation operation, void* self) {
+    if (operation == H5FD_FILE_IMAGE_OP_FILE_CLOSE) {
+      static_cast<MemoryFile*>(self)->data_ = at;
+    } else {
+      std::free(at);
+    }
+    return 0;
+  }
+  static void* share(void* self) { return self; }
+  static herr_t unshare(void*) { return 0; }
+
+  void* data_ = nullptr;
+  std::span<std::byte> bytes_;
 };
 
 hid_t memory_type(ElementType type) {
@@ -143,14 +222,15 @@ hid_t memory_type(ElementType type) {
   throw WriteError("a section has an unknown element type; this is a defect, please report it");
 }
 
-Handle create_file(const char* name) {
+Handle create_file(MemoryFile& memory) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "set up the file");
   const Handle create(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "set up the file");
   require(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "set the file version");
   require(H5Pset_alignment(access, 1, kSectionAlignment), "set the alignment");
   require(H5Pset_userblock(create, kUserBlockBytes), "set the user block");
+  memory.receive_from(access);
   require(H5Pset_obj_track_times(create, false), "leave out time stamps");
-  return {H5Fcreate(name, H5F_ACC_TRUNC, create, access), H5Fclose, "create the file"};
+  return {H5Fcreate("asset", H5F_ACC_TRUNC, create, access), H5Fclose, "create the file"};
 }
 
 void write_text(hid_t object, const char* name, const char* text) {
@@ -276,35 +356,18 @@ Section write_section(hid_t file, const SectionData& data) {
   return section;
 }
 
-// The user block goes in last, when the file's size and every offset are known; then everything goes to the disk.
-void write_user_block(const char* name, Directory& directory) {
-  const int fd = ::open(name, O_RDWR | O_CLOEXEC);
-  if (fd < 0) fail_system(errno);
-  struct stat facts {};
-  int error = ::fstat(fd, &facts) == 0 ? 0 : errno;
-  if (error == 0) {
-    directory.file_bytes = static_cast<std::uint64_t>(facts.st_size);
-    std::array<std::byte, kUserBlockBytes> block;
-    encode_directory(directory, block);
-    const ssize_t written = ::pwrite(fd, block.data(), block.size(), 0);
-    if (written != static_cast<ssize_t>(block.size())) error = written < 0 ? errno : ENOSPC;
-  }
-  if (error == 0 && ::fsync(fd) != 0) error = errno;
-  if (::close(fd) != 0 && error == 0) error = errno;
-  if (error != 0) fail_system(error);
-}
-
 }  // namespace
 
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   const SilentErrors silent;
-  TemporaryFile temporary(path);
+  OutputFile output(path);
   Directory directory;
   directory.info = info;
+  MemoryFile memory;
   {
-    Handle file = create_file(temporary.name());
+    Handle file = create_file(memory);
     {
       const Handle root(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "open the root group");
       write_facts(root, info);
@@ -317,11 +380,16 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
     for (const SectionData& section : sections) {
       directory.sections[directory.section_count++] = write_section(file, section);
     }
-    if (!file.close()) fail_hdf5("finish the file");
+    memory.finish(file);
   }
-  write_user_block(temporary.name(), directory);
-  temporary.move_into_place();
-  return directory.file_bytes;
+  // The user block goes in last, when the file's size and every offset are known.
+  const std::span<std::byte> image = memory.bytes();
+  directory.file_bytes = image.size();
+  directory.metadata_hash = hash_metadata(image, directory);
+  encode_directory(directory, image.first<kUserBlockBytes>());
+  output.write(image);
+  output.move_into_place();
+  return image.size();
 }
 
 }  // namespace vps

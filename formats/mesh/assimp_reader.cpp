@@ -4,6 +4,7 @@
 #include "formats/mesh/assimp_reader.h"
 
 #include <assimp/BaseImporter.h>
+#include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/scene.h>
 
@@ -120,6 +121,8 @@ void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
 RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
   Assimp::Importer importer;
   keep_loaders(importer, extension);
+  // The asset's frame is the mesh's own; turning it is the user's business.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* const scene = importer.ReadFile(path, 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     const std::string error = importer.GetErrorString();

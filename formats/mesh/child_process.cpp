@@ -53,6 +53,8 @@ std::size_t address_space() {
 // Leaves the standard descriptors, on /dev/null, and `fd`, which moves to number 3. Above all the pipes of other
 // children, which would not come to their end before this child does.
 int keep_only(int fd) {
+  // A parent without standard descriptors may have got one of their numbers for the pipe.
+  if (fd <= STDERR_FILENO) fd = ::fcntl(fd, F_DUPFD, STDERR_FILENO + 1);
   const int null = ::open("/dev/null", O_RDWR);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, standard);
   constexpr int kOurs = 3;

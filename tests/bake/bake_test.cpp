@@ -127,7 +127,7 @@ TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
 TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
   const BakedAsset asset = bake(make_box({0.1, 0.1, 0.002}), all_parts(0.01));
   ASSERT_EQ(asset.notes.size(), 1U);
-  EXPECT_NE(asset.notes[0].find("0.4 voxels thick"), std::string::npos) << asset.notes[0];
+  EXPECT_NE(asset.notes[0].find("the thinnest found 0.4 voxels"), std::string::npos) << asset.notes[0];
 }
 
 }  // namespace

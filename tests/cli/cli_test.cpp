@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The program end to end, as a user runs it.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -144,12 +145,12 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 0s", 1, "0s is not a positive time");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout soon", 1, "soon is not a time; write a number");
-  expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "--import-memory");
-  expect_refusal(folder, cube + " --voxel 5mm --import-memory 0", 1, "--import-memory");
-  expect_refusal(folder, cube + " --voxel 5mm --import-memory -4GB", 1, "--import-memory");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "much is not a size");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory 0", 1, "a size needs a unit");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory -4GB", 1, "not a positive size");
   expect_refusal(folder, "info", 1, "file is required");
   std::filesystem::copy_file(cube, folder / "cube.obj");
-  expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 1, "would replace the mesh");
+  expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
 }
 
 TEST(Cli, FilesThatCannotBeReadOrWrittenAreExitCodeTwo) {
@@ -209,6 +210,108 @@ TEST(Cli, ALossOfPrecisionIsNoted) {
   EXPECT_EQ(json["notes"][0], note);
 }
 
+TEST(Cli, CheckSaysWhatIsWrongAndWhetherItWouldBake) {
+  const TemporaryFolder folder;
+  const Outcome good = vpsbake(folder, "check " + sample("thin_plate") + " --voxel 2mm");
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_NE(good.out.find("open        none"), std::string::npos) << good.out;
+  EXPECT_NE(good.out.find("% is thinner than two voxels"), std::string::npos) << good.out;
+  // A tetrahedron with one face missing and one turned.
+  write_file(folder / "bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 4 3\n");
+  const Outcome bad = vpsbake(folder, "check bad.obj --voxel 1cm --json");
+  EXPECT_EQ(bad.code, 3);
+  EXPECT_EQ(std::count(bad.err.begin(), bad.err.end(), '\n'), 1) << bad.err;
+  const auto j = nlohmann::json::parse(bad.out);
+  EXPECT_EQ(j["open_edges"], 3);
+  EXPECT_EQ(j["inconsistent_edges"], 2);
+  EXPECT_EQ(j["usable"], false);
+  const Outcome filled = vpsbake(folder, "check bad.obj --voxel 1cm --json --repair fill");
+  EXPECT_EQ(filled.code, 0) << filled.err;
+  EXPECT_NEAR(nlohmann::json::parse(filled.out)["volume"].get<double>(), 1.0 / 6, 1e-9);
+  EXPECT_EQ(nlohmann::json::parse(filled.out)["repair"], "fill");
+  EXPECT_EQ(folder.names().size(), 1U);  // a check writes nothing
+}
+
+TEST(Cli, RepairAndThickeningAreOptions) {
+  const TemporaryFolder folder;
+  write_file(folder / "sheet.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  const Outcome run = vpsbake(folder, "sheet.obj --voxel 1cm --open-surface thicken=4cm --json -o a.vps.hdf");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NEAR(nlohmann::json::parse(run.out)["mass"]["volume"].get<double>(), 0.04, 1e-12);
+  expect_refusal(folder, "sheet.obj --voxel 1cm --open-surface 4cm", 1, "--open-surface takes thicken=2mm");
+  expect_refusal(folder, "sheet.obj --voxel 1cm --repair magic", 1, "none, weld, stitch, fill or wrap");
+}
+
+TEST(Cli, NumbersAreReadAsTheyAreWritten) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " -o a.vps.hdf ";
+  expect_refusal(folder, cube + "--resolution 010x", 1, "--resolution takes a whole number from 1 to 8192");
+  for (const char* scale : {"nan", "inf", "0", "-1", "1,5", "''"}) {
+    expect_refusal(folder, cube + "--resolution 10 --scale " + scale, 1, "--scale takes a positive number");
+  }
+  expect_refusal(folder, cube + "--resolution 10 --memory=-1", 1, "a size needs a unit");
+  expect_refusal(folder, cube + "--voxel 5mm --precision 2", 3, "a precision of 2 stores steps of 10 mm");
+  expect_refusal(folder, cube + "--voxel 5mm --parts pointshell --fields real", 1, "--fields needs the voxelmap");
+  expect_refusal(folder, "--voxel 3mm info a.vps.hdf", 1, "--voxel does not go before info");
+  expect_refusal(folder, sample("cube") + " --voxel 5mm -o ''", 1, "is empty");
+  // Ten, not eight; and a list takes one word only.
+  const Outcome run = vpsbake(folder, "--fields scaled " + cube + "--resolution 010 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NEAR(nlohmann::json::parse(run.out)["voxel_size"].get<double>(), 0.01, 1e-9);
+}
+
+TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
+  write_file(folder / "cube.mtl", "newmtl red");
+  expect_refusal(folder, "cube.obj --voxel 5mm -o cube.mtl", 2, "exists and is not an asset");
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  expect_refusal(folder, "cube.obj --voxel 5mm -o pipe", 2, "not a regular file");
+  expect_refusal(folder, "info pipe", 2, "not a regular file");
+  expect_refusal(folder, "info .", 2, "this is a folder");
+  expect_refusal(folder, "cube.obj --voxel 5mm -o " + std::string(300, 'x'), 2, "name is too long");
+  expect_refusal(folder, "nofolder/x.obj --voxel 5mm", 2, "nofolder/x.obj: the file does not exist");
+  // Through a link, and over an asset.
+  ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 5mm -o a.vps.hdf").code, 0);
+  std::filesystem::create_symlink("a.vps.hdf", folder / "link.vps.hdf");
+  ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 10mm -o link.vps.hdf").code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.vps.hdf"));
+  EXPECT_NE(vpsbake(folder, "info a.vps.hdf").out.find("voxels of 10 mm"), std::string::npos);
+}
+
+TEST(Cli, OutputThatCannotBePrintedOrWrittenIsExitCodeTwo) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
+  ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 5mm -o a.vps.hdf").code, 0);
+  const auto code_of = [&](const std::string& line) {
+    const int status = std::system(("cd " + folder.path().string() + " && " + line + " 2>err.txt").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+  };
+  const std::string program = VPSBAKE;
+  EXPECT_EQ(code_of(program + " info --json a.vps.hdf >/dev/full"), 2);
+  EXPECT_EQ(code_of(program + " cube.obj --voxel 5mm --json >/dev/full"), 2);
+  EXPECT_EQ(code_of(program + " --help >/dev/full"), 2);
+  // A file that may not grow. The size of a file is limited in blocks of 512 bytes.
+  EXPECT_EQ(code_of("ulimit -f 8; " + program + " cube.obj --voxel 5mm -o b.vps.hdf >/dev/null"), 2);
+  EXPECT_NE(read_file(folder / "err.txt").find("no space is left"), std::string::npos);
+  EXPECT_EQ(folder.names().size(), 4U);  // cube.obj, a.vps.hdf, cube.vps.hdf, err.txt
+  // Without standard descriptors.
+  EXPECT_EQ(code_of(program + " cube.obj --voxel 5mm -o b.vps.hdf <&- >&-"), 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "b.vps.hdf"));
+}
+
+TEST(Cli, NamesThatAreNotTextStillGiveOneLineAndValidJson) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("cube"), folder / "cube\xff.obj");
+  const Outcome run = vpsbake(folder, "cube\xff.obj --voxel 5mm --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(nlohmann::json::accept(run.out));
+  const Outcome info = vpsbake(folder, "info --json cube\xff.vps.hdf");
+  EXPECT_EQ(info.code, 0);
+  EXPECT_TRUE(nlohmann::json::accept(info.out));
+  expect_refusal(folder, "\"x\ny.obj\" --voxel 5mm", 2, "x?y.obj: the file does not exist");
+}
+
 TEST(Cli, DamagedAssetsAreExitCodeThree) {
   const TemporaryFolder folder;
   ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o a.vps.hdf").code, 0);
@@ -232,7 +335,7 @@ TEST(Cli, HelpAndVersionAreNotErrors) {
   const Outcome help = vpsbake(folder, "--help");
   EXPECT_EQ(help.code, 0);
   EXPECT_NE(help.out.find("--voxel LENGTH"), std::string::npos);
-  for (const char* words : {"Import:", "--import-memory SIZE", "--import-timeout SECONDS"})
+  for (const char* words : {"Import:", "--import-memory SIZE", "--import-timeout TIME"})
     EXPECT_NE(help.out.find(words), std::string::npos) << words;
   EXPECT_EQ(vpsbake(folder, "--version").out, "vpsbake 0.1.0\n");
 }
