@@ -2,7 +2,7 @@
 # A thin front for CMake: `make demo` and `make test` work on a Debian 12 machine that has only git, make and apt.
 
 PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
-  libassimp-dev libbullet-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
+  libassimp-dev libbullet-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev libhwy-dev \
   libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.

@@ -10,6 +10,7 @@
 #include "bake/certify.h"
 #include "bake/check.h"
 #include "bake/cluster_points.h"
+#include "bake/coarse_layers.h"
 #include "bake/mass_properties.h"
 #include "bake/pack_sections.h"
 #include "bake/plan.h"
@@ -134,7 +135,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
 
   if (options.voxelmap) {
     stages.start("coarse_layers");
-    const std::vector<std::int16_t> coarse = coarse_layers(closest, grid, runs, field);
+    const std::vector<std::int16_t> coarse = coarse_layers(grid, voxels, runs, field);
     stages.start("represent");
     const Representations fields = represent(surface, grid, voxels, field, options, planned.precision);
     describe_voxelmap(grid, voxels, runs, field, planned.precision, asset.info);

@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "bake/closest_point.h"
 #include "bake/distance_field.h"
 
 namespace vps {

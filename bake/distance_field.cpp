@@ -8,6 +8,8 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/nearest_triangle.h"
+
 namespace vps {
 namespace {
 
@@ -82,50 +84,6 @@ BrickTriangles gather(const Surface& surface, const Grid& grid, double band) {
   return lists;
 }
 
-struct BrickResult {
-  std::array<double, kBrickVoxels> squared;
-  std::array<std::uint32_t, kBrickVoxels> closest;
-};
-
-void brick_distances(const Surface& surface, const Grid& grid, const Index3& brick, const std::uint32_t* first,
-                     const std::uint32_t* last, double band, BrickResult& out) {
-  out.squared.fill(std::numeric_limits<double>::infinity());
-  out.closest.fill(kNoTriangle);
-  const double s = grid.voxel_size;
-  const Vector corner = grid.origin + s * kBrickEdge * Vector(brick[0], brick[1], brick[2]);
-  for (const std::uint32_t* it = first; it != last; ++it) {
-    const Vector& a = surface.corner(*it, 0);
-    const Vector& b = surface.corner(*it, 1);
-    const Vector& c = surface.corner(*it, 2);
-    const Vector low = ((a.cwiseMin(b).cwiseMin(c) - corner).array() - band) / s - 0.5;
-    const Vector high = ((a.cwiseMax(b).cwiseMax(c) - corner).array() + band) / s - 0.5;
-    int from[3];
-    int to[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      from[axis] = std::max(0, static_cast<int>(std::ceil(std::max(low[axis], -1.0))));
-      to[axis] = std::min(static_cast<int>(kBrickEdge) - 1, static_cast<int>(std::floor(std::min(high[axis], 8.0))));
-    }
-    const Vector& normal = surface.normals[*it];
-    for (int z = from[2]; z <= to[2]; ++z) {
-      for (int y = from[1]; y <= to[1]; ++y) {
-        for (int x = from[0]; x <= to[0]; ++x) {
-          const Vector p = corner + s * Vector(x + 0.5, y + 0.5, z + 0.5);
-          const auto voxel = static_cast<std::size_t>((z * 8 + y) * 8 + x);
-          const double limit = std::min(out.squared[voxel], band * band * (1 + 1e-12));
-          const double plane = normal.dot(p - a);
-          if (plane * plane * (1 - 1e-9) > limit) continue;
-          const double squared = (closest_on_triangle(p, a, b, c) - p).squaredNorm();
-          // Strictly nearer: among equals the first triangle wins, whatever the order of work.
-          if (squared < out.squared[voxel] && squared <= band * band) {
-            out.squared[voxel] = squared;
-            out.closest[voxel] = *it;
-          }
-        }
-      }
-    }
-  }
-}
-
 }  // namespace
 
 double BandField::value(const Grid& grid, const InsideRuns& runs, std::uint32_t i, std::uint32_t j,
@@ -138,14 +96,34 @@ double BandField::value(const Grid& grid, const InsideRuns& runs, std::uint32_t 
 BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band) {
   const BrickTriangles lists = gather(surface, grid, band);
   const std::size_t candidates = lists.set.bricks.size();
-  std::vector<BrickResult> results(candidates);
+  struct Result {
+    std::array<double, kBrickVoxels> distance;
+    std::array<std::uint32_t, kBrickVoxels> closest;
+  };
+  std::vector<Result> results(candidates);
   std::vector<std::uint8_t> holds_band(candidates, 0);
   tbb::parallel_for(std::size_t{0}, candidates, [&](std::size_t n) {
-    const std::uint32_t* const first = lists.triangles.data() + lists.start[n];
-    const std::uint32_t* const last = lists.triangles.data() + lists.start[n + 1];
-    brick_distances(surface, grid, lists.set.bricks[n], first, last, band, results[n]);
-    holds_band[n] = std::any_of(results[n].closest.begin(), results[n].closest.end(),
-                                [](std::uint32_t t) { return t != kNoTriangle; });
+    // What is farther than the band is not wanted; the slack is for rounding.
+    NearestTriangles nearest;
+    nearest.squared.fill(band * band * (1 + 1e-9));
+    nearest.triangle.fill(-1);
+    for (std::size_t i = lists.start[n]; i < lists.start[n + 1]; ++i) {
+      offer_triangle(surface, lists.triangles[i], grid, lists.set.bricks[n], band, nearest);
+    }
+    for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+      results[n].distance[voxel] = band;
+      results[n].closest[voxel] = kNoTriangle;
+      if (nearest.triangle[voxel] < 0) continue;
+      // The triangle is known; its distance is taken where it is exact to the last digit.
+      const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
+      const Vector p = grid.centre(lists.set.bricks[n], voxel);
+      const double distance =
+          (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
+      if (distance > band) continue;
+      results[n].distance[voxel] = distance;
+      results[n].closest[voxel] = t;
+      holds_band[n] = 1;
+    }
   });
 
   std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
@@ -166,7 +144,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
       const std::size_t at = field.at(brick, voxel);
       field.closest[at] = results[n].closest[voxel];
-      const double distance = field.closest[at] == kNoTriangle ? band : std::sqrt(results[n].squared[voxel]);
+      const double distance = results[n].distance[voxel];
       field.penetration[at] = test_bit(field.inside[brick], voxel) ? distance : -distance;
     }
   }
@@ -185,26 +163,6 @@ Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField&
   // On the surface the direction to it is lost; the triangle's inward normal is its limit.
   if (distance < 1e-9 * grid.voxel_size) return -surface.normals[t];
   return to_surface * ((test_bit(field.inside[brick], voxel) ? -1.0 : 1.0) / distance);
-}
-
-std::vector<std::int16_t> coarse_layers(const ClosestPoint& closest, const Grid& grid, const InsideRuns& runs,
-                                        const BandField& field) {
-  std::vector<std::int16_t> layers(grid.brick_count(), 0);
-  tbb::parallel_for(std::uint32_t{0}, grid.brick_dims[2], [&](std::uint32_t z) {
-    for (std::uint32_t y = 0; y < grid.brick_dims[1]; ++y) {
-      for (std::uint32_t x = 0; x < grid.brick_dims[0]; ++x) {
-        const std::size_t at = grid.brick_at(x, y, z);
-        if (field.set.index[at] != kNoBrick) continue;
-        const Vector centre = grid.origin + grid.voxel_size * kBrickEdge * Vector(x + 0.5, y + 0.5, z + 0.5);
-        // The least rounding of the distance must not round the bound up.
-        const double voxels = std::floor(closest.distance(centre) / grid.voxel_size * (1 - 1e-9));
-        const auto layer = static_cast<std::int16_t>(std::clamp(voxels, 1.0, 32767.0));
-        // The brick holds no surface: any of its voxels tells the side.
-        layers[at] = runs.test(grid, x * 8 + 4, y * 8 + 4, z * 8 + 4) ? layer : static_cast<std::int16_t>(-layer);
-      }
-    }
-  });
-  return layers;
 }
 
 }  // namespace vps

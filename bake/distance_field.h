@@ -3,7 +3,6 @@
 /// point.
 #pragma once
 
-#include "bake/closest_point.h"
 #include "bake/fill_layers.h"
 
 namespace vps {
@@ -30,10 +29,5 @@ struct BandField {
 /// Gradient of V at a voxel centre, exact: unit, along the line to the closest point; zero beyond the band.
 [[nodiscard]] Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField& field, std::size_t brick,
                                     std::uint32_t voxel);
-
-/// For each brick of the grid, |V| at its centre in whole voxels, rounded down, with the layer's sign. Bricks in the
-/// band hold 0. Paper: the layered voxelmap, kept at brick resolution. [Units: vx]
-[[nodiscard]] std::vector<std::int16_t> coarse_layers(const ClosestPoint& closest, const Grid& grid,
-                                                      const InsideRuns& runs, const BandField& field);
 
 }  // namespace vps

@@ -2,6 +2,8 @@
 // From stage results to sections. Integer widths are no larger than the values need.
 #include "bake/pack_sections.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -54,20 +56,25 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
     out.scaled_limit = static_cast<std::int32_t>(limit);
     out.scaled.resize(field.penetration.size());
     // Eq. (1) truncates; rounding to nearest halves the error at the same size.
-    std::transform(field.penetration.begin(), field.penetration.end(), out.scaled.begin(), [&](double v) {
-      return static_cast<std::int32_t>(std::clamp(std::round(v / out.lambda), -limit, limit));
+    tbb::parallel_for(std::size_t{0}, field.set.bricks.size(), [&](std::size_t brick) {
+      for (std::size_t at = field.at(brick, 0); at < field.at(brick + 1, 0); ++at) {
+        const double steps = std::clamp(field.penetration[at] / out.lambda, -limit, limit);
+        out.scaled[at] = static_cast<std::int32_t>(std::lrint(steps));
+      }
     });
   }
   if (options.real) {
     out.real = field.penetration;
     out.gradient.resize(3 * out.real.size());
-    for (std::size_t at = 0; at < out.real.size(); ++at) {
-      const Vector gradient = grid.voxel_size * exact_gradient(surface, grid, field, at / kBrickVoxels,
-                                                               static_cast<std::uint32_t>(at % kBrickVoxels));
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        out.gradient[3 * at + axis] = static_cast<float>(gradient[static_cast<Eigen::Index>(axis)]);
+    tbb::parallel_for(std::size_t{0}, field.set.bricks.size(), [&](std::size_t brick) {
+      for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+        const Vector gradient = grid.voxel_size * exact_gradient(surface, grid, field, brick, voxel);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          out.gradient[3 * field.at(brick, voxel) + axis] =
+              static_cast<float>(gradient[static_cast<Eigen::Index>(axis)]);
+        }
       }
-    }
+    });
   }
   return out;
 }

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "bake/bounding_spheres.h"
+#include "bake/closest_point.h"
 #include "bake/distance_field.h"
 #include "bake/vps_bake.h"
 

@@ -91,19 +91,26 @@ std::vector<TrianglePair> self_intersections(const Mesh& mesh) {
     const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
     boxes.emplace_back(CGAL::Bbox_3(low.x(), low.y(), low.z(), high.x(), high.y(), high.z()), t);
   }
-  std::vector<TrianglePair> pairs;
-  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-    pairs.emplace_back(std::min(a.info(), b.info()), std::max(a.info(), b.info()));
-  });
   const MeetTest test(mesh);
-  std::vector<std::uint8_t> meets(pairs.size());
-  tbb::parallel_for(std::size_t{0}, pairs.size(),
-                    [&](std::size_t i) { meets[i] = test.meet(pairs[i].first, pairs[i].second); });
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (meets[i] != 0) pairs[kept++] = pairs[i];
-  }
-  pairs.resize(kept);
+  std::vector<TrianglePair> pairs;
+  std::vector<TrianglePair> candidates;
+  std::vector<std::uint8_t> meets;
+  const auto sift = [&] {
+    meets.resize(candidates.size());
+    tbb::parallel_for(std::size_t{0}, candidates.size(),
+                      [&](std::size_t i) { meets[i] = test.meet(candidates[i].first, candidates[i].second); });
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (meets[i] != 0) pairs.push_back(candidates[i]);
+    }
+    candidates.clear();
+  };
+  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+    // Long triangles have boxes by the million that overlap: not all pairs at once.
+    constexpr std::size_t kBatch = 1 << 20;
+    if (candidates.size() == kBatch) sift();
+    candidates.emplace_back(std::min(a.info(), b.info()), std::max(a.info(), b.info()));
+  });
+  sift();
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }
