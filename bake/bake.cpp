@@ -125,7 +125,8 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   stages.start("fill_layers");
   const InsideRuns runs = fill_inside(surface, grid);
   stages.start("distance_field");
-  const BandField field = distance_field(surface, grid, runs, options.band * grid.voxel_size);
+  const BandField field = distance_field(surface, grid, runs, options.band_inside * grid.voxel_size,
+                                         options.band_outside * grid.voxel_size);
   asset.info.voxel_size = grid.voxel_size;
   stages.start("thin_walls");
   const ClosestPoint closest(surface);
@@ -137,8 +138,8 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     stages.start("coarse_layers");
     const std::vector<std::int16_t> coarse = coarse_layers(grid, voxels, runs, field);
     stages.start("represent");
-    const Representations fields = represent(surface, grid, voxels, field, options, planned.precision);
-    describe_voxelmap(grid, voxels, runs, field, planned.precision, asset.info);
+    const Representations fields = represent(surface, grid, voxels, field, options, planned.lambda);
+    describe_voxelmap(grid, voxels, runs, field, planned.precision, planned.lambda, asset.info);
     stages.start("certify");
     certify_fields(surface, closest, grid, field, fields, asset.info);
     pack_voxelmap(grid, field, coarse, fields, asset.sections);

@@ -32,9 +32,10 @@ std::vector<CertificateSample> certificate_samples(const Surface& surface, const
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
     sample.point = grid.centre(field.set.bricks[sample.brick], sample.voxel) + grid.voxel_size * offset;
     const double distance = closest.distance(sample.point);
-    if (distance > field.band - half_diagonal) return;
+    const bool within = inside.inside(sample.point);
+    if (distance > (within ? field.band_inner : field.band_outer) - half_diagonal) return;
     sample.inward_normal = -exact_gradient(surface, grid, field, sample.brick, sample.voxel);
-    sample.penetration = inside.inside(sample.point) ? distance : -distance;
+    sample.penetration = within ? distance : -distance;
     used[n] = 1;
   });
   std::size_t kept = 0;

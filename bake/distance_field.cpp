@@ -90,10 +90,12 @@ double BandField::value(const Grid& grid, const InsideRuns& runs, std::uint32_t 
                         std::uint32_t k) const {
   const std::uint32_t brick = set.index[grid.brick_of_voxel(i, j, k)];
   if (brick != kNoBrick) return penetration[at(brick, voxel_in_brick(i, j, k))];
-  return runs.test(grid, i, j, k) ? band : -band;
+  return runs.test(grid, i, j, k) ? band_inner : -band_outer;
 }
 
-BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band) {
+BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band_inner,
+                         double band_outer) {
+  const double band = std::max(band_inner, band_outer);
   const BrickTriangles lists = gather(surface, grid, band);
   const std::size_t candidates = lists.set.bricks.size();
   struct Result {
@@ -101,6 +103,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     std::array<std::uint32_t, kBrickVoxels> closest;
   };
   std::vector<Result> results(candidates);
+  const std::vector<BrickMask> inside = inside_masks(runs, grid, lists.set);
   std::vector<std::uint8_t> holds_band(candidates, 0);
   tbb::parallel_for(std::size_t{0}, candidates, [&](std::size_t n) {
     // What is farther than the band is not wanted; the slack is for rounding.
@@ -111,7 +114,8 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
       offer_triangle(surface, lists.triangles[i], grid, lists.set.bricks[n], band, nearest);
     }
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      results[n].distance[voxel] = band;
+      const double limit = test_bit(inside[n], voxel) ? band_inner : band_outer;
+      results[n].distance[voxel] = limit;
       results[n].closest[voxel] = kNoTriangle;
       if (nearest.triangle[voxel] < 0) continue;
       // The triangle is known; its distance is taken where it is exact to the last digit.
@@ -119,7 +123,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
       const Vector p = grid.centre(lists.set.bricks[n], voxel);
       const double distance =
           (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
-      if (distance > band) continue;
+      if (distance > limit) continue;
       results[n].distance[voxel] = distance;
       results[n].closest[voxel] = t;
       holds_band[n] = 1;
@@ -132,15 +136,17 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     chosen[grid.brick_at(b[0], b[1], b[2])] = holds_band[n];
   }
   BandField field;
-  field.band = band;
+  field.band_inner = band_inner;
+  field.band_outer = band_outer;
   field.set = BrickSet::from_flags(grid, chosen);
-  field.inside = inside_masks(runs, grid, field.set);
+  field.inside.resize(field.set.bricks.size());
   field.penetration.resize(field.set.bricks.size() * kBrickVoxels);
   field.closest.resize(field.penetration.size());
   for (std::size_t n = 0; n < candidates; ++n) {
     const Index3& b = lists.set.bricks[n];
     const std::uint32_t brick = field.set.index[grid.brick_at(b[0], b[1], b[2])];
     if (brick == kNoBrick) continue;
+    field.inside[brick] = inside[n];
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
       const std::size_t at = field.at(brick, voxel);
       field.closest[at] = results[n].closest[voxel];

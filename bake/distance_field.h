@@ -9,22 +9,24 @@ namespace vps {
 
 inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
 
-/// Penetrations V of the voxel centres of all bricks that hold a centre within `band` of the surface.
+/// Penetrations V of the voxel centres of all bricks that hold a centre within the band.
 struct BandField {
   BrickSet set;
-  double band = 0;  ///< [m]
+  double band_inner = 0, band_outer = 0;  ///< [m]
   std::vector<BrickMask> inside;
-  std::vector<double> penetration;     ///< [n,8,8,8]: exact where |V| <= band, else +-band. [m]
+  std::vector<double>
+      penetration;  ///< [n,8,8,8]: exact where -band_outer <= V <= band_inner, else the end of the band. [m]
   std::vector<std::uint32_t> closest;  ///< [n,8,8,8]: triangle of the closest point, kNoTriangle beyond the band
 
   [[nodiscard]] std::size_t at(std::size_t brick, std::uint32_t voxel) const { return brick * kBrickVoxels + voxel; }
-  /// V at a voxel; +-band where its brick is not in the set.
+  /// V at a voxel; the end of the band where its brick is not in the set.
   [[nodiscard]] double value(const Grid& grid, const InsideRuns& runs, std::uint32_t i, std::uint32_t j,
                              std::uint32_t k) const;
 };
 
-/// @param band  half width. [Units: m]
-[[nodiscard]] BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band);
+/// @param band_inner, band_outer  depth and distance up to which values are wanted. [Units: m]
+[[nodiscard]] BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs,
+                                       double band_inner, double band_outer);
 
 /// Gradient of V at a voxel centre, exact: unit, along the line to the closest point; zero beyond the band.
 [[nodiscard]] Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField& field, std::size_t brick,

@@ -47,12 +47,12 @@ SectionData pack_scaled(const Representations& fields, const std::vector<std::ui
 }  // namespace
 
 Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const BandField& field,
-                          const BakeOptions& options, int precision) {
+                          const BakeOptions& options, double lambda) {
   Representations out;
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
-  out.lambda = std::pow(10.0, -precision);
+  out.lambda = lambda;
   if (options.scaled) {
-    const double limit = std::floor(field.band / out.lambda + 1e-9);
+    const double limit = std::floor(std::max(field.band_inner, field.band_outer) / out.lambda + 1e-9);
     out.scaled_limit = static_cast<std::int32_t>(limit);
     out.scaled.resize(field.penetration.size());
     // Eq. (1) truncates; rounding to nearest halves the error at the same size.
@@ -105,13 +105,13 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const G
 }
 
 void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
-                       int precision, AssetInfo& info) {
+                       int precision, double lambda, AssetInfo& info) {
   info.dims = grid.dims;
   for (std::size_t axis = 0; axis < 3; ++axis) info.origin[axis] = grid.origin[static_cast<Eigen::Index>(axis)];
   info.precision = precision;
-  info.lambda = std::pow(10.0, -precision);
-  info.band_inner = field.band;
-  info.band_outer = field.band;
+  info.lambda = lambda;
+  info.band_inner = field.band_inner;
+  info.band_outer = field.band_outer;
   info.surface_voxels = voxels.count;
   std::uint64_t inside_surface = 0;
   const std::vector<BrickMask> inside = inside_masks(runs, grid, voxels.set);

@@ -23,13 +23,13 @@ struct Representations {
 };
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                                        const BandField& field, const BakeOptions& options, int precision);
+                                        const BandField& field, const BakeOptions& options, double lambda);
 
 void certify_fields(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const BandField& field,
                     const Representations& fields, AssetInfo& info);
 
 void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
-                       int precision, AssetInfo& info);
+                       int precision, double lambda, AssetInfo& info);
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections);
 

@@ -31,7 +31,9 @@ void check_options(const BakeOptions& o) {
   if (o.voxel_size == 0 && o.resolution > 8192) {
     refuse("the resolution is out of range; choose 1 to 8192 voxels");
   }
-  if (!(o.band >= 2 && o.band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
+  for (const double band : {o.band_inside, o.band_outside}) {
+    if (!(band >= 2 && band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
+  }
   if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
 }
 
@@ -66,8 +68,9 @@ void check_float_range(const Extent& mesh, double s) {
 std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   const double s = grid.voxel_size;
   const double edge = kBrickEdge * s;
-  const double bricks = std::min(static_cast<double>(grid.brick_count()),
-                                 mesh.area / (edge * edge) * (1.7 + 2 * options.band / kBrickEdge) + 27);
+  const double bricks =
+      std::min(static_cast<double>(grid.brick_count()),
+               mesh.area / (edge * edge) * (1.7 + (options.band_inside + options.band_outside) / kBrickEdge) + 27);
   constexpr double kBandBytes = sizeof(double) + sizeof(std::uint32_t);
   const double field_bytes = (options.scaled ? 6 : 0) + (options.layers ? 4 : 0) + (options.real ? 60 : 0);
   const double brick_bytes =
@@ -126,7 +129,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   check_float_range(mesh, s);
   const Vector size = mesh.bounds_max - mesh.bounds_min;
   // One voxel beyond the band on each side: every exact voxel has all its neighbours.
-  const double pad = std::ceil(options.band) + 1;
+  const double pad = std::ceil(options.band_outside) + 1;
 
   GridPlan result;
   Grid& grid = result.grid;
@@ -144,11 +147,15 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
     grid.brick_dims[axis] = static_cast<std::uint32_t>(bricks);
     grid.dims[axis] = grid.brick_dims[axis] * kBrickEdge;
   }
-  // Steps of s/50 or finer; a power of ten that is meant exactly must not be missed by rounding.
-  result.precision = options.precision != BakeOptions::kAutoPrecision
-                         ? options.precision
-                         : std::clamp(static_cast<int>(std::ceil(std::log10(50 / s) - 1e-9)), 0, 15);
-  const double step = std::pow(10.0, -result.precision);
+  result.precision = options.precision;
+  if (options.precision != BakeOptions::kAutoPrecision) {
+    result.lambda = std::pow(10.0, -options.precision);
+  } else {
+    // The band fills the narrowest integers that give steps of s/50 or finer.
+    const double band = std::max(options.band_inside, options.band_outside) * s;
+    result.lambda = band / 127 <= s / 50 ? band / 127 : band / 32767;
+  }
+  const double step = result.lambda;
   if (options.voxelmap && options.scaled && (step > s / 2 || step < 1e-8 * s)) {
     refuse(
         fmt::format("a precision of {} stores steps of {} for voxels of {}; choose steps between half a voxel and a "

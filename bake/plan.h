@@ -9,7 +9,8 @@ namespace vps {
 
 struct GridPlan {
   Grid grid;
-  int precision = 0;  ///< p of Eq. (1), chosen if it was automatic
+  int precision = 0;  ///< p of Eq. (1), or kAutoPrecision
+  double lambda = 0;  ///< step of the scaled field. [m]
   BakePlan plan;
 };
 

@@ -39,7 +39,8 @@ struct BakeOptions {
   bool pointshell = true;             ///< bake the part that plays the pointshell
   int precision = kAutoPrecision;     ///< p of Eq. (1). [Limits: 0 <= value <= 15]
   std::uint32_t branching = 8;        ///< K. [Limits: 2 <= value <= 64]
-  double band = 2.5;                  ///< half width of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
+  double band_inside = 2.5;           ///< depth of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
+  double band_outside = 2.5;          ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
@@ -47,7 +48,7 @@ struct BakeOptions {
   /// Called at the start of each stage with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
 
-  static constexpr int kAutoPrecision = -1;  ///< steps of s/50 or finer: p = ceil(log10(50 / s))
+  static constexpr int kAutoPrecision = -1;  ///< steps of s/50 or finer, such that the band fills the integers
 };
 
 /// What baking would do, known before it starts.
@@ -82,6 +83,10 @@ struct BakeError : std::runtime_error {
 
 /// Grid and memory of a bake. @throw BakeError when the options are out of range, or the grid is absurd for the mesh.
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options);
+
+/// The coarsest voxel size (within 5 %) with which every field asked for has a certificate of at most this error.
+/// @throw BakeError when the memory limit or the grid's largest size comes first
+[[nodiscard]] double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, double max_error);
 
 /// What is wrong with a mesh, counted on exactly joined vertices, before and after repair.
 struct MeshReport {

@@ -116,6 +116,10 @@ int bake_file(const BakeArguments& arguments) {
     return fail(kIo, output.string(), reason);
   }
   BakeOptions options = complete_options(arguments);
+  if (arguments.max_error > 0) {
+    progress.show("search", 0);
+    options.voxel_size = find_voxel_size(mesh, options, arguments.max_error);
+  }
   const BakePlan plan = plan_bake(mesh, options);
   if (!arguments.json) {
     progress.clear();

@@ -15,6 +15,7 @@ struct BakeArguments {
   std::string mesh;
   std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
   double unit = 1;                               ///< metres per unit of the mesh's numbers
+  double max_error = 0;                          ///< choose the voxel size by this; 0: as `options` says. [m]
   double scale = 1;                              ///< factor on the mesh, besides the unit
   std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};

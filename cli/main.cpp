@@ -107,6 +107,10 @@ double parse_factor(const std::string& text) {
   return factor;
 }
 
+double parse_voxels(const std::string& text) {
+  return parse(text, {"a width of the band", "2.5vx", {"vx"}, {{"vx", 1}}});
+}
+
 double parse_time(const std::string& text) {
   return parse(text, {"a time", "120s", {"s", "min"}, {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
 }
@@ -160,18 +164,38 @@ void add_import_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 void add_grid_options(CLI::App& app, BakeArguments& arguments) {
+  constexpr const char* kGroup = "Grid (a bake needs one of these)";
   auto* const voxel = app.add_option_function<std::string>(
       "--voxel", [&](const std::string& text) { arguments.options.voxel_size = parse_length(text); },
       "Edge of a voxel, such as 5mm");
-  voxel->option_text("LENGTH")->group("Grid (a bake needs one of the two)");
+  voxel->option_text("LENGTH")->group(kGroup);
   add_integer(app, "--resolution", arguments.options.resolution, 1, 8192, "Voxels along the longest side, 1 to 8192")
       ->excludes(voxel)
       ->option_text("N")
-      ->group("Grid (a bake needs one of the two)");
+      ->group(kGroup);
+}
+
+void add_error_option(CLI::App& app, BakeArguments& arguments) {
+  app.add_option_function<std::string>(
+         "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
+         "The coarsest voxels whose fields are nowhere in the band off by more, such as 0.2mm")
+      ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
+      ->option_text("LENGTH")
+      ->group("Grid (a bake needs one of these)");
 }
 
 void add_content_options(CLI::App& app, BakeArguments& arguments) {
   constexpr const char* kGroup = "Contents of the asset";
+  app.add_option_function<std::string>(
+         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text); },
+         "Depth of exact distances, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--band-outside", [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text); },
+         "Reach of exact distances outside, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -218,6 +242,7 @@ int run(int argc, char** argv) {
   add_mesh_options(app, bake);
   add_import_options(app, bake);
   add_grid_options(app, bake);
+  add_error_option(app, bake);
   add_content_options(app, bake);
   add_output_options(app, bake);
   CLI::App* check = app.add_subcommand("check", "Say what is wrong with a mesh and whether it would bake");
@@ -241,8 +266,9 @@ int run(int argc, char** argv) {
     }
     if (!info->parsed()) {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
-      if (!check->parsed() && bake.options.voxel_size == 0 && bake.options.resolution == 0)
-        throw CLI::RequiredError("--voxel or --resolution");
+      if (!check->parsed() && bake.options.voxel_size == 0 && bake.options.resolution == 0 && bake.max_error == 0) {
+        throw CLI::RequiredError("--voxel, --resolution or --max-error");
+      }
       const bool voxelmap = std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end();
       for (const char* const name : {"--fields", "--precision"}) {
         if (!voxelmap && app.get_option(name)->count() > 0)

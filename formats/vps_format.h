@@ -27,6 +27,8 @@ inline constexpr std::uint32_t kBrickEdge = 8;
 inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 /// Value in `brick_index` of a brick that is not stored: it lies wholly outside the narrow band.
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
+/// The distance of a brick's centre is at least |coarse layer| and less than that plus this. [Units: vx]
+inline constexpr float kCoarseLayerSlack = 3;
 
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
 enum class Status : std::uint8_t {
@@ -106,8 +108,8 @@ struct AssetInfo {
   std::array<std::uint32_t, 3> dims{};  ///< voxels along x, y, z, each a multiple of kBrickEdge
   std::array<double, 3> origin{};       ///< lowest corner of voxel (0,0,0). [m]
   double voxel_size = 0;                ///< s. Also set for an asset with only a pointshell. [m]
-  std::int32_t precision = 0;           ///< p of Eq. (1)
-  double lambda = 0;                    ///< 10^-p. [m]
+  std::int32_t precision = 0;           ///< p of Eq. (1); -1: lambda is no power of ten
+  double lambda = 0;                    ///< 10^-p, or what suits the band. [m]
   double band_inner = 0;                ///< distances are exact where -band_outer <= V <= band_inner, else clamped. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;

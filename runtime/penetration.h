@@ -86,8 +86,9 @@ inline float distance_to_bounds(const VoxelmapView& map, Vec3 point) noexcept {
   return std::sqrt(sum);
 }
 
-/// Interval of the true penetration in a brick that is not stored: the coarse layer at the brick's centre, moved to the
-/// point by the triangle inequality (a distance field is 1-Lipschitz), and the band that the brick lies outside of.
+/// Interval of the true penetration in a brick that is not stored: the coarse layer at the brick's centre, which is up
+/// to three voxels below the distance, moved to the point by the triangle inequality (a distance field is 1-Lipschitz),
+/// and the band that the brick lies outside of.
 struct Interval {
   float low, high;
 };
@@ -96,8 +97,8 @@ inline Interval far_interval(const VoxelmapView& map, const Cell& cell) noexcept
   const float reach = length(cell.to_brick_centre);
   const float slack = length(cell.to_centre);
   const float s = map.voxel_size;
-  if (layer > 0) return {std::max(layer * s - reach, map.band_inner - slack), (layer + 1) * s + reach};
-  return {(layer - 1) * s - reach, std::min(layer * s + reach, slack - map.band_outer)};
+  if (layer > 0) return {std::max(layer * s - reach, map.band_inner - slack), (layer + kCoarseLayerSlack) * s + reach};
+  return {(layer - kCoarseLayerSlack) * s - reach, std::min(layer * s + reach, slack - map.band_outer)};
 }
 
 /// V(P). Paper: Eqs. (4) and (5), Sec. 2.2.

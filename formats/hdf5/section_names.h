@@ -19,7 +19,10 @@ inline constexpr SectionName kSectionNames[] = {
     {SectionKind::brick_index, "/voxelmap/brick_index", "1",
      "number of the stored brick of 8x8x8 voxels, 4294967295 where none is stored", ""},
     {SectionKind::coarse_layers, "/voxelmap/coarse_layers", "voxel",
-     "distance from the brick's centre to the surface in whole voxels, rounded down; positive inside", ""},
+     "lower bound of the distance from the brick's centre to the surface in whole voxels, less than 3 below it; "
+     "positive "
+     "inside",
+     ""},
     {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside",
      "Eq. (4), sigma = s"},
     {SectionKind::scaled, "/voxelmap/scaled", "lambda",

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "bake/vps_bake.h"
+#include "tests/bake/scene.h"
 #include "tests/support/oracle.h"
-#include "tests/support/shapes.h"
 
 namespace vps::test {
 namespace {
@@ -75,7 +75,47 @@ TEST(Bake, AutomaticPrecisionStepsAreAFiftiethOfAVoxelOrFiner) {
     options.pointshell = false;
     const AssetInfo info = bake(make_sphere(0.1, 2), options).info;
     EXPECT_LE(info.lambda, s / 50 * (1 + 1e-9)) << s;
-    EXPECT_GT(info.lambda, s / 501) << s;
+    EXPECT_GT(info.lambda, s / 51) << s;
+    EXPECT_EQ(info.precision, BakeOptions::kAutoPrecision);
+  }
+}
+
+TEST(Bake, TheBandMayBeWiderOnOneSide) {
+  const double s = 0.005;
+  const TriangleMesh mesh = make_sphere(0.1, 4);
+  for (const auto& [inside, outside] : {std::pair{2.0, 6.0}, std::pair{7.0, 2.0}}) {
+    const Scene scene(mesh, s, inside, outside);
+    const Oracle oracle(mesh);
+    std::size_t exact = 0;
+    for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
+      for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+        const std::size_t at = scene.field.at(brick, voxel);
+        const double truth = oracle.penetration(to_array(scene.grid.centre(scene.field.set.bricks[brick], voxel)));
+        ASSERT_NEAR(scene.field.penetration[at], std::clamp(truth, -outside * s, inside * s), 1e-12);
+        exact += scene.field.closest[at] != kNoTriangle;
+      }
+    }
+    // Bricks beyond the band on one side are not stored, whatever the other side's width.
+    EXPECT_GT(static_cast<double>(exact), 0.9 * 4 * M_PI * 0.01 * (inside + outside) / (s * s));
+  }
+}
+
+TEST(Bake, TheCoarsestVoxelThatMeetsAnErrorIsFound) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  BakeOptions options;
+  const double s = find_voxel_size(mesh, options, 0.001);
+  options.pointshell = false;
+  options.voxel_size = s;
+  EXPECT_LE(bake(mesh, options).info.scaled_error.max, 0.001);
+  options.voxel_size = 1.3 * s;
+  EXPECT_GT(bake(mesh, options).info.scaled_error.max, 0.001);
+  options.memory_limit_bytes = 20'000'000;
+  try {
+    (void)find_voxel_size(mesh, options, 1e-6);
+    FAIL() << "no voxel within the limit can be that exact";
+  } catch (const BakeError& error) {
+    EXPECT_NE(std::string(error.what()).find("no voxel size reaches an error of 1 um"), std::string::npos)
+        << error.what();
   }
 }
 

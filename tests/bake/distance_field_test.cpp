@@ -16,7 +16,7 @@ namespace {
 void expect_exact(const TriangleMesh& mesh, double voxel_size) {
   const Scene scene(mesh, voxel_size);
   const Oracle oracle(mesh);
-  const double band = scene.field.band;
+  const double band = scene.field.band_inner;
   std::size_t exact = 0;
   for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {

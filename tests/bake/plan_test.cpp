@@ -61,7 +61,7 @@ TEST(Plan, OptionsOutOfRangeAreRefused) {
   options.branching = 1;
   EXPECT_NE(refusal(mesh, options).find("branching"), std::string::npos);
   options = with_voxel(0.1);
-  options.band = 1;
+  options.band_outside = 1;
   EXPECT_NE(refusal(mesh, options).find("band"), std::string::npos);
   options = with_voxel(0.1);
   options.voxelmap = options.pointshell = false;

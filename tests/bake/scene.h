@@ -22,15 +22,19 @@ struct Scene {
   InsideRuns runs;
   BandField field;
 
-  Scene(const TriangleMesh& mesh, double voxel_size, double band_vx = 2.5) {
+  Scene(const TriangleMesh& mesh, double voxel_size, double band_vx = 2.5)
+      : Scene(mesh, voxel_size, band_vx, band_vx) {}
+
+  Scene(const TriangleMesh& mesh, double voxel_size, double inside_vx, double outside_vx) {
     surface = checked(mesh);
     BakeOptions options;
     options.voxel_size = voxel_size;
-    options.band = band_vx;
+    options.band_inside = inside_vx;
+    options.band_outside = outside_vx;
     grid = plan_grid(extent_of(surface), options).grid;
     voxels = voxelize(surface, grid);
     runs = fill_inside(surface, grid);
-    field = distance_field(surface, grid, runs, band_vx * voxel_size);
+    field = distance_field(surface, grid, runs, inside_vx * voxel_size, outside_vx * voxel_size);
   }
 };
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The coarsest voxel size whose certificate meets an error, by trial bakes of the voxelmap.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bake/plan.h"
+#include "bake/vps_bake.h"
+
+namespace vps {
+namespace {
+
+double largest_error(const AssetInfo& info) {
+  return std::max({info.layers_error.max, info.scaled_error.max, info.real_error.max});
+}
+
+}  // namespace
+
+double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, double max_error) {
+  if (!options.voxelmap) throw BakeError("plan", "an error is met by the voxelmap; bake that part too");
+  if (!(max_error > 0)) throw BakeError("plan", "the error must be above zero; choose another");
+  const Extent extent = measure_extent(mesh);
+  const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
+  BakeOptions trial = options;
+  trial.pointshell = false;
+  trial.progress = nullptr;
+  trial.resolution = 0;
+  double good = 0;
+  double bad = std::numeric_limits<double>::infinity();
+  double least_seen = bad;
+  // Errors grow about as the voxel does, so the next guess is a proportion.
+  trial.voxel_size = longest / 32;
+  constexpr double kCoarsest = 1.0 / 8;
+  constexpr double kCloseEnough = 1.05;
+  constexpr int kTrials = 16;
+  for (int n = 0; n < kTrials && bad > good * kCloseEnough && good < kCoarsest * longest; ++n) {
+    double error = 0;
+    try {
+      error = largest_error(bake(mesh, trial).info);
+    } catch (const BakeError& refusal) {
+      if (refusal.stage != "plan" || good > 0) throw;
+      throw BakeError("plan", fmt::format("no voxel size reaches an error of {} (the best tried has {}): {}",
+                                          format_length(max_error), format_length(least_seen), refusal.what()));
+    }
+    least_seen = std::min(least_seen, error);
+    if (error <= max_error) {
+      good = std::max(good, trial.voxel_size);
+    } else {
+      bad = std::min(bad, trial.voxel_size);
+    }
+    constexpr double kSafety = 0.98;
+    double next = trial.voxel_size * std::clamp(kSafety * max_error / error, 0.05, 8.0);
+    // Errors jump where the grid happens to suit a feature: then halve the bracket.
+    if (good > 0 && !(next > good * 1.01 && next < bad * 0.99)) next = std::min(std::sqrt(good * bad), 4 * good);
+    if (good == 0) next = std::min(next, 0.9 * bad);
+    trial.voxel_size = std::min(next, kCoarsest * longest);
+  }
+  if (good > 0) return good;
+  throw BakeError("plan", fmt::format("no voxel size tried reaches an error of {}; the best has {}",
+                                      format_length(max_error), format_length(least_seen)));
+}
+
+}  // namespace vps
