@@ -2,6 +2,7 @@
 #include "bake/sample_pointshell.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <numeric>
 
@@ -46,7 +47,7 @@ void expect_promises(const TriangleMesh& mesh, double voxel_size) {
   }
   for (const Vector& v : scene.surface.vertices) farthest = std::max(farthest, nearest(shell, v));
   EXPECT_LE(farthest, shell.covering_radius);
-  EXPECT_LE(shell.covering_radius, 1.25 * shell.spacing);
+  EXPECT_LE(shell.covering_radius, 1.06 * shell.spacing);
   EXPECT_GE(shell.covering_radius, 0.5 * shell.spacing);
 }
 
@@ -106,6 +107,17 @@ TEST(SamplePointshell, NormalsOfASmoothShapeAreWithinAFewDegrees) {
     worst = std::min(worst, -shell.inward_normals[i].dot(shell.positions[i].normalized()));
   }
   EXPECT_GT(worst, std::cos(2 * M_PI / 180));
+}
+
+TEST(SamplePointshell, AnyNumberOfThreadsGivesTheSamePoints) {
+  const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.004);
+  const Pointshell many = sample(scene);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const Pointshell alone = sample(scene);
+  EXPECT_EQ(many.positions, alone.positions);
+  EXPECT_EQ(many.inward_normals, alone.inward_normals);
+  EXPECT_EQ(many.areas, alone.areas);
+  EXPECT_EQ(many.covering_radius, alone.covering_radius);
 }
 
 TEST(SamplePointshell, ALargerAlphaGivesFewerPoints) {
