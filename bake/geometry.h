@@ -35,6 +35,38 @@ struct Surface : Mesh {
   double area = 0;  ///< [m^2]
 };
 
+/// Closest point of a sliver to p. The regions of `closest_on_triangle` lose as many digits as the square of the
+/// sliver's aspect has; edges lose none, so the nearest point of the edges comes first, then the face is tried from
+/// there.
+[[gnu::noinline]] inline Vector closest_on_sliver(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {
+  const Vector corners[3] = {a, b, c};
+  Vector edges[3];
+  Vector best = a;
+  int longest = 0;
+  for (int k = 0; k < 3; ++k) {
+    edges[k] = corners[(k + 1) % 3] - corners[k];
+    const double squared = edges[k].squaredNorm();
+    const double along = squared > 0 ? edges[k].dot(p - corners[k]) / squared : 0;
+    // Measured from the nearer end: both ends are hit exactly.
+    const Vector q = along <= 0    ? corners[k]
+                     : along < 0.5 ? Vector(corners[k] + along * edges[k])
+                     : along < 1   ? Vector(corners[(k + 1) % 3] - (1 - along) * edges[k])
+                                   : corners[(k + 1) % 3];
+    if ((q - p).squaredNorm() < (best - p).squaredNorm()) best = q;
+    if (squared > edges[longest].squaredNorm()) longest = k;
+  }
+  // The two shorter edges give the best normal.
+  const Vector normal = edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]);
+  const double length = normal.squaredNorm();
+  // Thinner than rounding: the edges are all there is.
+  if (!(length > 1e-24 * edges[longest].squaredNorm() * edges[longest].squaredNorm())) return best;
+  const Vector q = p - normal * (normal.dot(p - best) / length);
+  for (int k = 0; k < 3; ++k) {
+    if (normal.dot(edges[k].cross(q - corners[k])) < 0) return best;
+  }
+  return q;
+}
+
 /// Closest point of triangle abc to p, by Voronoi regions (Ericson, Real-Time Collision Detection, Sec. 5.1.5).
 inline Vector closest_on_triangle(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {
   const Vector ab = b - a;
@@ -47,11 +79,17 @@ inline Vector closest_on_triangle(const Vector& p, const Vector& a, const Vector
   const double d3 = ab.dot(bp);
   const double d4 = ac.dot(bp);
   if (d3 >= 0 && d4 <= d3) return b;
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + ab * (d1 / (d1 - d3));
   const Vector cp = p - c;
   const double d5 = ab.dot(cp);
   const double d6 = ac.dot(cp);
+  // Four times the area's square, against the longer edge's fourth power: ab.ac = d2 - d4.
+  const double ab_squared = d1 - d3;
+  const double ac_squared = d2 - d6;
+  const double longer = ab_squared > ac_squared ? ab_squared : ac_squared;
+  constexpr double kSliver = 1e-6;
+  if (ab_squared * ac_squared - (d2 - d4) * (d2 - d4) < kSliver * longer * longer) return closest_on_sliver(p, a, b, c);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return a + ab * (d1 / (d1 - d3));
   if (d6 >= 0 && d5 <= d6) return c;
   const double vb = d5 * d2 - d1 * d6;
   if (vb <= 0 && d2 >= 0 && d6 <= 0) return a + ac * (d2 / (d2 - d6));
