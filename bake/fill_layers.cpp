@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bake/vps_bake.h"
 #include "bake/winding.h"
@@ -29,12 +30,23 @@ std::uint32_t first_voxel_past(const Surface& surface, const Grid& grid, std::si
   const double x = crossing_x(on_line.y(), on_line.z(), surface, t);
   const double position = (x - grid.origin.x()) / grid.voxel_size - 0.5;
   const double nearest = std::clamp(std::round(position), 0.0, grid.dims[0] - 1.0);
-  const auto i = static_cast<std::uint32_t>(nearest);
+  auto i = static_cast<std::uint32_t>(nearest);
+  // The plane of a sliver, or of a triangle nearly along the line, is uncertain in double.
+  const Vector ab = surface.corner(t, 1) - surface.corner(t, 0);
+  const Vector ac = surface.corner(t, 2) - surface.corner(t, 0);
+  const double plane_error = std::numeric_limits<double>::epsilon() * std::sqrt(ab.squaredNorm() * ac.squaredNorm());
+  const double x_error = 8 * plane_error * (ab.cwiseAbs().sum() + ac.cwiseAbs().sum());
   constexpr double kTie = 1e-6;  // far above rounding; inside it the predicate decides
-  if (std::abs(position - nearest) > kTie) return position < nearest ? i : i + 1;
-  const Vector centre = grid.centre(i, j, k);
-  if (crossing_is_beyond(centre, surface, t)) return i + 1;
-  return crossing < 0 && point_on_plane(centre, surface, t) ? i + 1 : i;
+  const bool certain = x_error < kTie * grid.voxel_size * std::abs(surface.area_normal(t).x());
+  if (certain && std::abs(position - nearest) > kTie) return position < nearest ? i : i + 1;
+  const auto is_past = [&](std::uint32_t at) {
+    const Vector centre = grid.centre(at, j, k);
+    if (crossing_is_beyond(centre, surface, t)) return false;
+    return crossing > 0 || !point_on_plane(centre, surface, t);
+  };
+  while (i > 0 && is_past(i - 1)) --i;
+  while (i < grid.dims[0] && !is_past(i)) ++i;
+  return i;
 }
 
 std::vector<Event> find_crossings(const Surface& surface, const Grid& grid) {
