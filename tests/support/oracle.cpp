@@ -5,6 +5,7 @@
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Cartesian.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Exact_rational.h>
@@ -12,8 +13,11 @@
 #include <CGAL/Side_of_triangle_mesh.h>
 #include <CGAL/Surface_mesh.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
+#include <vector>
 
 namespace vps::test {
 namespace {
@@ -59,6 +63,51 @@ int Oracle::side(const std::array<double, 3>& p) const {
     default:
       return -1;
   }
+}
+
+struct SoupOracle::Impl {
+  using Triangles = std::vector<Kernel::Triangle_3>;
+  using SoupPrimitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+  Triangles triangles;
+  CGAL::AABB_tree<CGAL::AABB_traits<Kernel, SoupPrimitive>> tree;
+};
+
+SoupOracle::SoupOracle(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  for (const auto& [a, b, c] : mesh.triangles) {
+    const Kernel::Triangle_3 t(point3(mesh.vertices[a]), point3(mesh.vertices[b]), point3(mesh.vertices[c]));
+    if (!t.is_degenerate()) impl_->triangles.push_back(t);
+  }
+  impl_->tree.rebuild(impl_->triangles.cbegin(), impl_->triangles.cend());
+  impl_->tree.accelerate_distance_queries();
+}
+SoupOracle::~SoupOracle() = default;
+
+double SoupOracle::distance(const std::array<double, 3>& p) const {
+  return std::sqrt(impl_->tree.squared_distance(point3(p)));
+}
+
+double exact_distance(const TriangleMesh& mesh, const std::array<double, 3>& p, double at_most) {
+  using Exact = CGAL::Cartesian<CGAL::Exact_rational>;
+  const auto exact = [](const std::array<double, 3>& q) { return Exact::Point_3(q[0], q[1], q[2]); };
+  const Exact::Point_3 point = exact(p);
+  bool found = false;
+  CGAL::Exact_rational least(0);
+  for (const auto& t : mesh.triangles) {
+    double gap = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto [low, high] =
+          std::minmax({mesh.vertices[t[0]][axis], mesh.vertices[t[1]][axis], mesh.vertices[t[2]][axis]});
+      gap = std::max({gap, low - p[axis], p[axis] - high});
+    }
+    if (gap > at_most) continue;
+    const Exact::Triangle_3 triangle(exact(mesh.vertices[t[0]]), exact(mesh.vertices[t[1]]),
+                                     exact(mesh.vertices[t[2]]));
+    if (triangle.is_degenerate()) continue;
+    const CGAL::Exact_rational squared = CGAL::squared_distance(point, triangle);
+    if (!found || squared < least) least = squared;
+    found = true;
+  }
+  return found ? std::sqrt(CGAL::to_double(least)) : std::numeric_limits<double>::infinity();
 }
 
 bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const std::array<double, 3>& low,

@@ -26,6 +26,24 @@ class Oracle {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Distance to triangles of any quality and connection, in double.
+class SoupOracle {
+ public:
+  explicit SoupOracle(const TriangleMesh& mesh);
+  ~SoupOracle();
+  /// [m]
+  [[nodiscard]] double distance(const std::array<double, 3>& p) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Distance to the mesh in rational arithmetic, rounded once at the end: the judge when two answers in double differ.
+/// Triangles whose boxes are farther than `at_most` are left out. [m]
+/// @return infinity when no triangle is within `at_most`
+[[nodiscard]] double exact_distance(const TriangleMesh& mesh, const std::array<double, 3>& p, double at_most);
+
 /// Overlap of a closed triangle and a closed cube in rational arithmetic: no rounding at all.
 [[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle,
                                    const std::array<double, 3>& low, double edge);
