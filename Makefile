@@ -4,13 +4,15 @@
 PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
   libassimp-dev libbullet-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev libhwy-dev \
   libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
+# For `make bench` alone: the peers.
+BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
 CTEST := ctest --output-on-failure -j $(JOBS)
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all deps demo test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all deps demo bench test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -35,6 +37,14 @@ demo: deps $(BUNNY)
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
+
+# Against OpenVDB, in the same run; prints Markdown tables.
+bench: PACKAGES += $(BENCH_PACKAGES)
+bench: deps $(BUNNY)
+	cmake --preset bench
+	cmake --build --preset bench -j $(JOBS) --target vpsbake openvdb_peer
+	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
+	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
 
 test: test-dev test-sanitize test-runtime-only
 
