@@ -12,7 +12,7 @@ JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); pri
 CTEST := ctest --output-on-failure -j $(JOBS)
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all deps demo bench test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all deps demo bench corpus test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -45,6 +45,10 @@ bench: deps $(BUNNY)
 	cmake --build --preset bench -j $(JOBS) --target vpsbake openvdb_peer
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
+
+# Every mesh of ../shared, checked and baked; writes docs/corpus.md.
+corpus: all
+	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/corpus.md
 
 test: test-dev test-sanitize test-runtime-only
 
