@@ -76,7 +76,7 @@ void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<st
   constexpr double kWorthSaying = 0.001;
   if (thin.share < kWorthSaying) return;
   notes.push_back(fmt::format(
-      "{:.2g} % of the surface has a wall thinner than two voxels under it, the thinnest found {:.3g} voxels at "
+      "{:.1f} % of the surface has a wall thinner than two voxels under it, the thinnest found {:.3g} voxels at "
       "({:.6g}, {:.6g}, {:.6g}) m; bodies may pass through it",
       100 * thin.share, thin.thinnest / voxel_size, thin.place.x(), thin.place.y(), thin.place.z()));
 }

@@ -48,10 +48,10 @@ void wrap(Mesh& mesh, double voxel_size, std::vector<std::string>& notes) {
                   holes == 1 ? "" : "s", format_length(offset), format_length(alpha)));
 }
 
-[[noreturn]] void refuse_leak(const Hole& hole, std::size_t holes, const RepairSettings& settings) {
+[[noreturn]] void refuse_leak(const FilledHoles& holes, const RepairSettings& settings) {
   std::string message =
-      fmt::format("the mesh is open: it leaks through {} hole{}, the widest of {} with a border of {} at {}", holes,
-                  holes == 1 ? "" : "s", format_length(hole.width), format_length(hole.length), place(hole.place));
+      fmt::format("the mesh is open: it leaks through {} hole{}, the longest border of {} at {}", holes.left,
+                  holes.left == 1 ? "" : "s", format_length(holes.longest_border), place(holes.place));
   if (settings.repair == Repair::automatic) {
     message += "; close it there, or use --repair fill, --repair wrap, or --open-surface thicken=2mm for a sheet";
   } else {
@@ -98,7 +98,7 @@ Repair close_mesh(Mesh& mesh, double longest_side, const RepairSettings& setting
                         : settings.repair == Repair::automatic ? settings.voxel_size
                                                                : 0;
   const FilledHoles holes = fill_holes(work, widest);
-  if (holes.left > 0) refuse_leak(holes.widest, holes.left, settings);
+  if (holes.left > 0) refuse_leak(holes, settings);
   if (!closed_after_tidying(work)) {
     refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
   }

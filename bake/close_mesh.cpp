@@ -248,7 +248,10 @@ FilledHoles fill_holes(Mesh& mesh, double widest) {
     for (const auto& [a, b, c] : patch) width = std::max(width, least_height(border[a], border[b], border[c]));
     if (width > widest) {
       ++result.left;
-      if (width > result.widest.width) result.widest = {width, length, border.front()};
+      if (length > result.longest_border) {
+        result.longest_border = length;
+        result.place = border.front();
+      }
       continue;
     }
     std::vector<std::uint32_t> numbers = loop;

@@ -15,20 +15,15 @@ std::size_t weld_vertices(Mesh& mesh, double tolerance);
 /// such a vertex lies beside it. @return number of vertices merged and edges split
 std::size_t stitch_borders(Mesh& mesh, double tolerance);
 
-/// A hole that was left open.
-struct Hole {
-  double width = 0;               ///< least height of the fattest triangle that would close it. [m]
-  double length = 0;              ///< of its border. [m]
-  Vector place = Vector::Zero();  ///< a point of its border
-};
-
 struct FilledHoles {
   std::size_t filled = 0;
   std::size_t left = 0;
-  Hole widest;  ///< of those left
+  double longest_border = 0;      ///< of those left. [m]
+  Vector place = Vector::Zero();  ///< a point of that border
 };
 
-/// Triangulates the holes that are no wider than `widest` (CGAL). Winding follows the surface around each hole.
+/// Triangulates holes (CGAL). A hole is as wide as the least height of the fattest triangle of its patch; those wider
+/// than `widest` stay. Winding follows the surface around each hole.
 FilledHoles fill_holes(Mesh& mesh, double widest);
 
 /// Number of edges that are used more often in one direction than in the other.

@@ -46,14 +46,20 @@ double ClosestPoint::distance(const Vector& point) const {
   return std::sqrt(tree_->tree.squared_distance(point3(point)));
 }
 
-double ClosestPoint::along_ray(const Vector& from, const Vector& direction) const {
+ClosestPoint::Hit ClosestPoint::along_ray(const Vector& from, const Vector& direction) const {
   const Kernel::Ray_3 ray(point3(from), Kernel::Vector_3(direction.x(), direction.y(), direction.z()));
-  const auto hit = tree_->tree.first_intersection(ray);
-  if (!hit) return std::numeric_limits<double>::infinity();
+  const auto found = tree_->tree.first_intersection(ray);
+  if (!found) return {};
   const auto distance = [&](const Kernel::Point_3& p) { return (Vector(p.x(), p.y(), p.z()) - from).norm(); };
-  if (const auto* const point = boost::get<Kernel::Point_3>(&hit->first)) return distance(*point);
-  const auto& segment = boost::get<Kernel::Segment_3>(hit->first);
-  return std::min(distance(segment.source()), distance(segment.target()));
+  Hit hit;
+  hit.triangle = static_cast<std::uint32_t>(found->second - tree_->triangles.cbegin());
+  if (const auto* const point = boost::get<Kernel::Point_3>(&found->first)) {
+    hit.distance = distance(*point);
+  } else {
+    const auto& segment = boost::get<Kernel::Segment_3>(found->first);
+    hit.distance = std::min(distance(segment.source()), distance(segment.target()));
+  }
+  return hit;
 }
 
 }  // namespace vps

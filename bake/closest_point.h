@@ -2,6 +2,8 @@
 /// @file Distance from any point to the surface, by CGAL's AABB tree: far bricks and the certificate. Internal to bake.
 #pragma once
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 
 #include "bake/geometry.h"
@@ -19,9 +21,13 @@ class ClosestPoint {
   /// Unsigned distance. Safe from several threads. [m]
   [[nodiscard]] double distance(const Vector& point) const;
 
-  /// Distance along a ray to the first triangle it meets; infinite when it meets none. Safe from several threads. [m]
+  struct Hit {
+    double distance = std::numeric_limits<double>::infinity();  ///< [m]
+    std::uint32_t triangle = 0;
+  };
+  /// The first triangle that a ray meets; at infinity when it meets none. Safe from several threads.
   /// @param direction  unit
-  [[nodiscard]] double along_ray(const Vector& from, const Vector& direction) const;
+  [[nodiscard]] Hit along_ray(const Vector& from, const Vector& direction) const;
 
  private:
   struct Tree;

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <limits>
 
 #include "bake/uniform.h"
 
@@ -60,7 +60,10 @@ std::vector<double> wall_thickness(const Surface& surface, const ClosestPoint& c
   const double skin = 1e-9 * (surface.bounds_max - surface.bounds_min).norm();
   std::vector<double> thickness(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
-    thickness[n] = closest.along_ray(points[n].position + skin * points[n].inward_normal, points[n].inward_normal);
+    const Vector& inward = points[n].inward_normal;
+    const ClosestPoint::Hit hit = closest.along_ray(points[n].position + skin * inward, inward);
+    const bool opposite = std::isfinite(hit.distance) && surface.normals[hit.triangle].dot(inward) > std::sqrt(0.5);
+    thickness[n] = opposite ? hit.distance : std::numeric_limits<double>::infinity();
   });
   return thickness;
 }

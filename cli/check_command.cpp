@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
@@ -63,9 +65,10 @@ void print_text(const std::string& path, const MeshReport& r, bool voxel_size_gi
   fmt::print("repair      {}\n", describe(r.repair));
   for (const std::string& note : r.notes) fmt::print("            {}\n", note);
   fmt::print("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
-  fmt::print("walls       half of the surface is thicker than {}, 99 % thicker than {}", format_length(r.wall_median),
-             format_length(r.wall_p01));
-  if (voxel_size_given) fmt::print("; {:.2g} % is thinner than two voxels", 100 * r.thin_share);
+  const auto length = [](double metres) { return std::isfinite(metres) ? format_length(metres) : "any wall"; };
+  fmt::print("walls       half of the surface is thicker than {}, 99 % thicker than {}", length(r.wall_median),
+             length(r.wall_p01));
+  if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
   fmt::print("\n");
 }
 

@@ -96,7 +96,8 @@ TEST(Bake, TheBandMayBeWiderOnOneSide) {
       }
     }
     // Bricks beyond the band on one side are not stored, whatever the other side's width.
-    EXPECT_GT(static_cast<double>(exact), 0.9 * 4 * M_PI * 0.01 * (inside + outside) / (s * s));
+    const double volume = 4.0 / 3 * M_PI * (std::pow(0.1 + outside * s, 3) - std::pow(0.1 - inside * s, 3));
+    EXPECT_NEAR(static_cast<double>(exact), volume / (s * s * s), 0.03 * volume / (s * s * s));
   }
 }
 

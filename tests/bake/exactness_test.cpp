@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "bake/coarse_layers.h"
 #include "bake/winding.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bake/scene.h"
@@ -167,7 +168,7 @@ void expect_distances(const Subject& s) {
     const double tolerance = 1e-9 * s.size;
     const double stored = std::abs(field.penetration[at]);
     const auto wrong = [&](double truth) {
-      return field.closest[at] == kNoTriangle ? truth < field.band - tolerance || stored != field.band
+      return field.closest[at] == kNoTriangle ? truth < field.band_inner - tolerance || stored != field.band_inner
                                               : std::abs(stored - truth) > tolerance;
     };
     double truth = s.distance.distance(to_array(p));
@@ -272,8 +273,7 @@ void expect_no_voxel_missed(const Subject& s) {
 
 void expect_far_bricks_bounded(const Subject& s) {
   const Grid& grid = s.scene.grid;
-  const ClosestPoint closest(s.scene.surface);
-  const std::vector<std::int16_t> layers = coarse_layers(closest, grid, s.scene.runs, s.scene.field);
+  const std::vector<std::int16_t> layers = coarse_layers(grid, s.scene.voxels, s.scene.runs, s.scene.field);
   const InsideTest inside(s.scene.surface, grid);
   Random random;
   Failures bounds;

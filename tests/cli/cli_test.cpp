@@ -128,7 +128,7 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   const TemporaryFolder folder;
   const std::string cube = sample("cube");
   expect_refusal(folder, "", 1, "a mesh is required");
-  expect_refusal(folder, cube, 1, "--voxel or --resolution is required");
+  expect_refusal(folder, cube, 1, "--voxel, --resolution or --max-error is required");
   expect_refusal(folder, cube + " --voxel 5", 1, "a length needs a unit; write 5mm or 5m");
   expect_refusal(folder, cube + " --voxel five", 1, "five is not a length");
   expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
