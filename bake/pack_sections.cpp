@@ -157,6 +157,8 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
     largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
   }
   info.covering_radius = shell.covering_radius + largest * std::numeric_limits<float>::epsilon();
+  info.normal_error_mean = shell.normal_error_mean;
+  info.normal_error_max = shell.normal_error_max;
   info.points = shell.positions.size();
   info.branching = branching;
   info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);

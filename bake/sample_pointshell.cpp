@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "bake/surface_blocks.h"
@@ -149,7 +150,8 @@ class Sampler {
   /// Adds the point unless one on the same side is nearer than the spacing; then it returns null.
   Sample* offer(Block& home, const Vector& p, const Vector& normal);
   void offer_on_edge(const Vector& p, std::uint32_t triangle) {
-    offer(blocks_.block_of(p), p, surface_.normals[triangle]);
+    Sample* const made = offer(blocks_.block_of(p), p, surface_.normals[triangle]);
+    if (made != nullptr) made->on_edge = true;
   }
   void sample_patch(const Grid& grid, const SurfaceVoxels& voxels, Block& home, const Patch& patch);
 
@@ -350,17 +352,20 @@ double interpolate(const Grid& grid, const InsideRuns& runs, const BandField& fi
 
 // The gradient of V points inward; central differences over one voxel. Where it vanishes (the middle of a thin wall) or
 // contradicts the triangle, the triangle's own normal is better.
-Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& p,
-                     const Vector& outward) {
+Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Sample& sample) {
   const double h = grid.voxel_size / 2;
   Vector gradient;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector step = h * Vector::Unit(axis);
-    gradient[axis] = interpolate(grid, runs, field, p + step) - interpolate(grid, runs, field, p - step);
+    gradient[axis] =
+        interpolate(grid, runs, field, sample.position + step) - interpolate(grid, runs, field, sample.position - step);
   }
   const double length = gradient.norm();
   constexpr double kTrust = 0.4;  // of the unit slope
-  if (!(length > kTrust * 2 * h) || gradient.dot(outward) > -0.2 * length) return -outward;
+  // On a face the gradient smooths what is smaller than a voxel; farther off than 30 degrees it has seen another face.
+  // On an edge it halves the angle.
+  const double least_cosine = sample.on_edge ? 0.2 : std::cos(std::numbers::pi / 6);
+  if (!(length > kTrust * 2 * h) || -gradient.dot(sample.normal) < least_cosine * length) return -sample.normal;
   return gradient / length;
 }
 
@@ -383,9 +388,19 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
     const Sample& sample = *samples[i];
     shell.positions[i] = sample.position;
-    shell.inward_normals[i] = inward_normal(grid, runs, field, sample.position, sample.normal);
+    shell.inward_normals[i] = inward_normal(grid, runs, field, sample);
     shell.areas[i] = sample.area;
   });
+  std::size_t on_faces = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i]->on_edge) continue;
+    const Vector& n = samples[i]->normal;
+    const double angle = std::atan2(shell.inward_normals[i].cross(n).norm(), -shell.inward_normals[i].dot(n));
+    shell.normal_error_mean += angle;
+    shell.normal_error_max = std::max(shell.normal_error_max, angle);
+    ++on_faces;
+  }
+  if (on_faces > 0) shell.normal_error_mean /= static_cast<double>(on_faces);
   return shell;
 }
 

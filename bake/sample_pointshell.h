@@ -11,6 +11,8 @@ struct Pointshell {
   std::vector<Vector> inward_normals;  ///< unit
   std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
   double spacing = 0;                  ///< points on the same side are no closer than this, features excepted. [m]
+  double normal_error_mean = 0;        ///< angle to the face's normal, over points that lie on no sharp edge. [rad]
+  double normal_error_max = 0;         ///< the worst of these. [rad]
   double covering_radius = 0;          ///< proven: every surface point has a shell point no farther than this. [m]
 };
 

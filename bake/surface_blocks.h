@@ -44,6 +44,7 @@ struct Sample {
   Vector normal;    ///< outward, of the triangle it was made on
   double area;      ///< [m^2]
   Sample* next;     ///< in the same cell
+  bool on_edge;     ///< a sharp one
 };
 
 /// A piece that is small against a block.
@@ -78,7 +79,7 @@ class SurfaceBlocks {
     const Position c = cell_of(p);
     Block& block = *home.around[around(home, c)];
     Sample*& head = block.heads[cell_in_block(c)];
-    head = &block.samples.emplace_back(Sample{p, normal, 0, head});
+    head = &block.samples.emplace_back(Sample{p, normal, 0, head, false});
     return head;
   }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "bake/plan.h"
 
@@ -51,6 +52,8 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
     j["pointshell"] = {{"points", info.points},
                        {"spacing", info.spacing},
                        {"covering_radius", info.covering_radius},
+                       {"normal_error_mean", info.normal_error_mean},
+                       {"normal_error_max", info.normal_error_max},
                        {"branching", info.branching},
                        {"levels", info.levels}};
   }
@@ -84,6 +87,9 @@ std::string info_to_text(const AssetInfo& info) {
   if (info.points > 0) {
     out += fmt::format("pointshell  {} points at least {} apart, every surface point within {} of one\n", info.points,
                        format_length(info.spacing), format_length(info.covering_radius));
+    constexpr double kDegrees = 180 / std::numbers::pi;
+    out += fmt::format("  normals {:.2g} degrees off their faces in the mean, {:.2g} at most\n",
+                       kDegrees * info.normal_error_mean, kDegrees * info.normal_error_max);
     out += fmt::format("  tree of {} levels, K = {}\n", info.levels, info.branching);
   }
   return out;

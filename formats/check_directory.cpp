@@ -49,7 +49,8 @@ bool grid_is_good(const AssetInfo& info) noexcept {
 bool shell_is_good(const AssetInfo& info) noexcept {
   if (info.points == 0) return info.levels == 0;
   return info.points <= kMaxCount && info.levels >= 1 && info.levels <= kMaxLevels && info.branching >= 2 &&
-         all_finite(info.spacing, info.covering_radius) && info.spacing > 0 && info.covering_radius >= 0;
+         all_finite(info.spacing, info.covering_radius) && all_finite(info.normal_error_mean, info.normal_error_max) &&
+         info.spacing > 0 && info.covering_radius >= 0;
 }
 
 // What a kind must look like. A shape entry of 0 stands for a count that is checked elsewhere.

@@ -43,6 +43,8 @@ void for_each_info_field(Info& info, Visit visit) {
   }
   visit(496, info.certificate_samples);
   visit(512, info.generator);
+  visit(544, info.normal_error_mean);
+  visit(552, info.normal_error_max);
 }
 
 /// Calls visit(offset in the entry, field) for each scalar of a section table entry.

@@ -126,8 +126,10 @@ struct AssetInfo {
   std::array<double, 3> centre_of_mass{};  ///< [m]
   std::array<double, 6> inertia{};         ///< xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
   // Pointshell and tree. 0 when the asset has none.
-  double spacing = 0;          ///< least distance that sampling aimed at, alpha * s. [m]
-  double covering_radius = 0;  ///< every surface point has a shell point no farther than this. [m]
+  double spacing = 0;            ///< least distance that sampling aimed at, alpha * s. [m]
+  double covering_radius = 0;    ///< every surface point has a shell point no farther than this. [m]
+  double normal_error_mean = 0;  ///< of the inward normals of points on no sharp edge, to their face's normal. [rad]
+  double normal_error_max = 0;   ///< [rad]
   std::uint64_t points = 0;
   std::uint32_t branching = 0;  ///< K
   std::uint32_t levels = 0;     ///< L, root = 1

@@ -291,6 +291,8 @@ void write_facts(hid_t root, const AssetInfo& info) {
   write_real(root, "inertia_xx_yy_zz_xy_xz_yz", info.inertia);
   write_real(root, "spacing", info.spacing);
   write_real(root, "covering_radius", info.covering_radius);
+  write_real(root, "normal_error_mean", info.normal_error_mean);
+  write_real(root, "normal_error_max", info.normal_error_max);
   write_count(root, "points", info.points);
   write_count(root, "branching", info.branching);
   write_count(root, "levels", info.levels);

@@ -127,5 +127,22 @@ TEST(SamplePointshell, ALargerAlphaGivesFewerPoints) {
   EXPECT_NEAR(static_cast<double>(fine) / static_cast<double>(coarse), 4, 0.6);
 }
 
+TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
+  const auto shell_of = [](const TriangleMesh& mesh, double s) {
+    const Scene scene(mesh, s);
+    return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 1.5 * s);
+  };
+  const Pointshell smooth = shell_of(make_sphere(0.1, 4), 0.004);
+  EXPECT_GT(smooth.normal_error_mean, 0);
+  EXPECT_LT(smooth.normal_error_mean, 0.05);
+  const Pointshell box = shell_of(make_box({0.1, 0.07, 0.05}), 0.004);
+  EXPECT_LT(box.normal_error_mean, 0.02);
+  EXPECT_LE(box.normal_error_max, M_PI / 6 + 1e-9);
+  // On edges and corners they point between the faces.
+  std::size_t between = 0;
+  for (const Vector& n : box.inward_normals) between += n.cwiseAbs().maxCoeff() < 0.8;
+  EXPECT_GT(between, 50U);
+}
+
 }  // namespace
 }  // namespace vps::test

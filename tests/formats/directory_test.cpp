@@ -72,6 +72,8 @@ TEST(Directory, EveryFieldSurvivesARoundTrip) {
   EXPECT_EQ(d.info.inertia, tiny.info.inertia);
   EXPECT_EQ(d.info.spacing, tiny.info.spacing);
   EXPECT_EQ(d.info.covering_radius, tiny.info.covering_radius);
+  EXPECT_EQ(d.info.normal_error_mean, tiny.info.normal_error_mean);
+  EXPECT_EQ(d.info.normal_error_max, tiny.info.normal_error_max);
   EXPECT_EQ(d.info.points, 4U);
   EXPECT_EQ(d.info.branching, 2U);
   EXPECT_EQ(d.info.levels, 2U);
@@ -236,7 +238,7 @@ TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
 
 TEST(Directory, ReservedBytesMustBeZero) {
   Bytes bytes{TinyAsset{}};
-  for (const std::size_t offset : {48U, 116U, 504U, 544U, 1023U, 1024U + 88U, 4095U}) {
+  for (const std::size_t offset : {48U, 116U, 504U, 560U, 1023U, 1024U + 88U, 4095U}) {
     std::array<std::byte, kUserBlockBytes> copy;
     std::memcpy(copy.data(), bytes.all().data(), copy.size());
     copy[offset] = std::byte{1};

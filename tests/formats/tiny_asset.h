@@ -42,6 +42,8 @@ struct TinyAsset {
     info.inertia = {0.1, 0.2, 0.3, 0.01, 0.02, 0.03};
     info.spacing = 0.18;
     info.covering_radius = 0.2;
+    info.normal_error_mean = 0.01;
+    info.normal_error_max = 0.3;
     info.points = 4;
     info.branching = 2;
     info.levels = 2;
