@@ -125,8 +125,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   stages.start("fill_layers");
   const InsideRuns runs = fill_inside(surface, grid);
   stages.start("distance_field");
-  const BandField field = distance_field(surface, grid, runs, options.band_inside * grid.voxel_size,
-                                         options.band_outside * grid.voxel_size);
+  // A voxel more than the band: cells at its end have corners beyond it.
+  const BandField field = distance_field(surface, grid, runs, (options.band_inside + 1) * grid.voxel_size,
+                                         (options.band_outside + 1) * grid.voxel_size);
   asset.info.voxel_size = grid.voxel_size;
   stages.start("thin_walls");
   const ClosestPoint closest(surface);
@@ -136,12 +137,13 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
 
   if (options.voxelmap) {
     stages.start("coarse_layers");
-    const std::vector<std::int16_t> coarse = coarse_layers(grid, voxels, runs, field);
-    stages.start("represent");
-    const Representations fields = represent(surface, grid, voxels, field, options, planned.lambda);
-    describe_voxelmap(grid, voxels, runs, field, planned.precision, planned.lambda, asset.info);
+    const std::vector<std::int16_t> coarse = coarse_layers(grid, voxels, runs);
+    stages.start("sample_field");
+    const InsideTest inside(surface, grid);
+    const Representations fields = represent(surface, grid, voxels, runs, field, inside, options, planned.lambda);
+    describe_voxelmap(grid, voxels, runs, options, planned.lambda, asset.info);
     stages.start("certify");
-    certify_fields(surface, closest, grid, field, fields, asset.info);
+    certify_fields(surface, closest, inside, grid, field, fields, options, asset.info);
     pack_voxelmap(grid, field, coarse, fields, asset.sections);
   }
   if (options.pointshell) {

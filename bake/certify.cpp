@@ -8,16 +8,16 @@
 #include <cmath>
 
 #include "bake/uniform.h"
-#include "bake/winding.h"
 
 namespace vps {
 std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
-                                                   const Grid& grid, const BandField& field) {
-  const InsideTest inside(surface, grid);
-  // Voxels with an exact distance at their centre.
+                                                   const InsideTest& inside, const Grid& grid, const BandField& field,
+                                                   double band_inner, double band_outer) {
+  // Voxels with their centre in the band.
   std::vector<std::size_t> voxels;
   for (std::size_t at = 0; at < field.closest.size(); ++at) {
-    if (field.closest[at] != kNoTriangle) voxels.push_back(at);
+    const double v = field.penetration[at];
+    if (v <= band_inner && v >= -band_outer) voxels.push_back(at);
   }
   std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.size()));
   std::vector<std::uint8_t> used(samples.size(), 0);
@@ -33,8 +33,9 @@ std::vector<CertificateSample> certificate_samples(const Surface& surface, const
     sample.point = grid.centre(field.set.bricks[sample.brick], sample.voxel) + grid.voxel_size * offset;
     const double distance = closest.distance(sample.point);
     const bool within = inside.inside(sample.point);
-    if (distance > (within ? field.band_inner : field.band_outer) - half_diagonal) return;
-    sample.inward_normal = -exact_gradient(surface, grid, field, sample.brick, sample.voxel);
+    if (distance > (within ? band_inner : band_outer) - half_diagonal) return;
+    sample.inward_normal = -exact_gradient(surface, grid.centre(field.set.bricks[sample.brick], sample.voxel),
+                                           field.closest[at], field.penetration[at] > 0, grid.voxel_size);
     sample.penetration = within ? distance : -distance;
     used[n] = 1;
   });

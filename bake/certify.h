@@ -6,6 +6,7 @@
 
 #include "bake/closest_point.h"
 #include "bake/distance_field.h"
+#include "bake/winding.h"
 
 namespace vps {
 
@@ -23,10 +24,13 @@ struct CertificateSample {
 /// A stored field as a query sees it: V at the sample's point by Eq. (4) or (5).
 using Reconstruction = std::function<double(const CertificateSample&)>;
 
-/// Points spread evenly over the band, the same for every run. Points within a voxel's half diagonal of the band's end
+/// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end
 /// are left out, for their voxel may lie beyond it.
+/// @param band_inner, band_outer  no wider than the field's. [Units: m]
 [[nodiscard]] std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
-                                                                 const Grid& grid, const BandField& field);
+                                                                 const InsideTest& inside, const Grid& grid,
+                                                                 const BandField& field, double band_inner,
+                                                                 double band_outer);
 
 /// Errors of one field at the samples.
 [[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,

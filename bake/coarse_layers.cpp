@@ -108,8 +108,7 @@ void slice_distances(const Grid& grid, const SurfaceVoxels& voxels, std::uint32_
 
 }  // namespace
 
-std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
-                                        const BandField& field) {
+std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs) {
   const std::size_t plane = std::size_t{grid.brick_dims[0]} * grid.brick_dims[1];
   std::vector<float> slices(plane * grid.dims[2]);
   tbb::parallel_for(std::uint32_t{0}, grid.dims[2],
@@ -125,12 +124,11 @@ std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& v
           [&](int b, float squared) {
             const auto z = static_cast<std::uint32_t>(b);
             const std::size_t at = grid.brick_at(x, y, z);
-            if (field.set.index[at] != kNoBrick) return;
-            // Squares were rounded to float. A brick's centre is half a diagonal from voxel centres beyond the band.
+            // Squares were rounded to float.
             const double halves = std::sqrt(static_cast<double>(squared)) * (1 - 1e-6);
             const double voxels_away = std::floor(halves / 2 - std::sqrt(0.75));
-            const auto layer = static_cast<std::int16_t>(std::clamp(voxels_away, 1.0, 32767.0));
-            // The brick holds no surface: any of its voxels tells the side.
+            const auto layer = static_cast<std::int16_t>(std::clamp(voxels_away, 0.0, 32767.0));
+            // A brick beyond the band holds no surface: any of its voxels tells the side.
             layers[at] = runs.test(grid, x * 8 + 4, y * 8 + 4, z * 8 + 4) ? layer : static_cast<std::int16_t>(-layer);
           });
     }

@@ -110,8 +110,9 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     NearestTriangles nearest;
     nearest.squared.fill(band * band * (1 + 1e-9));
     nearest.triangle.fill(-1);
+    const PointLattice points{grid.centre(lists.set.bricks[n], 0), grid.voxel_size};
     for (std::size_t i = lists.start[n]; i < lists.start[n + 1]; ++i) {
-      offer_triangle(surface, lists.triangles[i], grid, lists.set.bricks[n], band, nearest);
+      offer_triangle(surface, lists.triangles[i], points, band, nearest);
     }
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
       const double limit = test_bit(inside[n], voxel) ? band_inner : band_outer;
@@ -142,11 +143,16 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   field.inside.resize(field.set.bricks.size());
   field.penetration.resize(field.set.bricks.size() * kBrickVoxels);
   field.closest.resize(field.penetration.size());
+  field.near_start.push_back(0);
   for (std::size_t n = 0; n < candidates; ++n) {
     const Index3& b = lists.set.bricks[n];
     const std::uint32_t brick = field.set.index[grid.brick_at(b[0], b[1], b[2])];
     if (brick == kNoBrick) continue;
     field.inside[brick] = inside[n];
+    field.near_triangles.insert(field.near_triangles.end(),
+                                lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]),
+                                lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]));
+    field.near_start.push_back(field.near_triangles.size());
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
       const std::size_t at = field.at(brick, voxel);
       field.closest[at] = results[n].closest[voxel];
@@ -157,18 +163,16 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   return field;
 }
 
-Vector exact_gradient(const Surface& surface, const Grid& grid, const BandField& field, std::size_t brick,
-                      std::uint32_t voxel) {
-  const std::size_t at = field.at(brick, voxel);
-  const std::uint32_t t = field.closest[at];
-  if (t == kNoTriangle) return Vector::Zero();
-  const Vector p = grid.centre(field.set.bricks[brick], voxel);
-  const Vector to_surface =
-      closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p;
+Vector exact_gradient(const Surface& surface, const Vector& point, std::uint32_t triangle, bool inside,
+                      double voxel_size) {
+  if (triangle == kNoTriangle) return Vector::Zero();
+  const Vector to_surface = closest_on_triangle(point, surface.corner(triangle, 0), surface.corner(triangle, 1),
+                                                surface.corner(triangle, 2)) -
+                            point;
   const double distance = to_surface.norm();
   // On the surface the direction to it is lost; the triangle's inward normal is its limit.
-  if (distance < 1e-9 * grid.voxel_size) return -surface.normals[t];
-  return to_surface * ((test_bit(field.inside[brick], voxel) ? -1.0 : 1.0) / distance);
+  if (distance < 1e-9 * voxel_size) return -surface.normals[triangle];
+  return to_surface * ((inside ? -1.0 : 1.0) / distance);
 }
 
 }  // namespace vps

@@ -20,7 +20,7 @@ struct Vector3 {
   double x, y, z;
 };
 
-// What the distance to a triangle needs, with the corners relative to the brick's first voxel centre.
+// What the distance to a triangle needs, with the corners relative to the lattice's first point.
 struct Facet {
   Vector3 corner[3];
   Vector3 edge[3];
@@ -97,10 +97,10 @@ namespace detail {
 HWY_EXPORT(offer_rows);
 }
 
-void offer_triangle(const Surface& surface, std::size_t t, const Grid& grid, const Index3& brick, double band,
+void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
                     NearestTriangles& nearest) {
-  const double s = grid.voxel_size;
-  const Vector origin = grid.centre(brick, 0);
+  const double s = points.step;
+  const Vector& origin = points.first;
   const auto plain = [](const Vector& v) { return detail::Vector3{v.x(), v.y(), v.z()}; };
   detail::Facet facet{};
   for (int k = 0; k < 3; ++k) {
@@ -118,7 +118,7 @@ void offer_triangle(const Surface& surface, std::size_t t, const Grid& grid, con
     const double first = std::ceil((low - origin[axis] - band) / s);
     const double last = std::floor((high - origin[axis] + band) / s);
     rows.first[axis - 1] = static_cast<int>(std::clamp(first, 0.0, double{kBrickEdge}));
-    rows.last[axis - 1] = static_cast<int>(std::clamp(last, -1.0, kBrickEdge - 1.0));
+    rows.last[axis - 1] = static_cast<int>(std::clamp(last, -1.0, points.edge - 1.0));
   }
   const double reach = (band + std::abs(facet.normal.x) * ((kBrickEdge - 1) / 2.0) * s) * (1 + 1e-9);
   HWY_DYNAMIC_DISPATCH(detail::offer_rows)

@@ -8,17 +8,24 @@
 
 namespace vps {
 
-/// The nearest triangle of each voxel of a brick so far.
+/// A cube of up to 8x8x8 points. Point (x,y,z) has number (8 z + y) 8 + x.
+struct PointLattice {
+  Vector first = Vector::Zero();  ///< point (0,0,0). [m]
+  double step = 0;                ///< [m]
+  int edge = kBrickEdge;          ///< points along an axis. [Limits: 1 <= value <= 8]
+};
+
+/// The nearest triangle of each point of a lattice so far.
 struct NearestTriangles {
   alignas(64) std::array<double, kBrickVoxels> squared;  ///< distance. [m^2]
   /// Number as double: lanes of one width. Negative: none yet.
   alignas(64) std::array<double, kBrickVoxels> triangle;
 };
 
-/// Offers triangle `t` to the voxel centres of a brick that may lie within `band` of it. The nearer triangle stays, and
+/// Offers triangle `t` to the points of a lattice that may lie within `band` of it. The nearer triangle stays, and
 /// among equals the earlier one. Results do not depend on the machine's vector instructions: every operation is rounded
 /// by itself.
-void offer_triangle(const Surface& surface, std::size_t t, const Grid& grid, const Index3& brick, double band,
+void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
                     NearestTriangles& nearest);
 
 }  // namespace vps

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "bake/certify.h"
+#include "bake/plan.h"
 
 namespace vps {
 namespace {
@@ -28,90 +29,89 @@ SectionData section(SectionKind kind, ElementType element, std::vector<std::uint
 
 template <class Narrow>
 SectionData narrowed(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
-                     const std::vector<std::int32_t>& values) {
+                     const std::vector<std::int16_t>& values) {
   std::vector<Narrow> narrow(values.size());
-  std::transform(values.begin(), values.end(), narrow.begin(), [](std::int32_t v) { return static_cast<Narrow>(v); });
+  std::transform(values.begin(), values.end(), narrow.begin(), [](std::int16_t v) { return static_cast<Narrow>(v); });
   return section(kind, element, std::move(shape), narrow);
-}
-
-SectionData pack_scaled(const Representations& fields, const std::vector<std::uint64_t>& shape) {
-  if (fields.scaled_limit <= 127) {
-    return narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, shape, fields.scaled);
-  }
-  if (fields.scaled_limit <= 32767) {
-    return narrowed<std::int16_t>(SectionKind::scaled, ElementType::i16, shape, fields.scaled);
-  }
-  return section(SectionKind::scaled, ElementType::i32, shape, fields.scaled);
 }
 
 }  // namespace
 
-Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const BandField& field,
-                          const BakeOptions& options, double lambda) {
+Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                          const BandField& field, const InsideTest& inside, const BakeOptions& options, double lambda) {
   Representations out;
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
+  if (!options.scaled && !options.real) return out;
+  const double s = grid.voxel_size;
+  out.tree = sample_field(surface, grid, runs, field, inside,
+                          {options.field_error * s, options.band_inside * s, options.band_outside * s}, options.real);
+  if (!options.scaled) return out;
   out.lambda = lambda;
-  if (options.scaled) {
-    const double limit = std::floor(std::max(field.band_inner, field.band_outer) / out.lambda + 1e-9);
-    out.scaled_limit = static_cast<std::int32_t>(limit);
-    out.scaled.resize(field.penetration.size());
+  out.scaled_limit = scaled_limit(options, s, lambda);
+  out.scaled.resize(out.tree.penetration.size());
+  tbb::parallel_for(std::size_t{0}, out.tree.levels.size(), [&](std::size_t brick) {
     // Eq. (1) truncates; rounding to nearest halves the error at the same size.
-    tbb::parallel_for(std::size_t{0}, field.set.bricks.size(), [&](std::size_t brick) {
-      for (std::size_t at = field.at(brick, 0); at < field.at(brick + 1, 0); ++at) {
-        const double steps = std::clamp(field.penetration[at] / out.lambda, -limit, limit);
-        out.scaled[at] = static_cast<std::int32_t>(std::lrint(steps));
-      }
-    });
-  }
-  if (options.real) {
-    out.real = field.penetration;
-    out.gradient.resize(3 * out.real.size());
-    tbb::parallel_for(std::size_t{0}, field.set.bricks.size(), [&](std::size_t brick) {
-      for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-        const Vector gradient = grid.voxel_size * exact_gradient(surface, grid, field, brick, voxel);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          out.gradient[3 * field.at(brick, voxel) + axis] =
-              static_cast<float>(gradient[static_cast<Eigen::Index>(axis)]);
-        }
-      }
-    });
-  }
+    const double step = out.step(brick);
+    for (std::size_t at = brick * kFieldStride; at < (brick + 1) * kFieldStride; ++at) {
+      const double limit = out.scaled_limit;
+      out.scaled[at] =
+          static_cast<std::int16_t>(std::lrint(std::clamp(out.tree.penetration[at] / step, -limit, limit)));
+    }
+  });
   return out;
 }
 
-void certify_fields(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const BandField& field,
-                    const Representations& fields, AssetInfo& info) {
-  const std::vector<CertificateSample> samples = certificate_samples(surface, closest, grid, field);
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+                    const BandField& field, const Representations& fields, const BakeOptions& options,
+                    AssetInfo& info) {
+  const double s = grid.voxel_size;
+  const std::vector<CertificateSample> samples =
+      certificate_samples(surface, closest, inside, grid, field, options.band_inside * s, options.band_outside * s);
   info.certificate_samples = samples.size();
-  const auto to_centre = [&](const CertificateSample& sample) -> Vector {
-    return grid.centre(field.set.bricks[sample.brick], sample.voxel) - sample.point;
-  };
-  // Eq. (4) with sigma = s or lambda.
-  const auto integer_field = [&](const auto& values, double sigma) -> Reconstruction {
-    return [&, sigma](const CertificateSample& sample) {
-      return sample.inward_normal.dot(to_centre(sample)) + values[field.at(sample.brick, sample.voxel)] * sigma;
-    };
-  };
-  if (!fields.layers.empty()) info.layers_error = certify(samples, integer_field(fields.layers, grid.voxel_size));
-  if (!fields.scaled.empty()) info.scaled_error = certify(samples, integer_field(fields.scaled, fields.lambda));
-  if (!fields.real.empty()) {
-    // Eq. (5).
-    info.real_error = certify(samples, [&](const CertificateSample& sample) {
-      const std::size_t at = field.at(sample.brick, sample.voxel);
-      const Vector gradient(fields.gradient[3 * at], fields.gradient[3 * at + 1], fields.gradient[3 * at + 2]);
-      return fields.real[at] - gradient.dot(to_centre(sample)) / grid.voxel_size;
+  if (!fields.layers.empty()) {
+    // Eq. (4) with sigma = s.
+    info.layers_error = certify(samples, [&](const CertificateSample& sample) {
+      const Vector to_centre = grid.centre(field.set.bricks[sample.brick], sample.voxel) - sample.point;
+      return sample.inward_normal.dot(to_centre) + fields.layers[field.at(sample.brick, sample.voxel)] * s;
     });
+  }
+  // Interpolated. The places where bricks were found good enough count too: they are many more.
+  const auto sampled = [&](const auto& value, double rounding) {
+    FieldCertificate certificate = certify(samples, [&](const CertificateSample& sample) {
+      const FieldCell cell = find_cell(grid, fields.tree, sample.point);
+      if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
+      double sum = 0;
+      for (std::size_t k = 0; k < 8; ++k)
+        sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
+      return sum;
+    });
+    if (fields.tree.worst_error + rounding > certificate.max) {
+      certificate.max = fields.tree.worst_error + rounding;
+      const Vector& at = fields.tree.worst_at;
+      certificate.worst_at = {at.x(), at.y(), at.z()};
+    }
+    return certificate;
+  };
+  if (!fields.scaled.empty()) {
+    info.scaled_error =
+        sampled([&](std::size_t brick,
+                    std::uint32_t n) { return fields.scaled[brick * kFieldStride + n] * fields.step(brick); },
+                fields.lambda);
+  }
+  if (options.real) {
+    info.real_error = sampled(
+        [&](std::size_t brick, std::uint32_t n) { return fields.tree.penetration[brick * kFieldStride + n]; }, 0);
   }
 }
 
-void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
-                       int precision, double lambda, AssetInfo& info) {
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                       const BakeOptions& options, double lambda, AssetInfo& info) {
   info.dims = grid.dims;
   for (std::size_t axis = 0; axis < 3; ++axis) info.origin[axis] = grid.origin[static_cast<Eigen::Index>(axis)];
-  info.precision = precision;
+  info.precision = options.precision;
   info.lambda = lambda;
-  info.band_inner = field.band_inner;
-  info.band_outer = field.band_outer;
+  info.band_inner = options.band_inside * grid.voxel_size;
+  info.band_outer = options.band_outside * grid.voxel_size;
   info.surface_voxels = voxels.count;
   std::uint64_t inside_surface = 0;
   const std::vector<BrickMask> inside = inside_masks(runs, grid, voxels.set);
@@ -126,16 +126,27 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections) {
   const std::vector<std::uint64_t> bricks = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
-  const std::vector<std::uint64_t> voxels = {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge};
-  sections.push_back(section(SectionKind::brick_index, ElementType::u32, bricks, field.set.index));
   sections.push_back(section(SectionKind::coarse_layers, ElementType::i16, bricks, coarse));
-  if (!fields.layers.empty()) sections.push_back(section(SectionKind::layers, ElementType::i8, voxels, fields.layers));
-  if (!fields.scaled.empty()) sections.push_back(pack_scaled(fields, voxels));
-  if (!fields.real.empty()) {
-    sections.push_back(section(SectionKind::real, ElementType::f64, voxels, fields.real));
-    std::vector<std::uint64_t> with_axes = voxels;
-    with_axes.push_back(3);
-    sections.push_back(section(SectionKind::real_gradient, ElementType::f32, with_axes, fields.gradient));
+  if (!fields.layers.empty()) {
+    sections.push_back(section(SectionKind::brick_index, ElementType::u32, bricks, field.set.index));
+    sections.push_back(section(SectionKind::layers, ElementType::i8,
+                               {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge}, fields.layers));
+  }
+  const FieldTree& tree = fields.tree;
+  if (tree.levels.empty()) return;
+  sections.push_back(section(SectionKind::field_roots, ElementType::u32,
+                             {tree.root_dims[2], tree.root_dims[1], tree.root_dims[0]}, tree.roots));
+  sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, tree.nodes));
+  const std::vector<std::uint64_t> samples = {tree.levels.size(), kFieldStride};
+  if (!fields.scaled.empty()) {
+    sections.push_back(fields.scaled_limit <= 127
+                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, fields.scaled)
+                           : section(SectionKind::scaled, ElementType::i16, samples, fields.scaled));
+  }
+  if (!tree.gradient.empty()) {
+    sections.push_back(section(SectionKind::real, ElementType::f64, samples, tree.penetration));
+    sections.push_back(
+        section(SectionKind::real_gradient, ElementType::f32, {tree.levels.size(), kFieldStride, 3}, tree.gradient));
   }
 }
 

@@ -7,29 +7,32 @@
 
 #include "bake/bounding_spheres.h"
 #include "bake/closest_point.h"
-#include "bake/distance_field.h"
+#include "bake/sample_field.h"
 #include "bake/vps_bake.h"
 
 namespace vps {
 
-/// The fields that were asked for, by brick of the band. Empty when not asked for.
+/// The fields that were asked for. Empty when not asked for.
 struct Representations {
-  std::vector<std::int8_t> layers;
-  std::vector<std::int32_t> scaled;  ///< V / lambda, rounded to nearest, clamped at the band
-  double lambda = 0;
-  std::int32_t scaled_limit = 0;  ///< largest absolute value that can occur
-  std::vector<double> real;
-  std::vector<float> gradient;  ///< metres per voxel step
+  std::vector<std::int8_t> layers;   ///< by brick of the band
+  FieldTree tree;                    ///< what `scaled` and `real` share
+  std::vector<std::int16_t> scaled;  ///< [f,128]: V / step, rounded to nearest, clamped at the limit
+  double lambda = 0;                 ///< [m]
+  std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
+
+  /// Step of `scaled` in a field brick: larger where its samples lie farther apart. [m]
+  [[nodiscard]] double step(std::size_t brick) const { return tree.levels[brick] > 0 ? 2 * lambda : lambda; }
 };
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                                        const BandField& field, const BakeOptions& options, double lambda);
+                                        const InsideRuns& runs, const BandField& field, const InsideTest& inside,
+                                        const BakeOptions& options, double lambda);
 
-void certify_fields(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const BandField& field,
-                    const Representations& fields, AssetInfo& info);
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+                    const BandField& field, const Representations& fields, const BakeOptions& options, AssetInfo& info);
 
-void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs, const BandField& field,
-                       int precision, double lambda, AssetInfo& info);
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                       const BakeOptions& options, double lambda, AssetInfo& info);
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections);
 

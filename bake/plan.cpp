@@ -34,6 +34,8 @@ void check_options(const BakeOptions& o) {
   for (const double band : {o.band_inside, o.band_outside}) {
     if (!(band >= 2 && band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
   }
+  if (!(o.field_error >= 0.01 && o.field_error <= 1))
+    refuse("the field error is out of range; choose 0.01 to 1 voxels");
   if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
 }
 
@@ -123,6 +125,13 @@ std::string format_bytes(double bytes) {
   return fmt::format("{:.3g} kB", bytes / 1e3);
 }
 
+std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda) {
+  const double steps = std::max(options.band_inside, options.band_outside) * voxel_size / lambda;
+  // All that the integers hold: samples beyond the band sharpen interpolation at its end.
+  if (steps <= 127 * (1 + 1e-9)) return 127;
+  return steps <= 32767 * (1 + 1e-9) ? 32767 : std::numeric_limits<std::int32_t>::max();
+}
+
 GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   check_options(options);
   const double s = choose_voxel_size(mesh, options);
@@ -156,10 +165,10 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
     result.lambda = band / 127 <= s / 50 ? band / 127 : band / 32767;
   }
   const double step = result.lambda;
-  if (options.voxelmap && options.scaled && (step > s / 2 || step < 1e-8 * s)) {
+  if (options.voxelmap && options.scaled && (step > s / 2 || scaled_limit(options, s, step) > 32767)) {
     refuse(
-        fmt::format("a precision of {} stores steps of {} for voxels of {}; choose steps between half a voxel and a "
-                    "hundred-millionth of it, or leave --precision out",
+        fmt::format("a precision of {} stores steps of {} for voxels of {}; choose steps between half a voxel and what "
+                    "16 bits hold of the band, or leave --precision out",
                     result.precision, format_length(step), format_length(s)));
   }
   BakePlan& plan = result.plan;

@@ -32,6 +32,9 @@ struct Extent {
 /// @throw BakeError when an option is out of range or the grid does not suit the mesh
 [[nodiscard]] GridPlan plan_grid(const Extent& mesh, const BakeOptions& options);
 
+/// Largest integer that `scaled` may hold: 127 or 32767, or more than that when neither suffices for the band.
+[[nodiscard]] std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda);
+
 /// "0.5 mm", "3.2 m": a length with the unit that suits it.
 [[nodiscard]] std::string format_length(double metres);
 /// "12 MB", in powers of 1000.

@@ -30,17 +30,19 @@ enum class Repair : std::uint8_t {
 [[nodiscard]] const char* describe(Repair repair);
 
 struct BakeOptions {
-  double voxel_size = 0;              ///< s; 0: use `resolution`. [Units: m]
-  std::uint32_t resolution = 0;       ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
-  bool layers = false;                ///< store the integer layers
-  bool scaled = true;                 ///< store scaled integers, Eq. (1)
-  bool real = false;                  ///< store doubles and gradients, Eq. (5)
-  bool voxelmap = true;               ///< bake the part that plays the voxelmap
-  bool pointshell = true;             ///< bake the part that plays the pointshell
-  int precision = kAutoPrecision;     ///< p of Eq. (1). [Limits: 0 <= value <= 15]
-  std::uint32_t branching = 8;        ///< K. [Limits: 2 <= value <= 64]
-  double band_inside = 2.5;           ///< depth of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
-  double band_outside = 2.5;          ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
+  double voxel_size = 0;           ///< s; 0: use `resolution`. [Units: m]
+  std::uint32_t resolution = 0;    ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
+  bool layers = false;             ///< store the integer layers
+  bool scaled = true;              ///< store scaled integers, Eq. (1)
+  bool real = false;               ///< store doubles and gradients, Eq. (5)
+  bool voxelmap = true;            ///< bake the part that plays the voxelmap
+  bool pointshell = true;          ///< bake the part that plays the pointshell
+  int precision = kAutoPrecision;  ///< p of Eq. (1). [Limits: 0 <= value <= 15]
+  std::uint32_t branching = 8;     ///< K. [Limits: 2 <= value <= 64]
+  double band_inside = 2.5;        ///< depth of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
+  double band_outside = 2.5;       ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
+  double field_error =
+      0.1;  ///< of interpolated distances; samples are laid so. [Limits: 0.01 <= value <= 1] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]

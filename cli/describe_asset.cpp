@@ -99,6 +99,10 @@ const char* section_name(SectionKind kind) {
   switch (kind) {
     case SectionKind::brick_index:
       return "brick_index";
+    case SectionKind::field_roots:
+      return "field_roots";
+    case SectionKind::field_nodes:
+      return "field_nodes";
     case SectionKind::coarse_layers:
       return "coarse_layers";
     case SectionKind::layers:

@@ -56,26 +56,28 @@ bool shell_is_good(const AssetInfo& info) noexcept {
 // What a kind must look like. A shape entry of 0 stands for a count that is checked elsewhere.
 struct Layout {
   SectionKind kind;
-  std::array<ElementType, 3> types;
+  std::array<ElementType, 2> types;
   std::uint32_t rank;
   std::array<std::uint64_t, 6> shape;
 };
 constexpr ElementType kNone{};
 constexpr std::uint64_t kEdge = kBrickEdge;
 constexpr Layout kLayouts[] = {
-    {SectionKind::brick_index, {ElementType::u32, kNone, kNone}, 3, {}},
-    {SectionKind::coarse_layers, {ElementType::i16, kNone, kNone}, 3, {}},
-    {SectionKind::layers, {ElementType::i8, ElementType::i16, kNone}, 4, {0, kEdge, kEdge, kEdge}},
-    {SectionKind::scaled, {ElementType::i8, ElementType::i16, ElementType::i32}, 4, {0, kEdge, kEdge, kEdge}},
-    {SectionKind::real, {ElementType::f64, kNone, kNone}, 4, {0, kEdge, kEdge, kEdge}},
-    {SectionKind::real_gradient, {ElementType::f32, kNone, kNone}, 5, {0, kEdge, kEdge, kEdge, 3}},
-    {SectionKind::point_positions, {ElementType::f32, kNone, kNone}, 2, {3, 0}},
-    {SectionKind::point_inward_normals, {ElementType::f32, kNone, kNone}, 2, {3, 0}},
-    {SectionKind::point_areas, {ElementType::f32, kNone, kNone}, 1, {}},
-    {SectionKind::spheres, {ElementType::f32, kNone, kNone}, 2, {4, 0}},
-    {SectionKind::children, {ElementType::u32, kNone, kNone}, 2, {0, 2}},
-    {SectionKind::parent_points, {ElementType::u32, kNone, kNone}, 1, {}},
-    {SectionKind::level_offsets, {ElementType::u32, kNone, kNone}, 1, {}},
+    {SectionKind::brick_index, {ElementType::u32, kNone}, 3, {}},
+    {SectionKind::coarse_layers, {ElementType::i16, kNone}, 3, {}},
+    {SectionKind::layers, {ElementType::i8, ElementType::i16}, 4, {0, kEdge, kEdge, kEdge}},
+    {SectionKind::field_roots, {ElementType::u32, kNone}, 3, {}},
+    {SectionKind::field_nodes, {ElementType::u32, kNone}, 2, {0, 8}},
+    {SectionKind::scaled, {ElementType::i8, ElementType::i16}, 2, {0, kFieldStride}},
+    {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
+    {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
+    {SectionKind::point_positions, {ElementType::f32, kNone}, 2, {3, 0}},
+    {SectionKind::point_inward_normals, {ElementType::f32, kNone}, 2, {3, 0}},
+    {SectionKind::point_areas, {ElementType::f32, kNone}, 1, {}},
+    {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
+    {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
+    {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::level_offsets, {ElementType::u32, kNone}, 1, {}},
 };
 
 const Layout* find_layout(SectionKind kind) noexcept {
@@ -132,29 +134,41 @@ Status check_table(const Directory& directory) noexcept {
   return Status::ok;
 }
 
+// The layers have a brick index of their own; scaled and real share an octree.
 Status check_voxelmap(const Directory& directory) noexcept {
-  const Section* const index = directory.find(SectionKind::brick_index);
   const Section* const coarse = directory.find(SectionKind::coarse_layers);
+  const Section* const index = directory.find(SectionKind::brick_index);
   const Section* const layers = directory.find(SectionKind::layers);
+  const Section* const roots = directory.find(SectionKind::field_roots);
+  const Section* const nodes = directory.find(SectionKind::field_nodes);
   const Section* const scaled = directory.find(SectionKind::scaled);
   const Section* const real = directory.find(SectionKind::real);
   const Section* const gradient = directory.find(SectionKind::real_gradient);
-  const Section* const fields[] = {layers, scaled, real, gradient};
-  const bool any_field = layers != nullptr || scaled != nullptr || real != nullptr || gradient != nullptr;
   const auto& dims = directory.info.dims;
-  if (dims[0] == 0) return index == nullptr && coarse == nullptr && !any_field ? Status::ok : Status::bad_info;
-  if (index == nullptr || coarse == nullptr || (real == nullptr) != (gradient == nullptr))
-    return Status::missing_section;
-  if (layers == nullptr && scaled == nullptr && real == nullptr) return Status::missing_section;
-  for (const Section* grid : {index, coarse}) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (grid->shape[axis] != dims[2 - axis] / kBrickEdge) return Status::bad_section;
-    }
+  if (dims[0] == 0) {
+    const Section* const all[] = {coarse, index, layers, roots, nodes, scaled, real, gradient};
+    return std::all_of(std::begin(all), std::end(all), [](const Section* s) { return s == nullptr; })
+               ? Status::ok
+               : Status::bad_info;
   }
+  const bool sampled = scaled != nullptr || real != nullptr;
+  if (coarse == nullptr || (layers == nullptr && !sampled) || (index == nullptr) != (layers == nullptr) ||
+      (roots == nullptr) == sampled || (nodes == nullptr) == sampled || (real == nullptr) != (gradient == nullptr)) {
+    return Status::missing_section;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::uint32_t dim = dims[2 - axis];
+    for (const Section* grid : {coarse, index}) {
+      if (grid != nullptr && grid->shape[axis] != dim / kBrickEdge) return Status::bad_section;
+    }
+    if (roots != nullptr && roots->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;
+  }
+  if (layers != nullptr && layers->shape[0] > kMaxCount) return Status::bad_section;
+  if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
   std::uint64_t bricks = 0;
-  for (const Section* field : fields) {
+  for (const Section* field : {scaled, real, gradient}) {
     if (field == nullptr) continue;
-    if (field->shape[0] > kMaxCount || (bricks != 0 && field->shape[0] != bricks)) return Status::bad_section;
+    if (field->shape[0] > kNumberMask || (bricks != 0 && field->shape[0] != bricks)) return Status::bad_section;
     bricks = field->shape[0];
   }
   return Status::ok;

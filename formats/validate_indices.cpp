@@ -38,6 +38,24 @@ Status check_bricks(std::span<const std::uint32_t> index, std::uint64_t bricks) 
   return largest <= bricks ? Status::ok : Status::bad_index;
 }
 
+// Nodes refer to later ones only, so no walk down is endless.
+Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes,
+                    std::uint64_t bricks) noexcept {
+  const std::uint64_t count = nodes.size() / 8;
+  const auto is_good = [&](std::uint32_t entry, std::uint64_t least_node) {
+    const std::uint32_t number = entry & kNumberMask;
+    if (entry >= kFarInside) return true;
+    if ((entry & kNodeFlag) != 0) return (entry & ~kNodeFlag) >= least_node && (entry & ~kNodeFlag) < count;
+    return number < bricks && (entry >> kLevelShift) <= std::uint32_t{kCoarsestLevel - kFinestLevel};
+  };
+  bool good = true;
+  for (const std::uint32_t entry : roots) good &= is_good(entry, 0);
+  for (std::uint64_t n = 0; n < count; ++n) {
+    for (std::uint64_t i = 8 * n; i < 8 * n + 8; ++i) good &= is_good(nodes[i], n + 1);
+  }
+  return good ? Status::ok : Status::bad_index;
+}
+
 // Children of a level follow each other without gaps: every node but the root has one parent, every point one leaf.
 Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> children,
                   std::uint64_t points) noexcept {
@@ -82,12 +100,18 @@ bool normals_are_unit(std::span<const float> rows) noexcept {
 
 Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept {
   if (directory.info.dims[0] != 0) {
-    std::uint64_t bricks = 0;
-    for (const SectionKind kind : {SectionKind::layers, SectionKind::scaled, SectionKind::real}) {
-      if (const Section* const field = directory.find(kind)) bricks = field->shape[0];
+    if (const Section* const layers = directory.find(SectionKind::layers)) {
+      const Status status =
+          check_bricks(section<std::uint32_t>(file, directory, SectionKind::brick_index), layers->shape[0]);
+      if (status != Status::ok) return status;
     }
-    const Status status = check_bricks(section<std::uint32_t>(file, directory, SectionKind::brick_index), bricks);
-    if (status != Status::ok) return status;
+    const Section* const scaled = directory.find(SectionKind::scaled);
+    if (const Section* const field = scaled != nullptr ? scaled : directory.find(SectionKind::real)) {
+      const Status status =
+          check_octree(section<std::uint32_t>(file, directory, SectionKind::field_roots),
+                       section<std::uint32_t>(file, directory, SectionKind::field_nodes), field->shape[0]);
+      if (status != Status::ok) return status;
+    }
   }
   if (directory.info.points == 0) return Status::ok;
   const std::uint64_t points = directory.info.points;

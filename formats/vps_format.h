@@ -30,6 +30,25 @@ inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
 /// The distance of a brick's centre is at least |coarse layer| and less than that plus this. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
 
+// Distances are sampled adaptively: bricks of 4x4x4 cells whose edge is s 2^level, found by an octree over cells of s
+// between voxel centres. Cell (0,0,0) of level 0 starts at the centre of voxel (0,0,0).
+/// Cells of level 0 along the edge of an octree's root.
+inline constexpr std::uint32_t kRootCells = 16;
+/// Samples along the edge of a field brick: its corners are its neighbours' too.
+inline constexpr std::uint32_t kFieldEdge = 5;
+/// Stored samples per field brick: sample (x,y,z) is number (5 z + y) 5 + x; the last three are padding.
+inline constexpr std::uint32_t kFieldStride = 128;
+/// Levels of field bricks: cells of s/4 to 2 s.
+inline constexpr int kFinestLevel = -2;
+inline constexpr int kCoarsestLevel = 1;
+/// Entries of `field_roots` and `field_nodes`. No brick: beyond the band, outside or inside the solid.
+inline constexpr std::uint32_t kFarOutside = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
+/// Entries at most: `kNodeFlag` + number of a node, or number of a field brick + its level above kFinestLevel shifted.
+inline constexpr std::uint32_t kNodeFlag = 0x80000000u;
+inline constexpr int kLevelShift = 28;
+inline constexpr std::uint32_t kNumberMask = (1u << kLevelShift) - 1;
+
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
 enum class Status : std::uint8_t {
   ok,
@@ -57,16 +76,19 @@ enum class Status : std::uint8_t {
 [[nodiscard]] const char* describe(Status status) noexcept;
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
-/// b = brick grid (x, y, z), n = stored bricks, P = points, M = tree nodes, L = tree levels.
+/// b = brick grid (x, y, z), n = stored bricks, r = octree roots, N = octree nodes, f = field bricks, P = points,
+/// M = tree nodes, L = tree levels.
 enum class SectionKind : std::uint32_t {
   brick_index = 1,  ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick
   coarse_layers =
       2,  ///< i16 [bz,by,bx]: lower bound of the distance of the brick's CENTRE to the surface, signed as layers. [vx]
+  field_roots = 3,  ///< u32 [rz,ry,rx]: what covers each block of 16x16x16 cells
+  field_nodes = 4,  ///< u32 [N,8]: what covers each octant, x fastest
   layers =
       16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
-  scaled = 17,  ///< i8, i16 or i32 [n,8,8,8]: penetration of the voxel's centre in units of lambda = 10^-p m. Eq. (1)
-  real = 18,    ///< f64 [n,8,8,8]: penetration of the voxel's centre. [m]
-  real_gradient = 19,         ///< f32 [n,8,8,8,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
+  scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
+  real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
+  real_gradient = 19,         ///< f32 [f,128,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
   point_positions = 32,       ///< f32 [3,P]: rows x, y, z, asset frame. [m]
   point_inward_normals = 33,  ///< f32 [3,P]: unit, into the body. [-]
   point_areas = 34,           ///< f32 [P]: surface area that the point stands for. [m^2]
@@ -110,7 +132,7 @@ struct AssetInfo {
   double voxel_size = 0;                ///< s. Also set for an asset with only a pointshell. [m]
   std::int32_t precision = 0;           ///< p of Eq. (1); -1: lambda is no power of ten
   double lambda = 0;                    ///< 10^-p, or what suits the band. [m]
-  double band_inner = 0;                ///< distances are exact where -band_outer <= V <= band_inner, else clamped. [m]
+  double band_inner = 0;                ///< samples are exact where -band_outer <= V <= band_inner, else clamped. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;
   std::uint64_t inner_voxels = 0;  ///< voxels inside that are not surface voxels

@@ -82,7 +82,7 @@ Status Asset::verify() const noexcept {
 }
 
 bool Asset::has_voxelmap() const noexcept {
-  return directory_.find(SectionKind::brick_index) != nullptr;
+  return directory_.find(SectionKind::coarse_layers) != nullptr;
 }
 bool Asset::has_pointshell() const noexcept {
   return directory_.find(SectionKind::point_positions) != nullptr;
@@ -90,8 +90,7 @@ bool Asset::has_pointshell() const noexcept {
 
 Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   out = {};
-  const Section* const index = directory_.find(SectionKind::brick_index);
-  if (index == nullptr) return Status::missing_part;
+  if (!has_voxelmap()) return Status::missing_part;
   constexpr std::pair<Field, SectionKind> kFinestFirst[] = {
       {Field::real, SectionKind::real}, {Field::scaled, SectionKind::scaled}, {Field::layers, SectionKind::layers}};
   const Section* values = nullptr;
@@ -107,12 +106,18 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   if (out.field == Field::real) {
     out.gradients = section_data<float>(data_, directory_.find(SectionKind::real_gradient));
   }
-  out.brick_index = section_data<std::uint32_t>(data_, index);
+  if (out.field == Field::layers) {
+    out.brick_index = section_data<std::uint32_t>(data_, directory_.find(SectionKind::brick_index));
+  } else {
+    out.field_roots = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_roots));
+    out.field_nodes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_nodes));
+  }
   out.coarse_layers = section_data<std::int16_t>(data_, directory_.find(SectionKind::coarse_layers));
   const AssetInfo& facts = info();
   for (int axis = 0; axis < 3; ++axis) {
     out.dims[axis] = facts.dims[axis];
     out.brick_dims[axis] = facts.dims[axis] / kBrickEdge;
+    out.root_dims[axis] = (facts.dims[axis] + kRootCells - 1) / kRootCells;
     out.origin[axis] = facts.origin[axis];
     out.bounds_min[axis] = static_cast<float>(facts.bounds_min[axis]);
     out.bounds_max[axis] = static_cast<float>(facts.bounds_max[axis]);
@@ -121,6 +126,10 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   out.lambda = static_cast<float>(facts.lambda);
   out.band_inner = static_cast<float>(facts.band_inner);
   out.band_outer = static_cast<float>(facts.band_outer);
+  const FieldCertificate& certificate = out.field == Field::real     ? facts.real_error
+                                        : out.field == Field::scaled ? facts.scaled_error
+                                                                     : facts.layers_error;
+  out.error = static_cast<float>(certificate.max);
   return Status::ok;
 }
 

@@ -23,18 +23,17 @@ inline float length(Vec3 a) noexcept {
   return std::sqrt(dot(a, a));
 }
 
-/// Where a point lies in the grid.
-struct Cell {
+/// Where a point lies in the grid of voxels.
+struct Voxel {
   bool in_grid = false;
-  std::size_t brick = 0;          ///< position in brick_index
-  std::uint32_t slot = kNoBrick;  ///< number of the stored brick
-  std::size_t voxel = 0;          ///< position inside the brick
-  Vec3 to_centre;                 ///< e = C - P of Eq. (4), C the voxel's centre. [m]
-  Vec3 to_brick_centre;           ///< [m]
+  std::size_t brick = 0;  ///< position in coarse_layers and brick_index
+  std::size_t voxel = 0;  ///< position inside the brick
+  Vec3 to_centre;         ///< e = C - P of Eq. (4), C the voxel's centre. [m]
+  Vec3 to_brick_centre;   ///< [m]
 };
 
-inline Cell locate(const VoxelmapView& map, Vec3 point) noexcept {
-  Cell cell;
+inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
+  Voxel found;
   const float p[3] = {point.x, point.y, point.z};
   std::uint32_t index[3];
   float to_centre[3];
@@ -43,36 +42,100 @@ inline Cell locate(const VoxelmapView& map, Vec3 point) noexcept {
     const auto local = static_cast<float>(p[axis] - map.origin[axis]);
     const float grid = local / map.voxel_size;
     // Written so that NaN counts as outside.
-    if (!(grid >= 0.0F && grid < static_cast<float>(map.dims[axis]))) return cell;
+    if (!(grid >= 0.0F && grid < static_cast<float>(map.dims[axis]))) return found;
     index[axis] = static_cast<std::uint32_t>(grid);
     to_centre[axis] = (static_cast<float>(index[axis]) + 0.5F) * map.voxel_size - local;
     to_brick_centre[axis] =
         static_cast<float>((index[axis] & ~(kBrickEdge - 1)) + kBrickEdge / 2) * map.voxel_size - local;
   }
-  cell.in_grid = true;
+  found.in_grid = true;
   const std::size_t bx = index[0] / kBrickEdge;
   const std::size_t by = index[1] / kBrickEdge;
   const std::size_t bz = index[2] / kBrickEdge;
-  cell.brick = (bz * map.brick_dims[1] + by) * map.brick_dims[0] + bx;
-  cell.slot = map.brick_index[cell.brick];
+  found.brick = (bz * map.brick_dims[1] + by) * map.brick_dims[0] + bx;
   constexpr std::uint32_t kMask = kBrickEdge - 1;
-  cell.voxel = ((index[2] & kMask) * kBrickEdge + (index[1] & kMask)) * kBrickEdge + (index[0] & kMask);
-  cell.to_centre = {to_centre[0], to_centre[1], to_centre[2]};
-  cell.to_brick_centre = {to_brick_centre[0], to_brick_centre[1], to_brick_centre[2]};
+  found.voxel = ((index[2] & kMask) * kBrickEdge + (index[1] & kMask)) * kBrickEdge + (index[0] & kMask);
+  found.to_centre = {to_centre[0], to_centre[1], to_centre[2]};
+  found.to_brick_centre = {to_brick_centre[0], to_brick_centre[1], to_brick_centre[2]};
+  return found;
+}
+
+/// Where a point lies between the samples of a field brick.
+struct FieldCell {
+  std::uint32_t entry = kFarOutside;  ///< of the octree; kFarOutside beyond the grid too
+  std::size_t first = 0;              ///< number of the cell's lowest sample in `values`
+  float part[3] = {};                 ///< [0, 1] along x, y, z
+  float edge = 0;                     ///< of the cell. [m]
+};
+
+inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
+  FieldCell cell;
+  const float p[3] = {point.x, point.y, point.z};
+  float at[3];
+  std::uint32_t index[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    at[axis] = static_cast<float>(p[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
+    if (!(at[axis] >= 0.0F && at[axis] < static_cast<float>(map.dims[axis] - 1))) return cell;
+    index[axis] = static_cast<std::uint32_t>(at[axis]);
+  }
+  std::uint32_t entry =
+      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
+                          map.root_dims[0] +
+                      index[0] / kRootCells];
+  std::uint32_t edge = kRootCells / 2;
+  for (; edge > 0 && entry < kFarInside && (entry & kNodeFlag) != 0; edge /= 2) {
+    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
+    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
+  }
+  cell.entry = entry;
+  if (entry >= kNodeFlag) return cell;
+  const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;
+  const float cell_edge = std::ldexp(1.0F, level);
+  std::uint32_t low[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float cells = at[axis] / cell_edge;
+    const auto whole = static_cast<std::uint32_t>(cells);
+    low[axis] = whole % (kFieldEdge - 1);
+    cell.part[axis] = cells - static_cast<float>(whole);
+  }
+  cell.first = std::size_t{entry & kNumberMask} * kFieldStride + (low[2] * kFieldEdge + low[1]) * kFieldEdge + low[0];
+  cell.edge = cell_edge * map.voxel_size;
   return cell;
 }
 
-/// The stored integer of a voxel in a stored brick.
-inline std::int32_t integer_value(const VoxelmapView& map, const Cell& cell) noexcept {
-  const std::size_t at = std::size_t{cell.slot} * kBrickVoxels + cell.voxel;
-  switch (map.element) {
-    case ElementType::i8:
-      return static_cast<const std::int8_t*>(map.values)[at];
-    case ElementType::i16:
-      return static_cast<const std::int16_t*>(map.values)[at];
-    default:
-      return static_cast<const std::int32_t*>(map.values)[at];
+/// A sample of `scaled` or `real`. [m]
+inline float sample_value(const VoxelmapView& map, const FieldCell& cell, std::size_t at) noexcept {
+  if (map.field == Field::real) return static_cast<float>(static_cast<const double*>(map.values)[at]);
+  const std::int32_t value = map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
+                                                            : static_cast<const std::int16_t*>(map.values)[at];
+  return static_cast<float>(value) * (cell.edge > map.voxel_size ? 2 * map.lambda : map.lambda);
+}
+
+/// The eight samples round a point, x fastest. [m]
+inline void corner_values(const VoxelmapView& map, const FieldCell& cell, float (&out)[8]) noexcept {
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const std::size_t step = (corner >> 2) * kFieldEdge * kFieldEdge + (corner >> 1 & 1) * kFieldEdge + (corner & 1);
+    out[corner] = sample_value(map, cell, cell.first + step);
   }
+}
+
+inline float mix(float a, float b, float part) noexcept {
+  return a + part * (b - a);
+}
+
+inline float interpolate(const VoxelmapView& map, const FieldCell& cell) noexcept {
+  float v[8];
+  corner_values(map, cell, v);
+  const float y0 = mix(mix(v[0], v[1], cell.part[0]), mix(v[2], v[3], cell.part[0]), cell.part[1]);
+  const float y1 = mix(mix(v[4], v[5], cell.part[0]), mix(v[6], v[7], cell.part[0]), cell.part[1]);
+  return mix(y0, y1, cell.part[2]);
+}
+
+/// The layer of a voxel of a stored brick. [vx]
+inline std::int32_t layer_of(const VoxelmapView& map, const Voxel& found) noexcept {
+  const std::size_t at = std::size_t{map.brick_index[found.brick]} * kBrickVoxels + found.voxel;
+  return map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
+                                        : static_cast<const std::int16_t*>(map.values)[at];
 }
 
 /// Distance from a point outside the mesh's bounding box to that box; 0 inside. [m]
@@ -86,60 +149,80 @@ inline float distance_to_bounds(const VoxelmapView& map, Vec3 point) noexcept {
   return std::sqrt(sum);
 }
 
-/// Interval of the true penetration in a brick that is not stored: the coarse layer at the brick's centre, which is up
-/// to three voxels below the distance, moved to the point by the triangle inequality (a distance field is 1-Lipschitz),
-/// and the band that the brick lies outside of.
+/// Interval of the distance to the surface beyond the band: the coarse layer at the brick's centre, which is up to
+/// three voxels below it, moved to the point by the triangle inequality (a distance field is 1-Lipschitz), and the
+/// band, beyond which the nearest voxel's centre lies.
 struct Interval {
   float low, high;
 };
-inline Interval far_interval(const VoxelmapView& map, const Cell& cell) noexcept {
-  const auto layer = static_cast<float>(map.coarse_layers[cell.brick]);
-  const float reach = length(cell.to_brick_centre);
-  const float slack = length(cell.to_centre);
+inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float band) noexcept {
+  const auto layer = static_cast<float>(std::abs(map.coarse_layers[found.brick]));
+  const float reach = length(found.to_brick_centre);
   const float s = map.voxel_size;
-  if (layer > 0) return {std::max(layer * s - reach, map.band_inner - slack), (layer + kCoarseLayerSlack) * s + reach};
-  return {(layer - kCoarseLayerSlack) * s - reach, std::min(layer * s + reach, slack - map.band_outer)};
+  return {std::max({layer * s - reach, band - length(found.to_centre), 0.0F}), (layer + kCoarseLayerSlack) * s + reach};
 }
 
-/// V(P). Paper: Eqs. (4) and (5), Sec. 2.2.
+/// V(P). Paper: Sec. 2.2.
 inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  const Cell cell = locate(map, point);
-  if (!cell.in_grid) return -distance_to_bounds(map, point);
-  if (cell.slot == kNoBrick) {
-    const Interval v = far_interval(map, cell);
-    return map.coarse_layers[cell.brick] > 0 ? v.low : v.high;
+  bool inside = false;
+  if (map.field == Field::layers) {
+    const Voxel found = find_voxel(map, point);
+    if (!found.in_grid) return -distance_to_bounds(map, point);
+    if (map.brick_index[found.brick] != kNoBrick) {
+      // Eq. (4) with sigma = s.
+      return dot(inward_normal, found.to_centre) + static_cast<float>(layer_of(map, found)) * map.voxel_size;
+    }
+    inside = map.coarse_layers[found.brick] > 0;
+  } else {
+    const FieldCell cell = find_cell(map, point);
+    if (cell.entry < kNodeFlag) return interpolate(map, cell);
+    inside = cell.entry == kFarInside;
   }
-  if (map.field == Field::real) {
-    const std::size_t at = std::size_t{cell.slot} * kBrickVoxels + cell.voxel;
-    const float* const g = map.gradients + 3 * at;
-    // Eq. (5); the gradient is metres per voxel step, hence the division by s.
-    return static_cast<float>(static_cast<const double*>(map.values)[at]) -
-           dot({g[0], g[1], g[2]}, cell.to_centre) / map.voxel_size;
-  }
-  const float sigma = map.field == Field::layers ? map.voxel_size : map.lambda;
-  const float local = dot(inward_normal, cell.to_centre);
-  return local + static_cast<float>(integer_value(map, cell)) * sigma;
+  const Voxel found = find_voxel(map, point);
+  if (!found.in_grid) return -distance_to_bounds(map, point);
+  return inside ? far_interval(map, found, map.band_inner).low : -far_interval(map, found, map.band_outer).low;
+}
+
+// Interpolation between the corners of a cell of edge h never exceeds the true distance d at a point by more than
+// h sqrt(3)/2, nor by more than 3 h^2 / (8 d): the distance at a corner c is at most |c - q|, q the point's closest
+// one.
+inline constexpr float kHalfDiagonal = 0.8660255F;
+inline constexpr float kCurvature = 0.375F;
+
+/// Least true distance where interpolation says D. [m]
+inline float least_distance(float interpolated, float h) noexcept {
+  const float root = interpolated * interpolated - 4 * kCurvature * h * h;
+  const float linear = interpolated - kHalfDiagonal * h;
+  return root > 0 && interpolated > 0 ? std::max(linear, 0.5F * (interpolated + std::sqrt(root))) : linear;
 }
 
 /// Upper bound of the true penetration.
 inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
-  const Cell cell = locate(map, point);
-  if (!cell.in_grid) return -distance_to_bounds(map, point);
-  if (cell.slot == kNoBrick) return far_interval(map, cell).high;
-  const float slack = length(cell.to_centre);
-  if (map.field == Field::real) {
-    const std::size_t at = std::size_t{cell.slot} * kBrickVoxels + cell.voxel;
-    const auto value = static_cast<float>(static_cast<const double*>(map.values)[at]);
-    return value >= map.band_inner ? std::numeric_limits<float>::max() : value + slack;
+  constexpr float kUnbounded = std::numeric_limits<float>::max();
+  bool inside = false;
+  if (map.field == Field::layers) {
+    const Voxel found = find_voxel(map, point);
+    if (!found.in_grid) return -distance_to_bounds(map, point);
+    if (map.brick_index[found.brick] != kNoBrick) {
+      // Outside, a voxel of layer -n is separated from every surface voxel by n - 1 whole voxels along some axis.
+      const auto layer = static_cast<float>(layer_of(map, found));
+      return layer < 0 ? (layer + 1) * map.voxel_size : kUnbounded;
+    }
+    inside = map.coarse_layers[found.brick] > 0;
+  } else {
+    const FieldCell cell = find_cell(map, point);
+    if (cell.entry < kNodeFlag) {
+      const float v = interpolate(map, cell);
+      const float rounding = map.field == Field::real ? 0 : std::max(map.lambda, map.error);
+      // Near the band's end inside, samples may be clamped.
+      if (v > map.band_inner - 2 * kHalfDiagonal * cell.edge) return kUnbounded;
+      return rounding - least_distance(-v, cell.edge);
+    }
+    inside = cell.entry == kFarInside;
   }
-  const auto value = static_cast<float>(integer_value(map, cell));
-  if (map.field == Field::scaled) {
-    // Rounded to the nearest multiple of lambda, and clamped beyond the band.
-    return value * map.lambda >= map.band_inner - map.lambda ? std::numeric_limits<float>::max()
-                                                             : (value + 0.5F) * map.lambda + slack;
-  }
-  // A voxel of Chebyshev layer -n is separated from every surface voxel by n - 1 whole voxels along some axis.
-  return value < 0 ? (value + 1) * map.voxel_size : std::numeric_limits<float>::max();
+  const Voxel found = find_voxel(map, point);
+  if (!found.in_grid) return -distance_to_bounds(map, point);
+  return inside ? far_interval(map, found, map.band_inner).high : -far_interval(map, found, map.band_outer).low;
 }
 
 inline float box_penetration(const BoxField& box, Vec3 p) noexcept {

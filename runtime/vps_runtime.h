@@ -36,11 +36,14 @@ enum class Field : std::uint8_t { none, layers, scaled, real };
 
 /// Read-only view of an asset's voxelmap. Lives as long as its Asset.
 struct VoxelmapView {
-  Field field = Field::none;         ///< finest one stored, unless Asset::voxelmap was asked for another
-  ElementType element{};             ///< element type of `values`
-  const void* values = nullptr;      ///< the field's bricks
-  const float* gradients = nullptr;  ///< with Field::real: [n,8,8,8,3], metres per voxel step
-  const std::uint32_t* brick_index = nullptr;
+  Field field = Field::none;                   ///< finest one stored, unless Asset::voxelmap was asked for another
+  ElementType element{};                       ///< element type of `values`
+  const void* values = nullptr;                ///< the field's bricks: [n,8,8,8] with Field::layers, else [f,128]
+  const float* gradients = nullptr;            ///< with Field::real: [f,128,3], metres per voxel step
+  const std::uint32_t* brick_index = nullptr;  ///< with Field::layers
+  const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as the two below
+  const std::uint32_t* field_nodes = nullptr;
+  std::uint32_t root_dims[3] = {};
   const std::int16_t* coarse_layers = nullptr;
   std::uint32_t dims[3] = {};            ///< [vx]
   std::uint32_t brick_dims[3] = {};      ///< bricks along x, y, z
@@ -48,6 +51,7 @@ struct VoxelmapView {
   float voxel_size = 0;                  ///< s. [m]
   float lambda = 0;                      ///< 10^-p. [m]
   float band_inner = 0, band_outer = 0;  ///< [m]
+  float error = 0;                       ///< of the field, from its certificate. [m]
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
 };
@@ -102,20 +106,20 @@ class Asset {
   Directory directory_{};
 };
 
-/// Penetration of a point into the voxelmap. Paper: Eq. (4) for layers and scaled, Eq. (5) for real, Sec. 2.2.
+/// Penetration of a point into the voxelmap. Paper: Sec. 2.2. For layers by Eq. (4); for scaled and real interpolated
+/// between samples, where Eqs. (4) and (5) extrapolate from one.
 /// Beyond the narrow band the value has the right sign and never claims more distance than there is.
 /// @param point          P, map frame. [m]
-/// @param inward_normal  n, unit length, into the pointshell's body, map frame. [-]
+/// @param inward_normal  n, unit length, into the pointshell's body, map frame; for layers only. [-]
 /// @return V(P) [m], >= 0 inside or on the surface.
 [[nodiscard]] float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept;
 
 /// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
 
-/// Direction out of the voxelmap near its surface: minus the gradient of V, stored (Eq. 5) or from the neighbouring
-/// voxels.
-/// @return unit length; the zero vector beyond the stored bricks and where the field has no slope, as in the middle of
-/// a wall.
+/// Direction out of the voxelmap: minus the gradient of V, stored (Eq. 5) or from the samples; beyond the band, and for
+/// Field::layers, roughly from the layers.
+/// @return unit length; the zero vector beyond the grid and where the field has no slope, as in the middle of a wall.
 [[nodiscard]] Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept;
 
 // Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.

@@ -20,14 +20,21 @@ inline constexpr SectionName kSectionNames[] = {
      "number of the stored brick of 8x8x8 voxels, 4294967295 where none is stored", ""},
     {SectionKind::coarse_layers, "/voxelmap/coarse_layers", "voxel",
      "lower bound of the distance from the brick's centre to the surface in whole voxels, less than 3 below it; "
-     "positive "
-     "inside",
+     "positive inside",
      ""},
+    {SectionKind::field_roots, "/voxelmap/field_roots", "1",
+     "what covers each block of 16x16x16 cells: a node (2147483648 + number), a field brick (number + level above -2 "
+     "times 268435456), or none outside (4294967295) or inside (4294967294)",
+     ""},
+    {SectionKind::field_nodes, "/voxelmap/field_nodes", "1", "what covers each octant of a node, x fastest", ""},
     {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside",
      "Eq. (4), sigma = s"},
     {SectionKind::scaled, "/voxelmap/scaled", "lambda",
-     "penetration of each voxel's centre in steps of lambda; positive inside", "Eqs. (1) and (4), sigma = lambda"},
-    {SectionKind::real, "/voxelmap/real", "m", "penetration of each voxel's centre; positive inside", "Eq. (5)"},
+     "penetration of the 5x5x5 samples of each field brick, then 3 of padding, in steps of lambda, at level 1 of 2 "
+     "lambda; positive inside",
+     "Eqs. (1) and (4), sigma = lambda"},
+    {SectionKind::real, "/voxelmap/real", "m",
+     "penetration of the 5x5x5 samples of each field brick, then 3 of padding; positive inside", "Eq. (5)"},
     {SectionKind::real_gradient, "/voxelmap/real_gradient", "m/voxel", "gradient (x, y, z) of real", "Eq. (5)"},
     {SectionKind::point_positions, "/pointshell/positions", "m", "rows x, y, z of the points", "Eq. (6)"},
     {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1",

@@ -10,6 +10,7 @@
 #include "runtime/penetration.h"
 #include "tests/bake/scene.h"
 #include "tests/support/baked.h"
+#include "tests/support/field_samples.h"
 #include "tests/support/oracle.h"
 #include "tests/support/winding_number.h"
 
@@ -99,13 +100,15 @@ class Examined {
     EXPECT_NEAR(info_.surface_area, solid_.area, 1e-9 * solid_.area);
     EXPECT_EQ(asset_->verify(), Status::ok);
   }
-  void expect_voxels() const;
+  void expect_samples() const;
+  void expect_layers() const;
   void expect_runtime_points() const;
   void expect_shell() const;
   void expect_spheres() const;
   void expect_all() const {
     expect_facts();
-    expect_voxels();
+    expect_samples();
+    expect_layers();
     expect_runtime_points();
     expect_shell();
     expect_spheres();
@@ -132,54 +135,62 @@ class Examined {
   PointshellView shell_;
 };
 
-void Examined::expect_voxels() const {
+// Samples are exact in the band, and on the right side wherever they are.
+void Examined::expect_samples() const {
   VoxelmapView scaled;
-  VoxelmapView layers;
   ASSERT_EQ(asset_->voxelmap(scaled, Field::scaled), Status::ok);
-  ASSERT_EQ(asset_->voxelmap(layers, Field::layers), Status::ok);
-  const std::size_t bricks = std::size_t{map_.brick_dims[0]} * map_.brick_dims[1] * map_.brick_dims[2];
-  std::size_t stored = 0;
-  for (std::size_t b = 0; b < bricks; ++b) stored += map_.brick_index[b] != kNoBrick;
-  const std::size_t stride = 1 + stored * kBrickVoxels / 6000;
+  const std::size_t stride = 1 + asset_->directory().find(SectionKind::real)->shape[0] * kFieldStride / 6000;
   std::size_t exact = 0;
+  for_each_sample(map_, info_.voxel_size, [&](std::size_t at, const std::array<double, 3>& p, int level) {
+    if (at % stride != 0) return;
+    const double v = static_cast<const double*>(map_.values)[at];
+    double truth = penetration_at(p);
+    const double band = v > 0 ? info_.band_inner : info_.band_outer;
+    // Two answers in double differ: rational arithmetic decides.
+    if (std::abs(v) < band && std::abs(std::abs(v) - std::abs(truth)) > tolerance_) {
+      truth = std::copysign(exact_distance(boundary_, p, std::max(std::abs(truth), std::abs(v)) + tolerance_), truth);
+    }
+    if (std::abs(v) < band) {
+      ASSERT_NEAR(std::abs(v), std::abs(truth), tolerance_) << p[0] << ' ' << p[1] << ' ' << p[2];
+      ++exact;
+    } else {
+      ASSERT_GE(std::abs(truth), band - tolerance_) << p[0] << ' ' << p[1] << ' ' << p[2];
+    }
+    if (std::abs(truth) <= tolerance_) return;
+    ASSERT_EQ(v > 0, truth > 0) << p[0] << ' ' << p[1] << ' ' << p[2] << " V " << v << " truth " << truth;
+    const double step = level > 0 ? 2 * info_.lambda : info_.lambda;
+    ASSERT_NEAR(static_cast<const std::int8_t*>(scaled.values)[at] * step, std::clamp(v, -127 * step, 127 * step),
+                0.5 * step * 1.000001);
+  });
+  EXPECT_GT(exact, 100U);
+}
+
+void Examined::expect_layers() const {
+  VoxelmapView layers;
+  ASSERT_EQ(asset_->voxelmap(layers, Field::layers), Status::ok);
+  const std::size_t bricks = std::size_t{layers.brick_dims[0]} * layers.brick_dims[1] * layers.brick_dims[2];
+  const std::size_t stride = 1 + asset_->directory().find(SectionKind::layers)->shape[0] * kBrickVoxels / 6000;
   for (std::size_t b = 0; b < bricks; ++b) {
-    if (map_.brick_index[b] == kNoBrick) continue;
-    const std::size_t base = std::size_t{map_.brick_index[b]} * kBrickVoxels;
+    if (layers.brick_index[b] == kNoBrick) continue;
+    const std::size_t base = std::size_t{layers.brick_index[b]} * kBrickVoxels;
     for (std::size_t voxel = (stride - base % stride) % stride; voxel < kBrickVoxels; voxel += stride) {
-      const std::size_t index[3] = {b % map_.brick_dims[0] * kBrickEdge + voxel % 8,
-                                    b / map_.brick_dims[0] % map_.brick_dims[1] * kBrickEdge + voxel / 8 % 8,
-                                    b / map_.brick_dims[0] / map_.brick_dims[1] * kBrickEdge + voxel / 64};
+      const std::size_t index[3] = {b % layers.brick_dims[0] * kBrickEdge + voxel % 8,
+                                    b / layers.brick_dims[0] % layers.brick_dims[1] * kBrickEdge + voxel / 8 % 8,
+                                    b / layers.brick_dims[0] / layers.brick_dims[1] * kBrickEdge + voxel / 64};
       std::array<double, 3> p;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         p[axis] = map_.origin[axis] + info_.voxel_size * (static_cast<double>(index[axis]) + 0.5);
       }
-      const double v = static_cast<const double*>(map_.values)[base + voxel];
-      double truth = penetration_at(p);
-      // Two answers in double differ: rational arithmetic decides.
-      if (std::abs(v) < info_.band_inner && std::abs(std::abs(v) - std::abs(truth)) > tolerance_) {
-        truth = std::copysign(exact_distance(boundary_, p, std::max(std::abs(truth), std::abs(v)) + tolerance_), truth);
-      }
-      if (std::abs(v) < info_.band_inner) {
-        ASSERT_NEAR(std::abs(v), std::abs(truth), tolerance_) << p[0] << ' ' << p[1] << ' ' << p[2];
-        ++exact;
-      } else {
-        ASSERT_GE(std::abs(truth), info_.band_inner - tolerance_) << p[0] << ' ' << p[1] << ' ' << p[2];
-      }
-      if (std::abs(truth) <= tolerance_) continue;
-      ASSERT_EQ(v > 0, truth > 0) << p[0] << ' ' << p[1] << ' ' << p[2] << " V " << v << " truth " << truth;
-      detail::Cell cell;
-      cell.slot = map_.brick_index[b];
-      cell.voxel = voxel;
-      ASSERT_NEAR(detail::integer_value(scaled, cell) * info_.lambda,
-                  std::clamp(v, -info_.band_outer, info_.band_outer), info_.lambda * 1.000001);
-      const int layer = detail::integer_value(layers, cell);
-      if (layer != 0) {
-        ASSERT_EQ(layer > 0, truth > 0);
-        ASSERT_GE(std::abs(truth), (std::abs(layer) - 0.5) * info_.voxel_size - tolerance_);
-      }
+      const double truth = penetration_at(p);
+      detail::Voxel found;
+      found.brick = b;
+      found.voxel = voxel;
+      const int layer = detail::layer_of(layers, found);
+      if (layer == 0) continue;
+      ASSERT_EQ(layer > 0, truth > 0);
+      ASSERT_GE(std::abs(truth), (std::abs(layer) - 0.5) * info_.voxel_size - tolerance_);
     }
   }
-  EXPECT_GT(exact, 100U);
 }
 
 // Anywhere in and around the grid: the bound is one, and the sign is right where a voxel can tell.

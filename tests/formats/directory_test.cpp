@@ -94,7 +94,7 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(1), unsigned('V'));
   EXPECT_EQ(at(8), 1U);
   EXPECT_EQ(at(13), 0x10U);   // 4096, little-endian
-  EXPECT_EQ(at(32), 10U);     // sections
+  EXPECT_EQ(at(32), 13U);     // sections
   EXPECT_EQ(at(64), 16U);     // dims[0]
   EXPECT_EQ(at(76), 8U);      // brick edge
   EXPECT_EQ(at(112), 3U);     // precision
@@ -225,12 +225,15 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
 
 TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
   TinyAsset tiny;
-  tiny.info.real_error = {};
   tiny.sections.push_back(
-      make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, 1)));
+      make_section(SectionKind::real, ElementType::f64, {2, kFieldStride}, std::vector<double>(2 * kFieldStride, 1)));
+  tiny.sections.push_back(make_section(SectionKind::real_gradient, ElementType::f32, {2, kFieldStride, 3},
+                                       std::vector<float>(6 * kFieldStride, 1)));
   Bytes bytes(tiny);
   Directory d = bytes.directory();
-  find(d, SectionKind::layers).kind = SectionKind(999);
+  find(d, SectionKind::real).kind = SectionKind(998);
+  find(d, SectionKind::real_gradient).kind = SectionKind(999);
+  find(d, SectionKind(998)).flags = 0;
   EXPECT_EQ(bytes.with(d), Status::unknown_section);
   find(d, SectionKind(999)).flags = 0;
   EXPECT_EQ(bytes.with(d), Status::ok);
@@ -275,6 +278,17 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 0, 2), Status::bad_index);
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, 0xFFFFFFFEu), Status::bad_index);
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrick), Status::ok);
+  const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
+  for (const std::uint32_t entry : {kFarOutside, kFarInside, 1U, coarse, coarse | 1}) {
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, entry), Status::ok);
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::ok);
+  }
+  for (const std::uint32_t entry : {2U, coarse | 2, coarse + (1U << kLevelShift), kNodeFlag | 1, kFarInside - 1}) {
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, entry), Status::bad_index);
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::bad_index);
+  }
+  // A node below itself.
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, kNodeFlag), Status::bad_index);
   for (std::size_t i = 0; i < 6; ++i) {
     for (const std::uint32_t bad : {0U, 1U, 2U, 3U, 4U, 5U, 0x80000000U, 0xFFFFFFFFU}) {
       const std::uint32_t good[] = {1, 2, 0, 2, 2, 2};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A small complete asset made by hand: two bricks, four points, two tree levels.
+/// @file A small complete asset made by hand: two bricks of layers, two field bricks, four points, two tree levels.
 #pragma once
 
 #include <cstring>
@@ -56,7 +56,15 @@ struct TinyAsset {
     sections.push_back(make_section<std::uint32_t>(SectionKind::brick_index, ElementType::u32, {1, 1, 2}, {0, 1}));
     sections.push_back(make_section<std::int16_t>(SectionKind::coarse_layers, ElementType::i16, {1, 1, 2}, {0, 0}));
     sections.push_back(
-        make_section(SectionKind::scaled, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
+        make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
+    const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
+    sections.push_back(
+        make_section<std::uint32_t>(SectionKind::field_roots, ElementType::u32, {1, 1, 1}, {kNodeFlag}));
+    sections.push_back(make_section<std::uint32_t>(
+        SectionKind::field_nodes, ElementType::u32, {1, 8},
+        {coarse, coarse + 1, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarInside}));
+    sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
+                                    std::vector<std::int8_t>(2 * kFieldStride, -5)));
     const std::vector<float> positions = {0, 1, 2, 3, 0, 0, 0, 0, 1, 1, 1, 1};
     const std::vector<float> normals = {1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
     sections.push_back(make_section(SectionKind::point_positions, ElementType::f32, {3, 4}, positions));

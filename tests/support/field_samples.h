@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Walks the samples of an asset's field by its octree, for tests.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps::test {
+
+/// @param voxel_size  as in AssetInfo: the view has it in float
+/// Calls visit(number of the sample, its place, its brick's level) for every sample of every field brick, once.
+template <class Visit>
+void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
+  std::set<std::uint32_t> seen;
+  const auto visit_brick = [&](std::uint32_t entry, const std::array<double, 3>& low) {
+    if (!seen.insert(entry & kNumberMask).second) return;
+    const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;
+    const double step = std::ldexp(1.0, level);
+    const double edge = step * (kFieldEdge - 1);
+    for (std::uint32_t n = 0; n < kFieldEdge * kFieldEdge * kFieldEdge; ++n) {
+      const std::uint32_t at[3] = {n % kFieldEdge, n / kFieldEdge % kFieldEdge, n / (kFieldEdge * kFieldEdge)};
+      std::array<double, 3> place;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double cells = std::floor(low[axis] / edge) * edge + at[axis] * step;
+        place[axis] = map.origin[axis] + voxel_size * (cells + 0.5);
+      }
+      visit(std::size_t{entry & kNumberMask} * kFieldStride + n, place, level);
+    }
+  };
+  const auto walk = [&](auto&& self, std::uint32_t entry, const std::array<double, 3>& low, double edge) -> void {
+    if (entry >= kFarInside) return;
+    if ((entry & kNodeFlag) == 0) return visit_brick(entry, low);
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const std::array<double, 3> corner = {low[0] + edge / 2 * (octant & 1), low[1] + edge / 2 * (octant >> 1 & 1),
+                                            low[2] + edge / 2 * (octant >> 2)};
+      self(self, map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant], corner, edge / 2);
+    }
+  };
+  const std::uint32_t* root = map.field_roots;
+  for (std::uint32_t z = 0; z < map.root_dims[2]; ++z) {
+    for (std::uint32_t y = 0; y < map.root_dims[1]; ++y) {
+      for (std::uint32_t x = 0; x < map.root_dims[0]; ++x) {
+        walk(walk, *root++, {kRootCells * double(x), kRootCells * double(y), kRootCells * double(z)}, kRootCells);
+      }
+    }
+  }
+}
+
+}  // namespace vps::test
