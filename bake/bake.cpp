@@ -152,10 +152,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     stages.start("cluster_points");
     const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
     stages.start("bounding_spheres");
-    const std::vector<Point3f> points = tree_points(shell, tree);
-    const std::vector<BoundingSphere> spheres = bounding_spheres(tree, points);
     describe_pointshell(shell, tree, options.branching, asset.info);
-    pack_pointshell(shell, tree, points, spheres, asset.sections);
+    const std::vector<BoundingSphere> spheres = bounding_spheres(tree, tree_points(shell, tree, asset.info));
+    pack_pointshell(shell, tree, spheres, asset.info, asset.sections);
   }
   stages.stop();
   if (options.progress) options.progress("done", 1);

@@ -9,9 +9,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 #include "bake/certify.h"
 #include "bake/plan.h"
+#include "formats/quantize.h"
 
 namespace vps {
 namespace {
@@ -33,6 +35,14 @@ SectionData narrowed(SectionKind kind, ElementType element, std::vector<std::uin
   std::vector<Narrow> narrow(values.size());
   std::transform(values.begin(), values.end(), narrow.begin(), [](std::int16_t v) { return static_cast<Narrow>(v); });
   return section(kind, element, std::move(shape), narrow);
+}
+
+std::array<std::uint16_t, 3> position_code(const Vector& p, const AssetInfo& info) {
+  std::array<std::uint16_t, 3> code;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    code[axis] = encode_coordinate(p[static_cast<Eigen::Index>(axis)], info.position_origin[axis], info.position_step);
+  }
+  return code;
 }
 
 }  // namespace
@@ -150,44 +160,57 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<s
   }
 }
 
-std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree) {
-  std::vector<Point3f> points;
-  points.reserve(tree.order.size());
-  for (const std::uint32_t i : tree.order) {
-    const Eigen::Vector3f p = shell.positions[i].cast<float>();
-    points.push_back({p.x(), p.y(), p.z()});
-  }
-  return points;
-}
-
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {
   info.spacing = shell.spacing;
-  // Positions are stored in float; the radius has to hold for what is stored.
+  info.normal_error_mean = shell.normal_error_mean;
+  info.normal_error_max = shell.normal_error_max;
+  const PositionScale scale = position_scale(info.bounds_min, info.bounds_max);
+  info.position_origin = scale.origin;
+  info.position_step = scale.step;
+  info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / kLargestCode,
+                            double{std::numeric_limits<float>::min()});
+  // The radius has to hold for what is decoded: half a step off along each axis, then rounded to float.
   double largest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
   }
-  info.covering_radius = shell.covering_radius + largest * std::numeric_limits<float>::epsilon();
-  info.normal_error_mean = shell.normal_error_mean;
-  info.normal_error_max = shell.normal_error_max;
+  info.covering_radius = shell.covering_radius + std::numbers::sqrt3 / 2 * info.position_step +
+                         largest * std::numeric_limits<float>::epsilon();
   info.points = shell.positions.size();
   info.branching = branching;
   info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);
 }
 
-void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<Point3f>& points,
-                     const std::vector<BoundingSphere>& spheres, std::vector<SectionData>& sections) {
-  const std::size_t count = points.size();
-  std::vector<float> positions(3 * count);
-  std::vector<float> normals(3 * count);
-  std::vector<float> areas(count);
+std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info) {
+  std::vector<Point3f> points;
+  points.reserve(tree.order.size());
+  for (const std::uint32_t i : tree.order) {
+    const std::array<std::uint16_t, 3> code = position_code(shell.positions[i], info);
+    Point3f& p = points.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      p[axis] = decode_coordinate(code[axis], static_cast<float>(info.position_origin[axis]),
+                                  static_cast<float>(info.position_step));
+    }
+  }
+  return points;
+}
+
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
+                     const AssetInfo& info, std::vector<SectionData>& sections) {
+  const std::size_t count = tree.order.size();
+  std::vector<std::uint16_t> positions(3 * count);
+  std::vector<std::int16_t> normals(2 * count);
+  std::vector<std::uint16_t> areas(count);
+  double carry = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t old = tree.order[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      positions[axis * count + i] = points[i][axis];
-      normals[axis * count + i] = static_cast<float>(shell.inward_normals[old][static_cast<Eigen::Index>(axis)]);
-    }
-    areas[i] = static_cast<float>(shell.areas[old]);
+    const std::array<std::uint16_t, 3> code = position_code(shell.positions[old], info);
+    for (std::size_t axis = 0; axis < 3; ++axis) positions[axis * count + i] = code[axis];
+    const Vector& n = shell.inward_normals[old];
+    const auto [u, v] = encode_normal({n.x(), n.y(), n.z()});
+    normals[i] = u;
+    normals[count + i] = v;
+    areas[i] = encode_area(shell.areas[old], info.area_step, carry);
   }
   const std::size_t nodes = spheres.size();
   std::vector<float> rows(4 * nodes);
@@ -198,9 +221,9 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     children[2 * n] = tree.first[n];
     children[2 * n + 1] = tree.count[n];
   }
-  sections.push_back(section(SectionKind::point_positions, ElementType::f32, {3, count}, positions));
-  sections.push_back(section(SectionKind::point_inward_normals, ElementType::f32, {3, count}, normals));
-  sections.push_back(section(SectionKind::point_areas, ElementType::f32, {count}, areas));
+  sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
+  sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
+  sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
   sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));

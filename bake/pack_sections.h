@@ -36,10 +36,12 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections);
 
-/// Positions in tree order, rounded to float: what the file holds, and what the spheres must enclose.
-[[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree);
+/// @pre info has the mesh's bounds
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);
-void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<Point3f>& points,
-                     const std::vector<BoundingSphere>& spheres, std::vector<SectionData>& sections);
+/// Positions in tree order as queries decode them: what the spheres must enclose.
+/// @pre describe_pointshell has filled `info`, here and below
+[[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info);
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
+                     const AssetInfo& info, std::vector<SectionData>& sections);
 
 }  // namespace vps

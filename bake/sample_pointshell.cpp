@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "bake/surface_blocks.h"
+#include "formats/quantize.h"
 
 namespace vps {
 namespace {
@@ -369,6 +370,12 @@ Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& 
   return gradient / length;
 }
 
+// Rounded before its error is measured, which then holds for the asset.
+Vector as_stored(const Vector& normal) {
+  const auto [x, y, z] = decode_normal<double>(encode_normal({normal.x(), normal.y(), normal.z()}));
+  return {x, y, z};
+}
+
 }  // namespace
 
 Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
@@ -388,7 +395,7 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
     const Sample& sample = *samples[i];
     shell.positions[i] = sample.position;
-    shell.inward_normals[i] = inward_normal(grid, runs, field, sample);
+    shell.inward_normals[i] = as_stored(inward_normal(grid, runs, field, sample));
     shell.areas[i] = sample.area;
   });
   std::size_t on_faces = 0;

@@ -54,6 +54,9 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
                        {"covering_radius", info.covering_radius},
                        {"normal_error_mean", info.normal_error_mean},
                        {"normal_error_max", info.normal_error_max},
+                       {"position_origin", info.position_origin},
+                       {"position_step", info.position_step},
+                       {"area_step", info.area_step},
                        {"branching", info.branching},
                        {"levels", info.levels}};
   }
@@ -85,11 +88,12 @@ std::string info_to_text(const AssetInfo& info) {
     out += certificate_line("real", info.real_error);
   }
   if (info.points > 0) {
-    out += fmt::format("pointshell  {} points at least {} apart, every surface point within {} of one\n", info.points,
-                       format_length(info.spacing), format_length(info.covering_radius));
+    out += fmt::format("pointshell  {} points sampled at least {} apart, every surface point within {} of one\n",
+                       info.points, format_length(info.spacing), format_length(info.covering_radius));
     constexpr double kDegrees = 180 / std::numbers::pi;
     out += fmt::format("  normals {:.2g} degrees off their faces in the mean, {:.2g} at most\n",
                        kDegrees * info.normal_error_mean, kDegrees * info.normal_error_max);
+    out += fmt::format("  positions in steps of {}\n", format_length(info.position_step));
     out += fmt::format("  tree of {} levels, K = {}\n", info.levels, info.branching);
   }
   return out;
@@ -139,6 +143,8 @@ const char* element_name(ElementType type) {
       return "i16";
     case ElementType::i32:
       return "i32";
+    case ElementType::u16:
+      return "u16";
     case ElementType::u32:
       return "u32";
     case ElementType::f32:

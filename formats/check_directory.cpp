@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/quantize.h"
+
 namespace vps::detail {
 namespace {
 
@@ -46,11 +48,18 @@ bool grid_is_good(const AssetInfo& info) noexcept {
          info.band_inner > 0 && info.band_outer > 0;
 }
 
+// Every code decodes to a finite float. NaN fails both comparisons.
+bool scale_is_good(double origin, double step) noexcept {
+  return step > 0 && std::abs(origin) + kLargestCode * step <= std::numeric_limits<float>::max() / 2;
+}
+
 bool shell_is_good(const AssetInfo& info) noexcept {
   if (info.points == 0) return info.levels == 0;
   return info.points <= kMaxCount && info.levels >= 1 && info.levels <= kMaxLevels && info.branching >= 2 &&
          all_finite(info.spacing, info.covering_radius) && all_finite(info.normal_error_mean, info.normal_error_max) &&
-         info.spacing > 0 && info.covering_radius >= 0;
+         info.spacing > 0 && info.covering_radius >= 0 && scale_is_good(0, info.area_step) &&
+         std::all_of(info.position_origin.begin(), info.position_origin.end(),
+                     [&](double origin) { return scale_is_good(origin, info.position_step); });
 }
 
 // What a kind must look like. A shape entry of 0 stands for a count that is checked elsewhere.
@@ -71,9 +80,9 @@ constexpr Layout kLayouts[] = {
     {SectionKind::scaled, {ElementType::i8, ElementType::i16}, 2, {0, kFieldStride}},
     {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
     {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
-    {SectionKind::point_positions, {ElementType::f32, kNone}, 2, {3, 0}},
-    {SectionKind::point_inward_normals, {ElementType::f32, kNone}, 2, {3, 0}},
-    {SectionKind::point_areas, {ElementType::f32, kNone}, 1, {}},
+    {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
+    {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
+    {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
     {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},

@@ -98,6 +98,7 @@ std::size_t element_bytes(ElementType type) noexcept {
     case ElementType::i8:
       return 1;
     case ElementType::i16:
+    case ElementType::u16:
       return 2;
     case ElementType::i32:
     case ElementType::u32:

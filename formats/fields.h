@@ -45,6 +45,9 @@ void for_each_info_field(Info& info, Visit visit) {
   visit(512, info.generator);
   visit(544, info.normal_error_mean);
   visit(552, info.normal_error_max);
+  visit(560, info.position_origin);
+  visit(584, info.position_step);
+  visit(592, info.area_step);
 }
 
 /// Calls visit(offset in the entry, field) for each scalar of a section table entry.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Zlib
-// Every index stored in the sections, and the floats of the pointshell: after this no query can leave the mapping.
+// Every index stored in the sections, and the floats of the spheres: after this no query can leave the mapping.
 // Plain loops without early exits, so that compilers vectorize them: this runs at every open.
 #include <bit>
-#include <cmath>
 
 #include "formats/vps_format.h"
 
@@ -83,19 +82,6 @@ bool all_below(std::span<const std::uint32_t> values, std::uint64_t limit) noexc
   return largest < limit;
 }
 
-bool normals_are_unit(std::span<const float> rows) noexcept {
-  const std::size_t count = rows.size() / 3;
-  std::uint32_t bad = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const float x = rows[i];
-    const float y = rows[count + i];
-    const float z = rows[2 * count + i];
-    const float squared = x * x + y * y + z * z;
-    bad |= !(squared > 0.998F && squared < 1.002F);
-  }
-  return bad == 0;
-}
-
 }  // namespace
 
 Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept {
@@ -120,11 +106,7 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
   if (status != Status::ok) return status;
   if (!all_below(section<std::uint32_t>(file, directory, SectionKind::parent_points), points)) return Status::bad_index;
   const auto spheres = section<float>(file, directory, SectionKind::spheres);
-  const auto areas = section<float>(file, directory, SectionKind::point_areas);
-  const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3)) &&
-                    all_finite(section<float>(file, directory, SectionKind::point_positions)) && all_finite(areas) &&
-                    none_negative(areas) &&
-                    normals_are_unit(section<float>(file, directory, SectionKind::point_inward_normals));
+  const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3));
   return good ? Status::ok : Status::bad_index;
 }
 

@@ -89,16 +89,16 @@ enum class SectionKind : std::uint32_t {
   scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
   real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
   real_gradient = 19,         ///< f32 [f,128,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
-  point_positions = 32,       ///< f32 [3,P]: rows x, y, z, asset frame. [m]
-  point_inward_normals = 33,  ///< f32 [3,P]: unit, into the body. [-]
-  point_areas = 34,           ///< f32 [P]: surface area that the point stands for. [m^2]
+  point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
+  point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
+  point_areas = 34,           ///< u16 [P]: surface area that the point stands for: area_step * code. [m^2]
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
 };
 
-enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6 };
+enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };
 
 /// Bytes of one element; 0 for a value that is not an ElementType.
 [[nodiscard]] std::size_t element_bytes(ElementType type) noexcept;
@@ -149,9 +149,12 @@ struct AssetInfo {
   std::array<double, 6> inertia{};         ///< xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
   // Pointshell and tree. 0 when the asset has none.
   double spacing = 0;            ///< least distance that sampling aimed at, alpha * s. [m]
-  double covering_radius = 0;    ///< every surface point has a shell point no farther than this. [m]
-  double normal_error_mean = 0;  ///< of the inward normals of points on no sharp edge, to their face's normal. [rad]
+  double covering_radius = 0;    ///< every surface point has a stored shell point no farther than this. [m]
+  double normal_error_mean = 0;  ///< of the stored normals of points on no sharp edge, to their face's normal. [rad]
   double normal_error_max = 0;   ///< [rad]
+  std::array<double, 3> position_origin{};  ///< bounds_min, rounded down to float. [m]
+  double position_step = 0;  ///< largest extent of the bounds / 65535, rounded up to 8 significant bits. [m]
+  double area_step = 0;      ///< the largest area / 65535. [m^2]
   std::uint64_t points = 0;
   std::uint32_t branching = 0;  ///< K
   std::uint32_t levels = 0;     ///< L, root = 1
@@ -186,8 +189,9 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 /// @param file  all bytes of the file; need not be aligned
 [[nodiscard]] Status decode_directory(std::span<const std::byte> file, Directory& out) noexcept;
 
-/// Checks every index stored in the sections (brick numbers, children, parent points, levels) and that spheres, points,
-/// normals and areas are finite, so that no query can read outside the mapping. Reads the index sections once.
+/// Checks every index stored in the sections (brick numbers, children, parent points, levels) and that spheres are
+/// finite, so that no query can read outside the mapping. Reads these sections once. The points need no check: every
+/// code of theirs is a value.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
 /// kSectionAlignment.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept;

@@ -139,14 +139,17 @@ Status Asset::pointshell(PointshellView& out) const noexcept {
   const AssetInfo& facts = info();
   out.points = static_cast<std::uint32_t>(facts.points);
   out.levels = facts.levels;
-  const auto* positions = section_data<float>(data_, directory_.find(SectionKind::point_positions));
-  const auto* normals = section_data<float>(data_, directory_.find(SectionKind::point_inward_normals));
+  const auto* positions = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_positions));
+  const auto* normals = section_data<std::int16_t>(data_, directory_.find(SectionKind::point_inward_normals));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     out.position[axis] = positions + axis * out.points;
-    out.inward_normal[axis] = normals + axis * out.points;
+    out.position_origin[axis] = static_cast<float>(facts.position_origin[axis]);
     out.centre_of_mass[axis] = static_cast<float>(facts.centre_of_mass[axis]);
   }
-  out.area = section_data<float>(data_, directory_.find(SectionKind::point_areas));
+  for (std::size_t row = 0; row < 2; ++row) out.inward_normal[row] = normals + row * out.points;
+  out.area = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_areas));
+  out.position_step = static_cast<float>(facts.position_step);
+  out.area_step = static_cast<float>(facts.area_step);
   const Section* const spheres = directory_.find(SectionKind::spheres);
   out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
   for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;

@@ -127,10 +127,8 @@ class Traverse {
 
   Contact contact_at(std::uint32_t point) const noexcept {
     Contact contact;
-    contact.position =
-        transform_.apply({shell_.position[0][point], shell_.position[1][point], shell_.position[2][point]});
-    contact.inward_normal = transform_.rotate(
-        {shell_.inward_normal[0][point], shell_.inward_normal[1][point], shell_.inward_normal[2][point]});
+    contact.position = transform_.apply(point_position(shell_, point));
+    contact.inward_normal = transform_.rotate(point_inward_normal(shell_, point));
     contact.penetration = field_.value(contact.position, contact.inward_normal);
     contact.point = point;
     return contact;
@@ -147,7 +145,7 @@ class Traverse {
     Contact contact = contact_at(point);
     deepest_ = std::max(deepest_, contact.penetration);
     if (contact.penetration < -options_.contact_distance) return;
-    contact.area = shell_.area[point];
+    contact.area = point_area(shell_, point);
     contact.node = node;
     if (contact.penetration >= 0) add_force(contact);
     if (segment == nullptr) {

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "formats/quantize.h"
 #include "formats/vps_format.h"
 
 namespace vps {
@@ -60,17 +61,39 @@ struct VoxelmapView {
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                 ///< root = 1
-  const float* position[3] = {};            ///< x, y, z rows, asset frame. [m]
-  const float* inward_normal[3] = {};       ///< [-]
-  const float* area = nullptr;              ///< [m^2]
-  const float* sphere[4] = {};              ///< x, y, z, radius rows. [m]
-  const std::uint32_t* children = nullptr;  ///< pairs: first, count
+  std::uint32_t levels = 0;                   ///< root = 1
+  const std::uint16_t* position[3] = {};      ///< codes, x, y, z rows: see point_position
+  const std::int16_t* inward_normal[2] = {};  ///< octahedral codes, u, v rows: see point_inward_normal
+  const std::uint16_t* area = nullptr;        ///< codes: see point_area
+  float position_origin[3] = {};              ///< asset frame. [m]
+  float position_step = 0;                    ///< [m]
+  float area_step = 0;                        ///< [m^2]
+  const float* sphere[4] = {};                ///< x, y, z, radius rows. [m]
+  const std::uint32_t* children = nullptr;    ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
   float covering_radius = 0;                     ///< [m]
 };
+
+/// Position of a point, asset frame. The bounding spheres enclose these very floats. [m]
+[[nodiscard]] inline Vec3 point_position(const PointshellView& shell, std::uint32_t i) noexcept {
+  const auto coordinate = [&](int axis) {
+    return decode_coordinate(shell.position[axis][i], shell.position_origin[axis], shell.position_step);
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+/// Unit normal of a point, into the body, asset frame. [-]
+[[nodiscard]] inline Vec3 point_inward_normal(const PointshellView& shell, std::uint32_t i) noexcept {
+  const auto [x, y, z] = decode_normal<float>({shell.inward_normal[0][i], shell.inward_normal[1][i]});
+  return {x, y, z};
+}
+
+/// Surface area that a point stands for. [m^2]
+[[nodiscard]] inline float point_area(const PointshellView& shell, std::uint32_t i) noexcept {
+  return decode_area(shell.area[i], shell.area_step);
+}
 
 /// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
 class Asset {

@@ -212,6 +212,8 @@ hid_t memory_type(ElementType type) {
       return H5T_STD_I16LE;
     case ElementType::i32:
       return H5T_STD_I32LE;
+    case ElementType::u16:
+      return H5T_STD_U16LE;
     case ElementType::u32:
       return H5T_STD_U32LE;
     case ElementType::f32:
@@ -293,6 +295,9 @@ void write_facts(hid_t root, const AssetInfo& info) {
   write_real(root, "covering_radius", info.covering_radius);
   write_real(root, "normal_error_mean", info.normal_error_mean);
   write_real(root, "normal_error_max", info.normal_error_max);
+  write_real(root, "position_origin", info.position_origin);
+  write_real(root, "position_step", info.position_step);
+  write_real(root, "area_step", info.area_step);
   write_count(root, "points", info.points);
   write_count(root, "branching", info.branching);
   write_count(root, "levels", info.levels);

@@ -22,7 +22,7 @@ class Surfels {
 
   // Depth is bounded by the tree's levels.
   void visit(std::uint32_t node) {
-    const btVector3 centre = position(shell_.sphere, node);
+    const btVector3 centre = in_body({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
     if (!near(centre, shell_.sphere[3][node] + reach())) return;
     const std::uint32_t first = shell_.children[2 * node];
     const std::uint32_t end = first + shell_.children[2 * node + 1];
@@ -32,18 +32,16 @@ class Surfels {
 
  private:
   btScalar reach() const { return 2 * btScalar(shell_.covering_radius); }
-  btVector3 position(const float* const* rows, std::uint32_t i) const {
-    return btVector3(rows[0][i], rows[1][i], rows[2][i]) - centre_of_mass_;
-  }
+  btVector3 in_body(Vec3 p) const { return btVector3(p.x, p.y, p.z) - centre_of_mass_; }
   bool near(const btVector3& p, btScalar distance) const {
     const btVector3 margin(distance, distance, distance);
     return TestPointAgainstAabb2(low_ - margin, high_ + margin, p);
   }
   void emit(std::uint32_t point) {
-    const btVector3 p = position(shell_.position, point);
+    const btVector3 p = in_body(point_position(shell_, point));
     if (!near(p, reach())) return;
-    const btVector3 outward =
-        -btVector3(shell_.inward_normal[0][point], shell_.inward_normal[1][point], shell_.inward_normal[2][point]);
+    const Vec3 inward = point_inward_normal(shell_, point);
+    const btVector3 outward(-inward.x, -inward.y, -inward.z);
     btVector3 u;
     btVector3 v;
     btPlaneSpace1(outward, u, v);

@@ -7,6 +7,7 @@
 
 #include "bake/vps_bake.h"
 #include "tests/bake/scene.h"
+#include "tests/support/baked.h"
 #include "tests/support/oracle.h"
 
 namespace vps::test {
@@ -36,6 +37,8 @@ TEST(Bake, TheSameMeshGivesTheSameBytesForAnyNumberOfThreads) {
     EXPECT_EQ(many.sections[i].bytes, single.sections[i].bytes) << i;
   EXPECT_EQ(many.info.scaled_error.max, single.info.scaled_error.max);
   EXPECT_EQ(many.info.covering_radius, single.info.covering_radius);
+  EXPECT_EQ(many.info.position_step, single.info.position_step);
+  EXPECT_EQ(many.info.area_step, single.info.area_step);
 }
 
 TEST(Bake, OnlyWhatWasAskedForIsBaked) {
@@ -146,6 +149,25 @@ TEST(Bake, MassPropertiesAndBoundsAreThoseOfTheMesh) {
   EXPECT_DOUBLE_EQ(info.bounds_max[2], 0.03);
   EXPECT_EQ(info.triangles, 12U);
   EXPECT_STREQ(info.generator.data(), "vpsbake 0.1.0");
+}
+
+TEST(Bake, StoredPointsStayOnTheSurfaceAndKeepItsArea) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  const auto asset = baked(mesh, all_parts(0.004));
+  const AssetInfo& info = asset->info();
+  EXPECT_LE(info.position_step, 0.28 / 65535 * (1 + 1.0 / 128));
+  PointshellView shell;
+  ASSERT_EQ(asset->pointshell(shell), Status::ok);
+  const Oracle oracle(mesh);
+  double area = 0;
+  for (std::uint32_t i = 0; i < shell.points; ++i) {
+    const Vec3 p = point_position(shell, i);
+    ASSERT_LE(oracle.distance({p.x, p.y, p.z}), std::sqrt(3.0) / 2 * info.position_step + 1e-8);
+    const Vec3 n = point_inward_normal(shell, i);
+    ASSERT_NEAR(std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z), 1, 3e-7);
+    area += double{point_area(shell, i)};
+  }
+  EXPECT_NEAR(area, info.surface_area, 0.001 * info.surface_area);
 }
 
 TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {

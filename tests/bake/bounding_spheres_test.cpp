@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "bake/pack_sections.h"
 #include "tests/bake/scene.h"
 
 namespace vps::test {
@@ -112,11 +113,11 @@ TEST(BoundingSpheres, EveryNodeContainsAllPointsBelowIt) {
   const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.006);
   const Pointshell shell = sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 0.0085);
   const PointTree tree = cluster_points(shell.positions, scene.surface.area, 4);
-  std::vector<Point3f> points;
-  for (const std::uint32_t i : tree.order) {
-    const Eigen::Vector3f p = shell.positions[i].cast<float>();
-    points.push_back({p.x(), p.y(), p.z()});
-  }
+  AssetInfo info;
+  info.bounds_min = to_array(scene.surface.bounds_min);
+  info.bounds_max = to_array(scene.surface.bounds_max);
+  describe_pointshell(shell, tree, 4, info);
+  const std::vector<Point3f> points = tree_points(shell, tree, info);
   const std::vector<BoundingSphere> spheres = bounding_spheres(tree, points);
   const std::size_t leaves = tree.level_offsets[tree.level_offsets.size() - 2];
   std::vector<std::uint32_t> low(spheres.size());

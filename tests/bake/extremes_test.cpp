@@ -121,7 +121,8 @@ class Examined {
     return solid_.inside(p) ? d : -d;
   }
   [[nodiscard]] Vector point(std::uint32_t i) const {
-    return {shell_.position[0][i], shell_.position[1][i], shell_.position[2][i]};
+    const Vec3 p = point_position(shell_, i);
+    return {p.x, p.y, p.z};
   }
 
   const Solid& solid_;
@@ -230,15 +231,16 @@ void Examined::expect_shell() const {
     ASSERT_LE(std::sqrt(nearest), info_.covering_radius) << p.transpose();
   }
   double area = 0;
-  for (std::uint32_t i = 0; i < shell_.points; ++i) area += double{shell_.area[i]};
-  EXPECT_NEAR(area, solid_.area, 0.01 * solid_.area);
+  for (std::uint32_t i = 0; i < shell_.points; ++i) area += double{point_area(shell_, i)};
+  EXPECT_NEAR(area, solid_.area, 0.001 * solid_.area);
 
   // A normal goes into the body: against the face that the point is on. Where faces meet at no less than a right
   // angle, it contradicts none of them by more than the differences of voxels can tell.
-  const double slack = 2.4e-7 * reach_ + tolerance_;
+  const double slack = std::numbers::sqrt3 / 2 * info_.position_step + 2.4e-7 * reach_ + tolerance_;
   const std::uint32_t stride = 1 + shell_.points / 3000;
   for (std::uint32_t i = 0; i < shell_.points; i += stride) {
-    const Vector n(shell_.inward_normal[0][i], shell_.inward_normal[1][i], shell_.inward_normal[2][i]);
+    const Vec3 inward = point_inward_normal(shell_, i);
+    const Vector n(inward.x, inward.y, inward.z);
     ASSERT_NEAR(n.norm(), 1, 1e-6);
     std::vector<Vector> faces;
     for (std::size_t t = 0; t < surface_.triangles.size(); ++t) {
@@ -272,9 +274,10 @@ void Examined::expect_spheres() const {
     first[n] = n >= leaves ? from : first[from];
     last[n] = n >= leaves ? to : last[to - 1];
     for (std::uint32_t i = first[n]; i < last[n]; ++i) {
-      const float dx = shell_.position[0][i] - shell_.sphere[0][n];
-      const float dy = shell_.position[1][i] - shell_.sphere[1][n];
-      const float dz = shell_.position[2][i] - shell_.sphere[2][n];
+      const Vec3 p = point_position(shell_, i);
+      const float dx = p.x - shell_.sphere[0][n];
+      const float dy = p.y - shell_.sphere[1][n];
+      const float dz = p.z - shell_.sphere[2][n];
       ASSERT_LE(std::sqrt(dx * dx + dy * dy + dz * dz), shell_.sphere[3][n]) << "node " << n << " point " << i;
     }
   }

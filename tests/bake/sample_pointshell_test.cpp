@@ -6,6 +6,7 @@
 
 #include <numeric>
 
+#include "formats/quantize.h"
 #include "tests/bake/scene.h"
 #include "tests/support/oracle.h"
 
@@ -125,6 +126,14 @@ TEST(SamplePointshell, ALargerAlphaGivesFewerPoints) {
   const std::size_t fine = sample(scene, 1).positions.size();
   const std::size_t coarse = sample(scene, 2).positions.size();
   EXPECT_NEAR(static_cast<double>(fine) / static_cast<double>(coarse), 4, 0.6);
+}
+
+TEST(SamplePointshell, NormalsAreThoseThatTheAssetHolds) {
+  const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.006);
+  for (const Vector& n : sample(scene).inward_normals) {
+    const auto [x, y, z] = decode_normal<double>(encode_normal(to_array(n)));
+    ASSERT_LT((Vector(x, y, z) - n).norm(), 1e-15);
+  }
 }
 
 TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {

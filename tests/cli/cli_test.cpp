@@ -56,7 +56,7 @@ TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
   const Outcome info = vpsbake(folder, "info torus.vps.hdf");
   EXPECT_EQ(info.code, 0);
   EXPECT_NE(info.out.find("voxelmap    80 x 80 x 32 voxels of 2 mm"), std::string::npos) << info.out;
-  EXPECT_NE(info.out.find("point_positions       f32  3 x "), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("point_positions       u16  3 x "), std::string::npos) << info.out;
 }
 
 TEST(Cli, JsonSaysWhatTheFileHolds) {
@@ -69,6 +69,8 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
   EXPECT_EQ(baked["bytes"], std::filesystem::file_size(folder / "gear.vps.hdf"));
   EXPECT_EQ(baked["voxel_size"], 0.0005);
   EXPECT_EQ(baked["pointshell"]["branching"], 4);
+  EXPECT_EQ(baked["pointshell"]["position_origin"].size(), 3U);
+  for (const char* step : {"position_step", "area_step"}) EXPECT_GT(baked["pointshell"][step], 0) << step;
   EXPECT_GT(baked["seconds"]["distance_field"], 0);
   EXPECT_GE(baked["plan"]["predicted_memory_bytes"], baked["bytes"].get<std::size_t>() / 10);
   for (const char* field : {"layers", "scaled", "real"}) EXPECT_GT(baked["certificate"][field]["max"], 0) << field;
@@ -122,6 +124,37 @@ TEST(Cli, TheSameMeshAndOptionsGiveTheSameBytes) {
   ::sleep(1);
   EXPECT_EQ(vpsbake(folder, sample("nut") + " --voxel 0.3mm -o b.vps.hdf --fields layers,scaled,real").code, 0);
   EXPECT_EQ(read_file(folder / "a.vps.hdf"), read_file(folder / "b.vps.hdf"));
+}
+
+TEST(Cli, PythonDecodesThePointsByTheFormatsFormulas) {
+  std::string python;
+  for (const char* candidate : {"python3", "/usr/bin/python3"}) {
+    if (std::system((std::string(candidate) + " -c 'import h5py' 2>/dev/null").c_str()) == 0) python = candidate;
+  }
+  if (python.empty()) GTEST_SKIP() << "needs h5py (Debian's python3-h5py)";
+  const TemporaryFolder folder;
+  ASSERT_EQ(vpsbake(folder, sample("icosphere") + " --voxel 4mm -o a.vps.hdf").code, 0);
+  write_file(folder / "decode.py", R"(
+import h5py, numpy as np
+with h5py.File("a.vps.hdf") as f:
+    facts, shell = f.attrs, f["pointshell"]
+    points = facts["position_origin"] + facts["position_step"] * shell["positions"][:].T
+    u, v = shell["inward_normals"][:] / 32767
+    z = 1 - abs(u) - abs(v)
+    t = np.maximum(-z, 0)
+    normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    areas = facts["area_step"] * shell["areas"][:]
+    assert [shell[name].attrs["unit"] for name in ("positions", "inward_normals", "areas")] == \
+        [b"position_step", b"1/32767", b"area_step"]
+    assert len(points) == len(normals) == len(areas) == facts["points"]
+    half = facts["position_step"] / 2 + 1e-8
+    assert (points >= facts["bounds_min"] - half).all() and (points <= facts["bounds_max"] + half).all()
+    assert (np.linalg.norm(points, axis=1) > 0.95 * facts["bounds_max"][2]).all()
+    assert (-(normals * points).sum(axis=1) > 0.95 * facts["bounds_max"][2]).all()
+    assert abs(areas.sum() / facts["surface_area"] - 1) < 1e-3
+)");
+  EXPECT_EQ(std::system(("cd " + folder.path().string() + " && " + python + " decode.py").c_str()), 0);
 }
 
 TEST(Cli, AWrongCommandLineIsExitCodeOne) {

@@ -74,6 +74,9 @@ TEST(Directory, EveryFieldSurvivesARoundTrip) {
   EXPECT_EQ(d.info.covering_radius, tiny.info.covering_radius);
   EXPECT_EQ(d.info.normal_error_mean, tiny.info.normal_error_mean);
   EXPECT_EQ(d.info.normal_error_max, tiny.info.normal_error_max);
+  EXPECT_EQ(d.info.position_origin, tiny.info.position_origin);
+  EXPECT_EQ(d.info.position_step, tiny.info.position_step);
+  EXPECT_EQ(d.info.area_step, tiny.info.area_step);
   EXPECT_EQ(d.info.points, 4U);
   EXPECT_EQ(d.info.branching, 2U);
   EXPECT_EQ(d.info.levels, 2U);
@@ -101,8 +104,13 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(232), 0xEFU);  // mesh hash
   EXPECT_EQ(at(336), 4U);     // points
   EXPECT_EQ(at(512), unsigned('t'));
-  EXPECT_EQ(at(1024), 1U);  // brick_index
+  EXPECT_EQ(at(583), 0x3FU);  // position_origin[2] is 1
+  EXPECT_EQ(at(590), 0xE0U);  // position_step is a half
+  EXPECT_EQ(at(598), 0xD0U);  // area_step is a quarter
+  EXPECT_EQ(at(1024), 1U);    // brick_index
   EXPECT_EQ(at(1024 + 96), 2U);
+  EXPECT_EQ(at(1024 + 6 * 96), 32U);  // point_positions
+  EXPECT_EQ(at(1024 + 6 * 96 + 4), 7U);
 }
 
 TEST(Directory, TruncatingTheFileAtAnyByteIsRejected) {
@@ -166,6 +174,18 @@ TEST(Directory, ScalarsOutOfRangeAreRefused) {
       [&](Directory& d) { d.info.inertia[5] = inf; },
       [&](Directory& d) { d.info.spacing = 0; },
       [&](Directory& d) { d.info.covering_radius = -1; },
+      [&](Directory& d) { d.info.position_origin[0] = nan; },
+      [&](Directory& d) { d.info.position_origin[1] = -inf; },
+      [&](Directory& d) { d.info.position_origin[2] = 1e39; },
+      [&](Directory& d) { d.info.position_step = 0; },
+      [&](Directory& d) { d.info.position_step = -0.5; },
+      [&](Directory& d) { d.info.position_step = nan; },
+      [&](Directory& d) { d.info.position_step = inf; },
+      [&](Directory& d) { d.info.position_step = 1e34; },
+      [&](Directory& d) { d.info.area_step = 0; },
+      [&](Directory& d) { d.info.area_step = -1; },
+      [&](Directory& d) { d.info.area_step = nan; },
+      [&](Directory& d) { d.info.area_step = 1e34; },
       [&](Directory& d) { d.info.points = 0; },
       [&](Directory& d) { d.info.branching = 1; },
       [&](Directory& d) { d.info.levels = 0; },
@@ -207,6 +227,13 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
        [](Directory& d) {
          find(d, Kind::brick_index).shape = {1, 2, 1};
        }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::point_positions).element = ElementType::i16; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::point_inward_normals).element = ElementType::u16; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::point_areas).element = ElementType::i16; }},
+      {Status::bad_section,
+       [](Directory& d) {
+         find(d, Kind::point_inward_normals).shape = {4, 2};
+       }},
       {Status::bad_section, [](Directory& d) { d.info.points = 3; }},
       {Status::bad_section, [](Directory& d) { d.info.levels = 1; }},
       {Status::missing_section, [](Directory& d) { --d.section_count; }},
@@ -241,7 +268,7 @@ TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
 
 TEST(Directory, ReservedBytesMustBeZero) {
   Bytes bytes{TinyAsset{}};
-  for (const std::size_t offset : {48U, 116U, 504U, 560U, 1023U, 1024U + 88U, 4095U}) {
+  for (const std::size_t offset : {48U, 116U, 504U, 600U, 1023U, 1024U + 88U, 4095U}) {
     std::array<std::byte, kUserBlockBytes> copy;
     std::memcpy(copy.data(), bytes.all().data(), copy.size());
     copy[offset] = std::byte{1};
@@ -307,14 +334,19 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
 TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(with_value<float>(SectionKind::point_positions, 5, nan), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::point_inward_normals, 0, 0.5F), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::point_inward_normals, 11, nan), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::point_areas, 3, -1), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::point_areas, 3, inf), Status::bad_index);
   EXPECT_EQ(with_value<float>(SectionKind::spheres, 0, inf), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::spheres, 5, nan), Status::bad_index);
+  EXPECT_EQ(with_value<float>(SectionKind::spheres, 11, nan), Status::bad_index);
   EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, -0.5F), Status::bad_index);
   EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, 0.5F), Status::ok);
+}
+
+TEST(Validate, EveryCodeOfAPointIsAValue) {
+  for (const std::uint16_t code : std::array<std::uint16_t, 5>{0x0000, 0x7FFF, 0x8000, 0x8001, 0xFFFF}) {
+    EXPECT_EQ(with_value(SectionKind::point_positions, 5, code), Status::ok);
+    EXPECT_EQ(with_value(SectionKind::point_inward_normals, 7, code), Status::ok);
+    EXPECT_EQ(with_value(SectionKind::point_areas, 3, code), Status::ok);
+  }
 }
 
 TEST(Describe, EveryStatusHasASentence) {

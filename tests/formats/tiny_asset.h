@@ -44,6 +44,9 @@ struct TinyAsset {
     info.covering_radius = 0.2;
     info.normal_error_mean = 0.01;
     info.normal_error_max = 0.3;
+    info.position_origin = {0, 0, 1};
+    info.position_step = 0.5;
+    info.area_step = 0.25;
     info.points = 4;
     info.branching = 2;
     info.levels = 2;
@@ -58,19 +61,18 @@ struct TinyAsset {
     sections.push_back(
         make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
     const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
-    sections.push_back(
-        make_section<std::uint32_t>(SectionKind::field_roots, ElementType::u32, {1, 1, 1}, {kNodeFlag}));
+    sections.push_back(make_section<std::uint32_t>(SectionKind::field_roots, ElementType::u32, {1, 1, 1}, {kNodeFlag}));
     sections.push_back(make_section<std::uint32_t>(
         SectionKind::field_nodes, ElementType::u32, {1, 8},
         {coarse, coarse + 1, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarInside}));
     sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
                                     std::vector<std::int8_t>(2 * kFieldStride, -5)));
-    const std::vector<float> positions = {0, 1, 2, 3, 0, 0, 0, 0, 1, 1, 1, 1};
-    const std::vector<float> normals = {1, 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0};
-    sections.push_back(make_section(SectionKind::point_positions, ElementType::f32, {3, 4}, positions));
-    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::f32, {3, 4}, normals));
+    const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
+    const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
+    sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));
+    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::i16, {2, 4}, normals));
     sections.push_back(
-        make_section(SectionKind::point_areas, ElementType::f32, {4}, std::vector<float>{1, 1, 1, 0.5F}));
+        make_section(SectionKind::point_areas, ElementType::u16, {4}, std::vector<std::uint16_t>{4, 4, 4, 2}));
     const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
     sections.push_back(make_section(SectionKind::spheres, ElementType::f32, {4, 3}, spheres));
     sections.push_back(

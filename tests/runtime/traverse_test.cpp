@@ -50,12 +50,12 @@ Pose random_pose(Random& random, double distance) {
   return pose;
 }
 
-Vec3 apply(const Pose& pose, const float* const* rows, std::uint32_t i, bool as_direction) {
+Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
   float out[3];
   for (int r = 0; r < 3; ++r) {
     const auto* m = pose.rotation + 3 * r;
-    out[r] = static_cast<float>(m[0]) * rows[0][i] + static_cast<float>(m[1]) * rows[1][i] +
-             static_cast<float>(m[2]) * rows[2][i] + (as_direction ? 0 : static_cast<float>(pose.translation[r]));
+    out[r] = static_cast<float>(m[0]) * v.x + static_cast<float>(m[1]) * v.y + static_cast<float>(m[2]) * v.z +
+             (as_direction ? 0 : static_cast<float>(pose.translation[r]));
   }
   return {out[0], out[1], out[2]};
 }
@@ -84,16 +84,16 @@ struct Brute {
   double torque[3] = {0, 0, 0};
 
   Brute(const Pair& s, const Pose& pose, const QueryOptions& options) {
-    const float* com_rows[3] = {s.shell.centre_of_mass, s.shell.centre_of_mass + 1, s.shell.centre_of_mass + 2};
-    const Vec3 com = apply(pose, com_rows, 0, false);
+    const float* const centre = s.shell.centre_of_mass;
+    const Vec3 com = apply(pose, {centre[0], centre[1], centre[2]}, false);
     for (std::uint32_t i = 0; i < s.shell.points; ++i) {
-      const Vec3 p = apply(pose, s.shell.position, i, false);
-      const Vec3 n = apply(pose, s.shell.inward_normal, i, true);
+      const Vec3 p = apply(pose, point_position(s.shell, i), false);
+      const Vec3 n = apply(pose, point_inward_normal(s.shell, i), true);
       const float v = penetration(s.map, p, n);
       deepest = std::max(deepest, static_cast<double>(v));
       if (v >= -options.contact_distance) contacts.insert(i);
       if (v < 0) continue;
-      const double w = static_cast<double>(v) * (options.weight == Weight::per_area ? s.shell.area[i] : 1);
+      const double w = static_cast<double>(v) * (options.weight == Weight::per_area ? point_area(s.shell, i) : 1);
       const double f[3] = {w * n.x, w * n.y, w * n.z};
       const double r[3] = {p.x - com.x, p.y - com.y, p.z - com.z};
       for (int axis = 0; axis < 3; ++axis) {
@@ -127,7 +127,7 @@ TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
         ASSERT_EQ(found.size(), result.contacts);
         for (const std::uint32_t i : brute.contacts) {
           if (found.contains(i)) continue;
-          const Vec3 p = apply(pose, s.shell.position, i, false);
+          const Vec3 p = apply(pose, point_position(s.shell, i), false);
           ASSERT_LT(oracle.penetration({p.x, p.y, p.z}), -options.contact_distance + 1e-7) << "missed point " << i;
         }
         if (found == brute.contacts) {

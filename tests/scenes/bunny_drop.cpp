@@ -88,7 +88,8 @@ class Depth {
     const vps::PointshellView& shell = shape_.pointshell();
     double deepest = -1e30;
     for (std::uint32_t i = 0; i < shell.points; ++i) {
-      const btVector3 normal(shell.inward_normal[0][i], shell.inward_normal[1][i], shell.inward_normal[2][i]);
+      const vps::Vec3 inward = vps::point_inward_normal(shell, i);
+      const btVector3 normal(inward.x, inward.y, inward.z);
       const btVector3 at = to_other * point(i) + shape_.centre_of_mass();
       deepest =
           std::max(deepest, double(vps::penetration(shape_.voxelmap(), vec3(at), vec3(to_other.getBasis() * normal))));
@@ -99,8 +100,8 @@ class Depth {
  private:
   static vps::Vec3 vec3(const btVector3& v) { return {float(v.x()), float(v.y()), float(v.z())}; }
   btVector3 point(std::uint32_t i) const {
-    const vps::PointshellView& shell = shape_.pointshell();
-    return btVector3(shell.position[0][i], shell.position[1][i], shell.position[2][i]) - shape_.centre_of_mass();
+    const vps::Vec3 p = vps::point_position(shape_.pointshell(), i);
+    return btVector3(p.x, p.y, p.z) - shape_.centre_of_mass();
   }
   const vps::bullet::Shape& shape_;
   const vps::BoxField ground_;
