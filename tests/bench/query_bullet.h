@@ -21,13 +21,17 @@ struct BulletShape {
   std::shared_ptr<btCollisionShape> shape;
 };
 
-/// Convex and compound shapes get this margin, so that GJK alone answers shallow contacts. [m]
-inline constexpr double kHullMargin = 0.0005;
+/// Of the peers: a voxel. [m]
+inline constexpr double kPeerMargin = 0.0005;
+/// What Bullet gives convex shapes that nobody asks otherwise of. [m]
+inline constexpr double kBulletMargin = 0.04;
 
 /// Convex hull of the mesh's extreme vertices in 42 directions, by Bullet's btShapeHull.
 [[nodiscard]] BulletShape hull_of_42(const TriangleMesh& body);
 /// @param centre  of mass, in the hulls' frame
-[[nodiscard]] BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre);
+/// @param margin  of each hull. [m]
+[[nodiscard]] BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre,
+                                      double margin);
 [[nodiscard]] BulletShape gimpact_of(const TriangleMesh& body);
 [[nodiscard]] BulletShape ours_of(const std::shared_ptr<const Asset>& asset);
 

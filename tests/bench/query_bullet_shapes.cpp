@@ -12,9 +12,9 @@ btVector3 vector3(const std::array<double, 3>& v) {
   return {btScalar(v[0]), btScalar(v[1]), btScalar(v[2])};
 }
 
-std::shared_ptr<btConvexHullShape> empty_hull() {
+std::shared_ptr<btConvexHullShape> empty_hull(double margin) {
   auto hull = std::make_shared<btConvexHullShape>();
-  hull->setMargin(btScalar(kHullMargin));
+  hull->setMargin(btScalar(margin));
   return hull;
 }
 
@@ -22,21 +22,22 @@ std::shared_ptr<btConvexHullShape> empty_hull() {
 
 BulletShape hull_of_42(const TriangleMesh& body) {
   btConvexHullShape all;
+  all.setMargin(0);  // otherwise in every vertex
   for (const auto& v : body.vertices) all.addPoint(vector3(v), false);
   all.recalcLocalAabb();
   btShapeHull reduced(&all);
   reduced.buildHull(0);
-  const auto hull = empty_hull();
+  const auto hull = empty_hull(kPeerMargin);
   for (int i = 0; i < reduced.numVertices(); ++i) hull->addPoint(reduced.getVertexPointer()[i], false);
   hull->recalcLocalAabb();
   return {{}, hull};
 }
 
-BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre) {
+BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre, double margin) {
   BulletShape out;
   const auto compound = std::make_shared<btCompoundShape>();
   for (const Hull& points : hulls) {
-    const auto hull = empty_hull();
+    const auto hull = empty_hull(margin);
     for (const auto& p : points) hull->addPoint(vector3(p) - vector3(centre), false);
     hull->recalcLocalAabb();
     compound->addChildShape(btTransform::getIdentity(), hull.get());
@@ -53,8 +54,8 @@ BulletShape gimpact_of(const TriangleMesh& body) {
   for (const auto& v : body.vertices) mesh->findOrAddVertex(vector3(v), false);
   for (const auto& t : body.triangles) mesh->addTriangleIndices(int(t[0]), int(t[1]), int(t[2]));
   const auto shape = std::make_shared<btGImpactMeshShape>(mesh.get());
-  // Its default of 1 cm is a fifteenth of the bunny.
-  shape->setMargin(btScalar(kHullMargin));
+  // With its default of 1 cm a query of two bunnies takes 1.6 s.
+  shape->setMargin(btScalar(kPeerMargin));
   shape->updateBound();
   return {{mesh}, shape};
 }

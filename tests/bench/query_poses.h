@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /// @file Poses of a body against a copy of itself, from just apart to deep, by an oracle that is not ours.
 ///
-/// The depth of a pose is that of the first body's deepest vertex below the second body's surface: CGAL's closest point
-/// and side of exact predicates, and a branch and bound over all vertices. It is negative while all vertices are
-/// outside: minus the distance of the nearest one. Depths are spread evenly. For each, a rotation and a direction of
-/// approach are drawn from a fixed seed, and the first body comes along that direction by what its depth still lacks:
-/// a step that cannot lead beyond, so that it stops where the depth is reached for the first time.
+/// The depth of a pose is the greatest depth of a point of the first body's surface below the second's: CGAL's closest
+/// point and exact side, and a branch and bound over the triangles, which are cut until the answer is within
+/// `kDepthTolerance`. Where the bodies are apart it is minus their distance. Depths are spread evenly. For each, a
+/// rotation and a direction of approach are drawn from a fixed seed, and the first body comes along that direction by
+/// what its depth still lacks: a step that cannot lead beyond, so that it stops where the depth is reached first.
 #pragma once
 
 #include <cstddef>
@@ -17,9 +17,12 @@
 
 namespace vps::bench {
 
+/// How much deeper than told a pose may be. [m]
+inline constexpr double kDepthTolerance = 1e-5;
+
 struct PairPose {
   Pose first_in_second;
-  double depth = 0;  ///< of the first body's deepest vertex; negative: minus its distance. [m]
+  double depth = 0;  ///< of the first body in the second; negative: minus the distance. [m]
 };
 
 struct PoseOptions {
@@ -28,7 +31,7 @@ struct PoseOptions {
   double deep = 0.003;    ///< largest depth. [m]
 };
 
-/// Poses in order of depth, computed, which takes a minute, or read from what an earlier run has left in `folder`.
+/// Poses in order of depth, computed, which takes minutes, or read from what an earlier run has left in `folder`.
 /// @param body  closed, about its centre of mass
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);
