@@ -101,33 +101,66 @@ Bodies make_bodies(const Options& options) {
   return out;
 }
 
-// --- a body at rest
-
-Series dropped(const std::string& work, const std::string& side, const BulletShape& body, const Ground& ground,
-               const DropOptions& options) {
-  fmt::print(stderr, "query_bench: {}: {}\n", work, side);
-  const DropResult result = drop(body, ground, options);
-  return {work,
-          side,
-          result.microseconds,
-          result.contacts,
-          {},
-          fmt::format("centre {:.1f} mm up, {:.2g} mm/s", 1000 * result.height, 1000 * result.speed)};
+// A query's time is the median of its rounds.
+std::vector<double> medians(std::vector<std::vector<double>> rounds_of) {
+  std::vector<double> out;
+  for (auto& rounds : rounds_of) {
+    const auto middle = rounds.begin() + std::ptrdiff_t(rounds.size() / 2);
+    std::nth_element(rounds.begin(), middle, rounds.end());
+    out.push_back(*middle);
+  }
+  return out;
 }
 
-void run_drops(const Bodies& bodies, const std::string& work, const Ground& ground, Report& report) {
+// --- a body at rest
+
+struct DropSide {
+  std::string name;
+  BulletShape body;
+  Ground ground;
+  DropOptions options;
+  int rounds = 1;
+};
+
+std::vector<DropSide> drop_sides(const Bodies& bodies, const std::string& work, int rounds) {
+  const Ground ground = work == "on a box" ? box_ground(kBoxHalfExtents) : plane_ground();
   DropOptions options;
   options.lowest = bodies.lowest;
-  for (const auto& [name, shape] : bodies.peers) report.add(dropped(work, name, shape, ground, options));
-  for (const OurAsset& our : bodies.ours) report.add(dropped(work, our.name, ours_of(our.file.asset), ground, options));
-  if (work == "on a box") {
-    const Ground baked = baked_ground(bodies.box.asset);
-    for (const OurAsset& our : bodies.ours) {
-      report.add(dropped(work, our.name + ", box baked", ours_of(our.file.asset), baked, options));
-    }
+  std::vector<DropSide> sides;
+  for (const auto& [name, shape] : bodies.peers) sides.push_back({name, shape, ground, options, rounds});
+  for (const OurAsset& our : bodies.ours) {
+    sides.push_back({our.name, ours_of(our.file.asset), ground, options, rounds});
+    if (work != "on a box") continue;
+    sides.push_back(
+        {our.name + ", box baked", ours_of(our.file.asset), baked_ground(bodies.box.asset), options, rounds});
   }
   options.last_timed = options.first_timed + kSlowSteps;
-  report.add(dropped(work, "GImpact", bodies.gimpact, ground, options));
+  sides.push_back({"GImpact", bodies.gimpact, ground, options, 1});
+  return sides;
+}
+
+// Every side in turn, round by round. A drop repeats itself to the bit, so that its steps can be compared.
+void run_drops(const Bodies& bodies, const std::string& work, int rounds, Report& report) {
+  const std::vector<DropSide> sides = drop_sides(bodies, work, rounds);
+  std::vector<std::vector<std::vector<double>>> us(sides.size());
+  std::vector<DropResult> last(sides.size());
+  for (int round = 1; round <= rounds; ++round) {
+    fmt::print(stderr, "query_bench: {}: round {} of {}\n", work, round, rounds);
+    for (std::size_t s = 0; s < sides.size(); ++s) {
+      if (round > sides[s].rounds) continue;
+      last[s] = drop(sides[s].body, sides[s].ground, sides[s].options);
+      us[s].resize(last[s].microseconds.size());
+      for (std::size_t i = 0; i < us[s].size(); ++i) us[s][i].push_back(last[s].microseconds[i]);
+    }
+  }
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    report.add({work,
+                sides[s].name,
+                medians(std::move(us[s])),
+                last[s].contacts,
+                {},
+                fmt::format("centre {:.1f} mm up, {:.2g} mm/s", 1000 * last[s].height, 1000 * last[s].speed)});
+  }
 }
 
 // --- a body and its copy
@@ -138,7 +171,7 @@ struct PairSide {
   int rounds = 1;
 };
 
-// Every side in turn, round by round, after a round that only warms up; a pose's time is the median of its rounds.
+// Every side in turn, round by round, after a round that only warms up.
 void run_pairs(const std::string& work, std::vector<PairSide> sides, const std::vector<PairPose>& poses,
                Report& report) {
   int rounds = 0;
@@ -163,10 +196,7 @@ void run_pairs(const std::string& work, std::vector<PairSide> sides, const std::
     series[s].side = sides[s].name;
     const std::size_t told = series[s].depth_errors.size();
     if (told > 0 && told < poses.size()) series[s].remark = fmt::format("{} poses told a depth", told);
-    for (auto& times : us[s]) {
-      std::nth_element(times.begin(), times.begin() + std::ptrdiff_t(times.size() / 2), times.end());
-      series[s].microseconds.push_back(times[times.size() / 2]);
-    }
+    series[s].microseconds = medians(std::move(us[s]));
     report.add(std::move(series[s]));
   }
 }
@@ -241,8 +271,8 @@ void run(const Options& options) {
   print_head(bodies, options);
 
   Report report(kTargets);
-  run_drops(bodies, "on a box", box_ground(kBoxHalfExtents), report);
-  run_drops(bodies, "on a plane", plane_ground(), report);
+  run_drops(bodies, "on a box", options.rounds, report);
+  run_drops(bodies, "on a plane", options.rounds, report);
   run_contacts(bodies, poses, options.rounds, report);
   run_distances(bodies, poses, options.rounds, report);
   run_openings(bodies, poses[poses.size() / 2].first_in_second, report);
@@ -265,7 +295,7 @@ int main(int argc, char** argv) {
   app.add_option("mesh", options.mesh, "Closed mesh")->required();
   app.add_option("--scale", options.scale, "Metres per unit of the mesh");
   app.add_option("--work", options.work, "Folder for assets, and for hulls and poses that the next run finds again");
-  app.add_option("--rounds", options.rounds, "Measured rounds of the poses")->check(CLI::PositiveNumber);
+  app.add_option("--rounds", options.rounds, "Measured rounds")->check(CLI::PositiveNumber);
   app.add_option("--json", options.json, "Also write the numbers there");
   CLI11_PARSE(app, argc, argv);
   try {
