@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/bench/query_assets.h"
+
+#include <stdexcept>
+
+#include "bake/vps_bake.h"
+#include "sample_meshes/shapes.h"
+
+namespace vps::bench {
+namespace {
+
+BakedFile write_and_open(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
+  const BakedAsset baked = bake(mesh, options);
+  write_asset(path, baked.info, baked.sections);
+  auto asset = std::make_shared<Asset>();
+  if (const Status status = Asset::open(path.c_str(), *asset); status != Status::ok) {
+    throw std::runtime_error(path.string() + ": " + describe(status));
+  }
+  return {path, asset};
+}
+
+}  // namespace
+
+BakedFile bake_body(const TriangleMesh& mesh, double alpha, const std::filesystem::path& path) {
+  BakeOptions options;
+  options.voxel_size = kVoxelSize;
+  options.alpha = alpha;
+  return write_and_open(mesh, options, path);
+}
+
+BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
+  BakeOptions options;
+  options.voxel_size = kVoxelSize;
+  options.pointshell = false;
+  return write_and_open(samples::make_box(half_extents), options, path);
+}
+
+}  // namespace vps::bench

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Contact queries beside those of Bullet, HACD, GImpact and FCL: the same bodies, poses and run. Prints Markdown.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <thread>
+
+#include "formats/mesh/mesh_import.h"
+#include "tests/bench/query_assets.h"
+#include "tests/bench/query_bullet.h"
+#include "tests/bench/query_ours.h"
+#include "tests/bench/query_poses.h"
+#include "tests/bench/query_report.h"
+#ifdef VPS_BENCH_FCL
+#include "tests/bench/query_fcl.h"
+#endif
+#ifdef VPS_BENCH_HACD
+#include "tests/bench/query_hacd.h"
+#endif
+
+namespace vps::bench {
+namespace {
+
+const std::vector<Target> kTargets{
+    {"on a box", "HACD", 0.25},     {"on a box", "hull of 42", 1}, {"on a plane", "HACD", 2},
+    {"body on body", "HACD", 0.05}, {"body on body", "FCL", 0.02}, {"distance", "FCL", 0.02},
+    {"open and query", "", 100},
+};
+// GImpact takes tens of milliseconds a query.
+constexpr int kSlowSteps = 20;
+// Bullet's box is so large because the hull of 42 vertices rolls, and because GImpact sinks into it. A baked one has to
+// fit into memory; ours stays on it.
+constexpr std::array<double, 3> kBoxHalfExtents{1.5, 0.5, 1.5};
+constexpr std::array<double, 3> kBakedBoxHalfExtents{0.15, 0.05, 0.15};
+// Spacings over the voxel size: the default, and one that gives the bunny about the paper's 35,000 points.
+constexpr double kAlphas[] = {1.4142135623730951, 2.1};
+
+struct Options {
+  std::string mesh;
+  double scale = 1;
+  std::string work = ".";
+  std::string json;
+  int rounds = 5;
+};
+
+struct OurAsset {
+  std::string name;
+  BakedFile file;
+};
+
+struct Bodies {
+  TriangleMesh mesh;  ///< about the centre of mass
+  double lowest = 0;  ///< y. [m]
+  std::vector<OurAsset> ours;
+  BakedFile box;
+  std::vector<std::pair<std::string, BulletShape>> peers;  ///< fast ones
+  BulletShape gimpact;
+};
+
+std::string thousands(std::uint64_t value) {
+  return value < 1000 ? fmt::format("{}", value) : fmt::format("{},{:03}", thousands(value / 1000), value % 1000);
+}
+
+Bodies make_bodies(const Options& options) {
+  ImportOptions import;
+  import.unit = options.scale;
+  Bodies out;
+  out.mesh = import_mesh(options.mesh, import);
+  const std::filesystem::path folder = options.work;
+  std::filesystem::create_directories(folder);
+  for (const double alpha : kAlphas) {
+    const BakedFile file = bake_body(out.mesh, alpha, folder / fmt::format("query_{:.2f}.vps.hdf", alpha));
+    out.ours.push_back({fmt::format("ours, {} points", thousands(file.asset->info().points)), file});
+  }
+  out.box = bake_box(kBakedBoxHalfExtents, folder / "query_box.vps.hdf");
+
+#ifdef VPS_BENCH_HACD
+  const std::vector<Hull> hulls = hacd_hulls(out.mesh, {}, folder);
+#endif
+  const std::array<double, 3> centre = out.ours[0].file.asset->info().centre_of_mass;
+  for (auto& v : out.mesh.vertices) {
+    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] -= centre[axis];
+    out.lowest = std::min(out.lowest, v[1]);
+  }
+  out.peers.emplace_back("hull of 42", hull_of_42(out.mesh));
+#ifdef VPS_BENCH_HACD
+  out.peers.emplace_back("HACD", compound_of(hulls, centre, kPeerMargin));
+  out.peers.emplace_back("HACD, margin 4 cm", compound_of(hulls, centre, kBulletMargin));
+#else
+  fmt::print("HACD: libbullet-extras-dev was absent when this was built; skipped.\n");
+#endif
+#ifndef VPS_BENCH_FCL
+  fmt::print("FCL: libfcl-dev was absent when this was built; skipped.\n");
+#endif
+  out.gimpact = gimpact_of(out.mesh);
+  return out;
+}
+
+// A query's time is the median of its rounds.
+std::vector<double> medians(std::vector<std::vector<double>> rounds_of) {
+  std::vector<double> out;
+  for (auto& rounds : rounds_of) {
+    const auto middle = rounds.begin() + std::ptrdiff_t(rounds.size() / 2);
+    std::nth_element(rounds.begin(), middle, rounds.end());
+    out.push_back(*middle);
+  }
+  return out;
+}
+
+// --- a body at rest
+
+struct DropSide {
+  std::string name;
+  BulletShape body;
+  Ground ground;
+  DropOptions options;
+  int rounds = 1;
+};
+
+std::vector<DropSide> drop_sides(const Bodies& bodies, const std::string& work, int rounds) {
+  const Ground ground = work == "on a box" ? box_ground(kBoxHalfExtents) : plane_ground();
+  DropOptions options;
+  options.lowest = bodies.lowest;
+  std::vector<DropSide> sides;
+  for (const auto& [name, shape] : bodies.peers) sides.push_back({name, shape, ground, options, rounds});
+  for (const OurAsset& our : bodies.ours) {
+    sides.push_back({our.name, ours_of(our.file.asset), ground, options, rounds});
+    if (work != "on a box") continue;
+    sides.push_back(
+        {our.name + ", box baked", ours_of(our.file.asset), baked_ground(bodies.box.asset), options, rounds});
+  }
+  options.last_timed = options.first_timed + kSlowSteps;
+  sides.push_back({"GImpact", bodies.gimpact, ground, options, 1});
+  return sides;
+}
+
+// Every side in turn, round by round. A drop repeats itself to the bit, so that its steps can be compared.
+void run_drops(const Bodies& bodies, const std::string& work, int rounds, Report& report) {
+  const std::vector<DropSide> sides = drop_sides(bodies, work, rounds);
+  std::vector<std::vector<std::vector<double>>> us(sides.size());
+  std::vector<DropResult> last(sides.size());
+  for (int round = 1; round <= rounds; ++round) {
+    fmt::print(stderr, "query_bench: {}: round {} of {}\n", work, round, rounds);
+    for (std::size_t s = 0; s < sides.size(); ++s) {
+      if (round > sides[s].rounds) continue;
+      last[s] = drop(sides[s].body, sides[s].ground, sides[s].options);
+      us[s].resize(last[s].microseconds.size());
+      for (std::size_t i = 0; i < us[s].size(); ++i) us[s][i].push_back(last[s].microseconds[i]);
+    }
+  }
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    report.add({work,
+                sides[s].name,
+                medians(std::move(us[s])),
+                last[s].contacts,
+                {},
+                fmt::format("centre {:.1f} mm up, {:.2g} mm/s", 1000 * last[s].height, 1000 * last[s].speed)});
+  }
+}
+
+// --- a body and its copy
+
+struct PairSide {
+  std::string name;
+  std::unique_ptr<PairPeer> peer;
+  int rounds = 1;
+};
+
+// Every side in turn, round by round, after a round that only warms up.
+void run_pairs(const std::string& work, std::vector<PairSide> sides, const std::vector<PairPose>& poses,
+               Report& report) {
+  int rounds = 0;
+  for (const PairSide& side : sides) rounds = std::max(rounds, side.rounds);
+  std::vector<std::vector<std::vector<double>>> us(sides.size(), std::vector<std::vector<double>>(poses.size()));
+  std::vector<Series> series(sides.size());
+  for (int round = 0; round <= rounds; ++round) {
+    fmt::print(stderr, "query_bench: {}: round {} of {}\n", work, round, rounds);
+    for (std::size_t s = 0; s < sides.size(); ++s) {
+      if (round > sides[s].rounds) continue;
+      for (std::size_t p = 0; p < poses.size(); ++p) {
+        const PairAnswer answer = sides[s].peer->query(poses[p].first_in_second);
+        if (round > 0) us[s][p].push_back(answer.microseconds);
+        if (round != 1) continue;
+        series[s].contacts.push_back(double(answer.contacts));
+        if (std::isfinite(answer.depth)) series[s].depth_errors.push_back(std::abs(answer.depth - poses[p].depth));
+      }
+    }
+  }
+  for (std::size_t s = 0; s < sides.size(); ++s) {
+    series[s].work = work;
+    series[s].side = sides[s].name;
+    const std::size_t told = series[s].depth_errors.size();
+    if (told > 0 && told < poses.size()) series[s].remark = fmt::format("{} poses told a depth", told);
+    series[s].microseconds = medians(std::move(us[s]));
+    report.add(std::move(series[s]));
+  }
+}
+
+void run_contacts(const Bodies& bodies, const std::vector<PairPose>& poses, int rounds, Report& report) {
+  std::vector<PairSide> sides;
+  for (const auto& [name, shape] : bodies.peers) sides.push_back({name, bullet_pair(shape), rounds});
+#ifdef VPS_BENCH_FCL
+  sides.push_back({"FCL", fcl_collide(bodies.mesh), rounds});
+#endif
+  for (const OurAsset& our : bodies.ours) {
+    sides.push_back({our.name, bullet_pair(ours_of(our.file.asset)), rounds});
+    sides.push_back({our.name + ", traverse alone", our_traverse(our.file.asset), rounds});
+  }
+  sides.push_back({"GImpact", bullet_pair(bodies.gimpact), 1});
+  run_pairs("body on body", std::move(sides), poses, report);
+}
+
+void run_distances([[maybe_unused]] const Bodies& bodies, const std::vector<PairPose>& poses, int rounds,
+                   Report& report) {
+  std::vector<PairPose> apart;
+  std::copy_if(poses.begin(), poses.end(), std::back_inserter(apart), [](const PairPose& p) { return p.depth < 0; });
+  std::vector<PairSide> sides;
+#ifdef VPS_BENCH_FCL
+  sides.push_back({"FCL", fcl_distance(bodies.mesh), rounds});
+#endif
+  for (const OurAsset& our : bodies.ours) sides.push_back({our.name, our_traverse(our.file.asset), rounds});
+  run_pairs("distance", std::move(sides), apart, report);
+}
+
+// --- opening
+
+void run_openings(const Bodies& bodies, const Pose& touching, Report& report) {
+  constexpr int kOpenings = 101;
+  for (const OurAsset& our : bodies.ours) {
+    Series open{"open", our.name, {}, {}, {}, "map and validate"};
+    Series query{"open and query", our.name, {}, {}, {}, "and a first query with fresh working memory"};
+    for (int i = 0; i <= kOpenings; ++i) {
+      const Opening opening = open_once(our.file.path, touching);
+      if (i == 0) continue;  // fills the page cache
+      open.microseconds.push_back(opening.open_us);
+      query.microseconds.push_back(opening.query_us);
+    }
+    report.add(std::move(open));
+    report.add(std::move(query));
+  }
+}
+
+// --- all of it
+
+void print_head(const Bodies& bodies, const Options& options) {
+  double load[1] = {0};
+  if (getloadavg(load, 1) == 1 && load[0] > 0.3 * std::thread::hardware_concurrency()) {
+    fmt::print("The machine was busy, with a load of {:.1f}: not a clean measurement.\n", load[0]);
+  }
+  fmt::print("{} triangles, voxel {:g} mm; {} rounds.\n\n", thousands(bodies.mesh.triangles.size()), 1000 * kVoxelSize,
+             options.rounds);
+  fmt::print("| asset | points | covering radius, mm | voxels | file, bytes |\n| --- | --- | --- | --- | --- |\n");
+  const auto asset_row = [](const std::string& name, const BakedFile& file) {
+    const AssetInfo& info = file.asset->info();
+    fmt::print("| {} | {} | {:.3g} | {} x {} x {} | {} |\n", name, thousands(info.points), 1000 * info.covering_radius,
+               info.dims[0], info.dims[1], info.dims[2], thousands(file.asset->directory().file_bytes));
+  };
+  for (const OurAsset& our : bodies.ours) asset_row("body", our.file);
+  asset_row("box", bodies.box);
+  fmt::print("\n");
+}
+
+void run(const Options& options) {
+  const Bodies bodies = make_bodies(options);
+  const std::vector<PairPose> poses = pair_poses(bodies.mesh, {}, options.work);
+  print_head(bodies, options);
+
+  Report report(kTargets);
+  run_drops(bodies, "on a box", options.rounds, report);
+  run_drops(bodies, "on a plane", options.rounds, report);
+  run_contacts(bodies, poses, options.rounds, report);
+  run_distances(bodies, poses, options.rounds, report);
+  run_openings(bodies, poses[poses.size() / 2].first_in_second, report);
+
+  fmt::print("{}\n{}", report.ratio_table(), report.time_table());
+  if (!options.json.empty()) {
+    std::ofstream out(options.json);
+    out << report.json().dump(2) << '\n';
+    out.close();
+    if (!out) throw std::runtime_error(options.json + ": cannot be written");
+  }
+}
+
+}  // namespace
+}  // namespace vps::bench
+
+int main(int argc, char** argv) {
+  vps::bench::Options options;
+  CLI::App app("Contact queries beside those of Bullet, HACD, GImpact and FCL");
+  app.add_option("mesh", options.mesh, "Closed mesh")->required();
+  app.add_option("--scale", options.scale, "Metres per unit of the mesh");
+  app.add_option("--work", options.work, "Folder for assets, and for hulls and poses that the next run finds again");
+  app.add_option("--rounds", options.rounds, "Measured rounds")->check(CLI::PositiveNumber);
+  app.add_option("--json", options.json, "Also write the numbers there");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    vps::bench::run(options);
+    return 0;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "query_bench: error: {}\n", error.what());
+    return 4;
+  }
+}

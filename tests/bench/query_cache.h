@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Numbers that take long to compute, kept in a text file named after what they were computed from.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "formats/triangle_mesh.h"
+
+namespace vps::bench {
+
+/// `folder`/`name`_HASH.txt, with the hash of the mesh and the options.
+[[nodiscard]] std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name,
+                                               const TriangleMesh& mesh, std::span<const double> options);
+
+/// All numbers of the file; nothing when there is none.
+[[nodiscard]] std::optional<std::vector<double>> read_numbers(const std::filesystem::path& file);
+
+/// Writes beside the file and renames, so that an interrupted run leaves nothing half done.
+/// @throw std::runtime_error
+void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
+
+}  // namespace vps::bench

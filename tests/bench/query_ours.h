@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file All that the query benchmark asks of the library itself, past Bullet.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "tests/bench/query_pair.h"
+
+namespace vps::bench {
+
+/// `traverse` alone, all contacts: the asset's pointshell against its voxelmap.
+/// @throw std::runtime_error when the asset lacks one of them
+[[nodiscard]] std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset);
+
+struct Opening {
+  double open_us = 0;   ///< map and validate
+  double query_us = 0;  ///< the same, and a first query with fresh working memory
+};
+
+/// Opens a file anew and asks it once.
+/// @throw std::runtime_error
+[[nodiscard]] Opening open_once(const std::filesystem::path& asset, const Pose& first_in_second);
+
+}  // namespace vps::bench

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file One query of two bodies at a pose, as every peer answers it.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <limits>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps::bench {
+
+using Clock = std::chrono::steady_clock;
+
+inline double microseconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+}
+
+struct PairAnswer {
+  double microseconds = 0;
+  double depth = std::numeric_limits<double>::quiet_NaN();  ///< negative: minus the distance. NaN: not told. [m]
+  std::size_t contacts = 0;
+};
+
+/// Two copies of a body. The bodies' frames lie at their centres of mass.
+class PairPeer {
+ public:
+  virtual ~PairPeer() = default;
+  virtual PairAnswer query(const Pose& first_in_second) = 0;
+};
+
+}  // namespace vps::bench
