@@ -179,8 +179,9 @@ inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inwa
     inside = cell.entry == kFarInside;
   }
   const Voxel found = find_voxel(map, point);
-  if (!found.in_grid) return -distance_to_bounds(map, point);
-  return inside ? far_interval(map, found, map.band_inner).low : -far_interval(map, found, map.band_outer).low;
+  if (inside && found.in_grid) return far_interval(map, found, map.band_inner).low;
+  const float to_bounds = distance_to_bounds(map, point);
+  return -(found.in_grid ? std::max(to_bounds, far_interval(map, found, map.band_outer).low) : to_bounds);
 }
 
 // Interpolation between the corners of a cell of edge h never exceeds the true distance d at a point by more than

@@ -1,33 +1,18 @@
 // SPDX-License-Identifier: Zlib
 // Hierarchical and segmented traverse of the point-sphere tree. Paper: Algorithm 1 (Sec. 2.3) and Sec. 2.4.
+#include <algorithm>
 #include <limits>
 
+#include "runtime/descend.h"
 #include "runtime/penetration.h"
 
 namespace vps {
 namespace {
 
-// What the traverse asks of a field: a bound for spheres and V for points, all in the field's frame.
-struct MapAdapter {
-  const VoxelmapView& map;
-  float bound(Vec3 p) const noexcept { return detail::voxelmap_bound(map, p); }
-  float value(Vec3 p, Vec3 n) const noexcept { return detail::voxelmap_penetration(map, p, n); }
-};
-struct BoxAdapter {
-  const BoxField& box;
-  float bound(Vec3 p) const noexcept { return detail::box_penetration(box, p); }
-  float value(Vec3 p, Vec3) const noexcept { return detail::box_penetration(box, p); }
-};
-struct SphereAdapter {
-  const SphereField& sphere;
-  float bound(Vec3 p) const noexcept { return detail::sphere_penetration(sphere, p); }
-  float value(Vec3 p, Vec3) const noexcept { return detail::sphere_penetration(sphere, p); }
-};
-struct PlaneAdapter {
-  const HalfSpaceField& plane;
-  float bound(Vec3 p) const noexcept { return detail::half_space_penetration(plane, p); }
-  float value(Vec3 p, Vec3) const noexcept { return detail::half_space_penetration(plane, p); }
-};
+using detail::Affine;
+using detail::Descent;
+
+constexpr float kNothing = -std::numeric_limits<float>::max();
 
 // The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
 struct Transform {
@@ -45,114 +30,153 @@ struct Transform {
   Vec3 apply(Vec3 v) const noexcept { return detail::operator+(rotate(v), t); }
 };
 
-template <class FieldAdapter>
+// Where a field's own coordinates lie: p_field = (p - origin) / unit.
+struct Frame {
+  double origin[3] = {0, 0, 0};
+  double unit = 1;
+};
+
+// p -> ((pose p) - origin) / unit for p = start + scale q, put together in double.
+Affine affine(const Pose& pose, const Frame& frame, const float (&start)[3], double scale) noexcept {
+  Affine a;
+  for (int i = 0; i < 3; ++i) {
+    double at = pose.translation[i] - frame.origin[i];
+    for (int k = 0; k < 3; ++k) {
+      at += pose.rotation[3 * i + k] * start[k];
+      a.rotation[3 * i + k] = static_cast<float>(pose.rotation[3 * i + k] * scale / frame.unit);
+    }
+    a.translation[i] = static_cast<float>(at / frame.unit);
+  }
+  return a;
+}
+
+// Algorithm 1 and its segmented form over one field.
+template <class Field>
 class Traverse {
  public:
-  Traverse(const PointshellView& shell, FieldAdapter field, const Pose& pose, const QueryOptions& options,
-           Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept
+  Traverse(const PointshellView& shell, const Field& field, const Frame& frame, const Pose& field_pose,
+           const Pose& pose, float error, const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+           QueryResult& result) noexcept
       : shell_(shell),
         field_(field),
         transform_(pose),
         options_(options),
-        queue_(scratch.queue.data()),
         out_(out),
         result_(result),
         centre_of_mass_(transform_.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})) {
+    const auto unit = static_cast<float>(frame.unit);
+    d_.shell = &shell;
+    d_.unit = unit;
+    d_.nodes = affine(field_pose, frame, {0, 0, 0}, 1);
+    d_.points = affine(field_pose, frame, shell.position_origin, shell.position_step);
+    d_.contact_distance = options.contact_distance / unit;
+    // Coordinates are rounded at the size of the shell and of its distance.
+    float largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      largest = std::max(largest, std::abs(d_.nodes.translation[axis]) + std::abs(shell.sphere[axis][0]) / unit);
+    }
+    largest += shell.sphere[3][0] / unit;
+    constexpr float kRounding = 1e-6F;
+    d_.slack = error / unit + kRounding * largest;
+    d_.queue = scratch.queue.data();
+    d_.hits = scratch.hits.data();
+    d_.depths = scratch.depths.data();
+    d_.deepest = d_.rejected = kNothing;
   }
 
   Status run() noexcept {
-    result_ = {};
-    if (options_.segment_level == 0) {
-      if (touches(0)) visit(0, 0, shell_.levels, nullptr);
-    } else {
-      run_segmented();
-    }
-    result_.delta = deepest_ > -std::numeric_limits<float>::max() ? deepest_ : rejected_;
+    const std::uint32_t inner = options_.segment_level == 0 ? gather_all() : gather_segments();
+    // What was gone into without meeting a point in touch: the nodes' own points say more of the distance.
+    if (!(d_.deepest >= -d_.contact_distance)) detail::test_parents(field_, d_, 0, inner);
+    result_.delta = d_.unit * (d_.deepest > kNothing ? d_.deepest : d_.rejected);
+    result_.delta_bound = d_.unit * std::max(d_.deepest, d_.rejected);
+    result_.nodes_tested = d_.nodes_tested;
+    result_.points_tested = d_.points_tested;
     return result_.contacts > out_.size() ? Status::output_full : Status::ok;
   }
 
  private:
+  // Both return how many inner nodes lie at the front of the queue.
+  std::uint32_t gather_all() noexcept {
+    if (!detail::touches(field_, d_, 0)) return 0;
+    start(0, 0, shell_.nodes);
+    for (std::uint32_t i = 0; i < d_.hit_count; ++i) {
+      const Contact contact = contact_of(i);
+      if (contact.penetration >= 0) add_force(contact);
+      emit(contact);
+    }
+    return inner_nodes(0, d_.end);
+  }
+
   // Sec. 2.4: clusters of the segmentation level are found once; each is then traversed alone and keeps its deepest
   // point.
-  void run_segmented() noexcept {
+  std::uint32_t gather_segments() noexcept {
     const std::uint32_t level = std::min(options_.segment_level, shell_.levels);
-    if (!touches(0)) return;
-    const std::uint32_t segments = level == 1 ? (queue_[0] = 0, 1U) : visit(0, 0, level - 1, nullptr);
-    for (std::uint32_t i = 0; i < segments; ++i) {
+    if (!detail::touches(field_, d_, 0)) return 0;
+    start(0, 0, shell_.level_offsets[level - 1]);
+    const std::uint32_t first = d_.begin;
+    const std::uint32_t last = d_.end;
+    for (std::uint32_t segment = first; segment < last; ++segment) {
+      d_.hit_count = 0;
+      const std::uint32_t node = d_.queue[segment];
+      start(node, last, shell_.nodes);
       Contact deepest;
-      deepest.penetration = -std::numeric_limits<float>::max();
-      const std::uint32_t node = queue_[i];
-      visit(node, segments, shell_.levels, &deepest);
-      if (deepest.penetration >= -options_.contact_distance) {
-        deepest.node = node;
-        emit(deepest);
+      deepest.penetration = kNothing;
+      for (std::uint32_t i = 0; i < d_.hit_count; ++i) {
+        const Contact contact = contact_of(i);
+        if (contact.penetration >= 0) add_force(contact);
+        if (contact.penetration > deepest.penetration) deepest = contact;
       }
+      if (d_.hit_count == 0) {
+        if (!(d_.deepest >= -d_.contact_distance)) detail::test_parents(field_, d_, last, inner_nodes(last, d_.end));
+        continue;
+      }
+      deepest.node = node;
+      emit(deepest);
     }
+    return inner_nodes(0, last);
   }
 
-  // Algorithm 1 from `root`, whose sphere touches, down to nodes of level `last`. With `last` above the leaves the
-  // surviving nodes of level last + 1 are left at the front of the queue and their number is returned.
-  // The queue's first `base` entries belong to the caller.
-  std::uint32_t visit(std::uint32_t root, std::uint32_t base, std::uint32_t last, Contact* segment) noexcept {
-    std::uint32_t head = base;
-    std::uint32_t tail = base;
-    queue_[tail++] = root;
-    const std::uint32_t end = shell_.level_offsets[last];
+  void start(std::uint32_t node, std::uint32_t at, std::uint32_t last_node) noexcept {
+    d_.queue[at] = node;
+    d_.begin = at;
+    d_.end = at + 1;
+    d_.last_node = last_node;
+    detail::descend(field_, d_);
+  }
+
+  // The queue is in tree order: leaves are last.
+  std::uint32_t inner_nodes(std::uint32_t from, std::uint32_t to) const noexcept {
     const std::uint32_t leaves = shell_.level_offsets[shell_.levels - 1];
-    while (head < tail && queue_[head] < end) {
-      const std::uint32_t node = queue_[head++];
-      const std::uint32_t first = shell_.children[2 * node];
-      const std::uint32_t count = shell_.children[2 * node + 1];
-      if (node >= leaves) {
-        for (std::uint32_t i = first; i < first + count; ++i) test_point(i, node, segment);
-      } else {
-        test_parent(shell_.parent_point[node]);
-        for (std::uint32_t child = first; child < first + count; ++child) {
-          if (touches(child)) queue_[tail++] = child;
-        }
-      }
-    }
-    for (std::uint32_t i = 0; i < tail - head; ++i) queue_[base + i] = queue_[head + i];
-    return tail - head;
+    return static_cast<std::uint32_t>(std::lower_bound(d_.queue + from, d_.queue + to, leaves) - d_.queue);
   }
 
-  bool touches(std::uint32_t node) noexcept {
-    ++result_.nodes_tested;
-    const Vec3 centre = transform_.apply({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
-    const float bound = field_.bound(centre) + shell_.sphere[3][node];
-    if (bound >= -options_.contact_distance) return true;
-    rejected_ = std::max(rejected_, bound);
-    return false;
-  }
-
-  Contact contact_at(std::uint32_t point) const noexcept {
+  Contact contact_of(std::uint32_t hit) noexcept {
+    const std::uint32_t point = d_.hits[hit];
     Contact contact;
     contact.position = transform_.apply(point_position(shell_, point));
     contact.inward_normal = transform_.rotate(point_inward_normal(shell_, point));
-    contact.penetration = field_.value(contact.position, contact.inward_normal);
+    contact.penetration = d_.unit * d_.depths[hit];
+    contact.area = point_area(shell_, point);
     contact.point = point;
+    contact.node = leaf_of(point);
     return contact;
   }
 
-  // A parent point is also a point of some leaf: here it only sharpens delta, so that no point counts twice.
-  void test_parent(std::uint32_t point) noexcept {
-    ++result_.points_tested;
-    deepest_ = std::max(deepest_, contact_at(point).penetration);
-  }
-
-  void test_point(std::uint32_t point, std::uint32_t node, Contact* segment) noexcept {
-    ++result_.points_tested;
-    Contact contact = contact_at(point);
-    deepest_ = std::max(deepest_, contact.penetration);
-    if (contact.penetration < -options_.contact_distance) return;
-    contact.area = point_area(shell_, point);
-    contact.node = node;
-    if (contact.penetration >= 0) add_force(contact);
-    if (segment == nullptr) {
-      emit(contact);
-    } else if (contact.penetration > segment->penetration) {
-      *segment = contact;
+  // Hits come in tree order: the leaf is the last one's or a later one.
+  std::uint32_t leaf_of(std::uint32_t point) noexcept {
+    const std::uint32_t leaves = shell_.level_offsets[shell_.levels - 1];
+    if (leaf_ < leaves || shell_.children[2 * leaf_] > point) leaf_ = leaves;
+    if (point >= shell_.children[2 * leaf_] + shell_.children[2 * leaf_ + 1]) {
+      std::uint32_t low = leaf_ + 1;
+      std::uint32_t high = shell_.nodes;
+      while (high - low > 1) {
+        const std::uint32_t middle = low + (high - low) / 2;
+        (shell_.children[2 * middle] <= point ? low : high) = middle;
+      }
+      leaf_ = low;
     }
+    return leaf_;
   }
 
   // Eqs. (2) and (3).
@@ -175,26 +199,61 @@ class Traverse {
   }
 
   const PointshellView& shell_;
-  const FieldAdapter field_;
+  const Field& field_;
   const Transform transform_;
   const QueryOptions& options_;
-  std::uint32_t* const queue_;
   const std::span<Contact> out_;
   QueryResult& result_;
   const Vec3 centre_of_mass_;
-  float deepest_ = -std::numeric_limits<float>::max();
-  float rejected_ = -std::numeric_limits<float>::max();
+  Descent d_;
+  std::uint32_t leaf_ = 0;
 };
 
-template <class FieldAdapter>
-Status start(const PointshellView& shell, FieldAdapter field, const Pose& pose, const QueryOptions& options,
-             Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+// @param field_pose  takes the shell to the field: `pose`, but for fields with an orientation of their own
+template <class Field>
+Status start(const PointshellView& shell, const Field& field, const Frame& frame, const Pose& field_pose,
+             const Pose& pose, float error, const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+             QueryResult& result) noexcept {
+  scratch.reserve(shell);
+  return Traverse<Field>(shell, field, frame, field_pose, pose, error, options, scratch, out, result).run();
+}
+
+Status check_query(const PointshellView& shell, const Pose& pose, const QueryOptions& options,
+                   QueryResult& result) noexcept {
   result = {};
   if (shell.points == 0) return Status::missing_part;
   if (!(options.contact_distance >= 0)) return Status::bad_argument;
-  if (const Status status = check_pose(pose); status != Status::ok) return status;
-  scratch.reserve(shell);
-  return Traverse<FieldAdapter>(shell, field, pose, options, scratch, out, result).run();
+  return check_pose(pose);
+}
+
+// The frame in which a sampled map counts: voxels from the centre of voxel (0,0,0).
+Frame voxel_frame(const VoxelmapView& map) noexcept {
+  Frame frame;
+  frame.unit = map.voxel_size;
+  for (int axis = 0; axis < 3; ++axis) frame.origin[axis] = map.origin[axis] + 0.5 * frame.unit;
+  return frame;
+}
+
+template <class Map>
+Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
+  Map map;
+  map.roots = reinterpret_cast<const std::int32_t*>(view.field_roots);
+  map.nodes = reinterpret_cast<const std::int32_t*>(view.field_nodes);
+  map.values = view.values;
+  map.coarse_layers = view.coarse_layers;
+  for (int axis = 0; axis < 3; ++axis) {
+    map.top[axis] = static_cast<float>(view.dims[axis] - 1);
+    map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);
+    map.bounds_max[axis] = static_cast<float>((view.bounds_max[axis] - frame.origin[axis]) / frame.unit);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    map.root_dims[axis] = static_cast<std::int32_t>(view.root_dims[axis]);
+    map.brick_dims[axis] = static_cast<std::int32_t>(view.brick_dims[axis]);
+  }
+  map.band_inner = view.band_inner / view.voxel_size;
+  map.band_outer = view.band_outer / view.voxel_size;
+  map.step = view.lambda / view.voxel_size;
+  return map;
 }
 
 }  // namespace
@@ -231,26 +290,54 @@ Pose relative_pose(const Pose& first, const Pose& second) noexcept {
 
 void Scratch::reserve(const PointshellView& shell) {
   // The segmented traverse keeps a list of segments in front of the queue of one of them.
-  if (queue.size() < 2 * std::size_t{shell.nodes}) queue.resize(2 * std::size_t{shell.nodes});
+  const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
+  const std::size_t points = std::size_t{shell.points} + detail::kLanePadding;
+  if (queue.size() < nodes) queue.resize(nodes);
+  if (hits.size() < points) hits.resize(points);
+  if (depths.size() < points) depths.resize(points);
 }
 
 Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  result = {};
+  if (const Status status = check_query(shell, shell_to_map, options, result); status != Status::ok) return status;
   if (map.field == Field::none) return Status::missing_part;
-  return start(shell, MapAdapter{map}, shell_to_map, options, scratch, out, result);
+  const auto run = [&](const auto& field, const Frame& frame, float error) {
+    return start(shell, field, frame, shell_to_map, shell_to_map, error, options, scratch, out, result);
+  };
+  // Offsets into samples are 32 bits wide in the kernel.
+  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
+    const Frame frame = voxel_frame(map);
+    const float error = std::max(map.lambda, map.error);
+    if (map.element == ElementType::i8) return run(sampled_map<detail::SampledMap8>(map, frame), frame, error);
+    return run(sampled_map<detail::SampledMap16>(map, frame), frame, error);
+  }
+  float rotation[9];
+  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
+  return run(detail::PlainMap{&map, rotation}, {}, 0);
 }
 Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  return start(shell, BoxAdapter{field}, shell_to_field, options, scratch, out, result);
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  return start(shell, field, {}, shell_to_field, shell_to_field, 0, options, scratch, out, result);
 }
 Status traverse(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  return start(shell, SphereAdapter{field}, shell_to_field, options, scratch, out, result);
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  return start(shell, field, {}, shell_to_field, shell_to_field, 0, options, scratch, out, result);
 }
 Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  return start(shell, PlaneAdapter{field}, shell_to_field, options, scratch, out, result);
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  // Only z = n . p - offset counts there.
+  Pose down;
+  const double n[3] = {field.outward_normal.x, field.outward_normal.y, field.outward_normal.z};
+  down.translation[2] = -field.offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    down.translation[2] += n[axis] * shell_to_field.translation[axis];
+    down.rotation[6 + axis] = 0;
+    for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
+  }
+  return start(shell, detail::SolidBelow{}, {}, down, shell_to_field, 0, options, scratch, out, result);
 }
 
 }  // namespace vps

@@ -45,6 +45,7 @@ struct VoxelmapView {
   const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as the two below
   const std::uint32_t* field_nodes = nullptr;
   std::uint32_t root_dims[3] = {};
+  std::uint32_t field_bricks = 0;
   const std::int16_t* coarse_layers = nullptr;
   std::uint32_t dims[3] = {};            ///< [vx]
   std::uint32_t brick_dims[3] = {};      ///< bricks along x, y, z
@@ -184,10 +185,11 @@ struct QueryOptions {
 };
 
 struct QueryResult {
-  double delta = 0;       ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
-                          ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
-  double force[3] = {};   ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
-  double torque[3] = {};  ///< Eq. (3), about the pointshell's centre of mass, map frame
+  double delta = 0;        ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
+                           ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
+  double delta_bound = 0;  ///< no point of the shell has a larger V, by the field. [m]
+  double force[3] = {};    ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
+  double torque[3] = {};   ///< Eq. (3), about the pointshell's centre of mass, map frame
   std::uint32_t contacts = 0;  ///< found; more than were written when the status is output_full
   std::uint32_t nodes_tested = 0;
   std::uint32_t points_tested = 0;
@@ -195,7 +197,8 @@ struct QueryResult {
 
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
 struct Scratch {
-  std::vector<std::uint32_t> queue;
+  std::vector<std::uint32_t> queue, hits;
+  std::vector<float> depths;
   void reserve(const PointshellView& shell);
 };
 

@@ -173,6 +173,9 @@ btScalar breaking_threshold(const Roles& roles) {
 // rest.
 constexpr btScalar kContactDistance_vx = btScalar(0.1);
 
+// Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
+constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
+
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo&, btManifoldResult* result) {
   if (as_vps(first) == nullptr && as_vps(second) == nullptr) return;  // another shape of the same type slot
@@ -192,7 +195,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const std::span<const Contact> contacts(space.contacts.data(), found.contacts);
   if (options.segment_level == 0) {
     std::array<std::uint32_t, 4> chosen{};
-    const std::size_t count = reduce_contacts(contacts, previous(), chosen);
+    const auto alike = static_cast<float>(kAlikeDepth_vx * breaking_threshold(roles));
+    const std::size_t count = reduce_contacts(contacts, previous(), alike, chosen);
     std::array<Contact, 4> few;
     for (std::size_t i = 0; i < count; ++i) few[i] = contacts[chosen[i]];
     fill_manifold(0, roles, {few.data(), count}, result);

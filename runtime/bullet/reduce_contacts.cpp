@@ -3,6 +3,7 @@
 #include "runtime/bullet/reduce_contacts.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "runtime/penetration.h"
 
@@ -23,10 +24,15 @@ class Reduction {
   Reduction(std::span<const Contact> contacts, std::span<const std::uint32_t> previous)
       : contacts_(contacts), previous_(previous) {}
 
-  std::uint32_t deepest() const {
+  /// Of points that are alike in depth, one of the step before.
+  std::uint32_t deepest(float alike) const {
     std::uint32_t at = 0;
-    for (std::uint32_t i = 1; i < contacts_.size(); ++i) {
-      if (contacts_[i].penetration > contacts_[at].penetration) at = i;
+    float most = -std::numeric_limits<float>::max();
+    for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
+      const float depth = contacts_[i].penetration + (was_chosen(contacts_[i].point) ? alike : 0);
+      if (depth <= most) continue;
+      most = depth;
+      at = i;
     }
     return at;
   }
@@ -56,11 +62,11 @@ class Reduction {
 
 }  // namespace
 
-std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous,
+std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
                             std::array<std::uint32_t, 4>& chosen) {
   if (contacts.empty()) return 0;
   const Reduction reduction(contacts, previous);
-  chosen[0] = reduction.deepest();
+  chosen[0] = reduction.deepest(alike);
   const Vec3 a = contacts[chosen[0]].position;
   if (!reduction.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;
   const Vec3 b = contacts[chosen[1]].position;

@@ -93,7 +93,7 @@ TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
   grid[3 * 11 + 4][2] = 1;
   const auto contacts = contacts_at(grid);
   std::array<std::uint32_t, 4> chosen{};
-  ASSERT_EQ(bullet::reduce_contacts(contacts, {}, chosen), 4U);
+  ASSERT_EQ(bullet::reduce_contacts(contacts, {}, 0, chosen), 4U);
   EXPECT_EQ(chosen[0], 3U * 11 + 4);
   for (int k = 1; k < 4; ++k) {
     const Vec3 p = contacts[chosen[static_cast<std::size_t>(k)]].position;
@@ -103,20 +103,20 @@ TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
 
 TEST(ReduceContacts, FewOrDegenerateContactsGiveFewerPoints) {
   std::array<std::uint32_t, 4> chosen{};
-  EXPECT_EQ(bullet::reduce_contacts({}, {}, chosen), 0U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}}), {}, chosen), 1U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}, {1, 1, 0}}), {}, chosen), 1U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}), {}, chosen), 2U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), {}, chosen), 3U);
+  EXPECT_EQ(bullet::reduce_contacts({}, {}, 0, chosen), 0U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}}), {}, 0, chosen), 1U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}, {1, 1, 0}}), {}, 0, chosen), 1U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}), {}, 0, chosen), 2U);
+  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), {}, 0, chosen), 3U);
 }
 
 TEST(ReduceContacts, APointOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
   const auto contacts = contacts_at({{0, 0, 1}, {10, 0, 0}, {10.1F, 0.1F, 0}, {0, 5, 0}});
   std::array<std::uint32_t, 4> chosen{};
-  ASSERT_GE(bullet::reduce_contacts(contacts, {}, chosen), 2U);
+  ASSERT_GE(bullet::reduce_contacts(contacts, {}, 0, chosen), 2U);
   EXPECT_EQ(chosen[1], 2U);
   const std::array<std::uint32_t, 1> previous = {1};
-  ASSERT_GE(bullet::reduce_contacts(contacts, previous, chosen), 2U);
+  ASSERT_GE(bullet::reduce_contacts(contacts, previous, 0, chosen), 2U);
   EXPECT_EQ(chosen[1], 1U);
 }
 

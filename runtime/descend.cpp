@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: Zlib
+// Compiled once per instruction set by Highway, chosen at run time.
+#include "runtime/descend.h"
+
+#include <cstring>
+#include <limits>
+
+#include "runtime/penetration.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/descend.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, kLanePadding>;
+using Ints = hn::Rebind<std::int32_t, Floats>;
+using Words = hn::Rebind<std::uint32_t, Floats>;
+using Codes = hn::Rebind<std::uint16_t, Floats>;
+using F = hn::Vec<Floats>;
+using I = hn::Vec<Ints>;
+using M = hn::Mask<Floats>;
+constexpr Floats f32;
+constexpr Ints i32;
+
+struct Points {
+  F x, y, z;
+};
+
+F set(float value) {
+  return hn::Set(f32, value);
+}
+
+// One row of Affine.
+F row(const Affine& a, int r, const Points& p) {
+  const float* const m = a.rotation + 3 * r;
+  return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
+}
+
+struct Everywhere {
+  static Points place(const Affine& a, const Points& p) { return {row(a, 0, p), row(a, 1, p), row(a, 2, p)}; }
+};
+
+// Each of these gives V and, for spheres, an upper bound of V that holds where a sphere asks for it: V + reach >= 0
+// wherever the true V + reach is.
+struct BoxLanes : Everywhere {
+  const BoxField& box;
+  F value(const Points& p, std::uint32_t, std::size_t) const {
+    const F zero = hn::Zero(f32);
+    const F qx = hn::Sub(hn::Abs(p.x), set(box.half_extents.x));
+    const F qy = hn::Sub(hn::Abs(p.y), set(box.half_extents.y));
+    const F qz = hn::Sub(hn::Abs(p.z), set(box.half_extents.z));
+    const F ox = hn::Max(qx, zero);
+    const F oy = hn::Max(qy, zero);
+    const F oz = hn::Max(qz, zero);
+    const F outside = hn::Sqrt(hn::MulAdd(ox, ox, hn::MulAdd(oy, oy, hn::Mul(oz, oz))));
+    return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
+  }
+  F bound(const Points& p, F) const { return value(p, 0, 0); }
+};
+
+struct SphereLanes : Everywhere {
+  const SphereField& sphere;
+  F value(const Points& p, std::uint32_t, std::size_t) const {
+    const F squared = hn::MulAdd(p.x, p.x, hn::MulAdd(p.y, p.y, hn::Mul(p.z, p.z)));
+    return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
+  }
+  F bound(const Points& p, F) const { return value(p, 0, 0); }
+};
+
+struct BelowLanes {
+  const SolidBelow& below;
+  static Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
+  F value(const Points& p, std::uint32_t, std::size_t) const { return hn::Neg(p.z); }
+  F bound(const Points& p, F) const { return hn::Neg(p.z); }
+};
+
+struct PlainLanes : Everywhere {
+  const PlainMap& plain;
+  const PointshellView& shell;
+
+  template <class Lookup>
+  F each(const Points& p, std::size_t count, Lookup lookup) const {
+    HWY_ALIGN float x[kLanePadding];
+    HWY_ALIGN float y[kLanePadding];
+    HWY_ALIGN float z[kLanePadding];
+    HWY_ALIGN float out[kLanePadding] = {};
+    hn::Store(p.x, f32, x);
+    hn::Store(p.y, f32, y);
+    hn::Store(p.z, f32, z);
+    for (std::size_t lane = 0; lane < count; ++lane) out[lane] = lookup(Vec3{x[lane], y[lane], z[lane]}, lane);
+    return hn::Load(f32, out);
+  }
+  F value(const Points& p, std::uint32_t first, std::size_t count) const {
+    return each(p, count, [&](Vec3 point, std::size_t lane) {
+      const Vec3 n = point_inward_normal(shell, first + static_cast<std::uint32_t>(lane));
+      const float* const r = plain.rotation;
+      const Vec3 normal{r[0] * n.x + r[1] * n.y + r[2] * n.z, r[3] * n.x + r[4] * n.y + r[5] * n.z,
+                        r[6] * n.x + r[7] * n.y + r[8] * n.z};
+      return voxelmap_penetration(*plain.map, point, normal);
+    });
+  }
+  F bound(const Points& p, F) const {
+    return each(p, hn::Lanes(f32), [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
+  }
+};
+
+template <class Integer>
+struct SampledLanes : Everywhere {
+  const SampledMap& map;
+
+  struct Looked {
+    F value;  // V where `sampled`
+    F cell;   // edge of the cell there
+    F far;    // elsewhere: a lower bound of the distance
+    M sampled;
+    M far_inside;  // beyond the band, inside
+  };
+
+  // Edge of a field brick's cells by the code of its level, or of half of its inverse.
+  static F power_of_two(I exponent) {
+    return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
+  }
+
+  static F low_half(I pair) {
+    constexpr int kBits = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kBits>(hn::ShiftLeft<kBits>(pair)));
+  }
+  static F high_half(I pair) {
+    constexpr int kUp = 32 - 16 * static_cast<int>(sizeof(Integer));
+    constexpr int kDown = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
+  }
+
+  Looked look_up(const Points& p) const {
+    Looked out;
+    const F zero = hn::Zero(f32);
+    // Comparisons with NaN are false: such a point counts as outside.
+    const M in_grid = hn::And(hn::And(hn::And(hn::Ge(p.x, zero), hn::Lt(p.x, set(map.top[0]))),
+                                      hn::And(hn::Ge(p.y, zero), hn::Lt(p.y, set(map.top[1])))),
+                              hn::And(hn::Ge(p.z, zero), hn::Lt(p.z, set(map.top[2]))));
+    const F gx = hn::IfThenElseZero(in_grid, p.x);
+    const F gy = hn::IfThenElseZero(in_grid, p.y);
+    const F gz = hn::IfThenElseZero(in_grid, p.z);
+    const I ix = hn::ConvertTo(i32, gx);
+    const I iy = hn::ConvertTo(i32, gy);
+    const I iz = hn::ConvertTo(i32, gz);
+    const I root =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<4>(iz), hn::Set(i32, map.root_dims[1])), hn::ShiftRight<4>(iy)),
+                        hn::Set(i32, map.root_dims[0])),
+                hn::ShiftRight<4>(ix));
+    static_assert(kRootCells == 16);
+    I entry = hn::GatherIndex(i32, map.roots, root);
+    // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+    const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
+    entry = below<3>(entry, no_brick, ix, iy, iz);
+    const auto is_brick = hn::Gt(entry, hn::Set(i32, -1));
+    out.sampled = hn::And(in_grid, hn::RebindMask(f32, is_brick));
+    out.far_inside = hn::And(in_grid, hn::RebindMask(f32, hn::Eq(entry, no_brick)));
+
+    entry = hn::IfThenElseZero(is_brick, entry);
+    const I brick = hn::And(entry, hn::Set(i32, kNumberMask));
+    const I level = hn::ShiftRight<kLevelShift>(entry);
+    out.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
+    const F per_cell = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel), level));
+    const F cx = hn::Mul(gx, per_cell);
+    const F cy = hn::Mul(gy, per_cell);
+    const F cz = hn::Mul(gz, per_cell);
+    const I wx = hn::ConvertTo(i32, cx);
+    const I wy = hn::ConvertTo(i32, cy);
+    const I wz = hn::ConvertTo(i32, cz);
+    const F fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
+    const F fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
+    const F fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
+    const I three = hn::Set(i32, kFieldEdge - 2);
+    static_assert(kFieldEdge == 5, "cells of a brick are counted by two bits");
+    const I lx = hn::And(wx, three);
+    const I ly = hn::And(wy, three);
+    const I lz = hn::And(wz, three);
+    const I row_number = hn::Add(hn::Add(hn::ShiftLeft<2>(lz), lz), ly);
+    const I sample = hn::Add(hn::Add(hn::Add(hn::ShiftLeft<2>(row_number), row_number), lx), hn::ShiftLeft<7>(brick));
+    static_assert(kFieldStride == 128);
+    constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
+    const I offset = hn::ShiftLeft<kBytesLog2>(sample);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    const auto pair_at = [&](std::size_t samples) {
+      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)), offset);
+    };
+    const auto along_x = [&](I pair) {
+      const F low = low_half(pair);
+      return hn::MulAdd(fx, hn::Sub(high_half(pair), low), low);
+    };
+    const F v00 = along_x(pair_at(0));
+    const F v10 = along_x(pair_at(kFieldEdge));
+    const F v01 = along_x(pair_at(kFieldEdge * kFieldEdge));
+    const F v11 = along_x(pair_at(kFieldEdge * kFieldEdge + kFieldEdge));
+    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
+    const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
+    const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
+    out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
+    out.far = zero;
+    if (!hn::AllTrue(f32, out.sampled)) out.far = far_distance(p, gx, gy, gz, in_grid, out.far_inside);
+    return out;
+  }
+
+  // Octants of 2^kShift cells and below.
+  template <int kShift>
+  I below(I entry, I no_brick, I ix, I iy, I iz) const {
+    const auto is_node = hn::Lt(entry, no_brick);
+    if (hn::AllFalse(i32, is_node)) return entry;
+    const I one = hn::Set(i32, 1);
+    const I octant = hn::Or(
+        hn::Or(hn::And(hn::ShiftRight<kShift>(ix), one), hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(iy), one))),
+        hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(iz), one)));
+    const I number = hn::And(entry, hn::Set(i32, 0x7FFFFFFF));
+    const I at = hn::IfThenElseZero(is_node, hn::Add(hn::ShiftLeft<3>(number), octant));
+    const I next = hn::IfThenElse(is_node, hn::GatherIndex(i32, map.nodes, at), entry);
+    if constexpr (kShift > 0) {
+      return below<kShift - 1>(next, no_brick, ix, iy, iz);
+    } else {
+      return next;
+    }
+  }
+
+  // Beyond the bricks: from the mesh's bounds and, in the grid, from the coarse layers, as far_interval.
+  F far_distance(const Points& p, F gx, F gy, F gz, M in_grid, M inside) const {
+    const F zero = hn::Zero(f32);
+    const F half = set(0.5F);
+    const I vx = hn::ConvertTo(i32, hn::Add(gx, half));
+    const I vy = hn::ConvertTo(i32, hn::Add(gy, half));
+    const I vz = hn::ConvertTo(i32, hn::Add(gz, half));
+    const I brick =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(vz), hn::Set(i32, map.brick_dims[1])), hn::ShiftRight<3>(vy)),
+                        hn::Set(i32, map.brick_dims[0])),
+                hn::ShiftRight<3>(vx));
+    static_assert(kBrickEdge == 8);
+    HWY_ALIGN std::int32_t at[kLanePadding];
+    HWY_ALIGN float layers[kLanePadding] = {};
+    hn::Store(brick, i32, at);
+    for (std::size_t lane = 0; lane < hn::Lanes(f32); ++lane) layers[lane] = map.coarse_layers[at[lane]];
+    const auto square = [](F a) { return hn::Mul(a, a); };
+    const auto from_centre = [&](F g, I v) {
+      const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
+      return square(hn::Sub(g, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
+    };
+    const F reach = hn::Sqrt(hn::Add(hn::Add(from_centre(gx, vx), from_centre(gy, vy)), from_centre(gz, vz)));
+    const auto from_voxel = [&](F g, I v) { return square(hn::Sub(g, hn::ConvertTo(f32, v))); };
+    const F slack = hn::Sqrt(hn::Add(hn::Add(from_voxel(gx, vx), from_voxel(gy, vy)), from_voxel(gz, vz)));
+    const F band = hn::IfThenElse(inside, set(map.band_inner), set(map.band_outer));
+    const F known = hn::Max(hn::Sub(hn::Abs(hn::Load(f32, layers)), reach), hn::Sub(band, slack));
+    const F in_grid_distance = hn::Max(known, zero);
+    const auto gap = [&](F a, int axis) {
+      return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))), zero);
+    };
+    const F to_bounds = hn::Sqrt(hn::Add(hn::Add(square(gap(p.x, 0)), square(gap(p.y, 1))), square(gap(p.z, 2))));
+    const F outside = hn::IfThenElse(in_grid, hn::Max(to_bounds, in_grid_distance), to_bounds);
+    return hn::IfThenElse(inside, in_grid_distance, outside);
+  }
+
+  F value(const Points& p, std::uint32_t, std::size_t) const {
+    const Looked found = look_up(p);
+    const F beyond = hn::IfThenElse(found.far_inside, found.far, hn::Neg(found.far));
+    return hn::IfThenElse(found.sampled, found.value, beyond);
+  }
+
+  // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
+  // least_distance.
+  F bound(const Points& p, F reach) const {
+    const Looked found = look_up(p);
+    const F slack = hn::Min(hn::Mul(set(kHalfDiagonal), found.cell),
+                            hn::Div(hn::Mul(set(kCurvature), hn::Mul(found.cell, found.cell)), reach));
+    const F beyond = hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(found.far));
+    return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
+  }
+};
+
+BoxLanes lanes_of(const BoxField& field, const PointshellView&) {
+  return {{}, field};
+}
+SphereLanes lanes_of(const SphereField& field, const PointshellView&) {
+  return {{}, field};
+}
+BelowLanes lanes_of(const SolidBelow& field, const PointshellView&) {
+  return {field};
+}
+SampledLanes<std::int8_t> lanes_of(const SampledMap8& field, const PointshellView&) {
+  return {{}, field};
+}
+SampledLanes<std::int16_t> lanes_of(const SampledMap16& field, const PointshellView&) {
+  return {{}, field};
+}
+PlainLanes lanes_of(const PlainMap& field, const PointshellView& shell) {
+  return {{}, field, shell};
+}
+
+// `available` elements may be read.
+template <class D>
+hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
+  if (HWY_LIKELY(available >= hn::Lanes(d))) return hn::LoadU(d, from);
+  HWY_ALIGN hn::TFromD<D> copy[kLanePadding] = {};
+  std::memcpy(copy, from, available * sizeof(*from));
+  return hn::Load(d, copy);
+}
+
+struct Spheres {
+  Points centre;
+  F radius;
+};
+Spheres load_spheres(const Descent& d, std::uint32_t first) {
+  const float* const* const rows = d.shell->sphere;
+  const std::size_t available = d.shell->nodes - first;
+  return {{load(f32, rows[0] + first, available), load(f32, rows[1] + first, available),
+           load(f32, rows[2] + first, available)},
+          load(f32, rows[3] + first, available)};
+}
+
+Points load_points(const Descent& d, std::uint32_t first) {
+  const std::uint16_t* const* const rows = d.shell->position;
+  const std::size_t available = d.shell->points - first;
+  const auto coordinate = [&](int axis) {
+    return hn::ConvertTo(f32, hn::PromoteTo(i32, load(Codes(), rows[axis] + first, available)));
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+// Which of `count` spheres touch; `rejected` grows by the others.
+template <class Lanes>
+M touching(const Lanes& field, Descent& d, std::uint32_t first, std::size_t count, F& rejected) {
+  const Spheres spheres = load_spheres(d, first);
+  const Points centre = field.place(d.nodes, spheres.centre);
+  const F radius = hn::MulAdd(spheres.radius, set(1 / d.unit), set(d.slack));
+  const F reach = hn::Add(radius, set(d.contact_distance));
+  const F bound = field.bound(centre, reach);
+  const M valid = hn::FirstN(f32, count);
+  const M touch = hn::And(valid, hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
+  rejected = hn::IfThenElse(hn::AndNot(touch, valid), hn::Max(rejected, hn::Add(bound, radius)), rejected);
+  return touch;
+}
+
+template <class Lanes>
+bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
+  F rejected = set(d.rejected);
+  const bool touch = !hn::AllFalse(f32, touching(field, d, node, 1, rejected));
+  d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
+  ++d.nodes_tested;
+  return touch;
+}
+
+template <class Lanes>
+void descend_lanes(const Lanes& field, Descent& d) {
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+  const std::uint32_t first_leaf = d.shell->level_offsets[d.shell->levels - 1];
+  const Words u32;
+  F rejected = set(d.rejected);
+  F deepest = set(d.deepest);
+  const F limit = set(-d.contact_distance);
+  std::uint32_t head = d.begin;
+  std::uint32_t tail = d.end;
+  while (head < tail && d.queue[head] < d.last_node) {
+    const std::uint32_t node = d.queue[head++];
+    const std::uint32_t first = d.shell->children[2 * node];
+    const std::uint32_t count = d.shell->children[2 * node + 1];
+    if (node < first_leaf) {
+      for (std::uint32_t i = 0; i < count; i += lanes) {
+        const M touch = touching(field, d, first + i, count - i, rejected);
+        tail += static_cast<std::uint32_t>(
+            hn::CompressStore(hn::Iota(u32, first + i), hn::RebindMask(u32, touch), u32, d.queue + tail));
+      }
+      d.nodes_tested += count;
+    } else {
+      for (std::uint32_t i = 0; i < count; i += lanes) {
+        const Points p = field.place(d.points, load_points(d, first + i));
+        const std::size_t left = count - i < lanes ? count - i : lanes;
+        const F v = field.value(p, first + i, left);
+        const M valid = hn::FirstN(f32, left);
+        deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+        const M hit = hn::And(valid, hn::Ge(v, limit));
+        if (hn::AllFalse(f32, hit)) continue;
+        hn::CompressStore(hn::Iota(u32, first + i), hn::RebindMask(u32, hit), u32, d.hits + d.hit_count);
+        d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
+      }
+      d.points_tested += count;
+    }
+  }
+  d.begin = head;
+  d.end = tail;
+  d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+template <class Lanes>
+void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std::uint32_t to) {
+  F deepest = set(d.deepest);
+  // One after the other for fields that ask for the point's number.
+  for (std::uint32_t i = from; i < to; ++i) {
+    const std::uint32_t point = d.shell->parent_point[d.queue[i]];
+    const F v = field.value(field.place(d.points, load_points(d, point)), point, 1);
+    deepest = hn::IfThenElse(hn::FirstN(f32, 1), hn::Max(deepest, v), deepest);
+  }
+  d.points_tested += to - from;
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+// One lane of a family for each kind of field, for HWY_EXPORT knows no templates.
+#define VPS_FIELD(name, Field)                                                                \
+  bool touches_##name(const Field& field, Descent& d, std::uint32_t node) {                   \
+    return touches_one(lanes_of(field, *d.shell), d, node);                                   \
+  }                                                                                           \
+  void descend_##name(const Field& field, Descent& d) {                                       \
+    descend_lanes(lanes_of(field, *d.shell), d);                                              \
+  }                                                                                           \
+  void parents_##name(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) { \
+    test_parents_lanes(lanes_of(field, *d.shell), d, from, to);                               \
+  }
+VPS_FIELD(box, BoxField)
+VPS_FIELD(sphere, SphereField)
+VPS_FIELD(below, SolidBelow)
+VPS_FIELD(plain, PlainMap)
+VPS_FIELD(i8, SampledMap8)
+VPS_FIELD(i16, SampledMap16)
+#undef VPS_FIELD
+
+}  // namespace vps::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vps::detail {
+
+#define VPS_FIELD(name, Field)                                                                       \
+  HWY_EXPORT(touches_##name);                                                                        \
+  HWY_EXPORT(descend_##name);                                                                        \
+  HWY_EXPORT(parents_##name);                                                                        \
+  template <>                                                                                        \
+  bool touches(const Field& field, Descent& d, std::uint32_t node) noexcept {                        \
+    return HWY_DYNAMIC_DISPATCH(touches_##name)(field, d, node);                                     \
+  }                                                                                                  \
+  template <>                                                                                        \
+  void descend(const Field& field, Descent& d) noexcept {                                            \
+    HWY_DYNAMIC_DISPATCH(descend_##name)(field, d);                                                  \
+  }                                                                                                  \
+  template <>                                                                                        \
+  void test_parents(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) noexcept { \
+    HWY_DYNAMIC_DISPATCH(parents_##name)(field, d, from, to);                                        \
+  }
+VPS_FIELD(box, BoxField)
+VPS_FIELD(sphere, SphereField)
+VPS_FIELD(below, SolidBelow)
+VPS_FIELD(plain, PlainMap)
+VPS_FIELD(i8, SampledMap8)
+VPS_FIELD(i16, SampledMap16)
+#undef VPS_FIELD
+
+}  // namespace vps::detail
+#endif
