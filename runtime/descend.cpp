@@ -4,6 +4,7 @@
 
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/penetration.h"
 
@@ -20,7 +21,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::CappedTag<float, kLanePadding>;
 using Ints = hn::Rebind<std::int32_t, Floats>;
 using Words = hn::Rebind<std::uint32_t, Floats>;
-using Codes = hn::Rebind<std::uint16_t, Floats>;
 using F = hn::Vec<Floats>;
 using I = hn::Vec<Ints>;
 using M = hn::Mask<Floats>;
@@ -31,25 +31,62 @@ struct Points {
   F x, y, z;
 };
 
-F set(float value) {
+HWY_INLINE F set(float value) {
   return hn::Set(f32, value);
 }
 
 // One row of Affine.
-F row(const Affine& a, int r, const Points& p) {
+HWY_INLINE F row(const Affine& a, int r, const Points& p) {
   const float* const m = a.rotation + 3 * r;
   return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
 }
 
+// Vectors of sixteen lanes take two clusters at a time: eight is the size of most.
+constexpr bool kPaired = HWY_MAX_BYTES >= 64;
+static_assert(kLanePadding == 16);
+using Chunk = std::conditional_t<kPaired, hn::Half<Floats>, Floats>;
+
+// Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
+struct Range {
+  std::uint32_t first = 0, count = 0, parent = 0;
+};
+
+struct Batch {
+  Range low, high;  // `high` is empty unless kPaired
+};
+
+// Number of each lane's node or point, and which lanes have one.
+HWY_INLINE hn::Vec<Words> numbers_of(const Batch& batch) {
+  const Words u32;
+  const auto low = hn::Iota(u32, batch.low.first);
+  if constexpr (kPaired) {
+    constexpr std::uint32_t kChunk = kLanePadding / 2;
+    return hn::IfThenElse(hn::FirstN(u32, kChunk), low, hn::Iota(u32, batch.high.first - kChunk));
+  } else {
+    return low;
+  }
+}
+HWY_INLINE M valid_lanes(const Batch& batch) {
+  const M low = hn::FirstN(f32, batch.low.count);
+  if constexpr (kPaired) {
+    constexpr std::size_t kChunk = kLanePadding / 2;
+    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kChunk), hn::FirstN(f32, kChunk + batch.high.count)));
+  } else {
+    return low;
+  }
+}
+
 struct Everywhere {
-  static Points place(const Affine& a, const Points& p) { return {row(a, 0, p), row(a, 1, p), row(a, 2, p)}; }
+  static HWY_INLINE Points place(const Affine& a, const Points& p) {
+    return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
+  }
 };
 
 // Each of these gives V and, for spheres, an upper bound of V that holds where a sphere asks for it: V + reach >= 0
 // wherever the true V + reach is.
 struct BoxLanes : Everywhere {
   const BoxField& box;
-  F value(const Points& p, std::uint32_t, std::size_t) const {
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
     const F zero = hn::Zero(f32);
     const F qx = hn::Sub(hn::Abs(p.x), set(box.half_extents.x));
     const F qy = hn::Sub(hn::Abs(p.y), set(box.half_extents.y));
@@ -60,23 +97,23 @@ struct BoxLanes : Everywhere {
     const F outside = hn::Sqrt(hn::MulAdd(ox, ox, hn::MulAdd(oy, oy, hn::Mul(oz, oz))));
     return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
   }
-  F bound(const Points& p, F) const { return value(p, 0, 0); }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
 };
 
 struct SphereLanes : Everywhere {
   const SphereField& sphere;
-  F value(const Points& p, std::uint32_t, std::size_t) const {
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
     const F squared = hn::MulAdd(p.x, p.x, hn::MulAdd(p.y, p.y, hn::Mul(p.z, p.z)));
     return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
   }
-  F bound(const Points& p, F) const { return value(p, 0, 0); }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
 };
 
 struct BelowLanes {
   const SolidBelow& below;
-  static Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
-  F value(const Points& p, std::uint32_t, std::size_t) const { return hn::Neg(p.z); }
-  F bound(const Points& p, F) const { return hn::Neg(p.z); }
+  static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
+  HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
+  HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
 };
 
 struct PlainLanes : Everywhere {
@@ -84,20 +121,26 @@ struct PlainLanes : Everywhere {
   const PointshellView& shell;
 
   template <class Lookup>
-  F each(const Points& p, std::size_t count, Lookup lookup) const {
+  F each(const Points& p, M valid, Lookup lookup) const {
     HWY_ALIGN float x[kLanePadding];
     HWY_ALIGN float y[kLanePadding];
     HWY_ALIGN float z[kLanePadding];
-    HWY_ALIGN float out[kLanePadding] = {};
+    HWY_ALIGN float wanted[kLanePadding];
     hn::Store(p.x, f32, x);
     hn::Store(p.y, f32, y);
     hn::Store(p.z, f32, z);
-    for (std::size_t lane = 0; lane < count; ++lane) out[lane] = lookup(Vec3{x[lane], y[lane], z[lane]}, lane);
+    hn::Store(hn::IfThenElseZero(valid, set(1)), f32, wanted);
+    HWY_ALIGN float out[kLanePadding] = {};
+    for (std::size_t lane = 0; lane < hn::Lanes(f32); ++lane) {
+      if (wanted[lane] != 0) out[lane] = lookup(Vec3{x[lane], y[lane], z[lane]}, lane);
+    }
     return hn::Load(f32, out);
   }
-  F value(const Points& p, std::uint32_t first, std::size_t count) const {
-    return each(p, count, [&](Vec3 point, std::size_t lane) {
-      const Vec3 n = point_inward_normal(shell, first + static_cast<std::uint32_t>(lane));
+  F value(const Points& p, const Batch& batch, M valid) const {
+    HWY_ALIGN std::uint32_t numbers[kLanePadding];
+    hn::Store(numbers_of(batch), Words(), numbers);
+    return each(p, valid, [&](Vec3 point, std::size_t lane) {
+      const Vec3 n = point_inward_normal(shell, numbers[lane]);
       const float* const r = plain.rotation;
       const Vec3 normal{r[0] * n.x + r[1] * n.y + r[2] * n.z, r[3] * n.x + r[4] * n.y + r[5] * n.z,
                         r[6] * n.x + r[7] * n.y + r[8] * n.z};
@@ -105,7 +148,8 @@ struct PlainLanes : Everywhere {
     });
   }
   F bound(const Points& p, F) const {
-    return each(p, hn::Lanes(f32), [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
+    return each(p, hn::FirstN(f32, hn::Lanes(f32)),
+                [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
   }
 };
 
@@ -122,21 +166,21 @@ struct SampledLanes : Everywhere {
   };
 
   // Edge of a field brick's cells by the code of its level, or of half of its inverse.
-  static F power_of_two(I exponent) {
+  static HWY_INLINE F power_of_two(I exponent) {
     return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
   }
 
-  static F low_half(I pair) {
+  static HWY_INLINE F low_half(I pair) {
     constexpr int kBits = 32 - 8 * static_cast<int>(sizeof(Integer));
     return hn::ConvertTo(f32, hn::ShiftRight<kBits>(hn::ShiftLeft<kBits>(pair)));
   }
-  static F high_half(I pair) {
+  static HWY_INLINE F high_half(I pair) {
     constexpr int kUp = 32 - 16 * static_cast<int>(sizeof(Integer));
     constexpr int kDown = 32 - 8 * static_cast<int>(sizeof(Integer));
     return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
   }
 
-  Looked look_up(const Points& p) const {
+  HWY_INLINE Looked look_up(const Points& p) const {
     Looked out;
     const F zero = hn::Zero(f32);
     // Comparisons with NaN are false: such a point counts as outside.
@@ -210,7 +254,7 @@ struct SampledLanes : Everywhere {
 
   // Octants of 2^kShift cells and below.
   template <int kShift>
-  I below(I entry, I no_brick, I ix, I iy, I iz) const {
+  HWY_INLINE I below(I entry, I no_brick, I ix, I iy, I iz) const {
     const auto is_node = hn::Lt(entry, no_brick);
     if (hn::AllFalse(i32, is_node)) return entry;
     const I one = hn::Set(i32, 1);
@@ -228,7 +272,7 @@ struct SampledLanes : Everywhere {
   }
 
   // Beyond the bricks: from the mesh's bounds and, in the grid, from the coarse layers, as far_interval.
-  F far_distance(const Points& p, F gx, F gy, F gz, M in_grid, M inside) const {
+  HWY_NOINLINE F far_distance(const Points& p, F gx, F gy, F gz, M in_grid, M inside) const {
     const F zero = hn::Zero(f32);
     const F half = set(0.5F);
     const I vx = hn::ConvertTo(i32, hn::Add(gx, half));
@@ -239,10 +283,13 @@ struct SampledLanes : Everywhere {
                         hn::Set(i32, map.brick_dims[0])),
                 hn::ShiftRight<3>(vx));
     static_assert(kBrickEdge == 8);
-    HWY_ALIGN std::int32_t at[kLanePadding];
-    HWY_ALIGN float layers[kLanePadding] = {};
-    hn::Store(brick, i32, at);
-    for (std::size_t lane = 0; lane < hn::Lanes(f32); ++lane) layers[lane] = map.coarse_layers[at[lane]];
+    // Two layers to a word: an aligned word never leaves the mapping's pages.
+    const I pair =
+        hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
+    const I odd = hn::And(brick, hn::Set(i32, 1));
+    const I low = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
+    const F layers =
+        hn::Abs(hn::ConvertTo(f32, hn::IfThenElse(hn::Eq(odd, hn::Zero(i32)), low, hn::ShiftRight<16>(pair))));
     const auto square = [](F a) { return hn::Mul(a, a); };
     const auto from_centre = [&](F g, I v) {
       const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
@@ -252,7 +299,7 @@ struct SampledLanes : Everywhere {
     const auto from_voxel = [&](F g, I v) { return square(hn::Sub(g, hn::ConvertTo(f32, v))); };
     const F slack = hn::Sqrt(hn::Add(hn::Add(from_voxel(gx, vx), from_voxel(gy, vy)), from_voxel(gz, vz)));
     const F band = hn::IfThenElse(inside, set(map.band_inner), set(map.band_outer));
-    const F known = hn::Max(hn::Sub(hn::Abs(hn::Load(f32, layers)), reach), hn::Sub(band, slack));
+    const F known = hn::Max(hn::Sub(layers, reach), hn::Sub(band, slack));
     const F in_grid_distance = hn::Max(known, zero);
     const auto gap = [&](F a, int axis) {
       return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))), zero);
@@ -262,7 +309,7 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElse(inside, in_grid_distance, outside);
   }
 
-  F value(const Points& p, std::uint32_t, std::size_t) const {
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
     const Looked found = look_up(p);
     const F beyond = hn::IfThenElse(found.far_inside, found.far, hn::Neg(found.far));
     return hn::IfThenElse(found.sampled, found.value, beyond);
@@ -270,7 +317,7 @@ struct SampledLanes : Everywhere {
 
   // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
   // least_distance.
-  F bound(const Points& p, F reach) const {
+  HWY_INLINE F bound(const Points& p, F reach) const {
     const Looked found = look_up(p);
     const F slack = hn::Min(hn::Mul(set(kHalfDiagonal), found.cell),
                             hn::Div(hn::Mul(set(kCurvature), hn::Mul(found.cell, found.cell)), reach));
@@ -298,96 +345,132 @@ PlainLanes lanes_of(const PlainMap& field, const PointshellView& shell) {
   return {{}, field, shell};
 }
 
-// `available` elements may be read.
+// The element type's chunk from `at`, of a row that ends `available` elements later.
 template <class D>
-hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
+HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
   if (HWY_LIKELY(available >= hn::Lanes(d))) return hn::LoadU(d, from);
   HWY_ALIGN hn::TFromD<D> copy[kLanePadding] = {};
   std::memcpy(copy, from, available * sizeof(*from));
   return hn::Load(d, copy);
 }
 
-struct Spheres {
-  Points centre;
-  F radius;
-};
-Spheres load_spheres(const Descent& d, std::uint32_t first) {
-  const float* const* const rows = d.shell->sphere;
-  const std::size_t available = d.shell->nodes - first;
-  return {{load(f32, rows[0] + first, available), load(f32, rows[1] + first, available),
-           load(f32, rows[2] + first, available)},
-          load(f32, rows[3] + first, available)};
+template <class T, class Convert>
+HWY_INLINE F load_batch(const T* row, std::size_t length, const Batch& batch, Convert convert) {
+  const hn::Rebind<T, Chunk> d;
+  const auto low = convert(load(d, row + batch.low.first, length - batch.low.first));
+#if HWY_MAX_BYTES >= 64
+  return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
+#else
+  return low;
+#endif
 }
 
-Points load_points(const Descent& d, std::uint32_t first) {
-  const std::uint16_t* const* const rows = d.shell->position;
-  const std::size_t available = d.shell->points - first;
-  const auto coordinate = [&](int axis) {
-    return hn::ConvertTo(f32, hn::PromoteTo(i32, load(Codes(), rows[axis] + first, available)));
-  };
-  return {coordinate(0), coordinate(1), coordinate(2)};
+HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
+  return load_batch(row, length, batch, [](auto v) { return v; });
+}
+HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
+  return load_batch(row, length, batch,
+                    [](auto v) { return hn::ConvertTo(Chunk(), hn::PromoteTo(hn::Rebind<std::int32_t, Chunk>(), v)); });
 }
 
-// Which of `count` spheres touch; `rejected` grows by the others.
+// Which spheres touch; `rejected` grows by the others.
 template <class Lanes>
-M touching(const Lanes& field, Descent& d, std::uint32_t first, std::size_t count, F& rejected) {
-  const Spheres spheres = load_spheres(d, first);
-  const Points centre = field.place(d.nodes, spheres.centre);
-  const F radius = hn::MulAdd(spheres.radius, set(1 / d.unit), set(d.slack));
+HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, F& rejected) {
+  const float* const* const rows = d.shell->sphere;
+  const std::size_t length = d.shell->nodes;
+  const Points stored = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
+                         load_floats(rows[2], length, batch)};
+  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(1 / d.unit), set(d.slack));
   const F reach = hn::Add(radius, set(d.contact_distance));
-  const F bound = field.bound(centre, reach);
-  const M valid = hn::FirstN(f32, count);
+  const F bound = field.bound(field.place(d.nodes, stored), reach);
+  const M valid = valid_lanes(batch);
   const M touch = hn::And(valid, hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
   rejected = hn::IfThenElse(hn::AndNot(touch, valid), hn::Max(rejected, hn::Add(bound, radius)), rejected);
   return touch;
 }
 
+HWY_INLINE Points load_points(const Descent& d, const Batch& batch) {
+  const std::uint16_t* const* const rows = d.shell->position;
+  const std::size_t length = d.shell->points;
+  return {load_codes(rows[0], length, batch), load_codes(rows[1], length, batch), load_codes(rows[2], length, batch)};
+}
+
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   F rejected = set(d.rejected);
-  const bool touch = !hn::AllFalse(f32, touching(field, d, node, 1, rejected));
+  const bool touch = !hn::AllFalse(f32, touching(field, d, Batch{{node, 1, 0}, {}}, rejected));
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
   ++d.nodes_tested;
   return touch;
 }
 
+// Hands out what the nodes of a queue hold, in chunks.
+class Chunks {
+ public:
+  Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
+
+  // The next chunk of a node below `last`, if the queue up to `tail` has one.
+  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Range& range) {
+    if (left_ == 0) {
+      if (head_ >= tail || d_.queue[head_] >= last) return false;
+      parent_ = d_.queue[head_++];
+      first_ = d_.shell->children[2 * parent_];
+      left_ = d_.shell->children[2 * parent_ + 1];
+    }
+    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Chunk()));
+    range = {first_, left_ < kMost ? left_ : kMost, parent_};
+    first_ += range.count;
+    left_ -= range.count;
+    return true;
+  }
+  [[nodiscard]] std::uint32_t head() const { return head_; }
+
+ private:
+  const Descent& d_;
+  std::uint32_t head_;
+  std::uint32_t first_ = 0, left_ = 0, parent_ = 0;
+};
+
 template <class Lanes>
 void descend_lanes(const Lanes& field, Descent& d) {
-  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-  const std::uint32_t first_leaf = d.shell->level_offsets[d.shell->levels - 1];
   const Words u32;
+  const std::uint32_t leaves = d.shell->level_offsets[d.shell->levels - 1];
+  const std::uint32_t last_inner = leaves < d.last_node ? leaves : d.last_node;
   F rejected = set(d.rejected);
   F deepest = set(d.deepest);
   const F limit = set(-d.contact_distance);
-  std::uint32_t head = d.begin;
+  Chunks chunks(d, d.begin);
   std::uint32_t tail = d.end;
-  while (head < tail && d.queue[head] < d.last_node) {
-    const std::uint32_t node = d.queue[head++];
-    const std::uint32_t first = d.shell->children[2 * node];
-    const std::uint32_t count = d.shell->children[2 * node + 1];
-    if (node < first_leaf) {
-      for (std::uint32_t i = 0; i < count; i += lanes) {
-        const M touch = touching(field, d, first + i, count - i, rejected);
-        tail += static_cast<std::uint32_t>(
-            hn::CompressStore(hn::Iota(u32, first + i), hn::RebindMask(u32, touch), u32, d.queue + tail));
-      }
-      d.nodes_tested += count;
-    } else {
-      for (std::uint32_t i = 0; i < count; i += lanes) {
-        const Points p = field.place(d.points, load_points(d, first + i));
-        const std::size_t left = count - i < lanes ? count - i : lanes;
-        const F v = field.value(p, first + i, left);
-        const M valid = hn::FirstN(f32, left);
-        deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-        const M hit = hn::And(valid, hn::Ge(v, limit));
-        if (hn::AllFalse(f32, hit)) continue;
-        hn::CompressStore(hn::Iota(u32, first + i), hn::RebindMask(u32, hit), u32, d.hits + d.hit_count);
-        d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
-      }
-      d.points_tested += count;
-    }
+  Batch batch;
+  while (chunks.next(tail, last_inner, batch.low)) {
+    batch.high.count = 0;
+    if constexpr (kPaired) (void)chunks.next(tail, last_inner, batch.high);
+    const M touch = touching(field, d, batch, rejected);
+    tail += static_cast<std::uint32_t>(
+        hn::CompressStore(numbers_of(batch), hn::RebindMask(u32, touch), u32, d.queue + tail));
+    d.nodes_tested += batch.low.count + batch.high.count;
   }
-  d.begin = head;
+  // Behind the inner nodes there are only leaves.
+  while (chunks.next(tail, d.last_node, batch.low)) {
+    batch.high.count = 0;
+    if constexpr (kPaired) (void)chunks.next(tail, d.last_node, batch.high);
+    const Points p = field.place(d.points, load_points(d, batch));
+    const M valid = valid_lanes(batch);
+    const F v = field.value(p, batch, valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    d.points_tested += batch.low.count + batch.high.count;
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    if (hn::AllFalse(f32, hit)) continue;
+    auto parents = hn::Set(u32, batch.low.parent);
+    if constexpr (kPaired) {
+      parents = hn::IfThenElse(hn::FirstN(u32, kLanePadding / 2), parents, hn::Set(u32, batch.high.parent));
+    }
+    const auto hit_word = hn::RebindMask(u32, hit);
+    hn::CompressStore(numbers_of(batch), hit_word, u32, d.hits + d.hit_count);
+    hn::CompressStore(parents, hit_word, u32, d.leaves + d.hit_count);
+    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
+  }
+  d.begin = chunks.head();
   d.end = tail;
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
@@ -399,8 +482,10 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   // One after the other for fields that ask for the point's number.
   for (std::uint32_t i = from; i < to; ++i) {
     const std::uint32_t point = d.shell->parent_point[d.queue[i]];
-    const F v = field.value(field.place(d.points, load_points(d, point)), point, 1);
-    deepest = hn::IfThenElse(hn::FirstN(f32, 1), hn::Max(deepest, v), deepest);
+    const Batch batch{{point, 1, 0}, {}};
+    const M valid = valid_lanes(batch);
+    const F v = field.value(field.place(d.points, load_points(d, batch)), batch, valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
   }
   d.points_tested += to - from;
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));

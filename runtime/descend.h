@@ -28,9 +28,10 @@ struct Descent {
   float slack = 0;                 ///< added to every radius: the field's error, rounding
   std::uint32_t* queue = nullptr;  ///< entries [begin, end) are nodes whose spheres touch, of one level
   std::uint32_t begin = 0, end = 0;
-  std::uint32_t last_node = 0;    ///< nodes from this one on are left in the queue
-  std::uint32_t* hits = nullptr;  ///< points with V >= -contact_distance, in tree order
-  float* depths = nullptr;        ///< their V
+  std::uint32_t last_node = 0;      ///< nodes from this one on are left in the queue
+  std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
+  std::uint32_t* leaves = nullptr;  ///< nodes of the hits
+  float* depths = nullptr;          ///< their V
   std::uint32_t hit_count = 0;
   float deepest = 0;   ///< max V of the points tested
   float rejected = 0;  ///< upper bound of V below all spheres that were rejected

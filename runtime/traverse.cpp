@@ -81,6 +81,7 @@ class Traverse {
     d_.queue = scratch.queue.data();
     d_.hits = scratch.hits.data();
     d_.depths = scratch.depths.data();
+    d_.leaves = scratch.leaves.data();
     d_.deepest = d_.rejected = kNothing;
   }
 
@@ -151,7 +152,7 @@ class Traverse {
     return static_cast<std::uint32_t>(std::lower_bound(d_.queue + from, d_.queue + to, leaves) - d_.queue);
   }
 
-  Contact contact_of(std::uint32_t hit) noexcept {
+  Contact contact_of(std::uint32_t hit) const noexcept {
     const std::uint32_t point = d_.hits[hit];
     Contact contact;
     contact.position = transform_.apply(point_position(shell_, point));
@@ -159,24 +160,8 @@ class Traverse {
     contact.penetration = d_.unit * d_.depths[hit];
     contact.area = point_area(shell_, point);
     contact.point = point;
-    contact.node = leaf_of(point);
+    contact.node = d_.leaves[hit];
     return contact;
-  }
-
-  // Hits come in tree order: the leaf is the last one's or a later one.
-  std::uint32_t leaf_of(std::uint32_t point) noexcept {
-    const std::uint32_t leaves = shell_.level_offsets[shell_.levels - 1];
-    if (leaf_ < leaves || shell_.children[2 * leaf_] > point) leaf_ = leaves;
-    if (point >= shell_.children[2 * leaf_] + shell_.children[2 * leaf_ + 1]) {
-      std::uint32_t low = leaf_ + 1;
-      std::uint32_t high = shell_.nodes;
-      while (high - low > 1) {
-        const std::uint32_t middle = low + (high - low) / 2;
-        (shell_.children[2 * middle] <= point ? low : high) = middle;
-      }
-      leaf_ = low;
-    }
-    return leaf_;
   }
 
   // Eqs. (2) and (3).
@@ -206,7 +191,6 @@ class Traverse {
   QueryResult& result_;
   const Vec3 centre_of_mass_;
   Descent d_;
-  std::uint32_t leaf_ = 0;
 };
 
 // @param field_pose  takes the shell to the field: `pose`, but for fields with an orientation of their own
@@ -294,6 +278,7 @@ void Scratch::reserve(const PointshellView& shell) {
   const std::size_t points = std::size_t{shell.points} + detail::kLanePadding;
   if (queue.size() < nodes) queue.resize(nodes);
   if (hits.size() < points) hits.resize(points);
+  if (leaves.size() < points) leaves.resize(points);
   if (depths.size() < points) depths.resize(points);
 }
 

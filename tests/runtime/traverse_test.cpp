@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
+#include <hwy/targets.h>
 
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
+#include <map>
 #include <new>
 #include <set>
 #include <thread>
@@ -143,12 +146,67 @@ TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
         }
         touching += result.contacts > 0;
         if (result.delta >= 0) {
-          ASSERT_FLOAT_EQ(static_cast<float>(result.delta), static_cast<float>(brute.deepest));
+          ASSERT_NEAR(result.delta, brute.deepest, 1e-4 * s.map.voxel_size);
         }
       }
     }
     EXPECT_GT(touching, 100);
   }
+}
+
+// Highway takes the best instructions of the machine; the others must give the same answer up to rounding, and each its
+// own to the bit.
+TEST(Traverse, EveryInstructionSetGivesTheSameAnswer) {
+  Pair s;
+  const std::int64_t supported = hwy::SupportedTargets();
+  std::vector<std::int64_t> targets;
+  for (std::int64_t target = 1; target > 0; target <<= 1) {
+    if ((supported & target) != 0) targets.push_back(target);
+  }
+  ASSERT_GE(targets.size(), 1U);
+  Random random;
+  int touching = 0;
+  for (int n = 0; n < 100; ++n) {
+    const Pose pose = random_pose(random, 0.12);
+    QueryOptions options;
+    options.contact_distance = 0.0005F;
+    options.segment_level = n % 3;
+    std::vector<QueryResult> results;
+    std::vector<std::vector<Contact>> contacts;
+    for (const std::int64_t target : targets) {
+      hwy::SetSupportedTargetsForTest(target);
+      for (int repeat = 0; repeat < 2; ++repeat) {
+        QueryResult result;
+        ASSERT_EQ(traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result), Status::ok);
+        std::vector<Contact> found(s.contacts.begin(), s.contacts.begin() + result.contacts);
+        if (repeat == 1) {
+          ASSERT_EQ(std::memcmp(&result, &results.back(), sizeof(result)), 0);
+          ASSERT_EQ(std::memcmp(found.data(), contacts.back().data(), found.size() * sizeof(Contact)), 0);
+          continue;
+        }
+        results.push_back(result);
+        contacts.push_back(std::move(found));
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+    // The bound that docs/conventions.md states.
+    const double rounding = 1e-4 * s.map.voxel_size;
+    for (std::size_t t = 1; t < targets.size(); ++t) {
+      ASSERT_NEAR(results[t].delta, results[0].delta, rounding) << hwy::TargetName(targets[t]);
+      std::map<std::uint32_t, float> first;
+      for (const Contact& c : contacts[0]) first[c.point] = c.penetration;
+      for (const Contact& c : contacts[t]) {
+        if (!first.contains(c.point)) {
+          // At the very end of the contact distance, or as deep as another point of its segment.
+          ASSERT_TRUE(options.segment_level > 0 || c.penetration < rounding - options.contact_distance);
+          continue;
+        }
+        ASSERT_NEAR(c.penetration, first[c.point], rounding) << hwy::TargetName(targets[t]);
+      }
+    }
+    touching += results[0].contacts > 0;
+  }
+  EXPECT_GT(touching, 20);
 }
 
 TEST(Traverse, ForceOnASphereInAHalfSpaceIsTheDisplacedVolume) {
