@@ -38,7 +38,7 @@ struct BakeOptions {
   bool voxelmap = true;            ///< bake the part that plays the voxelmap
   bool pointshell = true;          ///< bake the part that plays the pointshell
   int precision = kAutoPrecision;  ///< p of Eq. (1). [Limits: 0 <= value <= 15]
-  std::uint32_t branching = 8;     ///< K. [Limits: 2 <= value <= 64]
+  std::uint32_t branching = 14;    ///< K. [Limits: 2 <= value <= 64]
   double band_inside = 2.5;        ///< depth of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
   double band_outside = 2.5;       ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
   double field_error =

@@ -41,10 +41,13 @@ HWY_INLINE F row(const Affine& a, int r, const Points& p) {
   return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
 }
 
-// Vectors of sixteen lanes take two clusters at a time: eight is the size of most.
-constexpr bool kPaired = HWY_MAX_BYTES >= 64;
-static_assert(kLanePadding == 16);
-using Chunk = std::conditional_t<kPaired, hn::Half<Floats>, Floats>;
+// Vectors of sixteen lanes can take two clusters at a time, half a vector each. That pays where a look-up costs more
+// than loading in halves.
+constexpr std::uint32_t kHalf = kLanePadding / 2;
+template <bool kPaired>
+constexpr bool in_halves = kPaired&& HWY_MAX_BYTES >= 64;
+template <bool kPaired>
+using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
 
 // Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
 struct Range {
@@ -52,31 +55,32 @@ struct Range {
 };
 
 struct Batch {
-  Range low, high;  // `high` is empty unless kPaired
+  Range low, high;  // `high` is empty unless in halves
 };
 
 // Number of each lane's node or point, and which lanes have one.
+template <bool kPaired>
 HWY_INLINE hn::Vec<Words> numbers_of(const Batch& batch) {
   const Words u32;
   const auto low = hn::Iota(u32, batch.low.first);
-  if constexpr (kPaired) {
-    constexpr std::uint32_t kChunk = kLanePadding / 2;
-    return hn::IfThenElse(hn::FirstN(u32, kChunk), low, hn::Iota(u32, batch.high.first - kChunk));
+  if constexpr (in_halves<kPaired>) {
+    return hn::IfThenElse(hn::FirstN(u32, kHalf), low, hn::Iota(u32, batch.high.first - kHalf));
   } else {
     return low;
   }
 }
+template <bool kPaired>
 HWY_INLINE M valid_lanes(const Batch& batch) {
   const M low = hn::FirstN(f32, batch.low.count);
-  if constexpr (kPaired) {
-    constexpr std::size_t kChunk = kLanePadding / 2;
-    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kChunk), hn::FirstN(f32, kChunk + batch.high.count)));
+  if constexpr (in_halves<kPaired>) {
+    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kHalf), hn::FirstN(f32, kHalf + batch.high.count)));
   } else {
     return low;
   }
 }
 
 struct Everywhere {
+  static constexpr bool kPaired = false;
   static HWY_INLINE Points place(const Affine& a, const Points& p) {
     return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
   }
@@ -110,6 +114,7 @@ struct SphereLanes : Everywhere {
 };
 
 struct BelowLanes {
+  static constexpr bool kPaired = false;
   const SolidBelow& below;
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
   HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
@@ -138,7 +143,7 @@ struct PlainLanes : Everywhere {
   }
   F value(const Points& p, const Batch& batch, M valid) const {
     HWY_ALIGN std::uint32_t numbers[kLanePadding];
-    hn::Store(numbers_of(batch), Words(), numbers);
+    hn::Store(numbers_of<kPaired>(batch), Words(), numbers);
     return each(p, valid, [&](Vec3 point, std::size_t lane) {
       const Vec3 n = point_inward_normal(shell, numbers[lane]);
       const float* const r = plain.rotation;
@@ -155,6 +160,7 @@ struct PlainLanes : Everywhere {
 
 template <class Integer>
 struct SampledLanes : Everywhere {
+  static constexpr bool kPaired = true;
   const SampledMap& map;
 
   struct Looked {
@@ -354,23 +360,28 @@ HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available
   return hn::Load(d, copy);
 }
 
-template <class T, class Convert>
+template <bool kPaired, class T, class Convert>
 HWY_INLINE F load_batch(const T* row, std::size_t length, const Batch& batch, Convert convert) {
-  const hn::Rebind<T, Chunk> d;
+  const hn::Rebind<T, Chunk<kPaired>> d;
   const auto low = convert(load(d, row + batch.low.first, length - batch.low.first));
 #if HWY_MAX_BYTES >= 64
-  return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
-#else
-  return low;
+  if constexpr (kPaired) {
+    return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
+  }
 #endif
+  if constexpr (!in_halves<kPaired>) return low;
 }
 
+template <bool kPaired>
 HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
-  return load_batch(row, length, batch, [](auto v) { return v; });
+  return load_batch<kPaired>(row, length, batch, [](auto v) { return v; });
 }
+template <bool kPaired>
 HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
-  return load_batch(row, length, batch,
-                    [](auto v) { return hn::ConvertTo(Chunk(), hn::PromoteTo(hn::Rebind<std::int32_t, Chunk>(), v)); });
+  return load_batch<kPaired>(row, length, batch, [](auto v) {
+    using Part = Chunk<kPaired>;
+    return hn::ConvertTo(Part(), hn::PromoteTo(hn::Rebind<std::int32_t, Part>(), v));
+  });
 }
 
 // Which spheres touch; `rejected` grows by the others.
@@ -378,21 +389,24 @@ template <class Lanes>
 HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, F& rejected) {
   const float* const* const rows = d.shell->sphere;
   const std::size_t length = d.shell->nodes;
-  const Points stored = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
-                         load_floats(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(1 / d.unit), set(d.slack));
+  const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
+                         load_floats<Lanes::kPaired>(rows[1], length, batch),
+                         load_floats<Lanes::kPaired>(rows[2], length, batch)};
+  const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(1 / d.unit), set(d.slack));
   const F reach = hn::Add(radius, set(d.contact_distance));
   const F bound = field.bound(field.place(d.nodes, stored), reach);
-  const M valid = valid_lanes(batch);
+  const M valid = valid_lanes<Lanes::kPaired>(batch);
   const M touch = hn::And(valid, hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
   rejected = hn::IfThenElse(hn::AndNot(touch, valid), hn::Max(rejected, hn::Add(bound, radius)), rejected);
   return touch;
 }
 
+template <bool kPaired>
 HWY_INLINE Points load_points(const Descent& d, const Batch& batch) {
   const std::uint16_t* const* const rows = d.shell->position;
   const std::size_t length = d.shell->points;
-  return {load_codes(rows[0], length, batch), load_codes(rows[1], length, batch), load_codes(rows[2], length, batch)};
+  return {load_codes<kPaired>(rows[0], length, batch), load_codes<kPaired>(rows[1], length, batch),
+          load_codes<kPaired>(rows[2], length, batch)};
 }
 
 template <class Lanes>
@@ -405,6 +419,7 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
 }
 
 // Hands out what the nodes of a queue hold, in chunks.
+template <bool kPaired>
 class Chunks {
  public:
   Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
@@ -417,7 +432,7 @@ class Chunks {
       first_ = d_.shell->children[2 * parent_];
       left_ = d_.shell->children[2 * parent_ + 1];
     }
-    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Chunk()));
+    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Chunk<kPaired>()));
     range = {first_, left_ < kMost ? left_ : kMost, parent_};
     first_ += range.count;
     left_ -= range.count;
@@ -439,34 +454,35 @@ void descend_lanes(const Lanes& field, Descent& d) {
   F rejected = set(d.rejected);
   F deepest = set(d.deepest);
   const F limit = set(-d.contact_distance);
-  Chunks chunks(d, d.begin);
+  constexpr bool kTwo = in_halves<Lanes::kPaired>;
+  Chunks<Lanes::kPaired> chunks(d, d.begin);
   std::uint32_t tail = d.end;
   Batch batch;
   while (chunks.next(tail, last_inner, batch.low)) {
     batch.high.count = 0;
-    if constexpr (kPaired) (void)chunks.next(tail, last_inner, batch.high);
+    if constexpr (kTwo) (void)chunks.next(tail, last_inner, batch.high);
     const M touch = touching(field, d, batch, rejected);
     tail += static_cast<std::uint32_t>(
-        hn::CompressStore(numbers_of(batch), hn::RebindMask(u32, touch), u32, d.queue + tail));
+        hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), u32, d.queue + tail));
     d.nodes_tested += batch.low.count + batch.high.count;
   }
   // Behind the inner nodes there are only leaves.
   while (chunks.next(tail, d.last_node, batch.low)) {
     batch.high.count = 0;
-    if constexpr (kPaired) (void)chunks.next(tail, d.last_node, batch.high);
-    const Points p = field.place(d.points, load_points(d, batch));
-    const M valid = valid_lanes(batch);
+    if constexpr (kTwo) (void)chunks.next(tail, d.last_node, batch.high);
+    const Points p = field.place(d.points, load_points<Lanes::kPaired>(d, batch));
+    const M valid = valid_lanes<Lanes::kPaired>(batch);
     const F v = field.value(p, batch, valid);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     d.points_tested += batch.low.count + batch.high.count;
     const M hit = hn::And(valid, hn::Ge(v, limit));
     if (hn::AllFalse(f32, hit)) continue;
     auto parents = hn::Set(u32, batch.low.parent);
-    if constexpr (kPaired) {
-      parents = hn::IfThenElse(hn::FirstN(u32, kLanePadding / 2), parents, hn::Set(u32, batch.high.parent));
+    if constexpr (kTwo) {
+      parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
     }
     const auto hit_word = hn::RebindMask(u32, hit);
-    hn::CompressStore(numbers_of(batch), hit_word, u32, d.hits + d.hit_count);
+    hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hit_word, u32, d.hits + d.hit_count);
     hn::CompressStore(parents, hit_word, u32, d.leaves + d.hit_count);
     d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
   }
@@ -483,8 +499,8 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   for (std::uint32_t i = from; i < to; ++i) {
     const std::uint32_t point = d.shell->parent_point[d.queue[i]];
     const Batch batch{{point, 1, 0}, {}};
-    const M valid = valid_lanes(batch);
-    const F v = field.value(field.place(d.points, load_points(d, batch)), batch, valid);
+    const M valid = valid_lanes<Lanes::kPaired>(batch);
+    const F v = field.value(field.place(d.points, load_points<Lanes::kPaired>(d, batch)), batch, valid);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
   }
   d.points_tested += to - from;
