@@ -86,6 +86,11 @@ double SoupOracle::distance(const std::array<double, 3>& p) const {
   return std::sqrt(impl_->tree.squared_distance(point3(p)));
 }
 
+std::array<double, 3> SoupOracle::closest(const std::array<double, 3>& p) const {
+  const Kernel::Point_3 q = impl_->tree.closest_point(point3(p));
+  return {q.x(), q.y(), q.z()};
+}
+
 double exact_distance(const TriangleMesh& mesh, const std::array<double, 3>& p, double at_most) {
   using Exact = CGAL::Cartesian<CGAL::Exact_rational>;
   const auto exact = [](const std::array<double, 3>& q) { return Exact::Point_3(q[0], q[1], q[2]); };

@@ -33,6 +33,8 @@ class SoupOracle {
   ~SoupOracle();
   /// [m]
   [[nodiscard]] double distance(const std::array<double, 3>& p) const;
+  /// A point of the triangles nearest to p.
+  [[nodiscard]] std::array<double, 3> closest(const std::array<double, 3>& p) const;
 
  private:
   struct Impl;
