@@ -493,6 +493,27 @@ void descend_lanes(const Lanes& field, Descent& d) {
 }
 
 template <class Lanes>
+void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
+  const Words u32;
+  const F limit = set(-d.contact_distance);
+  F deepest = set(d.deepest);
+  for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
+    const Points codes = {hn::LoadU(f32, list.codes[0] + i), hn::LoadU(f32, list.codes[1] + i),
+                          hn::LoadU(f32, list.codes[2] + i)};
+    const M valid = hn::FirstN(f32, list.count - i);
+    const F v = field.value(field.place(d.points, codes), Batch(), valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    const auto hit_word = hn::RebindMask(u32, hit);
+    hn::CompressStore(hn::LoadU(u32, list.points + i), hit_word, u32, d.hits + d.hit_count);
+    hn::CompressStore(hn::LoadU(u32, list.leaves + i), hit_word, u32, d.leaves + d.hit_count);
+    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
+  }
+  d.points_tested += list.count;
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+template <class Lanes>
 void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std::uint32_t to) {
   F deepest = set(d.deepest);
   // One after the other for fields that ask for the point's number.
@@ -515,6 +536,9 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   void descend_##name(const Field& field, Descent& d) {                                       \
     descend_lanes(lanes_of(field, *d.shell), d);                                              \
   }                                                                                           \
+  void list_##name(const Field& field, Descent& d, const PointList& list) {                   \
+    test_list_lanes(lanes_of(field, *d.shell), d, list);                                      \
+  }                                                                                           \
   void parents_##name(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) { \
     test_parents_lanes(lanes_of(field, *d.shell), d, from, to);                               \
   }
@@ -535,7 +559,12 @@ namespace vps::detail {
 #define VPS_FIELD(name, Field)                                                                       \
   HWY_EXPORT(touches_##name);                                                                        \
   HWY_EXPORT(descend_##name);                                                                        \
+  HWY_EXPORT(list_##name);                                                                           \
   HWY_EXPORT(parents_##name);                                                                        \
+  template <>                                                                                        \
+  void test_list(const Field& field, Descent& d, const PointList& list) noexcept {                   \
+    HWY_DYNAMIC_DISPATCH(list_##name)(field, d, list);                                               \
+  }                                                                                                  \
   template <>                                                                                        \
   bool touches(const Field& field, Descent& d, std::uint32_t node) noexcept {                        \
     return HWY_DYNAMIC_DISPATCH(touches_##name)(field, d, node);                                     \

@@ -73,6 +73,17 @@ bool touches(const Field& field, Descent& descent, std::uint32_t node) noexcept;
 template <class Field>
 void descend(const Field& field, Descent& descent) noexcept;
 
+/// Tests listed points: `codes` are the rows of their positions, as floats, and `hits` and `leaves` become those of the
+/// list. Arrays reach kLanePadding beyond `count`.
+struct PointList {
+  const float* codes[3] = {};
+  const std::uint32_t* points = nullptr;
+  const std::uint32_t* leaves = nullptr;
+  std::uint32_t count = 0;
+};
+template <class Field>
+void test_list(const Field& field, Descent& descent, const PointList& list) noexcept;
+
 /// The same for points that stand for inner nodes: [first, last) of the queue. Sharpens `deepest` only.
 template <class Field>
 void test_parents(const Field& field, Descent& descent, std::uint32_t first, std::uint32_t last) noexcept;

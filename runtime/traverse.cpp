@@ -2,6 +2,7 @@
 // Hierarchical and segmented traverse of the point-sphere tree. Paper: Algorithm 1 (Sec. 2.3) and Sec. 2.4.
 #include <algorithm>
 #include <limits>
+#include <type_traits>
 
 #include "runtime/descend.h"
 #include "runtime/penetration.h"
@@ -55,10 +56,13 @@ template <class Field>
 class Traverse {
  public:
   Traverse(const PointshellView& shell, const Field& field, const Frame& frame, const Pose& field_pose,
-           const Pose& pose, float error, const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-           QueryResult& result) noexcept
+           const Pose& pose, float error, std::uint64_t field_id, const QueryOptions& options, Scratch& scratch,
+           std::span<Contact> out, QueryResult& result) noexcept
       : shell_(shell),
         field_(field),
+        pose_(pose),
+        error_(error),
+        field_id_(field_id),
         transform_(pose),
         options_(options),
         out_(out),
@@ -86,7 +90,7 @@ class Traverse {
   }
 
   Status run() noexcept {
-    const std::uint32_t inner = options_.segment_level == 0 ? gather_all() : gather_segments();
+    const std::uint32_t inner = gather();
     // What was gone into without meeting a point in touch: the nodes' own points say more of the distance.
     if (!(d_.deepest >= -d_.contact_distance)) detail::test_parents(field_, d_, 0, inner);
     result_.delta = d_.unit * (d_.deepest > kNothing ? d_.deepest : d_.rejected);
@@ -97,16 +101,103 @@ class Traverse {
   }
 
  private:
-  // Both return how many inner nodes lie at the front of the queue.
-  std::uint32_t gather_all() noexcept {
-    if (!detail::touches(field_, d_, 0)) return 0;
-    start(0, 0, shell_.nodes);
+  // These return how many inner nodes lie at the front of the queue.
+  std::uint32_t gather() noexcept {
+    if (options_.segment_level > 0) return gather_segments();
+    std::uint32_t inner = 0;
+    if (options_.cache == nullptr || std::is_same_v<Field, detail::PlainMap>) {
+      inner = hit_all();
+    } else {
+      inner = hit_remembered(*options_.cache);
+    }
     for (std::uint32_t i = 0; i < d_.hit_count; ++i) {
       const Contact contact = contact_of(i);
       if (contact.penetration >= 0) add_force(contact);
       emit(contact);
     }
+    return inner;
+  }
+
+  std::uint32_t hit_all() noexcept {
+    if (!detail::touches(field_, d_, 0)) return 0;
+    start(0, 0, shell_.nodes);
     return inner_nodes(0, d_.end);
+  }
+
+  // A distance field changes by no more than the way that a point goes: a point with V < -reach at the reference cannot
+  // be in contact before the body has gone reach - contact distance, less the field's error at both places.
+  std::uint32_t hit_remembered(ContactCache& cache) noexcept {
+    const bool same = cache.shell == shell_.position[0] && cache.field == field_id_;
+    const double spent = same ? motion(cache.reference) : 0;
+    const double needed = options_.contact_distance + 2.0 * error_;
+    const double step = same ? motion(cache.last) : 0;
+    cache.last = pose_;
+    if (same && cache.reach >= needed + spent) {
+      detail::test_list(field_, d_,
+                        {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
+                         cache.points.data(),
+                         cache.leaves.data(),
+                         static_cast<std::uint32_t>(cache.points.size() - detail::kLanePadding)});
+      d_.rejected = static_cast<float>((spent + 2.0 * error_ - cache.reach) / d_.unit);
+      return 0;
+    }
+    cache.shell = shell_.position[0];
+    cache.field = field_id_;
+    cache.reference = pose_;
+    // Room for some steps like the last one; a fast body would only drag a long list along.
+    constexpr double kSteps = 8;
+    const double least = 0.05 * shell_.covering_radius;
+    const double most = 0.5 * shell_.covering_radius;
+    if (kSteps * step > most) {
+      cache.reach = 0;
+      return hit_all();
+    }
+    const double reach = needed + std::max(least, kSteps * step);
+    const float wanted = d_.contact_distance;
+    d_.contact_distance = static_cast<float>(reach / d_.unit);
+    const std::uint32_t inner = hit_all();
+    d_.contact_distance = wanted;
+    remember(cache);
+    cache.reach = reach;
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < d_.hit_count; ++i) {
+      if (d_.depths[i] < -wanted) continue;
+      d_.hits[kept] = d_.hits[i];
+      d_.leaves[kept] = d_.leaves[i];
+      d_.depths[kept++] = d_.depths[i];
+    }
+    d_.hit_count = kept;
+    return inner;
+  }
+
+  void remember(ContactCache& cache) const noexcept {
+    const std::size_t count = d_.hit_count;
+    cache.points.assign(d_.hits, d_.hits + count);
+    cache.leaves.assign(d_.leaves, d_.leaves + count);
+    cache.points.resize(count + detail::kLanePadding);
+    cache.leaves.resize(count + detail::kLanePadding);
+    for (int axis = 0; axis < 3; ++axis) {
+      cache.codes[axis].resize(count + detail::kLanePadding);
+      for (std::size_t i = 0; i < count; ++i) cache.codes[axis][i] = shell_.position[axis][d_.hits[i]];
+    }
+  }
+
+  // No point of the shell lies farther than this from where it was at another pose. [m]
+  double motion(const Pose& from) const noexcept {
+    double turned = 0;
+    double moved = 0;
+    for (int i = 0; i < 3; ++i) {
+      double along = pose_.translation[i] - from.translation[i];
+      for (int k = 0; k < 3; ++k) {
+        const double change = pose_.rotation[3 * i + k] - from.rotation[3 * i + k];
+        along += change * shell_.sphere[k][0];
+        turned += change * change;
+      }
+      moved += along * along;
+    }
+    // The difference of two rotations stretches by its Frobenius norm over sqrt(2).
+    constexpr double kRounding = 1 + 1e-6;
+    return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell_.sphere[3][0]);
   }
 
   // Sec. 2.4: clusters of the segmentation level are found once; each is then traversed alone and keeps its deepest
@@ -185,6 +276,9 @@ class Traverse {
 
   const PointshellView& shell_;
   const Field& field_;
+  const Pose& pose_;
+  const float error_;
+  const std::uint64_t field_id_;
   const Transform transform_;
   const QueryOptions& options_;
   const std::span<Contact> out_;
@@ -196,10 +290,16 @@ class Traverse {
 // @param field_pose  takes the shell to the field: `pose`, but for fields with an orientation of their own
 template <class Field>
 Status start(const PointshellView& shell, const Field& field, const Frame& frame, const Pose& field_pose,
-             const Pose& pose, float error, const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-             QueryResult& result) noexcept {
+             const Pose& pose, float error, std::uint64_t field_id, const QueryOptions& options, Scratch& scratch,
+             std::span<Contact> out, QueryResult& result) noexcept {
   scratch.reserve(shell);
-  return Traverse<Field>(shell, field, frame, field_pose, pose, error, options, scratch, out, result).run();
+  return Traverse<Field>(shell, field, frame, field_pose, pose, error, field_id, options, scratch, out, result).run();
+}
+
+// Tells fields apart that a cache may meet.
+template <class T>
+std::uint64_t id_of(const T& field) noexcept {
+  return hash_bytes(std::as_bytes(std::span(&field, 1)));
 }
 
 Status check_query(const PointshellView& shell, const Pose& pose, const QueryOptions& options,
@@ -287,7 +387,8 @@ Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose
   if (const Status status = check_query(shell, shell_to_map, options, result); status != Status::ok) return status;
   if (map.field == Field::none) return Status::missing_part;
   const auto run = [&](const auto& field, const Frame& frame, float error) {
-    return start(shell, field, frame, shell_to_map, shell_to_map, error, options, scratch, out, result);
+    return start(shell, field, frame, shell_to_map, shell_to_map, error, id_of(map.values), options, scratch, out,
+                 result);
   };
   // Offsets into samples are 32 bits wide in the kernel.
   if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
@@ -303,12 +404,12 @@ Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose
 Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, {}, shell_to_field, shell_to_field, 0, options, scratch, out, result);
+  return start(shell, field, {}, shell_to_field, shell_to_field, 0, id_of(field), options, scratch, out, result);
 }
 Status traverse(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, {}, shell_to_field, shell_to_field, 0, options, scratch, out, result);
+  return start(shell, field, {}, shell_to_field, shell_to_field, 0, id_of(field), options, scratch, out, result);
 }
 Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
@@ -322,7 +423,7 @@ Status traverse(const PointshellView& shell, const HalfSpaceField& field, const 
     down.rotation[6 + axis] = 0;
     for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
   }
-  return start(shell, detail::SolidBelow{}, {}, down, shell_to_field, 0, options, scratch, out, result);
+  return start(shell, detail::SolidBelow{}, {}, down, shell_to_field, 0, id_of(field), options, scratch, out, result);
 }
 
 }  // namespace vps

@@ -177,11 +177,25 @@ enum class Weight : std::uint8_t {
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
 };
 
+/// What a pair remembers from one query to the next: the points that can be in contact while it moves little, so that
+/// a body at rest tests these alone (a Verlet list). The contacts are the same as without it. One for each pair of a
+/// shell and a field, for one thread at a time; the arrays grow with the contacts.
+struct ContactCache {
+  std::vector<std::uint32_t> points, leaves;
+  std::vector<float> codes[3];  ///< of their positions
+  Pose reference, last;         ///< of the last full traverse, and of the last query
+  double reach = 0;             ///< the points have V >= -reach at `reference`; 0: holds nothing. [m]
+  const void* shell = nullptr;
+  std::uint64_t field = 0;
+};
+
 struct QueryOptions {
   float contact_distance = 0;  ///< points with V >= -contact_distance become contacts. [Limits: value >= 0] [Units: m]
   Weight weight = Weight::per_area;
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
+  ContactCache* cache =
+      nullptr;  ///< may be null; not used by the segmented traverse, nor with fields other than scaled
 };
 
 struct QueryResult {

@@ -11,6 +11,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
+#include <memory>
 
 #include "runtime/bullet/reduce_contacts.h"
 #include "runtime/bullet/vps_bullet.h"
@@ -157,6 +158,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 
   // Slot 0 for regular contacts; one per segment otherwise, made when first needed. Null where none was needed.
   btAlignedObjectArray<btPersistentManifold*> manifolds_;
+  const std::unique_ptr<ContactCache> cache_ = std::make_unique<ContactCache>();
 };
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
 static_assert(sizeof(ContactAlgorithm) <= 192);
@@ -185,6 +187,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance = static_cast<float>(
       std::max(kContactDistance_vx * breaking_threshold(roles), result->m_closestPointDistanceThreshold));
   options.segment_level = roles.shell->segment_level();
+  options.cache = cache_.get();
   QueryResult found;
   if (const Status status = query(roles, options, space, found); status != Status::ok) {
     roles.shell->report(status);

@@ -155,6 +155,56 @@ TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
   }
 }
 
+// Small and large steps, forth and back, turning: contacts must not depend on what is remembered.
+TEST(Traverse, ACacheChangesNoContacts) {
+  Pair s;
+  const BoxField box{{0.09F, 0.09F, 0.02F}};
+  Random random;
+  for (const bool sampled : {true, false}) {
+    ContactCache cache;
+    std::uint32_t tested = 0;
+    std::uint32_t tested_without = 0;
+    int touching = 0;
+    Pose pose = pose_at(0.09, 0, 0.08);
+    for (int n = 0; n < 3000; ++n) {
+      // At rest, creeping, and now and then a jump.
+      const double step = n % 50 == 0 ? 0.004 : n % 3 == 0 ? 1e-5 : 1e-7;
+      for (double& x : pose.translation) x += random.between(-step, step);
+      pose.translation[2] += pose.translation[2] > 0.085 ? -step : step * random.between(-1, 1);
+      const double angle = random.between(-step, step) * 10;
+      Pose turn;
+      turn.rotation[0] = turn.rotation[4] = std::cos(angle);
+      turn.rotation[3] = std::sin(angle);
+      turn.rotation[1] = -turn.rotation[3];
+      pose = relative_pose(turn, pose);
+      QueryOptions options;
+      options.contact_distance = 0.0005F;
+      const auto query = [&](QueryResult& result) {
+        return sampled ? traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result)
+                       : traverse(s.shell, box, pose, options, s.scratch, s.contacts, result);
+      };
+      QueryResult without;
+      ASSERT_EQ(query(without), Status::ok);
+      const std::vector<Contact> expected(s.contacts.begin(), s.contacts.begin() + without.contacts);
+      QueryResult with;
+      options.cache = &cache;
+      ASSERT_EQ(query(with), Status::ok);
+      ASSERT_EQ(with.contacts, without.contacts) << n;
+      ASSERT_EQ(std::memcmp(expected.data(), s.contacts.data(), expected.size() * sizeof(Contact)), 0) << n;
+      for (int axis = 0; axis < 3; ++axis) ASSERT_EQ(with.force[axis], without.force[axis]);
+      if (without.contacts > 0) {
+        ASSERT_EQ(with.delta, without.delta);
+      }
+      ASSERT_GE(with.delta_bound + 1e-6, without.delta);
+      tested += with.points_tested;
+      tested_without += without.points_tested;
+      touching += without.contacts > 0;
+    }
+    EXPECT_GT(touching, 500);
+    EXPECT_LT(tested, tested_without / 2);
+  }
+}
+
 // Highway takes the best instructions of the machine; the others must give the same answer up to rounding, and each its
 // own to the bit.
 TEST(Traverse, EveryInstructionSetGivesTheSameAnswer) {
