@@ -10,12 +10,17 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
 CTEST := ctest --output-on-failure -j $(JOBS)
+PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all deps demo bench corpus test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo bench corpus test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
+
+# Program, libraries, headers, files for CMake and pkg-config; DESTDIR goes before PREFIX.
+install: all
+	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
 # Only asks apt when something is missing.
 deps:
@@ -38,12 +43,13 @@ demo: deps $(BUNNY)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
 
-# Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run; prints Markdown tables. The
-# first run takes ten minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
+# Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, and the sizes of the
+# libraries; prints Markdown tables. The first run takes ten minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
-	cmake --build --preset bench -j $(JOBS) --target vpsbake openvdb_peer query_bench
+	cmake --build --preset bench -j $(JOBS) --target vpsbake openvdb_peer query_bench vps_bullet
+	sh tests/install/runtime_size.sh build/bench
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json

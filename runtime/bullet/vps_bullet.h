@@ -21,6 +21,13 @@
 
 namespace vps::bullet {
 
+// Bullet does not notice when programs and libraries differ in the precision of btScalar. With this they do not link.
+#ifdef BT_USE_DOUBLE_PRECISION
+inline namespace float64 {
+#else
+inline namespace float32 {
+#endif
+
 /// One asset as a shape; plays the voxelmap, the pointshell or both, by what the asset holds. In a pair of two, the one
 /// with fewer points gives the pointshell. Any number of bodies may share a shape, any number of shapes an asset.
 ///
@@ -72,6 +79,7 @@ class Shape final : public btConcaveShape {
   std::uint32_t wished_segments_ = 0;
   mutable std::atomic<Status> status_{Status::ok};
 };
+}
 
 /// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class
 /// there.

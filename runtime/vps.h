@@ -1,0 +1,234 @@
+/* SPDX-License-Identifier: Zlib */
+/// @file The runtime in C (C99): maps baked assets and answers contact queries. The C++ of it is vps_runtime.h.
+///
+///     VpsAsset* asset = NULL;
+///     const VpsPointshell* shell = NULL;
+///     VpsStatus status = vps_asset_open("bunny.vps.hdf", &asset);
+///     if (status == vps_ok) status = vps_asset_pointshell(asset, &shell);
+///     if (status != vps_ok) fprintf(stderr, "bunny.vps.hdf: %s\n", vps_status_text(status));
+///
+/// SI units. Frames: the asset frame is the mesh's own; a query runs in the asset frame of the body that plays the
+/// voxelmap ("map frame"), or in the frame of a box, sphere or half space. Single precision, poses double. Sign:
+/// penetration is positive inside, and 0 counts as contact.
+/// Every function returns a status and throws nothing. NULL where a pointer is needed, numbers that are not finite and
+/// values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay as they
+/// were. A handle that is neither NULL nor alive is not noticed.
+/// Any number of threads may read an asset and its views; a scratch serves one thread at a time.
+/// Link the static library with a C++ linker, or with what `pkg-config --libs vps` says.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+// NOLINTBEGIN(modernize-use-using): C.
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef int32_t VpsStatus;
+enum {
+  vps_ok,
+  vps_cannot_open,      ///< the file does not exist or may not be read
+  vps_cannot_map,       ///< the operating system refused to map it
+  vps_too_short,        ///< fewer bytes than a user block
+  vps_wrong_magic,      ///< not a vpsbake asset
+  vps_wrong_version,    ///< another major version: bake again
+  vps_wrong_size,       ///< truncated, or bytes were added
+  vps_corrupt_header,   ///< the header's hash does not match its bytes
+  vps_rewritten,        ///< another HDF5 tool moved or changed the sections
+  vps_bad_info,         ///< a scalar of the header is out of range
+  vps_bad_section,      ///< a section's type, shape, offset or byte count is wrong
+  vps_unknown_section,  ///< a required section that this reader does not know
+  vps_missing_section,  ///< a part of the asset is incomplete
+  vps_bad_index,        ///< an index or number inside a section is outside its range
+  vps_corrupt_payload,  ///< a section's hash does not match its bytes
+  vps_missing_part,     ///< the asset has no such voxelmap or no pointshell
+  vps_bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
+  vps_output_full,      ///< the buffer was too small; the result says how many contacts there were
+  vps_bad_argument,     ///< an argument is outside its documented range
+  vps_no_memory = 1000  ///< C only: an allocation failed
+};
+
+/// One sentence without a full stop, for messages. Never NULL, whatever the number.
+const char* vps_status_text(VpsStatus status);
+
+/// A mapped asset.
+typedef struct VpsAsset VpsAsset;
+/// Views of an asset's parts: owned by the asset, alive until it is closed.
+typedef struct VpsVoxelmap VpsVoxelmap;
+typedef struct VpsPointshell VpsPointshell;
+/// Working memory of one thread.
+typedef struct VpsScratch VpsScratch;
+
+/// Maps a file read-only and checks its directory and every index. On failure *asset is NULL.
+VpsStatus vps_asset_open(const char* path, VpsAsset** asset);
+/// Unmaps the file. NULL is allowed.
+VpsStatus vps_asset_close(VpsAsset* asset);
+/// Compares all hashes with the mapped bytes: reads the whole file.
+VpsStatus vps_asset_verify(const VpsAsset* asset);
+
+/// Error of one field against the mesh, measured in the narrow band when the asset was baked. All 0 when absent.
+typedef struct VpsCertificate {
+  double max;          ///< largest absolute error. [m]
+  double rms;          ///< root mean square. [m]
+  double p99;          ///< 99 % of the samples are no worse. [m]
+  double worst_at[3];  ///< where `max` was found, asset frame. [m]
+} VpsCertificate;
+
+/// The facts of an asset, asset frame.
+typedef struct VpsAssetInfo {
+  double bounds_min[3];  ///< of the mesh. [m]
+  double bounds_max[3];
+  uint64_t triangles;
+  uint64_t vertices;
+  double surface_area;       ///< [m^2]
+  double volume;             ///< [m^3]
+  double centre_of_mass[3];  ///< [m]
+  double inertia[6];         ///< at unit density: xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
+  double voxel_size;         ///< [m]
+  uint32_t dims[3];          ///< voxels along x, y, z; 0 without a voxelmap
+  double origin[3];          ///< lowest corner of voxel (0,0,0). [m]
+  double band_inner;         ///< distances are exact where -band_outer <= penetration <= band_inner. [m]
+  double band_outer;         ///< [m]
+  uint64_t points;           ///< of the pointshell; 0 without one
+  uint32_t levels;           ///< of its tree, root = 1
+  uint32_t branching;        ///< children of a node at most
+  double spacing;            ///< least distance of points that sampling aimed at. [m]
+  double covering_radius;    ///< every surface point has a shell point no farther than this. [m]
+  double normal_error_mean;  ///< of the shell's normals off sharp edges. [rad]
+  double normal_error_max;   ///< [rad]
+  VpsCertificate layers_error;
+  VpsCertificate scaled_error;
+  VpsCertificate real_error;
+  uint64_t certificate_samples;
+  char generator[32];  ///< tool and version, zero-terminated
+} VpsAssetInfo;
+VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info);
+
+/// Which stored field of a voxelmap answers.
+typedef int32_t VpsField;
+enum {
+  vps_field_finest,  ///< the first stored of real, scaled, layers
+  vps_field_layers,
+  vps_field_scaled,
+  vps_field_real
+};
+/// `vps_missing_part` when the asset has no voxelmap, or not that field; *map is NULL then.
+VpsStatus vps_asset_voxelmap(const VpsAsset* asset, VpsField field, const VpsVoxelmap** map);
+/// The field that answers: never `vps_field_finest`.
+VpsStatus vps_voxelmap_field(const VpsVoxelmap* map, VpsField* field);
+
+/// `vps_missing_part` when the asset has no pointshell; *shell is NULL then.
+VpsStatus vps_asset_pointshell(const VpsAsset* asset, const VpsPointshell** shell);
+
+/// A point of the shell, asset frame.
+typedef struct VpsPoint {
+  float position[3];       ///< [m]
+  float inward_normal[3];  ///< into the body, unit length. [-]
+  float area;              ///< surface that the point stands for. [m^2]
+} VpsPoint;
+/// @param index  [Limits: value < VpsAssetInfo::points]
+VpsStatus vps_pointshell_point(const VpsPointshell* shell, uint32_t index, VpsPoint* point);
+
+/// Rigid transform, body to world: p_world = rotation * p_body + translation.
+typedef struct VpsPose {
+  double rotation[9];     ///< row-major, orthonormal, determinant +1
+  double translation[3];  ///< [m]
+} VpsPose;
+/// `vps_bad_pose` when not finite or farther than 1e-3 from orthonormal.
+VpsStatus vps_check_pose(const VpsPose* pose);
+/// first^-1 * second: takes second's body frame to first's. `out` may be one of them. Queries check what comes out.
+VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out);
+
+// Stand-ins for a voxelmap, each in its own frame. Their penetration is exact.
+typedef struct VpsBox {
+  float half_extents[3];  ///< centred on the origin. [Limits: value >= 0] [Units: m]
+} VpsBox;
+typedef struct VpsSphere {
+  float radius;  ///< centred on the origin. [Limits: value >= 0] [Units: m]
+} VpsSphere;
+typedef struct VpsHalfSpace {
+  float outward_normal[3];  ///< unit length to 1e-3. [-]
+  float offset;             ///< the solid is outward_normal . p <= offset. [m]
+} VpsHalfSpace;
+
+/// Penetration of a point. Beyond the narrow band of a voxelmap the value has the right sign and never claims more
+/// distance than there is.
+/// @param point          map frame. [m]
+/// @param inward_normal  unit length, into the pointshell's body, map frame; used by `vps_field_layers` only. [-]
+VpsStatus vps_penetration(const VpsVoxelmap* map, const float point[3], const float inward_normal[3],
+                          float* penetration);
+VpsStatus vps_box_penetration(const VpsBox* box, const float point[3], float* penetration);
+VpsStatus vps_sphere_penetration(const VpsSphere* sphere, const float point[3], float* penetration);
+VpsStatus vps_half_space_penetration(const VpsHalfSpace* half_space, const float point[3], float* penetration);
+/// Upper bound of the true penetration, also far outside the grid; FLT_MAX where there is none. [m]
+VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound);
+/// Direction out of the voxelmap, unit length; the zero vector beyond the grid and where the field has no slope.
+VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]);
+
+/// One point of the pointshell in contact, map frame.
+typedef struct VpsContact {
+  float position[3];       ///< of the shell's point. [m]
+  float inward_normal[3];  ///< into the pointshell's body, unit length. [-]
+  float penetration;       ///< [m]
+  float area;              ///< [m^2]
+  uint32_t point;          ///< index of the point: stable from step to step
+  uint32_t node;           ///< segmented traverse: the segment's node. Otherwise the leaf's
+} VpsContact;
+
+/// How the sums of force and torque weigh a point.
+typedef int32_t VpsWeight;
+enum {
+  vps_per_area,  ///< force [m^3], torque [m^4]; times a foundation stiffness [N/m^3] they are N and N m
+  vps_per_point  ///< the paper's: force [m], torque [m^2]; they grow with the number of points
+};
+
+/// All zero is a good start.
+typedef struct VpsQueryOptions {
+  float contact_distance;  ///< points with penetration >= -contact_distance are contacts. [Limits: value >= 0] [m]
+  VpsWeight weight;
+  uint32_t segment_level;  ///< 0: every contact. l >= 1: the deepest contact of each cluster of the tree's level l
+} VpsQueryOptions;
+
+typedef struct VpsQueryResult {
+  double delta;        ///< largest penetration of the points tested; negative: minus the separation. When every sphere
+                       ///< was rejected before a point was tested: an upper bound, "at least this far apart". [m]
+  double delta_bound;  ///< no point of the shell penetrates deeper, by the field. [m]
+  double force[3];     ///< on the pointshell's body, map frame. Units: see VpsWeight
+  double torque[3];    ///< about the pointshell's centre of mass, map frame
+  uint32_t contacts;   ///< found; more than were written when the status is `vps_output_full`
+  uint32_t nodes_tested;
+  uint32_t points_tested;
+} VpsQueryResult;
+
+VpsStatus vps_scratch_create(VpsScratch** scratch);
+/// NULL is allowed.
+VpsStatus vps_scratch_destroy(VpsScratch* scratch);
+/// Makes room for queries of a shell with a buffer of `capacity` contacts: they allocate nothing then. Without it they
+/// grow the scratch when they need to.
+VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity);
+
+/// Points of a shell in contact with a field. Force and torque sum every point with penetration >= 0, whatever the
+/// buffer can hold and whatever the segmentation.
+/// @param shell_to_map  takes the shell's asset frame to the map's: vps_relative_pose(map body, shell body)
+/// @param options       NULL: all zero
+/// @param contacts      written in tree order; NULL is allowed with capacity 0
+/// @param capacity      contacts that the buffer can hold
+/// @return `vps_ok`, or `vps_output_full`: `result` and the first `capacity` contacts are right then too.
+VpsStatus vps_traverse_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
+                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                           VpsQueryResult* result);
+VpsStatus vps_traverse_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
+                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                           VpsQueryResult* result);
+VpsStatus vps_traverse_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
+                              const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts,
+                              size_t capacity, VpsQueryResult* result);
+VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                  const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
+                                  VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result);
+
+#ifdef __cplusplus
+}
+#endif
+// NOLINTEND(modernize-use-using)

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/runtime/c_program.h"
+
+#include <math.h>
+
+#define EXPECT(condition) \
+  if (!(condition)) return __LINE__
+
+const VpsBox kBox = {{0.04F, 0.05F, 0.06F}};
+const VpsSphere kSphere = {0.05F};
+const VpsHalfSpace kHalfSpace = {{0, 0, 1}, 0.01F};
+const VpsQueryOptions kOptions = {0.001F, vps_per_point, 0};
+
+int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers) {
+  VpsAsset* asset = NULL;
+  VpsScratch* scratch = NULL;
+  const VpsVoxelmap* map = NULL;
+  const VpsPointshell* shell = NULL;
+  EXPECT(vps_asset_open(path, &asset) == vps_ok);
+  EXPECT(vps_asset_verify(asset) == vps_ok);
+  EXPECT(vps_asset_info(asset, &answers->info) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_pointshell_point(shell, 7, &answers->point) == vps_ok);
+  for (VpsField field = vps_field_real; field >= vps_field_finest; --field) {
+    EXPECT(vps_asset_voxelmap(asset, field, &map) == vps_ok);
+    EXPECT(vps_voxelmap_field(map, &answers->finest) == vps_ok);
+    EXPECT(vps_penetration(map, point, inward_normal, &answers->penetration[field]) == vps_ok);
+    EXPECT(vps_penetration_bound(map, point, &answers->bound[field]) == vps_ok);
+    EXPECT(vps_outward_normal(map, point, answers->normal[field]) == vps_ok);
+  }
+  EXPECT(vps_box_penetration(&kBox, point, &answers->box) == vps_ok);
+  EXPECT(vps_sphere_penetration(&kSphere, point, &answers->sphere) == vps_ok);
+  EXPECT(vps_half_space_penetration(&kHalfSpace, point, &answers->half_space) == vps_ok);
+
+  const VpsPose origin = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  VpsPose moved;
+  EXPECT(vps_check_pose(pose) == vps_ok);
+  EXPECT(vps_relative_pose(&origin, pose, &moved) == vps_ok);
+  EXPECT(vps_scratch_create(&scratch) == vps_ok);
+  EXPECT(vps_scratch_reserve(scratch, shell, kContacts) == vps_ok);
+  EXPECT(vps_traverse_map(shell, map, &moved, &kOptions, scratch, answers->contacts, kContacts, &answers->map_result) ==
+         vps_ok);
+  EXPECT(vps_traverse_map(shell, map, &moved, &kOptions, scratch, answers->contacts, 2, &answers->few_result) ==
+         vps_output_full);
+  EXPECT(vps_traverse_box(shell, &kBox, &moved, NULL, scratch, NULL, 0, &answers->box_result) == vps_output_full);
+  EXPECT(vps_traverse_sphere(shell, &kSphere, &moved, NULL, scratch, NULL, 0, &answers->sphere_result) ==
+         vps_output_full);
+  EXPECT(vps_traverse_half_space(shell, &kHalfSpace, &moved, NULL, scratch, NULL, 0, &answers->half_space_result) ==
+         vps_output_full);
+  EXPECT(vps_scratch_destroy(scratch) == vps_ok);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  return 0;
+}
+
+#define REFUSED(call) EXPECT((call) == vps_bad_argument)
+
+static int misuse_assets(const char* path, const char* no_map, const char* no_shell) {
+  VpsAsset* asset = NULL;
+  VpsAssetInfo info;
+  const VpsVoxelmap* map = NULL;
+  const VpsPointshell* shell = NULL;
+  VpsField field;
+  VpsPoint point;
+  REFUSED(vps_asset_open(path, NULL));
+  REFUSED(vps_asset_open(NULL, &asset));
+  EXPECT(vps_asset_open("/", &asset) == vps_cannot_open && asset == NULL);
+  EXPECT(vps_asset_close(NULL) == vps_ok);
+  REFUSED(vps_asset_verify(NULL));
+  REFUSED(vps_asset_info(NULL, &info));
+  REFUSED(vps_asset_voxelmap(NULL, vps_field_finest, &map));
+  REFUSED(vps_asset_pointshell(NULL, &shell));
+  REFUSED(vps_voxelmap_field(NULL, &field));
+  REFUSED(vps_pointshell_point(NULL, 0, &point));
+
+  EXPECT(vps_asset_open(path, &asset) == vps_ok);
+  REFUSED(vps_asset_info(asset, NULL));
+  REFUSED(vps_asset_voxelmap(asset, vps_field_finest, NULL));
+  REFUSED(vps_asset_voxelmap(asset, -1, &map));
+  REFUSED(vps_asset_voxelmap(asset, vps_field_real + 1, &map));
+  REFUSED(vps_asset_pointshell(asset, NULL));
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_asset_info(asset, &info) == vps_ok);
+  REFUSED(vps_voxelmap_field(map, NULL));
+  REFUSED(vps_pointshell_point(shell, (uint32_t)info.points, &point));
+  REFUSED(vps_pointshell_point(shell, 0, NULL));
+  EXPECT(vps_asset_close(asset) == vps_ok);
+
+  EXPECT(vps_asset_open(no_map, &asset) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_missing_part && map == NULL);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  EXPECT(vps_asset_open(no_shell, &asset) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_missing_part && shell == NULL);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_scaled, &map) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_real, &map) == vps_missing_part && map == NULL);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  return 0;
+}
+
+static int misuse_points(const VpsVoxelmap* map) {
+  const float at[3] = {0, 0, 0};
+  const float nowhere[3] = {0, NAN, 0};
+  const float endless[3] = {0, 0, INFINITY};
+  const VpsBox negative = {{1, 1, -1}};
+  const VpsSphere shapeless = {NAN};
+  const VpsHalfSpace slanted = {{1, 1, 1}, 0};
+  float v = 42;
+  float n[3];
+  REFUSED(vps_penetration(NULL, at, at, &v));
+  REFUSED(vps_penetration(map, NULL, at, &v));
+  REFUSED(vps_penetration(map, at, NULL, &v));
+  REFUSED(vps_penetration(map, at, at, NULL));
+  REFUSED(vps_penetration(map, nowhere, at, &v));
+  REFUSED(vps_penetration(map, at, endless, &v));
+  REFUSED(vps_penetration_bound(NULL, at, &v));
+  REFUSED(vps_penetration_bound(map, NULL, &v));
+  REFUSED(vps_penetration_bound(map, at, NULL));
+  REFUSED(vps_penetration_bound(map, endless, &v));
+  REFUSED(vps_outward_normal(NULL, at, n));
+  REFUSED(vps_outward_normal(map, NULL, n));
+  REFUSED(vps_outward_normal(map, at, NULL));
+  REFUSED(vps_outward_normal(map, nowhere, n));
+  REFUSED(vps_box_penetration(NULL, at, &v));
+  REFUSED(vps_box_penetration(&negative, at, &v));
+  REFUSED(vps_box_penetration(&kBox, NULL, &v));
+  REFUSED(vps_box_penetration(&kBox, at, NULL));
+  REFUSED(vps_sphere_penetration(NULL, at, &v));
+  REFUSED(vps_sphere_penetration(&shapeless, at, &v));
+  REFUSED(vps_sphere_penetration(&kSphere, nowhere, &v));
+  REFUSED(vps_half_space_penetration(NULL, at, &v));
+  REFUSED(vps_half_space_penetration(&slanted, at, &v));
+  REFUSED(vps_half_space_penetration(&kHalfSpace, endless, &v));
+  EXPECT(v == 42);
+  return 0;
+}
+
+static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
+  const VpsPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
+  const VpsPose nowhere = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {NAN, 0, 0}};
+  const VpsPose distant = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1e300, 0}};
+  const VpsQueryOptions inside = {-1, vps_per_area, 0};
+  const VpsQueryOptions endless = {INFINITY, vps_per_area, 0};
+  const VpsQueryOptions weightless = {0, 7, 0};
+  const VpsQueryOptions deep = {0, vps_per_area, UINT32_MAX};
+  const VpsSphere negative = {-1};
+  VpsScratch* s = NULL;
+  VpsContact contact;
+  VpsQueryResult r;
+  VpsPose out;
+  REFUSED(vps_check_pose(NULL));
+  EXPECT(vps_check_pose(&mirror) == vps_bad_pose);
+  REFUSED(vps_relative_pose(NULL, &pose, &out));
+  REFUSED(vps_relative_pose(&pose, NULL, &out));
+  REFUSED(vps_relative_pose(&pose, &pose, NULL));
+  REFUSED(vps_scratch_create(NULL));
+  EXPECT(vps_scratch_destroy(NULL) == vps_ok);
+  EXPECT(vps_scratch_create(&s) == vps_ok);
+  REFUSED(vps_scratch_reserve(NULL, shell, 0));
+  REFUSED(vps_scratch_reserve(s, NULL, 0));
+  EXPECT(vps_scratch_reserve(s, shell, SIZE_MAX) == vps_ok);
+
+  r.contacts = 42;
+  REFUSED(vps_traverse_map(NULL, map, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, NULL, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, NULL, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, NULL, NULL, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, NULL, s, NULL, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, NULL, s, &contact, 1, NULL));
+  REFUSED(vps_traverse_map(shell, map, &pose, &inside, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, &endless, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, &weightless, s, &contact, 1, &r));
+  EXPECT(vps_traverse_map(shell, map, &mirror, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  EXPECT(vps_traverse_map(shell, map, &nowhere, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  REFUSED(vps_traverse_box(shell, NULL, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_sphere(shell, NULL, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_sphere(shell, &negative, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse_half_space(shell, NULL, &pose, NULL, s, &contact, 1, &r));
+  EXPECT(r.contacts == 42);
+
+  EXPECT(vps_traverse_map(shell, map, &pose, &deep, s, &contact, 1, &r) == vps_output_full);
+  EXPECT(vps_traverse_map(shell, map, &distant, NULL, s, &contact, 1, &r) == vps_ok && r.contacts == 0);
+  EXPECT(vps_scratch_destroy(s) == vps_ok);
+  return 0;
+}
+
+int misuse(const char* path, const char* no_map, const char* no_shell) {
+  VpsAsset* asset = NULL;
+  const VpsVoxelmap* map = NULL;
+  const VpsPointshell* shell = NULL;
+  int line = misuse_assets(path, no_map, no_shell);
+  if (line != 0) return line;
+  EXPECT(vps_asset_open(path, &asset) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  line = misuse_points(map);
+  if (line == 0) line = misuse_queries(shell, map);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  return line;
+}

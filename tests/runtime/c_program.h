@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file A program in C99 that uses the runtime, for the C++ test to compare with.
+#pragma once
+
+#include "runtime/vps.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { kContacts = 20000 };
+
+typedef struct Answers {
+  VpsAssetInfo info;
+  VpsField finest;
+  VpsPoint point;        // number 7
+  float penetration[4];  // by VpsField
+  float bound[4];
+  float normal[4][3];
+  float box, sphere, half_space;  // penetration
+  VpsQueryResult map_result, box_result, sphere_result, half_space_result, few_result;
+  VpsContact contacts[kContacts];  // of the map
+} Answers;
+
+/// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
+/// @return 0, or the line of the first call that did not return what it should
+int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers);
+
+/// NULL for every pointer in turn, and arguments out of range.
+/// @param no_map    an asset without a voxelmap
+/// @param no_shell  an asset without a pointshell
+/// @return 0, or the line of the first call that did not return what it should
+int misuse(const char* path, const char* no_map, const char* no_shell);
+
+#ifdef __cplusplus
+}
+#endif
