@@ -158,7 +158,7 @@ TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
 // Small and large steps, forth and back, turning: contacts must not depend on what is remembered.
 TEST(Traverse, ACacheChangesNoContacts) {
   Pair s;
-  const BoxField box{{0.09F, 0.09F, 0.02F}};
+  const BoxField box{{0.2F, 0.2F, 0.0605F}};
   Random random;
   for (const bool sampled : {true, false}) {
     ContactCache cache;
