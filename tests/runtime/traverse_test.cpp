@@ -198,8 +198,8 @@ TEST(Traverse, ACacheChangesNoContacts) {
       if (without.points_tested > 0) {
         ASSERT_GE(with.delta_bound + 1e-6, without.delta);
       }
-      tested += with.points_tested;
-      tested_without += without.points_tested;
+      tested += with.nodes_tested;
+      tested_without += without.nodes_tested;
       touching += without.contacts > 0;
     }
     EXPECT_GT(touching, 500);
