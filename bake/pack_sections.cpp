@@ -85,7 +85,7 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
       return sample.inward_normal.dot(to_centre) + fields.layers[field.at(sample.brick, sample.voxel)] * s;
     });
   }
-  // Interpolated. The places where bricks were found good enough count too: they are many more.
+  // Interpolated. The places where bricks were found good enough count too: they are many more than samples.
   const auto sampled = [&](const auto& value, double rounding) {
     FieldCertificate certificate = certify(samples, [&](const CertificateSample& sample) {
       const FieldCell cell = find_cell(grid, fields.tree, sample.point);
@@ -95,8 +95,10 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
     });
-    if (fields.tree.worst_error + rounding > certificate.max) {
-      certificate.max = fields.tree.worst_error + rounding;
+    // A crease bends a line by at most 2; where its middle shows an error e, the crease's own place has less than 2 e.
+    const double bound = 2 * fields.tree.worst_error + rounding;
+    if (bound > certificate.max) {
+      certificate.max = bound;
       const Vector& at = fields.tree.worst_at;
       certificate.worst_at = {at.x(), at.y(), at.z()};
     }

@@ -118,7 +118,7 @@ inline constexpr std::uint32_t kSectionRequired = 1;
 
 /// Error of one field against the mesh, measured in the narrow band when the asset was baked. All 0 when absent.
 struct FieldCertificate {
-  double max = 0;                    ///< largest absolute error. [m]
+  double max = 0;                    ///< bound of the absolute error where it was looked for. [m]
   double rms = 0;                    ///< root mean square. [m]
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
