@@ -171,7 +171,7 @@ struct SampledLanes : Everywhere {
     M far_inside;  // beyond the band, inside
   };
 
-  // Edge of a field brick's cells by the code of its level, or of half of its inverse.
+  // 2^exponent: the edge of a field brick's cells by its level, or its inverse.
   static HWY_INLINE F power_of_two(I exponent) {
     return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
   }
@@ -528,7 +528,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 
-// One lane of a family for each kind of field, for HWY_EXPORT knows no templates.
+// A function of each family for each kind of field, for HWY_EXPORT knows no templates.
 #define VPS_FIELD(name, Field)                                                                \
   bool touches_##name(const Field& field, Descent& d, std::uint32_t node) {                   \
     return touches_one(lanes_of(field, *d.shell), d, node);                                   \

@@ -17,7 +17,7 @@ struct Affine {
   float translation[3];
 };
 
-/// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for sampled fields,
+/// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for SampledMap,
 /// else metres.
 struct Descent {
   const PointshellView* shell = nullptr;
@@ -49,7 +49,7 @@ struct SampledMap {
   float top[3] = {};                             ///< the last voxel's centre. [vx]
   float bounds_min[3] = {}, bounds_max[3] = {};  ///< of the mesh. [vx]
   float band_inner = 0, band_outer = 0;          ///< [vx]
-  float step = 0;                                ///< lambda. [vx]
+  float step = 0;                                ///< lambda; bricks of level 1 have twice that. [vx]
 };
 
 struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
