@@ -107,7 +107,7 @@ BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(asked, asset.times, asked.pointshell ? 10 : 7);
+  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 3 : 0) + (asked.pointshell ? 3 : 0));
 
   stages.start("check");
   BakeOptions options = asked;

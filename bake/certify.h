@@ -21,7 +21,7 @@ struct CertificateSample {
   double penetration = 0;                 ///< exact. [m]
 };
 
-/// A stored field as a query sees it: V at the sample's point by Eq. (4) or (5).
+/// A stored field as a query sees it: V at the sample's point by Eq. (4) or interpolated.
 using Reconstruction = std::function<double(const CertificateSample&)>;
 
 /// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end

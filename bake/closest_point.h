@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Distance from any point to the surface, by CGAL's AABB tree: far bricks and the certificate. Internal to bake.
+/// @file Distance from any point to the surface, by CGAL's AABB tree: for the certificate and thin walls. Internal to
+/// bake.
 #pragma once
 
 #include <cstdint>

@@ -74,14 +74,20 @@ std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptio
       std::min(static_cast<double>(grid.brick_count()),
                mesh.area / (edge * edge) * (1.7 + (options.band_inside + options.band_outside) / kBrickEdge) + 27);
   constexpr double kBandBytes = sizeof(double) + sizeof(std::uint32_t);
-  const double field_bytes = (options.scaled ? 6 : 0) + (options.layers ? 4 : 0) + (options.real ? 60 : 0);
+  const double layer_bytes = options.layers ? 4 : 0;
   const double brick_bytes =
-      bricks * kBrickVoxels * (kBandBytes + std::max(kBandBytes + 2, options.voxelmap ? field_bytes : 0));
+      bricks * kBrickVoxels * (kBandBytes + std::max(kBandBytes + 2, options.voxelmap ? layer_bytes : 0));
+  // Where creases are dense, most bricks of the band are divided twice over.
+  constexpr double kFieldBricks = 12;
+  constexpr double kSampleBytes = 2 * sizeof(double);  // of a block, and of the whole
+  const double sample_bytes = kSampleBytes + (options.scaled ? 6 : 0) + (options.real ? 84 : 0);
+  const double field =
+      options.voxelmap && (options.scaled || options.real) ? bricks * kFieldBricks * kFieldStride * sample_bytes : 0;
   const double grids = static_cast<double>(grid.brick_count()) * 20;
   const double lines = static_cast<double>(grid.dims[1]) * grid.dims[2] * 16 + mesh.area / (s * s) * 40;
   const double points = mesh.area / (s * s) * 100;
   const double mesh_bytes = static_cast<double>(mesh.triangles) * 600;
-  return static_cast<std::size_t>(brick_bytes + grids + lines + points + mesh_bytes);
+  return static_cast<std::size_t>(brick_bytes + field + grids + lines + points + mesh_bytes);
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace vps {
 
 /// Where interpolation has to be how good. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
-/// may grow; beyond the band only the side is kept.
+/// may grow by a quarter of the way; beyond the band only the side is kept.
 struct FieldTolerance {
   double error = 0;       ///< [m]
   double band_inner = 0;  ///< [m]

@@ -30,19 +30,19 @@ enum class Repair : std::uint8_t {
 [[nodiscard]] const char* describe(Repair repair);
 
 struct BakeOptions {
-  double voxel_size = 0;           ///< s; 0: use `resolution`. [Units: m]
-  std::uint32_t resolution = 0;    ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
-  bool layers = false;             ///< store the integer layers
-  bool scaled = true;              ///< store scaled integers, Eq. (1)
-  bool real = false;               ///< store doubles and gradients, Eq. (5)
-  bool voxelmap = true;            ///< bake the part that plays the voxelmap
-  bool pointshell = true;          ///< bake the part that plays the pointshell
-  int precision = kAutoPrecision;  ///< p of Eq. (1). [Limits: 0 <= value <= 15]
-  std::uint32_t branching = 14;    ///< K. [Limits: 2 <= value <= 64]
-  double band_inside = 2.5;        ///< depth of the exact narrow band. [Limits: 2 <= value <= 8] [Units: vx]
-  double band_outside = 2.5;       ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
-  double field_error =
-      0.1;  ///< of interpolated distances; samples are laid so. [Limits: 0.01 <= value <= 1] [Units: vx]
+  double voxel_size = 0;              ///< s; 0: use `resolution`. [Units: m]
+  std::uint32_t resolution = 0;       ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
+  bool layers = false;                ///< store the integer layers
+  bool scaled = true;                 ///< store adaptive samples of V as scaled integers, Eq. (1)
+  bool real = false;                  ///< store the same samples as doubles, with gradients as in Eq. (5)
+  bool voxelmap = true;               ///< bake the part that plays the voxelmap
+  bool pointshell = true;             ///< bake the part that plays the pointshell
+  int precision = kAutoPrecision;     ///< p of Eq. (1); 16 bits must hold the band. [Limits: 0 <= value <= 15]
+  std::uint32_t branching = 14;       ///< K. [Limits: 2 <= value <= 64]
+  double band_inside = 2.5;           ///< depth of the band of exact samples. [Limits: 2 <= value <= 8] [Units: vx]
+  double band_outside = 2.5;          ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
+  double field_error = 0.1;           ///< largest error of interpolation that samples are laid for, before they are
+                                      ///< rounded. [Limits: 0.01 <= value <= 1] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell over s. [Limits: 0.25 <= value <= 64]
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
@@ -50,7 +50,8 @@ struct BakeOptions {
   /// Called at the start of each stage with the fraction done (0 to 1).
   std::function<void(const char* stage, double fraction)> progress;
 
-  static constexpr int kAutoPrecision = -1;  ///< steps of s/50 or finer, such that the band fills the integers
+  /// Steps of s/50 or finer, twice that in the coarsest bricks, such that the band fills the integers.
+  static constexpr int kAutoPrecision = -1;
 };
 
 /// What baking would do, known before it starts.
@@ -120,8 +121,8 @@ struct MeshReport {
 /// @throw BakeError on bad indices or coordinates only
 [[nodiscard]] MeshReport inspect_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
-/// The whole bake: check, voxelize, fill_layers, distance_field, sample_pointshell, cluster_points, bounding_spheres,
-/// certify. Deterministic for any number of threads. @throw BakeError
+/// The whole bake: check, voxelize, fill_layers, distance_field, thin_walls, coarse_layers, sample_field, certify,
+/// sample_pointshell, cluster_points, bounding_spheres. Deterministic for any number of threads. @throw BakeError
 [[nodiscard]] BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options);
 
 }  // namespace vps

@@ -98,17 +98,17 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
       description);
 }
 
-double parse_factor(const std::string& text) {
+double parse_factor(const char* name, const std::string& text) {
   char* end = nullptr;
   const double factor = std::strtod(text.c_str(), &end);
   if (text.empty() || *end != '\0' || !(factor > 0) || !std::isfinite(factor)) {
-    throw CLI::ValidationError("--scale takes a positive number, not '" + text + "'");
+    throw CLI::ValidationError(std::string(name) + " takes a positive number, not '" + text + "'");
   }
   return factor;
 }
 
-double parse_voxels(const std::string& text) {
-  return parse(text, {"a width of the band", "2.5vx", {"vx"}, {{"vx", 1}}});
+double parse_voxels(const std::string& text, const char* example) {
+  return parse(text, {"a number of voxels", example, {"vx"}, {{"vx", 1}}});
 }
 
 double parse_time(const std::string& text) {
@@ -127,7 +127,7 @@ void add_mesh_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("UNIT")
       ->group("Mesh");
   app.add_option_function<std::string>(
-         "--scale", [&](const std::string& text) { arguments.scale = parse_factor(text); },
+         "--scale", [&](const std::string& text) { arguments.scale = parse_factor("--scale", text); },
          "Enlarge the mesh by this factor [default: 1]")
       ->option_text("X")
       ->group("Mesh");
@@ -178,7 +178,7 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments) {
 void add_error_option(CLI::App& app, BakeArguments& arguments) {
   app.add_option_function<std::string>(
          "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
-         "The coarsest voxels whose fields are nowhere in the band off by more, such as 0.2mm")
+         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm")
       ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
       ->option_text("LENGTH")
       ->group("Grid (a bake needs one of these)");
@@ -187,13 +187,19 @@ void add_error_option(CLI::App& app, BakeArguments& arguments) {
 void add_content_options(CLI::App& app, BakeArguments& arguments) {
   constexpr const char* kGroup = "Contents of the asset";
   app.add_option_function<std::string>(
-         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text); },
-         "Depth of exact distances, 2vx to 8vx [default: 2.5vx]")
+         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
+         "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
   app.add_option_function<std::string>(
-         "--band-outside", [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text); },
-         "Reach of exact distances outside, 2vx to 8vx [default: 2.5vx]")
+         "--band-outside",
+         [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
+         "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--field-error", [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
+         "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
@@ -209,12 +215,18 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("LIST")
       ->group(kGroup);
   add_integer(app, "--precision", arguments.options.precision, 0, 15,
-              "Scaled distances in steps of 10^-P m, 0 to 15 [default: a fiftieth of a voxel or finer]")
+              "Scaled distances in steps of 10^-P m, no finer than 16 bits hold, 0 to 15 [default: a fiftieth of a "
+              "voxel or finer]")
       ->option_text("P")
       ->group(kGroup);
   add_integer(app, "--branching", arguments.options.branching, 2, 64,
-              "Children of a tree node, about, 2 to 64 [default: 8]")
+              "Children of a tree node, about, 2 to 64 [default: 14]")
       ->option_text("K")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
+         "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
+      ->option_text("X")
       ->group(kGroup);
 }
 
@@ -270,7 +282,7 @@ int run(int argc, char** argv) {
         throw CLI::RequiredError("--voxel, --resolution or --max-error");
       }
       const bool voxelmap = std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end();
-      for (const char* const name : {"--fields", "--precision"}) {
+      for (const char* const name : {"--fields", "--precision", "--field-error"}) {
         if (!voxelmap && app.get_option(name)->count() > 0)
           throw CLI::ArgumentMismatch(std::string(name) + " needs the voxelmap among --parts");
       }

@@ -25,13 +25,14 @@ inline constexpr std::size_t kSectionAlignment = 64;
 /// Edge of a brick. [Units: vx]
 inline constexpr std::uint32_t kBrickEdge = 8;
 inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
-/// Value in `brick_index` of a brick that is not stored: it lies wholly outside the narrow band.
+/// Value in `brick_index` of a brick whose layers are not stored: no voxel centre of it lies in the narrow band.
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
 /// The distance of a brick's centre is at least |coarse layer| and less than that plus this. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
 
 // Distances are sampled adaptively: bricks of 4x4x4 cells whose edge is s 2^level, found by an octree over cells of s
-// between voxel centres. Cell (0,0,0) of level 0 starts at the centre of voxel (0,0,0).
+// between voxel centres. Cell (0,0,0) of every level starts at the centre of voxel (0,0,0); a brick's lowest cell is
+// (4 i, 4 j, 4 k) of its level.
 /// Cells of level 0 along the edge of an octree's root.
 inline constexpr std::uint32_t kRootCells = 16;
 /// Samples along the edge of a field brick: its corners are its neighbours' too.
@@ -44,7 +45,8 @@ inline constexpr int kCoarsestLevel = 1;
 /// Entries of `field_roots` and `field_nodes`. No brick: beyond the band, outside or inside the solid.
 inline constexpr std::uint32_t kFarOutside = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
-/// Entries at most: `kNodeFlag` + number of a node, or number of a field brick + its level above kFinestLevel shifted.
+/// Any other entry is `kNodeFlag` + the number of a node, or the number of a field brick + (its level - kFinestLevel)
+/// shifted left by kLevelShift. Several entries may lead to one brick.
 inline constexpr std::uint32_t kNodeFlag = 0x80000000u;
 inline constexpr int kLevelShift = 28;
 inline constexpr std::uint32_t kNumberMask = (1u << kLevelShift) - 1;
@@ -76,20 +78,20 @@ enum class Status : std::uint8_t {
 [[nodiscard]] const char* describe(Status status) noexcept;
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
-/// b = brick grid (x, y, z), n = stored bricks, r = octree roots, N = octree nodes, f = field bricks, P = points,
-/// M = tree nodes, L = tree levels.
+/// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = field bricks,
+/// P = points, M = tree nodes, L = tree levels.
 enum class SectionKind : std::uint32_t {
-  brick_index = 1,  ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick
-  coarse_layers =
-      2,  ///< i16 [bz,by,bx]: lower bound of the distance of the brick's CENTRE to the surface, signed as layers. [vx]
-  field_roots = 3,  ///< u32 [rz,ry,rx]: what covers each block of 16x16x16 cells
-  field_nodes = 4,  ///< u32 [N,8]: what covers each octant, x fastest
+  brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick; with `layers` only
+  coarse_layers = 2,  ///< i16 [bz,by,bx]: lower bound of the distance of each brick's CENTRE to the surface, signed as
+                      ///< layers. [vx]
+  field_roots = 3,    ///< u32 [rz,ry,rx]: what covers each block of 16x16x16 cells; with `scaled` or `real`
+  field_nodes = 4,    ///< u32 [N,8]: what covers each octant, x fastest; with `scaled` or `real`
   layers =
       16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
   scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
   real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
-  real_gradient = 19,         ///< f32 [f,128,3]: gradient (x,y,z) of `real`. [m per voxel step]. Eq. (5)
-  point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
+  real_gradient = 19,    ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
+  point_positions = 32,  ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point stands for: area_step * code. [m^2]
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
@@ -98,6 +100,7 @@ enum class SectionKind : std::uint32_t {
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
 };
 
+/// No kind uses i32.
 enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };
 
 /// Bytes of one element; 0 for a value that is not an ElementType.
@@ -116,9 +119,11 @@ struct Section {
 };
 inline constexpr std::uint32_t kSectionRequired = 1;
 
-/// Error of one field against the mesh, measured in the narrow band when the asset was baked. All 0 when absent.
+/// Error of one field against the mesh, measured when the asset was baked, up to half a voxel's diagonal from the ends
+/// of the band. All 0 when absent.
 struct FieldCertificate {
-  double max = 0;                    ///< bound of the absolute error where it was looked for. [m]
+  double max = 0;                    ///< largest absolute error; for `scaled` and `real` no less than twice the largest
+                                     ///< found while samples were laid, a bound at creases. [m]
   double rms = 0;                    ///< root mean square. [m]
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
@@ -131,8 +136,9 @@ struct AssetInfo {
   std::array<double, 3> origin{};       ///< lowest corner of voxel (0,0,0). [m]
   double voxel_size = 0;                ///< s. Also set for an asset with only a pointshell. [m]
   std::int32_t precision = 0;           ///< p of Eq. (1); -1: lambda is no power of ten
-  double lambda = 0;                    ///< 10^-p, or what suits the band. [m]
-  double band_inner = 0;                ///< samples are exact where -band_outer <= V <= band_inner, else clamped. [m]
+  double lambda = 0;                    ///< step of `scaled` up to level 0: 10^-p, or what suits the band. [m]
+  double band_inner = 0;                ///< samples are exact where -band_outer <= V <= band_inner. Beyond they may be
+                                        ///< clamped, but not into the band. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;
   std::uint64_t inner_voxels = 0;  ///< voxels inside that are not surface voxels
@@ -189,9 +195,9 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 /// @param file  all bytes of the file; need not be aligned
 [[nodiscard]] Status decode_directory(std::span<const std::byte> file, Directory& out) noexcept;
 
-/// Checks every index stored in the sections (brick numbers, children, parent points, levels) and that spheres are
-/// finite, so that no query can read outside the mapping. Reads these sections once. The points need no check: every
-/// code of theirs is a value.
+/// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
+/// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
+/// once. The points need no check: every code of theirs is a value.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
 /// kSectionAlignment.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept;

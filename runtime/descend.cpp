@@ -171,7 +171,7 @@ struct SampledLanes : Everywhere {
     M far_inside;  // beyond the band, inside
   };
 
-  // Edge of a field brick's cells by the code of its level, or of half of its inverse.
+  // 2^exponent: the edge of a field brick's cells by its level, or its inverse.
   static HWY_INLINE F power_of_two(I exponent) {
     return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
   }
@@ -325,8 +325,8 @@ struct SampledLanes : Everywhere {
   // least_distance.
   HWY_INLINE F bound(const Points& p, F reach) const {
     const Looked found = look_up(p);
-    const F slack = hn::Min(hn::Mul(set(kHalfDiagonal), found.cell),
-                            hn::Div(hn::Mul(set(kCurvature), hn::Mul(found.cell, found.cell)), reach));
+    const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
+    const F slack = hn::Sub(hn::Sqrt(squared), reach);
     const F beyond = hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(found.far));
     return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
   }
@@ -484,7 +484,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
     const auto hit_word = hn::RebindMask(u32, hit);
     hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hit_word, u32, d.hits + d.hit_count);
     hn::CompressStore(parents, hit_word, u32, d.leaves + d.hit_count);
-    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
+    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
   }
   d.begin = chunks.head();
   d.end = tail;
@@ -507,7 +507,7 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
     const auto hit_word = hn::RebindMask(u32, hit);
     hn::CompressStore(hn::LoadU(u32, list.points + i), hit_word, u32, d.hits + d.hit_count);
     hn::CompressStore(hn::LoadU(u32, list.leaves + i), hit_word, u32, d.leaves + d.hit_count);
-    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.depths + d.hit_count));
+    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
   }
   d.points_tested += list.count;
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
@@ -528,7 +528,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 
-// One lane of a family for each kind of field, for HWY_EXPORT knows no templates.
+// A function of each family for each kind of field, for HWY_EXPORT knows no templates.
 #define VPS_FIELD(name, Field)                                                                \
   bool touches_##name(const Field& field, Descent& d, std::uint32_t node) {                   \
     return touches_one(lanes_of(field, *d.shell), d, node);                                   \

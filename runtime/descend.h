@@ -17,7 +17,7 @@ struct Affine {
   float translation[3];
 };
 
-/// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for sampled fields,
+/// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for SampledMap,
 /// else metres.
 struct Descent {
   const PointshellView* shell = nullptr;
@@ -31,7 +31,7 @@ struct Descent {
   std::uint32_t last_node = 0;      ///< nodes from this one on are left in the queue
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
-  float* depths = nullptr;          ///< their V
+  float* penetrations = nullptr;    ///< their V
   std::uint32_t hit_count = 0;
   float deepest = 0;   ///< max V of the points tested
   float rejected = 0;  ///< upper bound of V below all spheres that were rejected
@@ -49,7 +49,7 @@ struct SampledMap {
   float top[3] = {};                             ///< the last voxel's centre. [vx]
   float bounds_min[3] = {}, bounds_max[3] = {};  ///< of the mesh. [vx]
   float band_inner = 0, band_outer = 0;          ///< [vx]
-  float step = 0;                                ///< lambda. [vx]
+  float step = 0;                                ///< lambda; bricks of level 1 have twice that. [vx]
 };
 
 struct SampledMap8 : SampledMap {};   ///< samples of 8 bits

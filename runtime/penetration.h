@@ -184,17 +184,14 @@ inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inwa
   return -(found.in_grid ? std::max(to_bounds, far_interval(map, found, map.band_outer).low) : to_bounds);
 }
 
-// Interpolation between the corners of a cell of edge h never exceeds the true distance d at a point by more than
-// h sqrt(3)/2, nor by more than 3 h^2 / (8 d): the distance at a corner c is at most |c - q|, q the point's closest
-// one.
-inline constexpr float kHalfDiagonal = 0.8660255F;
-inline constexpr float kCurvature = 0.375F;
+// Interpolation between the corners of a cell of edge h never exceeds sqrt(d^2 + 3 h^2 / 4), d the true distance:
+// docs/bounds.md has the proof.
+inline constexpr float kHalfDiagonalSquared = 0.75F;
 
-/// Least true distance where interpolation says D. [m]
+/// Least true signed distance where interpolation says D. [m]
 inline float least_distance(float interpolated, float h) noexcept {
-  const float root = interpolated * interpolated - 4 * kCurvature * h * h;
-  const float linear = interpolated - kHalfDiagonal * h;
-  return root > 0 && interpolated > 0 ? std::max(linear, 0.5F * (interpolated + std::sqrt(root))) : linear;
+  const float squared = interpolated * interpolated - kHalfDiagonalSquared * h * h;
+  return interpolated > 0 && squared > 0 ? std::sqrt(squared) : interpolated - std::sqrt(kHalfDiagonalSquared) * h;
 }
 
 /// Upper bound of the true penetration.
@@ -216,7 +213,7 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
       const float v = interpolate(map, cell);
       const float rounding = map.field == Field::real ? 0 : std::max(map.lambda, map.error);
       // Near the band's end inside, samples may be clamped.
-      if (v > map.band_inner - 2 * kHalfDiagonal * cell.edge) return kUnbounded;
+      if (v > map.band_inner - 2 * std::sqrt(kHalfDiagonalSquared) * cell.edge) return kUnbounded;
       return rounding - least_distance(-v, cell.edge);
     }
     inside = cell.entry == kFarInside;

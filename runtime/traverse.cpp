@@ -84,7 +84,7 @@ class Traverse {
     d_.slack = error / unit + kRounding * largest;
     d_.queue = scratch.queue.data();
     d_.hits = scratch.hits.data();
-    d_.depths = scratch.depths.data();
+    d_.penetrations = scratch.penetrations.data();
     d_.leaves = scratch.leaves.data();
     d_.deepest = d_.rejected = kNothing;
   }
@@ -161,10 +161,10 @@ class Traverse {
     cache.reach = reach;
     std::uint32_t kept = 0;
     for (std::uint32_t i = 0; i < d_.hit_count; ++i) {
-      if (d_.depths[i] < -wanted) continue;
+      if (d_.penetrations[i] < -wanted) continue;
       d_.hits[kept] = d_.hits[i];
       d_.leaves[kept] = d_.leaves[i];
-      d_.depths[kept++] = d_.depths[i];
+      d_.penetrations[kept++] = d_.penetrations[i];
     }
     d_.hit_count = kept;
     return inner;
@@ -248,7 +248,7 @@ class Traverse {
     Contact contact;
     contact.position = transform_.apply(point_position(shell_, point));
     contact.inward_normal = transform_.rotate(point_inward_normal(shell_, point));
-    contact.penetration = d_.unit * d_.depths[hit];
+    contact.penetration = d_.unit * d_.penetrations[hit];
     contact.area = point_area(shell_, point);
     contact.point = point;
     contact.node = d_.leaves[hit];
@@ -379,7 +379,7 @@ void Scratch::reserve(const PointshellView& shell) {
   if (queue.size() < nodes) queue.resize(nodes);
   if (hits.size() < points) hits.resize(points);
   if (leaves.size() < points) leaves.resize(points);
-  if (depths.size() < points) depths.resize(points);
+  if (penetrations.size() < points) penetrations.resize(points);
 }
 
 Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,

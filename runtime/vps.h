@@ -67,7 +67,7 @@ VpsStatus vps_asset_close(VpsAsset* asset);
 /// Compares all hashes with the mapped bytes: reads the whole file.
 VpsStatus vps_asset_verify(const VpsAsset* asset);
 
-/// Error of one field against the mesh, measured in the narrow band when the asset was baked. All 0 when absent.
+/// Error of one field against the mesh, sampled in the narrow band when the asset was baked. All 0 when absent.
 typedef struct VpsCertificate {
   double max;          ///< largest absolute error. [m]
   double rms;          ///< root mean square. [m]
@@ -88,7 +88,7 @@ typedef struct VpsAssetInfo {
   double voxel_size;         ///< [m]
   uint32_t dims[3];          ///< voxels along x, y, z; 0 without a voxelmap
   double origin[3];          ///< lowest corner of voxel (0,0,0). [m]
-  double band_inner;         ///< distances are exact where -band_outer <= penetration <= band_inner. [m]
+  double band_inner;         ///< samples are exact where -band_outer <= penetration <= band_inner. [m]
   double band_outer;         ///< [m]
   uint64_t points;           ///< of the pointshell; 0 without one
   uint32_t levels;           ///< of its tree, root = 1

@@ -32,7 +32,7 @@ inline constexpr SectionName kSectionNames[] = {
     {SectionKind::scaled, "/voxelmap/scaled", "lambda",
      "penetration of the 5x5x5 samples of each field brick, then 3 of padding, in steps of lambda, at level 1 of 2 "
      "lambda; positive inside",
-     "Eqs. (1) and (4), sigma = lambda"},
+     "Eq. (1)"},
     {SectionKind::real, "/voxelmap/real", "m",
      "penetration of the 5x5x5 samples of each field brick, then 3 of padding; positive inside", "Eq. (5)"},
     {SectionKind::real_gradient, "/voxelmap/real_gradient", "m/voxel", "gradient (x, y, z) of real", "Eq. (5)"},

@@ -102,7 +102,8 @@ Vec3 sphere_normal(Vec3 p) {
 }
 
 // At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
-// Eq. (4) it misjudges the depth. The map's own normal serves both better; the shell's is left where the map has none.
+// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is left
+// where the map has none.
 Contact refined(const Shape& map, Contact contact) {
   const Vec3 outward = outward_normal(map.voxelmap(), contact.position);
   if (detail::dot(outward, outward) > 0) {

@@ -46,7 +46,7 @@ def meshes_in(shared):
 # Sentences for one reader, cut down to table cells.
 SHORTER = (
     (r" at \([-+.e\d, ]+\) m", ""),
-    (r"^the mesh is open: it leaks through (.*), the widest of (.*) with a border of .*", r"open: \1, widest \2"),
+    (r"^the mesh is open: it leaks through (.*), the longest border of (.*)", r"open: \1, longest border \2"),
     (r"^repair \w+: ", ""),
     (r"(\d+ shells?) crossing or touching another or itself \((\d+) pairs of triangles\): united",
      r"\1 united (\2 pairs of triangles cross)"),

@@ -293,6 +293,41 @@ TEST(Cli, NumbersAreReadAsTheyAreWritten) {
   EXPECT_NEAR(nlohmann::json::parse(run.out)["voxel_size"].get<double>(), 0.01, 1e-9);
 }
 
+TEST(Cli, FieldErrorAndSpacingAreOptions) {
+  const TemporaryFolder folder;
+  const std::string bolt = sample("bolt") + " --voxel 0.5mm -o a.vps.hdf ";
+  const auto baked = [&](const std::string& options) {
+    const Outcome run = vpsbake(folder, bolt + "--json " + options);
+    EXPECT_EQ(run.code, 0) << run.err;
+    return nlohmann::json::parse(run.out);
+  };
+  const auto standard = baked("");
+  const auto tight = baked("--field-error 0.03vx");
+  const auto loose = baked("--field-error 1vx");
+  const auto error = [](const nlohmann::json& j) { return j["certificate"]["scaled"]["p99"].get<double>(); };
+  EXPECT_LT(error(tight), error(standard));
+  EXPECT_LT(error(standard), error(loose));
+  EXPECT_GT(tight["bytes"], standard["bytes"]);
+  EXPECT_GT(standard["bytes"], loose["bytes"]);
+  EXPECT_EQ(baked("--field-error 0.1vx")["certificate"], standard["certificate"]);
+  EXPECT_NEAR(baked("--alpha 3")["pointshell"]["spacing"].get<double>(), 0.0015, 1e-12);
+  EXPECT_LT(baked("--alpha 3")["pointshell"]["points"], standard["pointshell"]["points"]);
+
+  expect_refusal(folder, bolt + "--field-error 0.1", 1, "a number of voxels needs a unit; write 0.1vx");
+  expect_refusal(folder, bolt + "--field-error 0.1mm", 1, "unknown unit 'mm'; use one of vx");
+  expect_refusal(folder, bolt + "--field-error little", 1,
+                 "little is not a number of voxels; write a number with a "
+                 "unit, such as 0.1vx");
+  expect_refusal(folder, bolt + "--field-error -1vx", 1, "not a positive number of voxels");
+  expect_refusal(folder, bolt + "--field-error 0.1vx --parts pointshell", 1, "--field-error needs the voxelmap");
+  for (const char* size : {"0.009vx", "1.1vx"})
+    expect_refusal(folder, bolt + "--field-error " + size, 3, "the field error is out of range; choose 0.01 to 1");
+  for (const char* alpha : {"nan", "0", "-1", "2vx"})
+    expect_refusal(folder, bolt + "--alpha " + alpha, 1, "--alpha takes a positive number");
+  for (const char* alpha : {"0.2", "65"})
+    expect_refusal(folder, bolt + "--alpha " + alpha, 3, "alpha is out of range; choose 0.25 to 64");
+}
+
 TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
