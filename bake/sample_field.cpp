@@ -412,6 +412,10 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
                                static_cast<std::uint32_t>(n / tree.root_dims[0] % tree.root_dims[1]),
                                static_cast<std::uint32_t>(n / plane));
   });
+  std::size_t bricks = 0;
+  for (const Block& block : blocks) bricks += block.levels.size();
+  tree.penetration.reserve(bricks * kFieldStride);
+  if (with_gradient) tree.gradient.reserve(bricks * kFieldStride * 3);
   for (Block& block : blocks) {
     const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
     const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
