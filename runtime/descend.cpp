@@ -459,7 +459,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
   std::uint32_t tail = d.end;
   Batch batch;
   while (chunks.next(tail, last_inner, batch.low)) {
-    batch.high.count = 0;
+    batch.high = {};
     if constexpr (kTwo) (void)chunks.next(tail, last_inner, batch.high);
     const M touch = touching(field, d, batch, rejected);
     tail += static_cast<std::uint32_t>(
@@ -468,7 +468,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
   }
   // Behind the inner nodes there are only leaves.
   while (chunks.next(tail, d.last_node, batch.low)) {
-    batch.high.count = 0;
+    batch.high = {};  // a number of a node is none of a point
     if constexpr (kTwo) (void)chunks.next(tail, d.last_node, batch.high);
     const Points p = field.place(d.points, load_points<Lanes::kPaired>(d, batch));
     const M valid = valid_lanes<Lanes::kPaired>(batch);
