@@ -2,7 +2,8 @@
 /// @file Samples the distance field as densely as interpolation needs. Internal to bake.
 ///
 /// The paper keeps one value per voxel; close to a flat face that is more than needed, next to an edge it is not
-/// enough. Adaptively sampled distance fields (Frisken et al. 2000) put samples where trilinear interpolation errs.
+/// enough. Adaptively sampled distance fields (Frisken et al. 2000) put samples where trilinear interpolation errs, and
+/// here the samples are fitted, so that it errs both ways.
 #pragma once
 
 #include "bake/distance_field.h"
@@ -24,9 +25,9 @@ struct FieldTree {
   std::vector<std::uint32_t> roots;  ///< [rz,ry,rx]
   std::vector<std::uint32_t> nodes;  ///< [N,8]
   std::vector<std::int8_t> levels;   ///< [f]
-  std::vector<double> penetration;   ///< [f,128]: exact within the field's band, else clamped. [m]
+  std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
   std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless asked for. [m per voxel step]
-  double worst_error = 0;            ///< of interpolation, at the places that were tried. [m]
+  double worst_error = 0;            ///< of interpolation, at the places that were tried, and of samples. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
 };
 

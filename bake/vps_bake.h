@@ -39,7 +39,7 @@ struct BakeOptions {
   bool pointshell = true;             ///< bake the part that plays the pointshell
   int precision = kAutoPrecision;     ///< p of Eq. (1); 16 bits must hold the band. [Limits: 0 <= value <= 15]
   std::uint32_t branching = 14;       ///< K. [Limits: 2 <= value <= 64]
-  double band_inside = 2.5;           ///< depth of the band of exact samples. [Limits: 2 <= value <= 8] [Units: vx]
+  double band_inside = 2.5;           ///< depth of the band of distances. [Limits: 2 <= value <= 8] [Units: vx]
   double band_outside = 2.5;          ///< its width outside. [Limits: 2 <= value <= 8] [Units: vx]
   double field_error = 0.1;           ///< largest error of interpolation that samples are laid for, before they are
                                       ///< rounded. [Limits: 0.01 <= value <= 1] [Units: vx]

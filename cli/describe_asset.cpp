@@ -81,7 +81,7 @@ std::string info_to_text(const AssetInfo& info) {
     out +=
         fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
                     info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
-    out += fmt::format("  samples exact from {} outside to {} inside; steps of {}\n", format_length(info.band_outer),
+    out += fmt::format("  distances from {} outside to {} inside; steps of {}\n", format_length(info.band_outer),
                        format_length(info.band_inner), format_length(info.lambda));
     out += certificate_line("layers", info.layers_error);
     out += certificate_line("scaled", info.scaled_error);

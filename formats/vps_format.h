@@ -137,7 +137,7 @@ struct AssetInfo {
   double voxel_size = 0;                ///< s. Also set for an asset with only a pointshell. [m]
   std::int32_t precision = 0;           ///< p of Eq. (1); -1: lambda is no power of ten
   double lambda = 0;                    ///< step of `scaled` up to level 0: 10^-p, or what suits the band. [m]
-  double band_inner = 0;                ///< samples are exact where -band_outer <= V <= band_inner. Beyond they may be
+  double band_inner = 0;                ///< samples are good where -band_outer <= V <= band_inner. Beyond they may be
                                         ///< clamped, but not into the band. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;

@@ -211,10 +211,11 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
     const FieldCell cell = find_cell(map, point);
     if (cell.entry < kNodeFlag) {
       const float v = interpolate(map, cell);
-      const float rounding = map.field == Field::real ? 0 : std::max(map.lambda, map.error);
+      // Samples are fitted and rounded.
+      const float slack = std::max(map.field == Field::real ? 0 : map.lambda, map.error);
       // Near the band's end inside, samples may be clamped.
       if (v > map.band_inner - 2 * std::sqrt(kHalfDiagonalSquared) * cell.edge) return kUnbounded;
-      return rounding - least_distance(-v, cell.edge);
+      return slack - least_distance(-v, cell.edge);
     }
     inside = cell.entry == kFarInside;
   }
