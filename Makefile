@@ -4,6 +4,9 @@
 PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
   libassimp-dev libbullet-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev libhwy-dev \
   libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
+# For `make fuzz` alone.
+FUZZ_PACKAGES := clang libclang-rt-14-dev
+FUZZ_SECONDS ?= 600
 # For `make bench` alone: the peers.
 BENCH_PACKAGES := libbenchmark-dev libbullet-extras-dev libfcl-dev libopenvdb-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -13,7 +16,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo bench corpus test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo bench corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -59,6 +62,17 @@ bench: deps $(BUNNY)
 # Every mesh of ../shared, checked and baked; writes docs/corpus.md.
 corpus: all
 	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/corpus.md
+
+# libFuzzer on opening and querying assets, for FUZZ_SECONDS; what it finds is kept in build/fuzz.
+fuzz: PACKAGES += $(FUZZ_PACKAGES)
+fuzz: deps
+	cmake --preset dev
+	cmake --build --preset dev -j $(JOBS) --target write_seeds
+	cmake --preset fuzz
+	cmake --build --preset fuzz -j $(JOBS)
+	build/dev/tests/fuzz/write_seeds build/fuzz/seeds
+	mkdir -p build/fuzz/corpus
+	build/fuzz/tests/fuzz/fuzz_asset -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=build/fuzz/ build/fuzz/corpus build/fuzz/seeds
 
 test: test-dev test-sanitize test-runtime-only
 

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tests/fuzz/ask_asset.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "formats/fields.h"
+#include "runtime/vps_runtime.h"
+#include "tests/support/random.h"
+
+namespace vps::test {
+namespace {
+
+// A file that lives in memory, under a name that can be opened.
+class MemoryFile {
+ public:
+  explicit MemoryFile(std::span<const std::byte> bytes) : fd_(::memfd_create("asset", MFD_CLOEXEC)) {
+    for (std::size_t done = 0; done < bytes.size();) {
+      const ssize_t written = ::write(fd_, bytes.data() + done, bytes.size() - done);
+      if (written <= 0) std::abort();
+      done += static_cast<std::size_t>(written);
+    }
+  }
+  ~MemoryFile() { ::close(fd_); }
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
+
+ private:
+  int fd_;
+};
+
+// Places in and round the bounds, and some that no mesh has.
+Vec3 place(const AssetInfo& info, Random& random) {
+  float p[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double size = info.bounds_max[axis] - info.bounds_min[axis];
+    p[axis] = static_cast<float>(random.between(info.bounds_min[axis] - size, info.bounds_max[axis] + size));
+    constexpr float kExtremes[] = {0,
+                                   -0.0F,
+                                   1e30F,
+                                   -1e30F,
+                                   std::numeric_limits<float>::max(),
+                                   std::numeric_limits<float>::infinity(),
+                                   std::numeric_limits<float>::quiet_NaN()};
+    if (random.next() < 0.05) p[axis] = kExtremes[static_cast<std::size_t>(random.between(0, 7))];
+  }
+  return {p[0], p[1], p[2]};
+}
+
+Pose pose(const AssetInfo& info, Random& random) {
+  Pose out;
+  const std::array<double, 9> rotation = random.rotation();
+  std::copy(rotation.begin(), rotation.end(), out.rotation);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double size = info.bounds_max[axis] - info.bounds_min[axis];
+    out.translation[axis] = random.between(-size, size);
+  }
+  if (random.next() < 0.1) out.translation[0] *= 1e12;
+  return out;
+}
+
+void ask_points(const VoxelmapView& map, const AssetInfo& info, Random& random) {
+  float sum = 0;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3 p = place(info, random);
+    sum += penetration(map, p, {0, 0, 1}) + penetration_bound(map, p) + outward_normal(map, p).x;
+  }
+  // Kept, so that no look-up is optimized away.
+  volatile float kept = sum;
+  (void)kept;
+}
+
+template <class Field>
+void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& info, Random& random) {
+  Scratch scratch;
+  ContactCache cache;
+  std::vector<Contact> out(64);
+  QueryResult result;
+  for (int i = 0; i < 8; ++i) {
+    const Pose at = pose(info, random);
+    QueryOptions options;
+    options.contact_distance = i % 2 == 0 ? 0 : static_cast<float>(random.between(0, 1) * info.voxel_size * 20);
+    options.segment_level = i < 4 ? 0 : static_cast<std::uint32_t>(random.between(0, 6));
+    (void)traverse(shell, field, at, options, scratch, out, result);
+    options.cache = &cache;
+    (void)traverse(shell, field, at, options, scratch, out, result);
+    (void)traverse(shell, field, at, options, scratch, {}, result);
+  }
+}
+
+}  // namespace
+
+void seal_header(std::span<std::byte> file) {
+  if (file.size() < kUserBlockBytes) return;
+  std::memset(file.data() + detail::kHashOffset, 0, sizeof(std::uint64_t));
+  const std::uint64_t hash = hash_bytes(file.first(kUserBlockBytes));
+  std::memcpy(file.data() + detail::kHashOffset, &hash, sizeof(hash));
+}
+
+Status ask_asset(std::span<const std::byte> file) {
+  const MemoryFile memory(file);
+  Asset asset;
+  const Status opened = Asset::open(memory.path().c_str(), asset);
+  if (opened != Status::ok) return opened;
+  (void)asset.verify();
+  // Some of the bytes decide what is asked.
+  const std::uint64_t hash = hash_bytes(file);
+  Random random;
+  for (std::uint64_t skipped = 0; skipped < hash % 64; ++skipped) random.next();
+  const AssetInfo& info = asset.info();
+  PointshellView shell;
+  const bool has_shell = asset.pointshell(shell) == Status::ok;
+  for (const Field field : {Field::layers, Field::scaled, Field::real}) {
+    VoxelmapView map;
+    if (asset.voxelmap(map, field) != Status::ok) continue;
+    ask_points(map, info, random);
+    if (has_shell) ask_pair(shell, map, info, random);
+  }
+  if (has_shell) {
+    ask_pair(shell, BoxField{{0.1F, 0.2F, 0.3F}}, info, random);
+    ask_pair(shell, SphereField{0.2F}, info, random);
+    ask_pair(shell, HalfSpaceField{}, info, random);
+  }
+  return opened;
+}
+
+}  // namespace vps::test
