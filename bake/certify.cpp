@@ -64,7 +64,48 @@ FieldCertificate certify(const std::vector<CertificateSample>& samples, const Re
   const auto p99 = errors.begin() + static_cast<std::ptrdiff_t>(0.99 * static_cast<double>(errors.size() - 1));
   std::nth_element(errors.begin(), p99, errors.end());
   certificate.p99 = *p99;
+  certificate.bound = certificate.max;
   return certificate;
+}
+
+void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
+                FieldCertificate& certificate) {
+  struct Place {
+    CertificateSample sample;
+    double error;
+  };
+  std::vector<Place> places;
+  places.reserve(samples.size());
+  for (const CertificateSample& sample : samples) {
+    places.push_back({sample, std::abs(reconstruct(sample) - sample.penetration)});
+  }
+  constexpr std::size_t kStarts = 256;
+  const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(kStarts, places.size()));
+  std::partial_sort(places.begin(), last, places.end(),
+                    [](const Place& a, const Place& b) { return a.error > b.error; });
+  places.erase(last, places.end());
+  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t n) {
+    Place& best = places[n];
+    // Cells are a quarter voxel to two voxels wide.
+    for (double step = 0.5 * truth.voxel_size; step > 0.02 * truth.voxel_size; step /= 2) {
+      for (int way = 0; way < 6; ++way) {
+        CertificateSample other = best.sample;
+        other.point[way / 2] += way % 2 == 0 ? step : -step;
+        const double distance = truth.closest.distance(other.point);
+        if (distance > std::max(truth.inner, truth.outer)) continue;
+        other.penetration = truth.inside.inside(other.point) ? distance : -distance;
+        if (other.penetration > truth.inner || other.penetration < -truth.outer) continue;
+        const double error = std::abs(reconstruct(other) - other.penetration);
+        if (error > best.error) best = {other, error};
+      }
+    }
+  });
+  for (const Place& place : places) {
+    if (place.error <= certificate.max) continue;
+    certificate.max = place.error;
+    certificate.worst_at = {place.sample.point.x(), place.sample.point.y(), place.sample.point.z()};
+  }
+  certificate.bound = std::max(certificate.bound, certificate.max);
 }
 
 }  // namespace vps

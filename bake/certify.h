@@ -36,4 +36,19 @@ using Reconstruction = std::function<double(const CertificateSample&)>;
 [[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,
                                        const Reconstruction& reconstruct);
 
+/// The true penetration of any point.
+struct Truth {
+  const ClosestPoint& closest;
+  const InsideTest& inside;
+  double voxel_size = 0;  ///< [m]
+  double inner = 0;       ///< the certificate covers -outer <= V <= inner. [m]
+  double outer = 0;       ///< [m]
+};
+
+/// Goes on from the worst samples to where the error is largest round them, and puts that into `max` and `worst_at`:
+/// few samples meet the worst place itself.
+/// @param reconstruct  uses the point alone
+void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
+                FieldCertificate& certificate);
+
 }  // namespace vps

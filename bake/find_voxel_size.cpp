@@ -13,7 +13,7 @@ namespace vps {
 namespace {
 
 double largest_error(const AssetInfo& info) {
-  return std::max({info.layers_error.max, info.scaled_error.max, info.real_error.max});
+  return std::max({info.layers_error.bound, info.scaled_error.bound, info.real_error.bound});
 }
 
 }  // namespace

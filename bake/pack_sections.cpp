@@ -85,23 +85,22 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
       return sample.inward_normal.dot(to_centre) + fields.layers[field.at(sample.brick, sample.voxel)] * s;
     });
   }
-  // Interpolated. The places where bricks were found good enough count too: they are many more than samples.
+  const double half_diagonal = std::sqrt(0.75) * s;
+  const Truth truth{closest, inside, s, options.band_inside * s - half_diagonal,
+                    options.band_outside * s - half_diagonal};
   const auto sampled = [&](const auto& value, double rounding) {
-    FieldCertificate certificate = certify(samples, [&](const CertificateSample& sample) {
+    const Reconstruction interpolated = [&](const CertificateSample& sample) {
       const FieldCell cell = find_cell(grid, fields.tree, sample.point);
       if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
       double sum = 0;
       for (std::size_t k = 0; k < 8; ++k)
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
-    });
+    };
+    FieldCertificate certificate = certify(samples, interpolated);
+    find_worst(samples, interpolated, truth, certificate);
     // A crease bends a line by at most 2; where its middle shows an error e, the crease's own place has less than 2 e.
-    const double bound = 2 * fields.tree.worst_error + rounding;
-    if (bound > certificate.max) {
-      certificate.max = bound;
-      const Vector& at = fields.tree.worst_at;
-      certificate.worst_at = {at.x(), at.y(), at.z()};
-    }
+    certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
     return certificate;
   };
   if (!fields.scaled.empty()) {

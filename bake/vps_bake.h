@@ -87,7 +87,7 @@ struct BakeError : std::runtime_error {
 /// Grid and memory of a bake. @throw BakeError when the options are out of range, or the grid is absurd for the mesh.
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options);
 
-/// The coarsest voxel size (within 5 %) with which every field asked for has a certificate of at most this error.
+/// The coarsest voxel size (within 5 %) with which every field asked for has a certificate with at most this bound.
 /// @throw BakeError when the memory limit or the grid's largest size comes first
 [[nodiscard]] double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, double max_error);
 

@@ -13,14 +13,14 @@ namespace vps::cli {
 namespace {
 
 nlohmann::ordered_json certificate_to_json(const FieldCertificate& c) {
-  return {{"max", c.max}, {"rms", c.rms}, {"p99", c.p99}, {"worst_at", c.worst_at}};
+  return {{"max", c.max}, {"rms", c.rms}, {"p99", c.p99}, {"worst_at", c.worst_at}, {"bound", c.bound}};
 }
 
 std::string certificate_line(const char* name, const FieldCertificate& c) {
   if (c.max == 0 && c.rms == 0) return {};
-  return fmt::format("  error of {:<8} max {}, 99 % {}, RMS {}; worst at ({:.4g}, {:.4g}, {:.4g}) m\n",
+  return fmt::format("  error of {:<8} max {}, 99 % {}, RMS {}, bound {}; worst at ({:.4g}, {:.4g}, {:.4g}) m\n",
                      std::string(name) + ":", format_length(c.max), format_length(c.p99), format_length(c.rms),
-                     c.worst_at[0], c.worst_at[1], c.worst_at[2]);
+                     format_length(c.bound), c.worst_at[0], c.worst_at[1], c.worst_at[2]);
 }
 
 }  // namespace

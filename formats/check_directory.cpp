@@ -24,7 +24,8 @@ bool all_finite(const std::array<double, N>& values) noexcept {
 }
 
 bool certificate_is_good(const FieldCertificate& c) noexcept {
-  return all_finite(c.max, c.rms, c.p99) && all_finite(c.worst_at) && c.max >= 0 && c.rms >= 0 && c.p99 >= 0;
+  return all_finite(c.max, c.rms, c.p99, c.bound) && all_finite(c.worst_at) && c.max >= 0 && c.rms >= 0 && c.p99 >= 0 &&
+         c.bound >= c.max;
 }
 
 bool mesh_facts_are_good(const AssetInfo& info) noexcept {

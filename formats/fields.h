@@ -48,6 +48,9 @@ void for_each_info_field(Info& info, Visit visit) {
   visit(560, info.position_origin);
   visit(584, info.position_step);
   visit(592, info.area_step);
+  visit(600, info.layers_error.bound);
+  visit(608, info.scaled_error.bound);
+  visit(616, info.real_error.bound);
 }
 
 /// Calls visit(offset in the entry, field) for each scalar of a section table entry.

@@ -122,11 +122,12 @@ inline constexpr std::uint32_t kSectionRequired = 1;
 /// Error of one field against the mesh, measured when the asset was baked, up to half a voxel's diagonal from the ends
 /// of the band. All 0 when absent.
 struct FieldCertificate {
-  double max = 0;                    ///< largest absolute error; for `scaled` and `real` no less than twice the largest
-                                     ///< found while samples were laid, a bound at creases. [m]
+  double max = 0;                    ///< largest absolute error that was found. [m]
   double rms = 0;                    ///< root mean square. [m]
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
+  double bound = 0;                  ///< what queries reckon with: no less than `max`; for `scaled` and `real` no less
+                                     ///< than twice the largest error accepted while samples were laid. [m]
 };
 
 /// The scalars of an asset. SI units, asset frame (the mesh's own frame, in metres).

@@ -130,7 +130,7 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   const FieldCertificate& certificate = out.field == Field::real     ? facts.real_error
                                         : out.field == Field::scaled ? facts.scaled_error
                                                                      : facts.layers_error;
-  out.error = static_cast<float>(certificate.max);
+  out.error = static_cast<float>(certificate.bound);
   return Status::ok;
 }
 

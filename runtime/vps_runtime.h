@@ -53,7 +53,7 @@ struct VoxelmapView {
   float voxel_size = 0;                  ///< s. [m]
   float lambda = 0;                      ///< step of Field::scaled; twice that in bricks of level 1. [m]
   float band_inner = 0, band_outer = 0;  ///< [m]
-  float error = 0;                       ///< of the field, from its certificate. [m]
+  float error = 0;                       ///< of the field: its certificate's bound. [m]
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
 };

@@ -266,6 +266,7 @@ void write_certificate(hid_t root, const std::string& field, const FieldCertific
   write_real(root, (field + "_error_rms").c_str(), c.rms);
   write_real(root, (field + "_error_p99").c_str(), c.p99);
   write_real(root, (field + "_error_worst_at").c_str(), c.worst_at);
+  write_real(root, (field + "_error_bound").c_str(), c.bound);
 }
 
 // The header's scalars again, for people and for tools that only know HDF5. All SI.

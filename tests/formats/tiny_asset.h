@@ -50,9 +50,9 @@ struct TinyAsset {
     info.points = 4;
     info.branching = 2;
     info.levels = 2;
-    info.layers_error = {0.1, 0.05, 0.08, {1, 2, 3}};
-    info.scaled_error = {0.01, 0.005, 0.008, {4, 5, 6}};
-    info.real_error = {0.001, 0.0005, 0.0008, {7, 8, 9}};
+    info.layers_error = {0.1, 0.05, 0.08, {1, 2, 3}, 0.2};
+    info.scaled_error = {0.01, 0.005, 0.008, {4, 5, 6}, 0.02};
+    info.real_error = {0.001, 0.0005, 0.0008, {7, 8, 9}, 0.002};
     info.certificate_samples = 1234;
     std::strcpy(info.generator.data(), "tiny");
 
