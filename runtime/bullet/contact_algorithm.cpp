@@ -57,16 +57,15 @@ struct Roles {
   const Shape* map = nullptr;  ///< null for analytic partners
 };
 
-// Paper, Sec. 3.2: the object with fewer points gives the pointshell.
 Roles assign_roles(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second) {
   const Shape* const a = as_vps(first);
   const Shape* const b = as_vps(second);
   if (b == nullptr) return {first, second, a, nullptr};
   if (a == nullptr) return {second, first, b, nullptr};
-  const bool first_can = a->asset().has_pointshell() && b->asset().has_voxelmap();
-  const bool second_can = b->asset().has_pointshell() && a->asset().has_voxelmap();
-  const bool prefer_first = a->pointshell().points <= b->pointshell().points;
-  return first_can && (prefer_first || !second_can) ? Roles{first, second, a, b} : Roles{second, first, b, a};
+  // Where neither can, the query says so.
+  ShellRole role{};
+  (void)choose_roles(a->asset(), b->asset(), role);
+  return role == ShellRole::first ? Roles{first, second, a, b} : Roles{second, first, b, a};
 }
 
 Vec3 to_vec3(const btVector3& v) {
