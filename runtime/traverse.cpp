@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // Hierarchical and segmented traverse of the point-sphere tree. Paper: Algorithm 1 (Sec. 2.3) and Sec. 2.4.
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <type_traits>
 
+#include "runtime/budget.h"
 #include "runtime/descend.h"
 #include "runtime/penetration.h"
 
@@ -12,6 +12,7 @@ namespace vps {
 namespace {
 
 using detail::Affine;
+using detail::Budget;
 using detail::Descent;
 
 constexpr float kNothing = -std::numeric_limits<float>::max();
@@ -62,37 +63,6 @@ struct Facts {
   float excess = 0;
   float known = std::numeric_limits<float>::max();
   float most = std::numeric_limits<float>::max();
-};
-
-// What a query may cost.
-class Budget {
- public:
-  explicit Budget(const QueryOptions& options) noexcept
-      : tests_(options.max_tests > 0 ? options.max_tests : std::numeric_limits<std::uint64_t>::max()),
-        microseconds_(options.max_microseconds),
-        limited_(options.max_tests > 0 || options.max_microseconds > 0) {
-    if (microseconds_ > 0) start_ = Clock::now();
-  }
-  bool limited() const noexcept { return limited_; }
-  // How many more tests fit, no more than a block of work, when `tests` were made and `waiting` will be made in any
-  // case.
-  std::uint64_t left(std::uint64_t tests, std::uint64_t waiting) const noexcept {
-    if (tests + waiting >= tests_) return 0;
-    if (microseconds_ > 0) {
-      const double spent = std::chrono::duration<double, std::micro>(Clock::now() - start_).count();
-      const auto done = static_cast<double>(tests);
-      if (spent * (done + static_cast<double>(waiting)) >= microseconds_ * done) return 0;
-    }
-    return std::min(tests_ - tests - waiting, kBlock);
-  }
-  static constexpr std::uint64_t kBlock = 256;
-
- private:
-  using Clock = std::chrono::steady_clock;
-  const std::uint64_t tests_;
-  const double microseconds_;
-  const bool limited_;
-  Clock::time_point start_;
 };
 
 // Algorithm 1 and its segmented form over one field.
@@ -453,6 +423,27 @@ Frame voxel_frame(const VoxelmapView& map) noexcept {
   return frame;
 }
 
+// Sec. 3.2: whether the root sphere is out of reach of the map's bounds, which is cheap, and the answer then.
+bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Pose& pose, float contact_distance,
+                  QueryResult& result) noexcept {
+  double squared = 0;
+  double size = shell.sphere[3][0];
+  for (int axis = 0; axis < 3; ++axis) {
+    double at = pose.translation[axis];
+    for (int k = 0; k < 3; ++k) at += pose.rotation[3 * axis + k] * shell.sphere[k][0];
+    size += std::abs(at);
+    const double gap = std::max({map.bounds_min[axis] - at, at - map.bounds_max[axis], 0.0});
+    squared += gap * gap;
+  }
+  // For rounding, and for what check_pose lets pass.
+  constexpr double kStretch = 1 + 1e-3;
+  const double apart = std::sqrt(squared) - kStretch * shell.sphere[3][0] - map.error - 1e-6 * size;
+  if (!(apart > contact_distance)) return false;
+  result.delta = result.delta_bound = -apart;
+  result.nodes_tested = 1;
+  return true;
+}
+
 template <class Map>
 Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   Map map;
@@ -493,6 +484,7 @@ Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_map, options, result); status != Status::ok) return status;
   if (map.field == Field::none) return Status::missing_part;
+  if (answer_apart(shell, map, shell_to_map, options.contact_distance, result)) return Status::ok;
   Facts facts;
   facts.id = id_of(map.values);
   facts.excess = map.error;

@@ -176,6 +176,9 @@ struct HalfSpaceField {
 [[nodiscard]] float penetration(const BoxField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const SphereField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const HalfSpaceField& field, Vec3 point) noexcept;
+/// Exact and of unit length everywhere; one of several where several are nearest.
+[[nodiscard]] Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept;
+[[nodiscard]] Vec3 outward_normal(const SphereField& field, Vec3 point) noexcept;
 
 /// One point of the pointshell in contact, map frame.
 struct Contact {
