@@ -28,13 +28,15 @@ class Budget {
     if (microseconds_ > 0) {
       const double spent = std::chrono::duration<double, std::micro>(Clock::now() - start_).count();
       const auto done = static_cast<double>(tests);
-      if (spent * (done + static_cast<double>(waiting)) >= microseconds_ * done) return 0;
+      if (spent * (done + kCostWaiting * static_cast<double>(waiting)) >= microseconds_ * done) return 0;
     }
     return std::min(tests_ - tests - waiting, kBlock);
   }
-  static constexpr std::uint64_t kBlock = 256;
+  static constexpr std::uint64_t kBlock = 128;
 
  private:
+  // What waits are single points all over the shell, many of them contacts: each counts as several of the tests so far.
+  static constexpr double kCostWaiting = 4;
   using Clock = std::chrono::steady_clock;
   const std::uint64_t tests_;
   const double microseconds_;

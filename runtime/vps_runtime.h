@@ -226,7 +226,7 @@ struct QueryOptions {
 
   // Budgets. What does not fit is left out, breadth first, or segment by segment.
   std::uint32_t max_tests = 0;  ///< of spheres and points; 0: no limit
-  float max_microseconds = 0;   ///< may be passed by a block of 256 tests; 0: no limit. [Limits: value >= 0]
+  float max_microseconds = 0;   ///< may be passed by a block of 128 tests; 0: no limit. [Limits: value >= 0]
 };
 
 struct QueryResult {

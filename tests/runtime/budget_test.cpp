@@ -200,7 +200,7 @@ TEST(Budget, OfTimeGivesACoarseAnswerAtOnce) {
   QueryResult result;
   ASSERT_EQ(traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result), Status::ok);
   EXPECT_FALSE(result.complete);
-  EXPECT_LE(result.nodes_tested + result.points_tested, 257U);
+  EXPECT_LE(result.nodes_tested + result.points_tested, 129U);
   EXPECT_GE(result.delta_bound, deepest_of(s, pose));
   options.max_microseconds = 1e9F;
   ASSERT_EQ(traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result), Status::ok);
