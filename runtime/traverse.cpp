@@ -499,10 +499,10 @@ Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose
   if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
     facts.frame = voxel_frame(map);
     facts.error = std::max(map.lambda, map.error);
-    // Half the diagonal of the largest cell: docs/bounds.md.
-    const float half_diagonal = std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(map.voxel_size, kCoarsestLevel);
-    facts.excess = half_diagonal + facts.error;
-    facts.known = map.band_inner - 2 * half_diagonal;
+    // The diagonal of the largest cell: docs/bounds.md.
+    facts.excess =
+        2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(map.voxel_size, kCoarsestLevel) + facts.error;
+    facts.known = map.band_inner;
     if (map.element == ElementType::i8) return run(sampled_map<detail::SampledMap8>(map, facts.frame));
     return run(sampled_map<detail::SampledMap16>(map, facts.frame));
   }
