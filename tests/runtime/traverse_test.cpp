@@ -376,13 +376,22 @@ TEST(Traverse, AQueryAllocatesNothingOnceItsScratchHasGrown) {
   std::vector<Pose> poses;
   for (int n = 0; n < 50; ++n) poses.push_back(random_pose(random, 0.12));
   QueryResult result;
+  std::vector<float> areas(s.shell.nodes);
+  EXPECT_EQ(node_areas(s.shell, areas), Status::ok);
   const std::size_t before = allocations;
   for (const Pose& pose : poses) {
     for (const std::uint32_t level : {0U, 3U}) {
       QueryOptions options;
       options.segment_level = level;
       (void)traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result);
+      options.max_tests = 200;
+      options.node_areas = areas;
+      (void)traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result);
     }
+    QueryOptions coarse;
+    coarse.level = 2;
+    coarse.node_areas = areas;
+    (void)traverse(s.shell, s.map, pose, coarse, s.scratch, s.contacts, result);
   }
   EXPECT_EQ(allocations, before);
 }
