@@ -46,17 +46,18 @@ demo: deps $(BUNNY)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
 
-# Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, the fields' errors, and
-# the sizes of the libraries; prints Markdown tables. The first run takes ten minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
+# Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, the fields' errors, overruns of
+# budgets, and the sizes of the libraries; prints Markdown tables. The first run takes ten minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
-	cmake --build --preset bench -j $(JOBS) --target vpsbake openvdb_peer field_error query_bench vps_bullet
+	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error query_bench vps_bullet
 	sh tests/install/runtime_size.sh build/bench
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
 	build/bench/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm --fields scaled,real -o build/bench/field.vps.hdf
 	build/bench/tests/bench/field_error $(BUNNY) build/bench/field.vps.hdf --scale 0.0775
+	build/bench/tests/bench/budget_overrun build/bench/field.vps.hdf 100
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
 
 # Every mesh of ../shared, checked and baked; writes docs/corpus.md.

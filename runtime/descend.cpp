@@ -384,9 +384,9 @@ HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batc
   });
 }
 
-// Which spheres touch; `rejected` grows by the others.
+// Which spheres touch; `below` are upper bounds of V below them, unless they touch: docs/bounds.md.
 template <class Lanes>
-HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, F& rejected) {
+HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, F& below) {
   const float* const* const rows = d.shell->sphere;
   const std::size_t length = d.shell->nodes;
   const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
@@ -395,10 +395,8 @@ HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, 
   const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(1 / d.unit), set(d.slack));
   const F reach = hn::Add(radius, set(d.contact_distance));
   const F bound = field.bound(field.place(d.nodes, stored), reach);
-  const M valid = valid_lanes<Lanes::kPaired>(batch);
-  const M touch = hn::And(valid, hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
-  rejected = hn::IfThenElse(hn::AndNot(touch, valid), hn::Max(rejected, hn::Add(bound, radius)), rejected);
-  return touch;
+  below = hn::Add(bound, radius);
+  return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
 }
 
 template <bool kPaired>
@@ -411,9 +409,11 @@ HWY_INLINE Points load_points(const Descent& d, const Batch& batch) {
 
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
-  F rejected = set(d.rejected);
-  const bool touch = !hn::AllFalse(f32, touching(field, d, Batch{{node, 1, 0}, {}}, rejected));
-  d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
+  F below;
+  const bool touch = !hn::AllFalse(f32, touching(field, d, Batch{{node, 1, 0}, {}}, below));
+  const float bound = hn::GetLane(below);
+  if (!touch && bound > d.rejected) d.rejected = bound;
+  if (touch && d.bounds != nullptr) d.bounds[0] = bound;
   ++d.nodes_tested;
   return touch;
 }
@@ -427,7 +427,7 @@ class Chunks {
   // The next chunk of a node below `last`, if the queue up to `tail` has one.
   HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Range& range) {
     if (left_ == 0) {
-      if (head_ >= tail || d_.queue[head_] >= last) return false;
+      if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
       parent_ = d_.queue[head_++];
       first_ = d_.shell->children[2 * parent_];
       left_ = d_.shell->children[2 * parent_ + 1];
@@ -461,7 +461,11 @@ void descend_lanes(const Lanes& field, Descent& d) {
   while (chunks.next(tail, last_inner, batch.low)) {
     batch.high = {};
     if constexpr (kTwo) (void)chunks.next(tail, last_inner, batch.high);
-    const M touch = touching(field, d, batch, rejected);
+    F below;
+    const M touch = touching(field, d, batch, below);
+    const M apart = hn::AndNot(touch, valid_lanes<Lanes::kPaired>(batch));
+    rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
+    if (d.bounds != nullptr) hn::CompressStore(below, touch, f32, d.bounds + tail);
     tail += static_cast<std::uint32_t>(
         hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), u32, d.queue + tail));
     d.nodes_tested += batch.low.count + batch.high.count;
@@ -515,16 +519,31 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
 
 template <class Lanes>
 void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std::uint32_t to) {
-  F deepest = set(d.deepest);
+  const Words u32;
   // One after the other for fields that ask for the point's number.
-  for (std::uint32_t i = from; i < to; ++i) {
-    const std::uint32_t point = d.shell->parent_point[d.queue[i]];
-    const Batch batch{{point, 1, 0}, {}};
-    const M valid = valid_lanes<Lanes::kPaired>(batch);
-    const F v = field.value(field.place(d.points, load_points<Lanes::kPaired>(d, batch)), batch, valid);
-    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-  }
+  const std::size_t most = std::is_same_v<Lanes, PlainLanes> ? 1 : hn::Lanes(f32);
+  const F limit = set(-d.contact_distance);
+  F deepest = set(d.deepest);
   d.points_tested += to - from;
+  while (from < to) {
+    const auto count = static_cast<std::uint32_t>(to - from < most ? to - from : most);
+    HWY_ALIGN float codes[3][kLanePadding] = {};
+    HWY_ALIGN std::uint32_t points[kLanePadding] = {};
+    for (std::uint32_t lane = 0; lane < count; ++lane) {
+      points[lane] = d.shell->parent_point[d.queue[from + lane]];
+      for (int axis = 0; axis < 3; ++axis) codes[axis][lane] = d.shell->position[axis][points[lane]];
+    }
+    const Points stored = {hn::Load(f32, codes[0]), hn::Load(f32, codes[1]), hn::Load(f32, codes[2])};
+    const M valid = hn::FirstN(f32, count);
+    const F v = field.value(field.place(d.points, stored), Batch{{points[0], count, 0}, {}}, valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    const auto hit_word = hn::RebindMask(u32, hit);
+    hn::CompressStore(hn::Load(u32, points), hit_word, u32, d.hits + d.hit_count);
+    hn::CompressStore(hn::LoadU(u32, d.queue + from), hit_word, u32, d.leaves + d.hit_count);
+    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
+    from += count;
+  }
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 

@@ -29,6 +29,8 @@ struct Descent {
   std::uint32_t* queue = nullptr;  ///< entries [begin, end) are nodes whose spheres touch, of one level
   std::uint32_t begin = 0, end = 0;
   std::uint32_t last_node = 0;      ///< nodes from this one on are left in the queue
+  std::uint32_t stop = UINT32_MAX;  ///< and so are entries of the queue from this one on
+  float* bounds = nullptr;          ///< null, or: upper bounds of V below the nodes of the queue, entry for entry
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V
@@ -84,7 +86,7 @@ struct PointList {
 template <class Field>
 void test_list(const Field& field, Descent& descent, const PointList& list) noexcept;
 
-/// The same for points that stand for inner nodes: [first, last) of the queue. Sharpens `deepest` only.
+/// The same for the points that stand for nodes: [first, last) of the queue. `leaves` become those nodes.
 template <class Field>
 void test_parents(const Field& field, Descent& descent, std::uint32_t first, std::uint32_t last) noexcept;
 

@@ -16,8 +16,14 @@ inline Vec3 operator+(Vec3 a, Vec3 b) noexcept {
 inline Vec3 operator-(Vec3 a, Vec3 b) noexcept {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+inline bool is_finite(Vec3 a) noexcept {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
 inline float dot(Vec3 a, Vec3 b) noexcept {
   return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Vec3 cross(Vec3 a, Vec3 b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 inline float length(Vec3 a) noexcept {
   return std::sqrt(dot(a, a));

@@ -121,6 +121,12 @@ VpsStatus vps_voxelmap_field(const VpsVoxelmap* map, VpsField* field);
 /// `vps_missing_part` when the asset has no pointshell; *shell is NULL then.
 VpsStatus vps_asset_pointshell(const VpsAsset* asset, const VpsPointshell** shell);
 
+/// Which of two bodies plays the pointshell; the other plays the voxelmap.
+typedef int32_t VpsShellRole;
+enum { vps_shell_first, vps_shell_second };
+/// The body with fewer points, if it can. `vps_missing_part` when neither can.
+VpsStatus vps_choose_roles(const VpsAsset* first, const VpsAsset* second, VpsShellRole* role);
+
 /// A point of the shell, asset frame.
 typedef struct VpsPoint {
   float position[3];       ///< [m]
@@ -130,12 +136,15 @@ typedef struct VpsPoint {
 /// @param index  [Limits: value < VpsAssetInfo::points]
 VpsStatus vps_pointshell_point(const VpsPointshell* shell, uint32_t index, VpsPoint* point);
 
+/// Level of the tree whose number of clusters is nearest to `segments`, for VpsQueryOptions::segment_level. 0 gives 0.
+VpsStatus vps_pointshell_segment_level(const VpsPointshell* shell, uint32_t segments, uint32_t* level);
+
 /// Rigid transform, body to world: p_world = rotation * p_body + translation.
 typedef struct VpsPose {
   double rotation[9];     ///< row-major, orthonormal, determinant +1
   double translation[3];  ///< [m]
 } VpsPose;
-/// `vps_bad_pose` when not finite or farther than 1e-3 from orthonormal.
+/// `vps_bad_pose` when not finite, translated by more than 1e12 m or farther than 1e-3 from orthonormal.
 VpsStatus vps_check_pose(const VpsPose* pose);
 /// first^-1 * second: takes second's body frame to first's. `out` may be one of them. Queries check what comes out.
 VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out);
@@ -165,6 +174,8 @@ VpsStatus vps_half_space_penetration(const VpsHalfSpace* half_space, const float
 VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound);
 /// Direction out of the voxelmap, unit length; the zero vector beyond the grid and where the field has no slope.
 VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]);
+VpsStatus vps_box_outward_normal(const VpsBox* box, const float point[3], float normal[3]);
+VpsStatus vps_sphere_outward_normal(const VpsSphere* sphere, const float point[3], float normal[3]);
 
 /// One point of the pointshell in contact, map frame.
 typedef struct VpsContact {
@@ -173,7 +184,8 @@ typedef struct VpsContact {
   float penetration;       ///< [m]
   float area;              ///< [m^2]
   uint32_t point;          ///< index of the point: stable from step to step
-  uint32_t node;           ///< segmented traverse: the segment's node. Otherwise the leaf's
+  uint32_t node;           ///< segmented traverse: the segment's node. Where the point stands for a node, that node.
+                           ///< Otherwise the leaf's
 } VpsContact;
 
 /// How the sums of force and torque weigh a point.
@@ -183,11 +195,23 @@ enum {
   vps_per_point  ///< the paper's: force [m], torque [m^2]; they grow with the number of points
 };
 
+/// What a pair remembers from one query to the next, so that a body at rest tests only the points that can touch. One
+/// for each pair of a shell and a field, for one thread at a time. Contacts are the same without it.
+typedef struct VpsContactCache VpsContactCache;
+VpsStatus vps_contact_cache_create(VpsContactCache** cache);
+/// NULL is allowed.
+VpsStatus vps_contact_cache_destroy(VpsContactCache* cache);
+
 /// All zero is a good start.
 typedef struct VpsQueryOptions {
   float contact_distance;  ///< points with penetration >= -contact_distance are contacts. [Limits: value >= 0] [m]
   VpsWeight weight;
   uint32_t segment_level;  ///< 0: every contact. l >= 1: the deepest contact of each cluster of the tree's level l
+  uint32_t level;          ///< 0: all points. l >= 1: those that stand for the nodes of the tree's level l, with the
+                           ///< areas below them; not together with segment_level
+  uint32_t max_tests;      ///< of spheres and points; 0: no limit. Points that stand for unvisited nodes are contacts
+  float max_microseconds;  ///< may be passed by a block of 128 tests; 0: no limit. [Limits: value >= 0]
+  VpsContactCache* cache;  ///< may be NULL; used by regular queries of all points without a budget
 } VpsQueryOptions;
 
 typedef struct VpsQueryResult {
@@ -199,6 +223,7 @@ typedef struct VpsQueryResult {
   uint32_t contacts;   ///< found; more than were written when the status is `vps_output_full`
   uint32_t nodes_tested;
   uint32_t points_tested;
+  uint32_t complete;  ///< 0: a budget ran out; delta_bound holds for what was not visited, too
 } VpsQueryResult;
 
 VpsStatus vps_scratch_create(VpsScratch** scratch);
@@ -227,6 +252,50 @@ VpsStatus vps_traverse_sphere(const VpsPointshell* shell, const VpsSphere* spher
 VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
                                   const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
                                   VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result);
+
+// Of contacts. The C++ of it is vps_contacts.h.
+
+/// Pressure on the shell's surface: stiffness * penetration - damping * (speed out of the field), never less than 0.
+typedef struct VpsPenaltyLaw {
+  double stiffness;  ///< of the foundation. [Limits: value >= 0] [N/m^3]
+  double damping;    ///< [Limits: value >= 0] [N s/m^3]
+} VpsPenaltyLaw;
+/// Motion of the pointshell's body relative to the field's, map frame.
+typedef struct VpsTwist {
+  float centre[3];   ///< a point of the shell's body; torques are about it. [m]
+  float linear[3];   ///< velocity of `centre`. [m/s]
+  float angular[3];  ///< [rad/s]
+} VpsTwist;
+/// On the pointshell's body, map frame.
+typedef struct VpsWrench {
+  double force[3];   ///< [N]
+  double torque[3];  ///< about VpsTwist::centre. [N m]
+} VpsWrench;
+/// How a wrench changes: rows are force x, y, z, torque x, y, z; columns the same of the change.
+typedef struct VpsWrenchGradient {
+  double pose[36];   ///< by translation, then by rotation about `centre`, which goes along. [N/m, N, N m]
+  double twist[36];  ///< by linear, then by angular velocity. [N s/m, N s, N m s]
+} VpsWrenchGradient;
+/// Force and torque of contacts in newtons, whatever the number of points that a body was sampled with.
+/// @param contacts  NULL is allowed with count 0, here and below
+VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist,
+                             VpsWrench* wrench);
+/// @param outward_normals  of the field at the contacts, 3 floats each; NULL: opposite to the shell's, an estimate
+VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_normals, size_t count,
+                               const VpsPenaltyLaw* law, const VpsTwist* twist, VpsWrenchGradient* gradient);
+
+/// What a reduction lost: the length of the difference of force or torque over the sum of the lengths of its terms.
+typedef struct VpsReduction {
+  uint32_t kept;
+  double force_residual;   ///< [-]
+  double torque_residual;  ///< about `centre`. [-]
+} VpsReduction;
+/// Few contacts in the place of many: the deepest and others far apart, with areas that keep force and torque.
+/// @param centre    about which the torque's residual is meant, map frame. [m]
+/// @param kept      room for `capacity` contacts
+/// @param capacity  how many to keep. [Limits: value >= 1]
+VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
+                              VpsContact* kept, size_t capacity, VpsReduction* reduction);
 
 #ifdef __cplusplus
 }

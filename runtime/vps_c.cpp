@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Zlib
 // The C interface: checks arguments, converts, forwards.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <new>
 #include <type_traits>
 
 #include "runtime/vps.h"
-#include "runtime/vps_runtime.h"
+#include "runtime/vps_contacts.h"
 
 struct VpsVoxelmap {
   vps::VoxelmapView view;
 };
 struct VpsPointshell {
   vps::PointshellView view;
+  std::vector<float> areas;  // of nodes
 };
 struct VpsAsset {
   vps::Asset asset;
@@ -22,7 +24,11 @@ struct VpsAsset {
 };
 struct VpsScratch {
   vps::Scratch scratch;
-  std::vector<vps::Contact> contacts;
+  std::vector<vps::Contact> contacts, kept;
+  vps::ReductionScratch reduction;
+};
+struct VpsContactCache {
+  vps::ContactCache cache;
 };
 
 namespace {
@@ -31,6 +37,7 @@ static_assert(vps_ok == static_cast<int>(vps::Status::ok));
 static_assert(vps_missing_part == static_cast<int>(vps::Status::missing_part));
 static_assert(vps_bad_argument == static_cast<int>(vps::Status::bad_argument));
 static_assert(vps_field_finest == static_cast<int>(vps::Field::none));
+static_assert(vps_shell_second == static_cast<int>(vps::ShellRole::second));
 static_assert(vps_field_real == static_cast<int>(vps::Field::real));
 
 // Contacts are copied as bytes.
@@ -108,6 +115,30 @@ VpsStatus penetration_into(const Field* field, const float* point, float* penetr
 }
 
 template <class Field>
+VpsStatus normal_into(const Field* field, const float* point, float* normal) {
+  if (!is_valid(field) || !is_finite(point) || normal == nullptr) return vps_bad_argument;
+  copy(vps::outward_normal(to_cpp(*field), to_vec3(point)), normal);
+  return vps_ok;
+}
+
+vps::Contact to_contact(const VpsContact& from) {
+  return std::bit_cast<vps::Contact>(from);
+}
+bool are_valid(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist) {
+  return (contacts != nullptr || count == 0) && law != nullptr && twist != nullptr;
+}
+vps::PenaltyLaw to_law(const VpsPenaltyLaw& law) {
+  return {law.stiffness, law.damping};
+}
+vps::Twist to_twist(const VpsTwist& twist) {
+  return {to_vec3(twist.centre), to_vec3(twist.linear), to_vec3(twist.angular)};
+}
+template <std::size_t n>
+void add(const double (&from)[n], double (&to)[n]) {
+  for (std::size_t i = 0; i < n; ++i) to[i] += from[i];
+}
+
+template <class Field>
 VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose* pose, const VpsQueryOptions* options,
                    VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
   if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
@@ -121,6 +152,11 @@ VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose
   query.contact_distance = given.contact_distance;
   query.weight = given.weight == vps_per_area ? vps::Weight::per_area : vps::Weight::per_point;
   query.segment_level = given.segment_level;
+  query.level = given.level;
+  query.node_areas = shell->areas;
+  query.max_tests = given.max_tests;
+  query.max_microseconds = given.max_microseconds;
+  if (given.cache != nullptr) query.cache = &given.cache->cache;
   const std::span<vps::Contact> out(scratch->contacts.data(), std::min<size_t>(capacity, shell->view.points));
   vps::QueryResult found;
   const vps::Status status =
@@ -136,6 +172,7 @@ VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose
   result->contacts = found.contacts;
   result->nodes_tested = found.nodes_tested;
   result->points_tested = found.points_tested;
+  result->complete = found.complete ? 1 : 0;
   return to_c(status);
 }
 
@@ -160,7 +197,15 @@ VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {
   for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
     (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
   }
-  (void)opened->asset.pointshell(opened->shell.view);
+  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
+    try {
+      opened->shell.areas.resize(opened->shell.view.nodes);
+    } catch (const std::bad_alloc&) {
+      delete opened;
+      return vps_no_memory;
+    }
+    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
+  }
   *asset = opened;
   return vps_ok;
 }
@@ -230,6 +275,20 @@ VpsStatus vps_asset_pointshell(const VpsAsset* asset, const VpsPointshell** shel
   return vps_ok;
 }
 
+VpsStatus vps_choose_roles(const VpsAsset* first, const VpsAsset* second, VpsShellRole* role) {
+  if (first == nullptr || second == nullptr || role == nullptr) return vps_bad_argument;
+  vps::ShellRole chosen{};
+  const vps::Status status = vps::choose_roles(first->asset, second->asset, chosen);
+  if (status == vps::Status::ok) *role = static_cast<VpsShellRole>(chosen);
+  return to_c(status);
+}
+
+VpsStatus vps_pointshell_segment_level(const VpsPointshell* shell, uint32_t segments, uint32_t* level) {
+  if (shell == nullptr || level == nullptr) return vps_bad_argument;
+  *level = vps::segment_level_for(shell->view, segments);
+  return vps_ok;
+}
+
 VpsStatus vps_pointshell_point(const VpsPointshell* shell, uint32_t index, VpsPoint* point) {
   if (shell == nullptr || point == nullptr || index >= shell->view.points) return vps_bad_argument;
   copy(vps::point_position(shell->view, index), point->position);
@@ -275,9 +334,13 @@ VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], fl
 }
 
 VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]) {
-  if (!is_valid(map) || !is_finite(point) || normal == nullptr) return vps_bad_argument;
-  copy(vps::outward_normal(map->view, to_vec3(point)), normal);
-  return vps_ok;
+  return normal_into(map, point, normal);
+}
+VpsStatus vps_box_outward_normal(const VpsBox* box, const float point[3], float normal[3]) {
+  return normal_into(box, point, normal);
+}
+VpsStatus vps_sphere_outward_normal(const VpsSphere* sphere, const float point[3], float normal[3]) {
+  return normal_into(sphere, point, normal);
 }
 
 VpsStatus vps_scratch_create(VpsScratch** scratch) {
@@ -303,6 +366,17 @@ VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, s
   return vps_ok;
 }
 
+VpsStatus vps_contact_cache_create(VpsContactCache** cache) {
+  if (cache == nullptr) return vps_bad_argument;
+  *cache = new (std::nothrow) VpsContactCache;
+  return *cache == nullptr ? vps_no_memory : vps_ok;
+}
+
+VpsStatus vps_contact_cache_destroy(VpsContactCache* cache) {
+  delete cache;
+  return vps_ok;
+}
+
 VpsStatus vps_traverse_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
                            const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
                            VpsQueryResult* result) {
@@ -322,4 +396,63 @@ VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace
                                   const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
                                   VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
   return traverse(shell, half_space, shell_to_half_space, options, scratch, contacts, capacity, result);
+}
+
+VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist,
+                             VpsWrench* wrench) {
+  if (!are_valid(contacts, count, law, twist) || wrench == nullptr) return vps_bad_argument;
+  vps::Wrench one;
+  const vps::Status status = vps::penalty_wrench({}, to_law(*law), to_twist(*twist), one);
+  if (status != vps::Status::ok) return to_c(status);
+  *wrench = {};
+  for (size_t i = 0; i < count; ++i) {
+    const vps::Contact contact = to_contact(contacts[i]);
+    (void)vps::penalty_wrench({&contact, 1}, to_law(*law), to_twist(*twist), one);
+    add(one.force, wrench->force);
+    add(one.torque, wrench->torque);
+  }
+  return vps_ok;
+}
+
+VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_normals, size_t count,
+                               const VpsPenaltyLaw* law, const VpsTwist* twist, VpsWrenchGradient* gradient) {
+  if (!are_valid(contacts, count, law, twist) || gradient == nullptr) return vps_bad_argument;
+  vps::WrenchGradient one;
+  const vps::Status status = vps::penalty_gradient({}, {}, to_law(*law), to_twist(*twist), one);
+  if (status != vps::Status::ok) return to_c(status);
+  *gradient = {};
+  for (size_t i = 0; i < count; ++i) {
+    const vps::Contact contact = to_contact(contacts[i]);
+    const vps::Vec3 normal = outward_normals == nullptr ? contact.inward_normal : to_vec3(outward_normals + 3 * i);
+    (void)vps::penalty_gradient({&contact, 1}, {&normal, 1}, to_law(*law), to_twist(*twist), one);
+    add(one.pose, gradient->pose);
+    add(one.twist, gradient->twist);
+  }
+  return vps_ok;
+}
+
+VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
+                              VpsContact* kept, size_t capacity, VpsReduction* reduction) {
+  if ((contacts == nullptr && count > 0) || !is_finite(centre) || scratch == nullptr || kept == nullptr ||
+      capacity == 0 || count > UINT32_MAX || reduction == nullptr) {
+    return vps_bad_argument;
+  }
+  vps::Reduction found;
+  try {
+    if (scratch->contacts.size() < count) scratch->contacts.resize(count);
+    if (scratch->kept.size() < std::min(capacity, count)) scratch->kept.resize(std::min(capacity, count));
+    if (scratch->reduction.distances.size() < count) scratch->reduction.distances.resize(count);
+    if (scratch->reduction.nearest.size() < count) scratch->reduction.nearest.resize(count);
+  } catch (const std::bad_alloc&) {
+    return vps_no_memory;
+  }
+  if (count > 0) {
+    std::transform(contacts, contacts + count, scratch->contacts.begin(), to_contact);
+    const std::span<vps::Contact> room = std::span(scratch->kept).first(std::min(capacity, count));
+    (void)vps::reduce_contacts(std::span(scratch->contacts).first(count), to_vec3(centre), room, scratch->reduction,
+                               found);
+    std::memcpy(kept, room.data(), found.kept * sizeof(VpsContact));
+  }
+  *reduction = {found.kept, found.force_residual, found.torque_residual};
+  return vps_ok;
 }

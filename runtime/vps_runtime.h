@@ -26,7 +26,7 @@ struct Pose {
   double translation[3] = {0, 0, 0};                 ///< [m]
 };
 
-/// `ok`, or `bad_pose` when not finite or farther than 1e-3 from orthonormal.
+/// `ok`, or `bad_pose` when not finite, translated by more than 1e12 m or farther than 1e-3 from orthonormal.
 [[nodiscard]] Status check_pose(const Pose& pose) noexcept;
 
 /// first^-1 * second: takes second's body frame to first's body frame.
@@ -96,6 +96,15 @@ struct PointshellView {
   return decode_area(shell.area[i], shell.area_step);
 }
 
+/// Surface area below each node: sums of the points' areas. [m^2]
+/// @param areas  one for each node of the shell; another size is a bad_argument
+[[nodiscard]] Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept;
+
+/// Level of the tree whose number of clusters is nearest to the wished number, by their ratio: the segmentation level
+/// of Sec. 2.4, where the paper takes about 15 segments.
+/// @return 0, the regular traverse, when `segments` is 0 or the shell empty
+[[nodiscard]] std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept;
+
 /// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
 class Asset {
  public:
@@ -130,6 +139,13 @@ class Asset {
   Directory directory_{};
 };
 
+/// Which body of a pair plays the pointshell; the other plays the voxelmap.
+enum class ShellRole : std::uint8_t { first, second };
+
+/// The body with fewer points plays the pointshell (Sec. 3.2), the first if they are equal; if it cannot, the other.
+/// @return missing_part when neither can; `role` is `first` then
+[[nodiscard]] Status choose_roles(const Asset& first, const Asset& second, ShellRole& role) noexcept;
+
 /// Penetration of a point into the voxelmap. Paper: Sec. 2.2. For layers by Eq. (4); for scaled and real trilinear
 /// between the eight samples round the point, where the paper's Eqs. (4) and (5) extrapolate from one.
 /// Beyond the narrow band the value has the right sign and never claims more distance than there is.
@@ -160,6 +176,9 @@ struct HalfSpaceField {
 [[nodiscard]] float penetration(const BoxField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const SphereField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const HalfSpaceField& field, Vec3 point) noexcept;
+/// Exact and of unit length everywhere; one of several where several are nearest.
+[[nodiscard]] Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept;
+[[nodiscard]] Vec3 outward_normal(const SphereField& field, Vec3 point) noexcept;
 
 /// One point of the pointshell in contact, map frame.
 struct Contact {
@@ -168,7 +187,8 @@ struct Contact {
   float penetration = 0;    ///< V(P). [m]
   float area = 0;           ///< [m^2]
   std::uint32_t point = 0;  ///< index of the point: stable from step to step
-  std::uint32_t node = 0;   ///< segmented traverse: the segment's node. Otherwise the leaf's
+  std::uint32_t node = 0;   ///< segmented traverse: the segment's node. Where the point stands for a node (see
+                            ///< QueryOptions::level and max_tests), that node. Otherwise the leaf's
 };
 
 /// How Eqs. (2) and (3) weigh a point.
@@ -194,8 +214,19 @@ struct QueryOptions {
   Weight weight = Weight::per_area;
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
-  ContactCache* cache =
-      nullptr;  ///< may be null; not used by the segmented traverse, nor with fields other than scaled
+  ContactCache* cache = nullptr;  ///< may be null; not used by the segmented traverse, with a level or a budget, nor
+                                  ///< with fields other than scaled
+
+  /// Level of detail. 0: all points. l >= 1: the points that stand for the nodes of level l, with the areas below them;
+  /// not together with segment_level.
+  std::uint32_t level = 0;
+  /// From the function of this name; empty: none. With a level they are needed. When a budget runs out the points that
+  /// stand for unvisited nodes are contacts with these areas; without them they only count for QueryResult::delta.
+  std::span<const float> node_areas = {};
+
+  // Budgets. What does not fit is left out, breadth first, or segment by segment.
+  std::uint32_t max_tests = 0;  ///< of spheres and points; 0: no limit
+  float max_microseconds = 0;   ///< may be passed by a block of 128 tests; 0: no limit. [Limits: value >= 0]
 };
 
 struct QueryResult {
@@ -207,12 +238,13 @@ struct QueryResult {
   std::uint32_t contacts = 0;  ///< found; more than were written when the status is output_full
   std::uint32_t nodes_tested = 0;
   std::uint32_t points_tested = 0;
+  bool complete = true;  ///< false: a budget ran out; `delta_bound` holds for what was not visited, too
 };
 
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
 struct Scratch {
   std::vector<std::uint32_t> queue, hits, leaves;
-  std::vector<float> penetrations;
+  std::vector<float> penetrations, bounds;
   void reserve(const PointshellView& shell);
 };
 

@@ -57,48 +57,19 @@ struct Roles {
   const Shape* map = nullptr;  ///< null for analytic partners
 };
 
-// Paper, Sec. 3.2: the object with fewer points gives the pointshell.
 Roles assign_roles(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second) {
   const Shape* const a = as_vps(first);
   const Shape* const b = as_vps(second);
   if (b == nullptr) return {first, second, a, nullptr};
   if (a == nullptr) return {second, first, b, nullptr};
-  const bool first_can = a->asset().has_pointshell() && b->asset().has_voxelmap();
-  const bool second_can = b->asset().has_pointshell() && a->asset().has_voxelmap();
-  const bool prefer_first = a->pointshell().points <= b->pointshell().points;
-  return first_can && (prefer_first || !second_can) ? Roles{first, second, a, b} : Roles{second, first, b, a};
+  // Where neither can, the query says so.
+  ShellRole role{};
+  (void)choose_roles(a->asset(), b->asset(), role);
+  return role == ShellRole::first ? Roles{first, second, a, b} : Roles{second, first, b, a};
 }
 
 Vec3 to_vec3(const btVector3& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-// Direction out of the box at a point: towards it from the nearest surface point.
-Vec3 box_normal(const BoxField& box, Vec3 p) {
-  using namespace detail;
-  const float h[3] = {box.half_extents.x, box.half_extents.y, box.half_extents.z};
-  const float q[3] = {p.x, p.y, p.z};
-  float out[3];
-  float deepest = -std::numeric_limits<float>::max();
-  int face = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    out[axis] = q[axis] - std::clamp(q[axis], -h[axis], h[axis]);
-    if (std::abs(q[axis]) - h[axis] > deepest) {
-      deepest = std::abs(q[axis]) - h[axis];
-      face = axis;
-    }
-  }
-  const Vec3 outside{out[0], out[1], out[2]};
-  const float distance = length(outside);
-  if (distance > 0) return {outside.x / distance, outside.y / distance, outside.z / distance};
-  float normal[3] = {0, 0, 0};
-  normal[face] = q[face] < 0 ? -1.0F : 1.0F;
-  return {normal[0], normal[1], normal[2]};
-}
-
-Vec3 sphere_normal(Vec3 p) {
-  const float r = detail::length(p);
-  return r > 0 ? Vec3{p.x / r, p.y / r, p.z / r} : Vec3{0, 0, 1};
 }
 
 // At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
@@ -243,11 +214,12 @@ Status ContactAlgorithm::query(const Roles& roles, const QueryOptions& options, 
     case BOX_SHAPE_PROXYTYPE: {
       const BoxField box{to_vec3(static_cast<const btBoxShape*>(partner)->getHalfExtentsWithMargin())};
       return with_normals(traverse(shell, box, pose, options, space.scratch, contacts, found),
-                          [&](Vec3 p) { return box_normal(box, p); });
+                          [&](Vec3 p) { return outward_normal(box, p); });
     }
     case SPHERE_SHAPE_PROXYTYPE: {
       const SphereField sphere{static_cast<float>(static_cast<const btSphereShape*>(partner)->getRadius())};
-      return with_normals(traverse(shell, sphere, pose, options, space.scratch, contacts, found), sphere_normal);
+      return with_normals(traverse(shell, sphere, pose, options, space.scratch, contacts, found),
+                          [&](Vec3 p) { return outward_normal(sphere, p); });
     }
     case STATIC_PLANE_PROXYTYPE: {
       const auto* plane = static_cast<const btStaticPlaneShape*>(partner);

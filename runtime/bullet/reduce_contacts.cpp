@@ -12,10 +12,6 @@ namespace {
 
 using namespace detail;
 
-Vec3 cross(Vec3 a, Vec3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 // How much better a new contact has to be than one of the step before.
 constexpr float kHysteresis = 1.2F;
 

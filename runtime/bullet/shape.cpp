@@ -2,8 +2,6 @@
 // The collision shape: bounds, inertia and surfels from the asset. Paper: Sec. 3.2.
 #include <LinearMath/btAabbUtil2.h>
 
-#include <cmath>
-
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::bullet {
@@ -73,16 +71,7 @@ Shape::Shape(std::shared_ptr<const Asset> asset)
 }
 
 std::uint32_t Shape::segment_level() const {
-  if (wished_segments_ == 0 || shell_.points == 0) return 0;
-  const auto distance = [&](std::uint32_t level) {
-    const double clusters = shell_.level_offsets[level] - shell_.level_offsets[level - 1];
-    return std::abs(std::log(clusters / wished_segments_));
-  };
-  std::uint32_t best = 1;
-  for (std::uint32_t level = 2; level <= shell_.levels; ++level) {
-    if (distance(level) < distance(best)) best = level;
-  }
-  return best;
+  return segment_level_for(shell_, wished_segments_);
 }
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {

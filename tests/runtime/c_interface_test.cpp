@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "runtime/vps_contacts.h"
 #include "tests/runtime/c_program.h"
 #include "tests/support/baked.h"
 #include "tests/support/random.h"
@@ -42,6 +43,7 @@ void expect_equal(const VpsQueryResult& a, const QueryResult& b) {
   EXPECT_EQ(a.contacts, b.contacts);
   EXPECT_EQ(a.nodes_tested, b.nodes_tested);
   EXPECT_EQ(a.points_tested, b.points_tested);
+  EXPECT_EQ(a.complete, b.complete ? 1U : 0U);
 }
 
 TEST(CInterface, SaysWhatTheCppInterfaceSays) {
@@ -130,6 +132,63 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
     EXPECT_EQ(c->contacts[i].point, contacts[i].point);
     EXPECT_EQ(c->contacts[i].node, contacts[i].node);
   }
+  const std::span<const Contact> all = std::span(contacts).first(result.contacts);
+  const PenaltyLaw law{kLaw.stiffness, kLaw.damping};
+  const auto vec3 = [](const float(&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
+  const Twist twist{vec3(kTwist.centre), vec3(kTwist.linear), vec3(kTwist.angular)};
+  Wrench wrench;
+  ASSERT_EQ(penalty_wrench(all, law, twist, wrench), Status::ok);
+  WrenchGradient gradient;
+  ASSERT_EQ(penalty_gradient(all, {}, law, twist, gradient), Status::ok);
+  // C sums up in the same order.
+  expect_equal<3>(c->wrench.force, wrench.force);
+  expect_equal<3>(c->wrench.torque, wrench.torque);
+  for (std::size_t i = 0; i < 36; ++i) {
+    EXPECT_NEAR(c->gradient.pose[i], gradient.pose[i], 1e-9 * std::abs(gradient.pose[0]));
+    EXPECT_EQ(c->gradient.twist[i], gradient.twist[i]);
+  }
+  std::vector<Contact> kept(kKept);
+  ReductionScratch reduction_scratch;
+  Reduction reduction;
+  ASSERT_EQ(reduce_contacts(all, twist.centre, kept, reduction_scratch, reduction), Status::ok);
+  EXPECT_EQ(c->reduction.kept, reduction.kept);
+  EXPECT_EQ(c->reduction.force_residual, reduction.force_residual);
+  EXPECT_EQ(c->reduction.torque_residual, reduction.torque_residual);
+  for (std::size_t i = 0; i < kKept; ++i) {
+    EXPECT_EQ(c->kept[i].point, kept[i].point);
+    EXPECT_EQ(c->kept[i].area, kept[i].area);
+  }
+  ShellRole role{};
+  ASSERT_EQ(choose_roles(asset, asset, role), Status::ok);
+  EXPECT_EQ(c->role, static_cast<VpsShellRole>(role));
+  EXPECT_EQ(c->segment_level, segment_level_for(shell, 15));
+  expect_equal(c->box_normal, outward_normal(box, p));
+  expect_equal(c->sphere_normal, outward_normal(sphere, p));
+
+  std::vector<float> areas(shell.nodes);
+  ASSERT_EQ(node_areas(shell, areas), Status::ok);
+  QueryOptions coarse;
+  coarse.level = 2;
+  coarse.node_areas = areas;
+  ASSERT_EQ(traverse(shell, map, pose, coarse, scratch, contacts, result), Status::ok);
+  ASSERT_GT(result.contacts, 0U);
+  expect_equal(c->coarse_result, result);
+  QueryOptions hasty;
+  hasty.max_tests = 300;
+  hasty.node_areas = areas;
+  ASSERT_EQ(traverse(shell, map, pose, hasty, scratch, contacts, result), Status::ok);
+  ASSERT_FALSE(result.complete);
+  expect_equal(c->hasty_result, result);
+  VoxelmapView scaled;
+  ASSERT_EQ(asset.voxelmap(scaled, Field::scaled), Status::ok);
+  ContactCache cache;
+  options.cache = &cache;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_EQ(traverse(shell, scaled, pose, options, scratch, contacts, result), Status::ok);
+  }
+  ASSERT_EQ(result.nodes_tested, 0U) << "remembered";
+  expect_equal(c->cached_result, result);
+
   ASSERT_EQ(traverse(shell, box, pose, {}, scratch, contacts, result), Status::ok);
   expect_equal(c->box_result, result);
   ASSERT_EQ(traverse(shell, sphere, pose, {}, scratch, contacts, result), Status::ok);

@@ -9,7 +9,10 @@
 const VpsBox kBox = {{0.04F, 0.05F, 0.06F}};
 const VpsSphere kSphere = {0.05F};
 const VpsHalfSpace kHalfSpace = {{0, 0, 1}, 0.01F};
-const VpsQueryOptions kOptions = {0.001F, vps_per_point, 0};
+const VpsQueryOptions kOptions = {.contact_distance = 0.001F, .weight = vps_per_point};
+
+const VpsPenaltyLaw kLaw = {1e8, 1e5};
+const VpsTwist kTwist = {{0.001F, 0.002F, 0.003F}, {0.01F, 0, 0}, {0, 0.5F, 0}};
 
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers) {
   VpsAsset* asset = NULL;
@@ -47,6 +50,27 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
          vps_output_full);
   EXPECT(vps_traverse_half_space(shell, &kHalfSpace, &moved, NULL, scratch, NULL, 0, &answers->half_space_result) ==
          vps_output_full);
+
+  EXPECT(vps_choose_roles(asset, asset, &answers->role) == vps_ok);
+  EXPECT(vps_pointshell_segment_level(shell, 15, &answers->segment_level) == vps_ok);
+  EXPECT(vps_box_outward_normal(&kBox, point, answers->box_normal) == vps_ok);
+  EXPECT(vps_sphere_outward_normal(&kSphere, point, answers->sphere_normal) == vps_ok);
+  const VpsQueryOptions coarse = {.level = 2};
+  const VpsQueryOptions hasty = {.max_tests = 300};
+  EXPECT(vps_traverse_map(shell, map, &moved, &coarse, scratch, NULL, 0, &answers->coarse_result) == vps_output_full);
+  EXPECT(vps_traverse_map(shell, map, &moved, &hasty, scratch, NULL, 0, &answers->hasty_result) == vps_output_full);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_scaled, &map) == vps_ok);
+  VpsQueryOptions cached = kOptions;
+  EXPECT(vps_contact_cache_create(&cached.cache) == vps_ok);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT(vps_traverse_map(shell, map, &moved, &cached, scratch, NULL, 0, &answers->cached_result) == vps_output_full);
+  }
+  EXPECT(vps_contact_cache_destroy(cached.cache) == vps_ok);
+  const uint32_t count = answers->map_result.contacts;
+  EXPECT(vps_penalty_wrench(answers->contacts, count, &kLaw, &kTwist, &answers->wrench) == vps_ok);
+  EXPECT(vps_penalty_gradient(answers->contacts, NULL, count, &kLaw, &kTwist, &answers->gradient) == vps_ok);
+  EXPECT(vps_reduce_contacts(answers->contacts, count, kTwist.centre, scratch, answers->kept, kKept,
+                             &answers->reduction) == vps_ok);
   EXPECT(vps_scratch_destroy(scratch) == vps_ok);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return 0;
@@ -82,12 +106,20 @@ static int misuse_assets(const char* path, const char* no_map, const char* no_sh
   EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
   EXPECT(vps_asset_info(asset, &info) == vps_ok);
   REFUSED(vps_voxelmap_field(map, NULL));
+  VpsShellRole role;
+  uint32_t level;
+  REFUSED(vps_choose_roles(NULL, asset, &role));
+  REFUSED(vps_choose_roles(asset, NULL, &role));
+  REFUSED(vps_choose_roles(asset, asset, NULL));
+  REFUSED(vps_pointshell_segment_level(NULL, 15, &level));
+  REFUSED(vps_pointshell_segment_level(shell, 15, NULL));
   REFUSED(vps_pointshell_point(shell, (uint32_t)info.points, &point));
   REFUSED(vps_pointshell_point(shell, 0, NULL));
   EXPECT(vps_asset_close(asset) == vps_ok);
 
   EXPECT(vps_asset_open(no_map, &asset) == vps_ok);
   EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_missing_part && map == NULL);
+  EXPECT(vps_choose_roles(asset, asset, &role) == vps_missing_part);
   EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
   EXPECT(vps_asset_close(asset) == vps_ok);
   EXPECT(vps_asset_open(no_shell, &asset) == vps_ok);
@@ -128,6 +160,8 @@ static int misuse_points(const VpsVoxelmap* map) {
   REFUSED(vps_sphere_penetration(NULL, at, &v));
   REFUSED(vps_sphere_penetration(&shapeless, at, &v));
   REFUSED(vps_sphere_penetration(&kSphere, nowhere, &v));
+  REFUSED(vps_box_outward_normal(&negative, at, n));
+  REFUSED(vps_sphere_outward_normal(&kSphere, nowhere, n));
   REFUSED(vps_half_space_penetration(NULL, at, &v));
   REFUSED(vps_half_space_penetration(&slanted, at, &v));
   REFUSED(vps_half_space_penetration(&kHalfSpace, endless, &v));
@@ -140,10 +174,12 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
   const VpsPose nowhere = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {NAN, 0, 0}};
   const VpsPose distant = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 1e300, 0}};
-  const VpsQueryOptions inside = {-1, vps_per_area, 0};
-  const VpsQueryOptions endless = {INFINITY, vps_per_area, 0};
-  const VpsQueryOptions weightless = {0, 7, 0};
-  const VpsQueryOptions deep = {0, vps_per_area, UINT32_MAX};
+  const VpsQueryOptions inside = {.contact_distance = -1};
+  const VpsQueryOptions endless = {.contact_distance = INFINITY};
+  const VpsQueryOptions weightless = {.weight = 7};
+  const VpsQueryOptions deep = {.segment_level = UINT32_MAX};
+  const VpsQueryOptions hasty = {.max_microseconds = -1};
+  const VpsQueryOptions both = {.segment_level = 2, .level = 2};
   const VpsSphere negative = {-1};
   VpsScratch* s = NULL;
   VpsContact contact;
@@ -171,6 +207,8 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_traverse_map(shell, map, &pose, &inside, s, &contact, 1, &r));
   REFUSED(vps_traverse_map(shell, map, &pose, &endless, s, &contact, 1, &r));
   REFUSED(vps_traverse_map(shell, map, &pose, &weightless, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, &hasty, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, &both, s, &contact, 1, &r));
   EXPECT(vps_traverse_map(shell, map, &mirror, NULL, s, &contact, 1, &r) == vps_bad_pose);
   EXPECT(vps_traverse_map(shell, map, &nowhere, NULL, s, &contact, 1, &r) == vps_bad_pose);
   REFUSED(vps_traverse_box(shell, NULL, &pose, NULL, s, &contact, 1, &r));
@@ -180,7 +218,49 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   EXPECT(r.contacts == 42);
 
   EXPECT(vps_traverse_map(shell, map, &pose, &deep, s, &contact, 1, &r) == vps_output_full);
-  EXPECT(vps_traverse_map(shell, map, &distant, NULL, s, &contact, 1, &r) == vps_ok && r.contacts == 0);
+  EXPECT(vps_traverse_map(shell, map, &distant, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  EXPECT(vps_scratch_destroy(s) == vps_ok);
+  return 0;
+}
+
+static int misuse_contacts(void) {
+  const VpsContact contact = {{0, 0, 0}, {0, 0, 1}, 0.001F, 1e-6F, 0, 0};
+  const VpsPenaltyLaw pulling = {-1, 0};
+  const VpsTwist endless = {{0, 0, 0}, {INFINITY, 0, 0}, {0, 0, 0}};
+  const float nowhere[3] = {NAN, 0, 0};
+  VpsScratch* s = NULL;
+  VpsContact kept;
+  VpsReduction reduction;
+  VpsWrench w;
+  VpsWrenchGradient g;
+  VpsContactCache* cache = NULL;
+  REFUSED(vps_contact_cache_create(NULL));
+  EXPECT(vps_contact_cache_create(&cache) == vps_ok);
+  EXPECT(vps_contact_cache_destroy(cache) == vps_ok);
+  EXPECT(vps_contact_cache_destroy(NULL) == vps_ok);
+  w.force[0] = 42;
+  REFUSED(vps_penalty_wrench(NULL, 1, &kLaw, &kTwist, &w));
+  REFUSED(vps_penalty_wrench(&contact, 1, NULL, &kTwist, &w));
+  REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, NULL, &w));
+  REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, &kTwist, NULL));
+  REFUSED(vps_penalty_wrench(&contact, 1, &pulling, &kTwist, &w));
+  REFUSED(vps_penalty_wrench(&contact, 1, &kLaw, &endless, &w));
+  EXPECT(w.force[0] == 42);
+  EXPECT(vps_penalty_wrench(NULL, 0, &kLaw, &kTwist, &w) == vps_ok && w.force[0] == 0);
+  REFUSED(vps_penalty_gradient(NULL, NULL, 1, &kLaw, &kTwist, &g));
+  REFUSED(vps_penalty_gradient(&contact, NULL, 1, NULL, &kTwist, &g));
+  REFUSED(vps_penalty_gradient(&contact, NULL, 1, &kLaw, NULL, &g));
+  REFUSED(vps_penalty_gradient(&contact, NULL, 1, &kLaw, &kTwist, NULL));
+  REFUSED(vps_penalty_gradient(&contact, NULL, 1, &pulling, &kTwist, &g));
+  EXPECT(vps_scratch_create(&s) == vps_ok);
+  REFUSED(vps_reduce_contacts(NULL, 1, kTwist.centre, s, &kept, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, NULL, s, &kept, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, nowhere, s, &kept, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, NULL, &kept, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, s, NULL, 1, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, s, &kept, 0, &reduction));
+  REFUSED(vps_reduce_contacts(&contact, 1, kTwist.centre, s, &kept, 1, NULL));
+  EXPECT(vps_reduce_contacts(NULL, 0, kTwist.centre, s, &kept, 1, &reduction) == vps_ok && reduction.kept == 0);
   EXPECT(vps_scratch_destroy(s) == vps_ok);
   return 0;
 }
@@ -196,6 +276,7 @@ int misuse(const char* path, const char* no_map, const char* no_shell) {
   EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
   line = misuse_points(map);
   if (line == 0) line = misuse_queries(shell, map);
+  if (line == 0) line = misuse_contacts();
   EXPECT(vps_asset_close(asset) == vps_ok);
   return line;
 }

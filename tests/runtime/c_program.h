@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-enum { kContacts = 20000 };
+enum { kContacts = 20000, kKept = 8 };
 
 typedef struct Answers {
   VpsAssetInfo info;
@@ -20,7 +20,19 @@ typedef struct Answers {
   float box, sphere, half_space;  // penetration
   VpsQueryResult map_result, box_result, sphere_result, half_space_result, few_result;
   VpsContact contacts[kContacts];  // of the map
+  VpsShellRole role;
+  uint32_t segment_level;  // for 15
+  float box_normal[3], sphere_normal[3];
+  VpsQueryResult coarse_result, hasty_result;  // level 2, 300 tests
+  VpsQueryResult cached_result;                // the second time, scaled
+  VpsWrench wrench;                            // of the contacts
+  VpsWrenchGradient gradient;
+  VpsContact kept[kKept];
+  VpsReduction reduction;
 } Answers;
+
+extern const VpsPenaltyLaw kLaw;
+extern const VpsTwist kTwist;
 
 /// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
 /// @return 0, or the line of the first call that did not return what it should

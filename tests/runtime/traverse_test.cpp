@@ -14,10 +14,8 @@
 #include <span>
 #include <thread>
 
-#include "tests/support/baked.h"
+#include "tests/runtime/pair.h"
 #include "tests/support/oracle.h"
-#include "tests/support/random.h"
-#include "tests/support/shapes.h"
 
 #ifndef __SANITIZE_ADDRESS__
 // Counts allocations, for the promise that queries make none. AddressSanitizer has its own operators.
@@ -38,48 +36,6 @@ static std::atomic<std::size_t> allocations{0};
 
 namespace vps::test {
 namespace {
-
-Pose pose_at(double x, double y, double z) {
-  Pose pose;
-  pose.translation[0] = x;
-  pose.translation[1] = y;
-  pose.translation[2] = z;
-  return pose;
-}
-
-Pose random_pose(Random& random, double distance) {
-  Pose pose;
-  const std::array<double, 9> rotation = random.rotation();
-  std::copy(rotation.begin(), rotation.end(), pose.rotation);
-  for (double& x : pose.translation) x = random.between(-distance, distance);
-  return pose;
-}
-
-Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
-  float out[3];
-  for (int r = 0; r < 3; ++r) {
-    const auto* m = pose.rotation + 3 * r;
-    out[r] = static_cast<float>(m[0]) * v.x + static_cast<float>(m[1]) * v.y + static_cast<float>(m[2]) * v.z +
-             (as_direction ? 0 : static_cast<float>(pose.translation[r]));
-  }
-  return {out[0], out[1], out[2]};
-}
-
-struct Pair {
-  std::shared_ptr<Asset> map_asset, shell_asset;
-  VoxelmapView map;
-  PointshellView shell;
-  Scratch scratch;
-  std::vector<Contact> contacts;
-
-  explicit Pair(Field field = Field::scaled) {
-    map_asset = baked(make_torus(0.1, 0.04, 40, 20), all_fields(0.006));
-    shell_asset = baked(make_sphere(0.05, 4, {0.01, 0.02, 0.03}), all_fields(0.004));
-    EXPECT_EQ(map_asset->voxelmap(map, field), Status::ok);
-    EXPECT_EQ(shell_asset->pointshell(shell), Status::ok);
-    contacts.resize(shell.points);
-  }
-};
 
 // Every point, without a tree.
 struct Brute {
@@ -393,6 +349,16 @@ TEST(Traverse, BadUseGetsAStatus) {
   bad = {};
   bad.rotation[8] = -1;  // a mirror
   EXPECT_EQ(traverse(s.shell, s.map, bad, {}, s.scratch, s.contacts, result), Status::bad_pose);
+  EXPECT_EQ(check_pose(pose_at(0, 1e12, 0)), Status::ok);
+  for (const double distance : {1.1e12, -1e39, 1e300, std::numeric_limits<double>::infinity()}) {
+    EXPECT_EQ(traverse(s.shell, s.map, pose_at(0, 0, distance), {}, s.scratch, s.contacts, result), Status::bad_pose);
+  }
+  for (const double distance : {1e12, -1e12}) {
+    const Pose far = pose_at(distance, 0, 0);
+    EXPECT_EQ(traverse(s.shell, s.map, far, {}, s.scratch, s.contacts, result), Status::ok);
+    EXPECT_LT(result.delta_bound, -0.9e12);
+    EXPECT_EQ(traverse(s.shell, HalfSpaceField{{0, 0, 1}, 1e12F}, far, {}, s.scratch, s.contacts, result), Status::ok);
+  }
   QueryOptions options;
   options.contact_distance = -1;
   EXPECT_EQ(traverse(s.shell, s.map, {}, options, s.scratch, s.contacts, result), Status::bad_argument);
@@ -410,13 +376,22 @@ TEST(Traverse, AQueryAllocatesNothingOnceItsScratchHasGrown) {
   std::vector<Pose> poses;
   for (int n = 0; n < 50; ++n) poses.push_back(random_pose(random, 0.12));
   QueryResult result;
+  std::vector<float> areas(s.shell.nodes);
+  EXPECT_EQ(node_areas(s.shell, areas), Status::ok);
   const std::size_t before = allocations;
   for (const Pose& pose : poses) {
     for (const std::uint32_t level : {0U, 3U}) {
       QueryOptions options;
       options.segment_level = level;
       (void)traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result);
+      options.max_tests = 200;
+      options.node_areas = areas;
+      (void)traverse(s.shell, s.map, pose, options, s.scratch, s.contacts, result);
     }
+    QueryOptions coarse;
+    coarse.level = 2;
+    coarse.node_areas = areas;
+    (void)traverse(s.shell, s.map, pose, coarse, s.scratch, s.contacts, result);
   }
   EXPECT_EQ(allocations, before);
 }

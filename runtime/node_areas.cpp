@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Zlib
+// What the nodes of a point-sphere tree stand for. Paper: Secs. 2.1.2 and 2.4.
+#include <cmath>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps {
+
+Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept {
+  if (shell.points == 0) return Status::missing_part;
+  if (areas.size() != shell.nodes) return Status::bad_argument;
+  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
+  // Children have larger numbers than their parents.
+  for (std::uint32_t node = shell.nodes; node-- > 0;) {
+    const std::uint32_t first = shell.children[2 * std::size_t{node}];
+    const std::uint32_t count = shell.children[2 * std::size_t{node} + 1];
+    double sum = 0;
+    for (std::uint32_t i = first; i < first + count; ++i) sum += node < leaves ? areas[i] : point_area(shell, i);
+    areas[node] = static_cast<float>(sum);
+  }
+  return Status::ok;
+}
+
+std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept {
+  if (segments == 0 || shell.points == 0) return 0;
+  const auto distance = [&](std::uint32_t level) {
+    const double clusters = shell.level_offsets[level] - shell.level_offsets[level - 1];
+    return std::abs(std::log(clusters / segments));
+  };
+  std::uint32_t best = 1;
+  for (std::uint32_t level = 2; level <= shell.levels; ++level) {
+    if (distance(level) < distance(best)) best = level;
+  }
+  return best;
+}
+
+}  // namespace vps

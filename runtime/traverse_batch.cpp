@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Zlib
+// Many pairs over many threads. Each pair is a query of its own, so that answers do not depend on who gives them.
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <thread>
+
+#include "runtime/vps_contacts.h"
+
+namespace vps {
+namespace {
+
+class Batch {
+ public:
+  Batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers, std::span<Scratch> workers) noexcept
+      : queries_(queries), answers_(answers), workers_(workers) {}
+
+  static void work(void* batch, std::uint32_t worker) { static_cast<Batch*>(batch)->work(worker); }
+
+ private:
+  void work(std::uint32_t worker) noexcept {
+    // Pairs that are apart cost less than a turn at the counter.
+    constexpr std::size_t kBlock = 16;
+    for (std::size_t at = next_.fetch_add(kBlock); at < queries_.size(); at = next_.fetch_add(kBlock)) {
+      for (std::size_t i = at; i < std::min(at + kBlock, queries_.size()); ++i) answer(i, workers_[worker]);
+    }
+  }
+  void answer(std::size_t i, Scratch& scratch) noexcept {
+    const PairQuery& query = queries_[i];
+    PairAnswer& answer = answers_[i];
+    answer = {};
+    if (query.shell == nullptr || query.map == nullptr) {
+      answer.status = Status::missing_part;
+      return;
+    }
+    const Pose pose = relative_pose(query.map_pose, query.shell_pose);
+    answer.status = traverse(*query.shell, *query.map, pose, query.options, scratch, query.out, answer.result);
+  }
+
+  const std::span<const PairQuery> queries_;
+  const std::span<PairAnswer> answers_;
+  const std::span<Scratch> workers_;
+  std::atomic<std::size_t> next_{0};
+};
+
+void run_on_threads(void*, std::uint32_t workers, Executor::Task task, void* batch) {
+  // Workers take what is left to do: where threads cannot be had, fewer do it all.
+  std::vector<std::thread> threads;
+  std::uint32_t started = 1;
+  try {
+    threads.reserve(workers);
+    for (; started < workers; ++started) threads.emplace_back(task, batch, started);
+  } catch (const std::exception&) {
+  }
+  task(batch, 0);
+  for (std::thread& thread : threads) thread.join();
+}
+
+}  // namespace
+
+Executor thread_executor(std::uint32_t workers) noexcept {
+  Executor executor;
+  executor.workers = workers > 0 ? workers : std::max(1U, std::thread::hardware_concurrency());
+  executor.run = run_on_threads;
+  return executor;
+}
+
+Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers, BatchScratch& scratch,
+                      const Executor& executor) noexcept {
+  if (queries.size() != answers.size() || executor.workers == 0) return Status::bad_argument;
+  if (scratch.workers.size() < executor.workers) scratch.workers.resize(executor.workers);
+  Batch batch(queries, answers, scratch.workers);
+  if (executor.run == nullptr || executor.workers == 1) {
+    Batch::work(&batch, 0);
+  } else {
+    executor.run(executor.context, executor.workers, Batch::work, &batch);
+  }
+  return Status::ok;
+}
+
+}  // namespace vps

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file A sphere's shell and a torus' voxelmap, and poses for them.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "tests/support/baked.h"
+#include "tests/support/random.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+
+inline Pose pose_at(double x, double y, double z) {
+  Pose pose;
+  pose.translation[0] = x;
+  pose.translation[1] = y;
+  pose.translation[2] = z;
+  return pose;
+}
+
+inline Pose random_pose(Random& random, double distance) {
+  Pose pose;
+  const std::array<double, 9> rotation = random.rotation();
+  std::copy(rotation.begin(), rotation.end(), pose.rotation);
+  for (double& x : pose.translation) x = random.between(-distance, distance);
+  return pose;
+}
+
+inline Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
+  float out[3];
+  for (int r = 0; r < 3; ++r) {
+    const auto* m = pose.rotation + 3 * r;
+    out[r] = static_cast<float>(m[0]) * v.x + static_cast<float>(m[1]) * v.y + static_cast<float>(m[2]) * v.z +
+             (as_direction ? 0 : static_cast<float>(pose.translation[r]));
+  }
+  return {out[0], out[1], out[2]};
+}
+
+struct Pair {
+  std::shared_ptr<Asset> map_asset, shell_asset;
+  VoxelmapView map;
+  PointshellView shell;
+  Scratch scratch;
+  std::vector<Contact> contacts;
+
+  explicit Pair(Field field = Field::scaled) {
+    map_asset = baked(make_torus(0.1, 0.04, 40, 20), all_fields(0.006));
+    shell_asset = baked(make_sphere(0.05, 4, {0.01, 0.02, 0.03}), all_fields(0.004));
+    EXPECT_EQ(map_asset->voxelmap(map, field), Status::ok);
+    EXPECT_EQ(shell_asset->pointshell(shell), Status::ok);
+    contacts.resize(shell.points);
+  }
+};
+
+}  // namespace vps::test
