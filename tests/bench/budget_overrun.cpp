@@ -40,8 +40,8 @@ int main(int count, char** arguments) {
   vps::Asset asset;
   vps::VoxelmapView map;
   vps::PointshellView shell;
-  if (count < 2 || vps::Asset::open(arguments[1], asset) != vps::Status::ok || asset.voxelmap(map) != vps::Status::ok ||
-      asset.pointshell(shell) != vps::Status::ok) {
+  if (count < 2 || vps::Asset::open(arguments[1], asset) != vps::Status::ok ||
+      asset.voxelmap(map, vps::Field::scaled) != vps::Status::ok || asset.pointshell(shell) != vps::Status::ok) {
     std::fprintf(stderr, "budget_overrun ASSET [MICROSECONDS [CALLS]]: needs an asset with both parts\n");
     return 1;
   }
