@@ -1,0 +1,400 @@
+// SPDX-License-Identifier: Zlib
+/// @file Fields and rows of the tree in vector lanes, compiled once per instruction set. Internal: for sources that
+/// Highway includes again for each (`hwy/foreach_target.h`), inside which this header's guard toggles.
+#if defined(VPS_RUNTIME_FIELD_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VPS_RUNTIME_FIELD_LANES_INL_H_
+#undef VPS_RUNTIME_FIELD_LANES_INL_H_
+#else
+#define VPS_RUNTIME_FIELD_LANES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "runtime/place_field.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, kLanePadding>;
+using Ints = hn::Rebind<std::int32_t, Floats>;
+using Words = hn::Rebind<std::uint32_t, Floats>;
+using F = hn::Vec<Floats>;
+using I = hn::Vec<Ints>;
+using M = hn::Mask<Floats>;
+constexpr Floats f32;
+constexpr Ints i32;
+
+struct Points {
+  F x, y, z;
+};
+
+HWY_INLINE F set(float value) {
+  return hn::Set(f32, value);
+}
+
+// One row of Affine.
+HWY_INLINE F row(const Affine& a, int r, const Points& p) {
+  const float* const m = a.rotation + 3 * r;
+  return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
+}
+
+// Vectors of sixteen lanes can take two clusters at a time, half a vector each. That pays where a look-up costs more
+// than loading in halves.
+constexpr std::uint32_t kHalf = kLanePadding / 2;
+template <bool kPaired>
+constexpr bool in_halves = kPaired&& HWY_MAX_BYTES >= 64;
+template <bool kPaired>
+using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
+
+// Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
+struct Range {
+  std::uint32_t first = 0, count = 0, parent = 0;
+};
+
+struct Batch {
+  Range low, high;  // `high` is empty unless in halves
+};
+
+// Number of each lane's node or point, and which lanes have one.
+template <bool kPaired>
+HWY_INLINE hn::Vec<Words> numbers_of(const Batch& batch) {
+  const Words u32;
+  const auto low = hn::Iota(u32, batch.low.first);
+  if constexpr (in_halves<kPaired>) {
+    return hn::IfThenElse(hn::FirstN(u32, kHalf), low, hn::Iota(u32, batch.high.first - kHalf));
+  } else {
+    return low;
+  }
+}
+template <bool kPaired>
+HWY_INLINE M valid_lanes(const Batch& batch) {
+  const M low = hn::FirstN(f32, batch.low.count);
+  if constexpr (in_halves<kPaired>) {
+    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kHalf), hn::FirstN(f32, kHalf + batch.high.count)));
+  } else {
+    return low;
+  }
+}
+
+struct Everywhere {
+  static constexpr bool kPaired = false;
+  static HWY_INLINE Points place(const Affine& a, const Points& p) {
+    return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
+  }
+};
+
+// Each of these gives V and, for spheres, an upper bound of V that holds where a sphere asks for it: V + reach >= 0
+// wherever the true V + reach is.
+struct BoxLanes : Everywhere {
+  const BoxField& box;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F zero = hn::Zero(f32);
+    const F qx = hn::Sub(hn::Abs(p.x), set(box.half_extents.x));
+    const F qy = hn::Sub(hn::Abs(p.y), set(box.half_extents.y));
+    const F qz = hn::Sub(hn::Abs(p.z), set(box.half_extents.z));
+    const F ox = hn::Max(qx, zero);
+    const F oy = hn::Max(qy, zero);
+    const F oz = hn::Max(qz, zero);
+    const F outside = hn::Sqrt(hn::MulAdd(ox, ox, hn::MulAdd(oy, oy, hn::Mul(oz, oz))));
+    return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+};
+
+struct SphereLanes : Everywhere {
+  const SphereField& sphere;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F squared = hn::MulAdd(p.x, p.x, hn::MulAdd(p.y, p.y, hn::Mul(p.z, p.z)));
+    return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+};
+
+struct BelowLanes {
+  static constexpr bool kPaired = false;
+  const SolidBelow& below;
+  static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
+  HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
+  HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
+};
+
+struct PlainLanes : Everywhere {
+  const PlainMap& plain;
+  const PointshellView& shell;
+
+  template <class Lookup>
+  F each(const Points& p, M valid, Lookup lookup) const {
+    HWY_ALIGN float x[kLanePadding];
+    HWY_ALIGN float y[kLanePadding];
+    HWY_ALIGN float z[kLanePadding];
+    HWY_ALIGN float wanted[kLanePadding];
+    hn::Store(p.x, f32, x);
+    hn::Store(p.y, f32, y);
+    hn::Store(p.z, f32, z);
+    hn::Store(hn::IfThenElseZero(valid, set(1)), f32, wanted);
+    HWY_ALIGN float out[kLanePadding] = {};
+    for (std::size_t lane = 0; lane < hn::Lanes(f32); ++lane) {
+      if (wanted[lane] != 0) out[lane] = lookup(Vec3{x[lane], y[lane], z[lane]}, lane);
+    }
+    return hn::Load(f32, out);
+  }
+  F value(const Points& p, const Batch& batch, M valid) const {
+    HWY_ALIGN std::uint32_t numbers[kLanePadding];
+    hn::Store(numbers_of<kPaired>(batch), Words(), numbers);
+    return each(p, valid, [&](Vec3 point, std::size_t lane) {
+      const Vec3 n = point_inward_normal(shell, numbers[lane]);
+      const float* const r = plain.rotation;
+      const Vec3 normal{r[0] * n.x + r[1] * n.y + r[2] * n.z, r[3] * n.x + r[4] * n.y + r[5] * n.z,
+                        r[6] * n.x + r[7] * n.y + r[8] * n.z};
+      return voxelmap_penetration(*plain.map, point, normal);
+    });
+  }
+  F bound(const Points& p, F) const {
+    return each(p, hn::FirstN(f32, hn::Lanes(f32)),
+                [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
+  }
+};
+
+template <class Integer>
+struct SampledLanes : Everywhere {
+  static constexpr bool kPaired = true;
+  const SampledMap& map;
+
+  struct Looked {
+    F value;  // V where `sampled`
+    F cell;   // edge of the cell there
+    F far;    // elsewhere: a lower bound of the distance
+    M sampled;
+    M far_inside;  // beyond the band, inside
+  };
+
+  // 2^exponent: the edge of a field brick's cells by its level, or its inverse.
+  static HWY_INLINE F power_of_two(I exponent) {
+    return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
+  }
+
+  static HWY_INLINE F low_half(I pair) {
+    constexpr int kBits = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kBits>(hn::ShiftLeft<kBits>(pair)));
+  }
+  static HWY_INLINE F high_half(I pair) {
+    constexpr int kUp = 32 - 16 * static_cast<int>(sizeof(Integer));
+    constexpr int kDown = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
+  }
+
+  HWY_INLINE Looked look_up(const Points& p) const {
+    Looked out;
+    const F zero = hn::Zero(f32);
+    // Comparisons with NaN are false: such a point counts as outside.
+    const M in_grid = hn::And(hn::And(hn::And(hn::Ge(p.x, zero), hn::Lt(p.x, set(map.top[0]))),
+                                      hn::And(hn::Ge(p.y, zero), hn::Lt(p.y, set(map.top[1])))),
+                              hn::And(hn::Ge(p.z, zero), hn::Lt(p.z, set(map.top[2]))));
+    const F gx = hn::IfThenElseZero(in_grid, p.x);
+    const F gy = hn::IfThenElseZero(in_grid, p.y);
+    const F gz = hn::IfThenElseZero(in_grid, p.z);
+    const I ix = hn::ConvertTo(i32, gx);
+    const I iy = hn::ConvertTo(i32, gy);
+    const I iz = hn::ConvertTo(i32, gz);
+    const I root =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<4>(iz), hn::Set(i32, map.root_dims[1])), hn::ShiftRight<4>(iy)),
+                        hn::Set(i32, map.root_dims[0])),
+                hn::ShiftRight<4>(ix));
+    static_assert(kRootCells == 16);
+    I entry = hn::GatherIndex(i32, map.roots, root);
+    // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+    const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
+    entry = below<3>(entry, no_brick, ix, iy, iz);
+    const auto is_brick = hn::Gt(entry, hn::Set(i32, -1));
+    out.sampled = hn::And(in_grid, hn::RebindMask(f32, is_brick));
+    out.far_inside = hn::And(in_grid, hn::RebindMask(f32, hn::Eq(entry, no_brick)));
+
+    entry = hn::IfThenElseZero(is_brick, entry);
+    const I brick = hn::And(entry, hn::Set(i32, kNumberMask));
+    const I level = hn::ShiftRight<kLevelShift>(entry);
+    out.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
+    const F per_cell = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel), level));
+    const F cx = hn::Mul(gx, per_cell);
+    const F cy = hn::Mul(gy, per_cell);
+    const F cz = hn::Mul(gz, per_cell);
+    const I wx = hn::ConvertTo(i32, cx);
+    const I wy = hn::ConvertTo(i32, cy);
+    const I wz = hn::ConvertTo(i32, cz);
+    const F fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
+    const F fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
+    const F fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
+    const I three = hn::Set(i32, kFieldEdge - 2);
+    static_assert(kFieldEdge == 5, "cells of a brick are counted by two bits");
+    const I lx = hn::And(wx, three);
+    const I ly = hn::And(wy, three);
+    const I lz = hn::And(wz, three);
+    const I row_number = hn::Add(hn::Add(hn::ShiftLeft<2>(lz), lz), ly);
+    const I sample = hn::Add(hn::Add(hn::Add(hn::ShiftLeft<2>(row_number), row_number), lx), hn::ShiftLeft<7>(brick));
+    static_assert(kFieldStride == 128);
+    constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
+    const I offset = hn::ShiftLeft<kBytesLog2>(sample);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    const auto pair_at = [&](std::size_t samples) {
+      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)), offset);
+    };
+    const auto along_x = [&](I pair) {
+      const F low = low_half(pair);
+      return hn::MulAdd(fx, hn::Sub(high_half(pair), low), low);
+    };
+    const F v00 = along_x(pair_at(0));
+    const F v10 = along_x(pair_at(kFieldEdge));
+    const F v01 = along_x(pair_at(kFieldEdge * kFieldEdge));
+    const F v11 = along_x(pair_at(kFieldEdge * kFieldEdge + kFieldEdge));
+    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
+    const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
+    const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
+    out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
+    out.far = zero;
+    if (!hn::AllTrue(f32, out.sampled)) out.far = far_distance(p, gx, gy, gz, in_grid, out.far_inside);
+    return out;
+  }
+
+  // Octants of 2^kShift cells and below.
+  template <int kShift>
+  HWY_INLINE I below(I entry, I no_brick, I ix, I iy, I iz) const {
+    const auto is_node = hn::Lt(entry, no_brick);
+    if (hn::AllFalse(i32, is_node)) return entry;
+    const I one = hn::Set(i32, 1);
+    const I octant = hn::Or(
+        hn::Or(hn::And(hn::ShiftRight<kShift>(ix), one), hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(iy), one))),
+        hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(iz), one)));
+    const I number = hn::And(entry, hn::Set(i32, 0x7FFFFFFF));
+    const I at = hn::IfThenElseZero(is_node, hn::Add(hn::ShiftLeft<3>(number), octant));
+    const I next = hn::IfThenElse(is_node, hn::GatherIndex(i32, map.nodes, at), entry);
+    if constexpr (kShift > 0) {
+      return below<kShift - 1>(next, no_brick, ix, iy, iz);
+    } else {
+      return next;
+    }
+  }
+
+  // Beyond the bricks: from the mesh's bounds and, in the grid, from the coarse layers, as far_interval.
+  HWY_NOINLINE F far_distance(const Points& p, F gx, F gy, F gz, M in_grid, M inside) const {
+    const F zero = hn::Zero(f32);
+    const F half = set(0.5F);
+    const I vx = hn::ConvertTo(i32, hn::Add(gx, half));
+    const I vy = hn::ConvertTo(i32, hn::Add(gy, half));
+    const I vz = hn::ConvertTo(i32, hn::Add(gz, half));
+    const I brick =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(vz), hn::Set(i32, map.brick_dims[1])), hn::ShiftRight<3>(vy)),
+                        hn::Set(i32, map.brick_dims[0])),
+                hn::ShiftRight<3>(vx));
+    static_assert(kBrickEdge == 8);
+    // Two layers to a word: an aligned word never leaves the mapping's pages.
+    const I pair =
+        hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
+    const I odd = hn::And(brick, hn::Set(i32, 1));
+    const I low = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
+    const F layers =
+        hn::Abs(hn::ConvertTo(f32, hn::IfThenElse(hn::Eq(odd, hn::Zero(i32)), low, hn::ShiftRight<16>(pair))));
+    const auto square = [](F a) { return hn::Mul(a, a); };
+    const auto from_centre = [&](F g, I v) {
+      const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
+      return square(hn::Sub(g, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
+    };
+    const F reach = hn::Sqrt(hn::Add(hn::Add(from_centre(gx, vx), from_centre(gy, vy)), from_centre(gz, vz)));
+    const auto from_voxel = [&](F g, I v) { return square(hn::Sub(g, hn::ConvertTo(f32, v))); };
+    const F slack = hn::Sqrt(hn::Add(hn::Add(from_voxel(gx, vx), from_voxel(gy, vy)), from_voxel(gz, vz)));
+    const F band = hn::IfThenElse(inside, set(map.band_inner), set(map.band_outer));
+    const F known = hn::Max(hn::Sub(layers, reach), hn::Sub(band, slack));
+    const F in_grid_distance = hn::Max(known, zero);
+    const auto gap = [&](F a, int axis) {
+      return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))), zero);
+    };
+    const F to_bounds = hn::Sqrt(hn::Add(hn::Add(square(gap(p.x, 0)), square(gap(p.y, 1))), square(gap(p.z, 2))));
+    const F outside = hn::IfThenElse(in_grid, hn::Max(to_bounds, in_grid_distance), to_bounds);
+    return hn::IfThenElse(inside, in_grid_distance, outside);
+  }
+
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const Looked found = look_up(p);
+    const F beyond = hn::IfThenElse(found.far_inside, found.far, hn::Neg(found.far));
+    return hn::IfThenElse(found.sampled, found.value, beyond);
+  }
+
+  // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
+  // least_distance.
+  HWY_INLINE F bound(const Points& p, F reach) const {
+    const Looked found = look_up(p);
+    const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
+    const F slack = hn::Sub(hn::Sqrt(squared), reach);
+    const F beyond = hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(found.far));
+    return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
+  }
+};
+
+HWY_INLINE BoxLanes lanes_of(const BoxField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE SphereLanes lanes_of(const SphereField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE BelowLanes lanes_of(const SolidBelow& field, const PointshellView&) {
+  return {field};
+}
+HWY_INLINE SampledLanes<std::int8_t> lanes_of(const SampledMap8& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE SampledLanes<std::int16_t> lanes_of(const SampledMap16& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE PlainLanes lanes_of(const PlainMap& field, const PointshellView& shell) {
+  return {{}, field, shell};
+}
+
+// The element type's chunk from `at`, of a row that ends `available` elements later.
+template <class D>
+HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
+  if (HWY_LIKELY(available >= hn::Lanes(d))) return hn::LoadU(d, from);
+  HWY_ALIGN hn::TFromD<D> copy[kLanePadding] = {};
+  std::memcpy(copy, from, available * sizeof(*from));
+  return hn::Load(d, copy);
+}
+
+template <bool kPaired, class T, class Convert>
+HWY_INLINE F load_batch(const T* row, std::size_t length, const Batch& batch, Convert convert) {
+  const hn::Rebind<T, Chunk<kPaired>> d;
+  const auto low = convert(load(d, row + batch.low.first, length - batch.low.first));
+#if HWY_MAX_BYTES >= 64
+  if constexpr (kPaired) {
+    return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
+  }
+#endif
+  if constexpr (!in_halves<kPaired>) return low;
+}
+
+template <bool kPaired>
+HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
+  return load_batch<kPaired>(row, length, batch, [](auto v) { return v; });
+}
+template <bool kPaired>
+HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
+  return load_batch<kPaired>(row, length, batch, [](auto v) {
+    using Part = Chunk<kPaired>;
+    return hn::ConvertTo(Part(), hn::PromoteTo(hn::Rebind<std::int32_t, Part>(), v));
+  });
+}
+
+template <bool kPaired>
+HWY_INLINE Points load_points(const PointshellView& shell, const Batch& batch) {
+  const std::uint16_t* const* const rows = shell.position;
+  const std::size_t length = shell.points;
+  return {load_codes<kPaired>(rows[0], length, batch), load_codes<kPaired>(rows[1], length, batch),
+          load_codes<kPaired>(rows[2], length, batch)};
+}
+
+}  // namespace vps::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // toggled guard
