@@ -10,6 +10,7 @@
 
 #include <hwy/highway.h>
 
+#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -81,6 +82,12 @@ HWY_INLINE M valid_lanes(const Batch& batch) {
   }
 }
 
+// What a field says of points: V, and an upper bound of the true V less the field's error. The same in a certified
+// band.
+struct Depths {
+  F value, highest;
+};
+
 struct Everywhere {
   static constexpr bool kPaired = false;
   static HWY_INLINE Points place(const Affine& a, const Points& p) {
@@ -104,6 +111,10 @@ struct BoxLanes : Everywhere {
     return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
 };
 
 struct SphereLanes : Everywhere {
@@ -113,6 +124,10 @@ struct SphereLanes : Everywhere {
     return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
 };
 
 struct BelowLanes {
@@ -121,6 +136,7 @@ struct BelowLanes {
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
   HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
   HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
+  HWY_INLINE Depths depths(const Points& p, const Batch&, M) const { return {hn::Neg(p.z), hn::Neg(p.z)}; }
 };
 
 struct PlainLanes : Everywhere {
@@ -158,6 +174,11 @@ struct PlainLanes : Everywhere {
     return each(p, hn::FirstN(f32, hn::Lanes(f32)),
                 [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
   }
+  Depths depths(const Points& p, const Batch&, M valid) const {
+    const F low = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).low; });
+    const F high = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).high; });
+    return {low, high};
+  }
 };
 
 template <class Integer>
@@ -168,9 +189,10 @@ struct SampledLanes : Everywhere {
   struct Looked {
     F value;  // V where `sampled`
     F cell;   // edge of the cell there
-    F far;    // elsewhere: a lower bound of the distance
     M sampled;
     M far_inside;  // beyond the band, inside
+    Points grid;   // the point, in the grid
+    M in_grid;
   };
 
   // 2^exponent: the edge of a field brick's cells by its level, or its inverse.
@@ -255,8 +277,8 @@ struct SampledLanes : Everywhere {
     const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
     const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
     out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
-    out.far = zero;
-    if (!hn::AllTrue(f32, out.sampled)) out.far = far_distance(p, gx, gy, gz, in_grid, out.far_inside);
+    out.grid = {gx, gy, gz};
+    out.in_grid = in_grid;
     return out;
   }
 
@@ -279,13 +301,18 @@ struct SampledLanes : Everywhere {
     }
   }
 
-  // Beyond the bricks: from the mesh's bounds and, in the grid, from the coarse layers, as far_interval.
-  HWY_NOINLINE F far_distance(const Points& p, F gx, F gy, F gz, M in_grid, M inside) const {
-    const F zero = hn::Zero(f32);
+  static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
+
+  // What a brick's coarse layer says of a point of the grid: |layers| - reach <= |V| < |layers| + kCoarseLayerSlack +
+  // reach.
+  struct Coarse {
+    F layers, reach;
+  };
+  HWY_INLINE Coarse coarse_at(const Points& g) const {
     const F half = set(0.5F);
-    const I vx = hn::ConvertTo(i32, hn::Add(gx, half));
-    const I vy = hn::ConvertTo(i32, hn::Add(gy, half));
-    const I vz = hn::ConvertTo(i32, hn::Add(gz, half));
+    const I vx = hn::ConvertTo(i32, hn::Add(g.x, half));
+    const I vy = hn::ConvertTo(i32, hn::Add(g.y, half));
+    const I vz = hn::ConvertTo(i32, hn::Add(g.z, half));
     const I brick =
         hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(vz), hn::Set(i32, map.brick_dims[1])), hn::ShiftRight<3>(vy)),
                         hn::Set(i32, map.brick_dims[0])),
@@ -298,28 +325,50 @@ struct SampledLanes : Everywhere {
     const I low = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
     const F layers =
         hn::Abs(hn::ConvertTo(f32, hn::IfThenElse(hn::Eq(odd, hn::Zero(i32)), low, hn::ShiftRight<16>(pair))));
-    const auto square = [](F a) { return hn::Mul(a, a); };
-    const auto from_centre = [&](F g, I v) {
+    const auto from_centre = [&](F at, I v) {
       const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
-      return square(hn::Sub(g, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
+      return square(hn::Sub(at, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
     };
-    const F reach = hn::Sqrt(hn::Add(hn::Add(from_centre(gx, vx), from_centre(gy, vy)), from_centre(gz, vz)));
-    const auto from_voxel = [&](F g, I v) { return square(hn::Sub(g, hn::ConvertTo(f32, v))); };
-    const F slack = hn::Sqrt(hn::Add(hn::Add(from_voxel(gx, vx), from_voxel(gy, vy)), from_voxel(gz, vz)));
-    const F band = hn::IfThenElse(inside, set(map.band_inner), set(map.band_outer));
-    const F known = hn::Max(hn::Sub(layers, reach), hn::Sub(band, slack));
-    const F in_grid_distance = hn::Max(known, zero);
+    return {layers, hn::Sqrt(hn::Add(hn::Add(from_centre(g.x, vx), from_centre(g.y, vy)), from_centre(g.z, vz)))};
+  }
+
+  // The band's end less the way to the voxel's centre, for which it was decided whether the point lies beyond.
+  HWY_INLINE F beyond_band(const Looked& found) const {
+    const F half = set(0.5F);
+    const auto from_voxel = [&](F g) {
+      return square(hn::Sub(g, hn::ConvertTo(f32, hn::ConvertTo(i32, hn::Add(g, half)))));
+    };
+    const F slack =
+        hn::Sqrt(hn::Add(hn::Add(from_voxel(found.grid.x), from_voxel(found.grid.y)), from_voxel(found.grid.z)));
+    return hn::Sub(hn::IfThenElse(found.far_inside, set(map.band_inner), set(map.band_outer)), slack);
+  }
+
+  HWY_INLINE F to_bounds(const Points& p) const {
     const auto gap = [&](F a, int axis) {
-      return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))), zero);
+      return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))),
+                     hn::Zero(f32));
     };
-    const F to_bounds = hn::Sqrt(hn::Add(hn::Add(square(gap(p.x, 0)), square(gap(p.y, 1))), square(gap(p.z, 2))));
-    const F outside = hn::IfThenElse(in_grid, hn::Max(to_bounds, in_grid_distance), to_bounds);
-    return hn::IfThenElse(inside, in_grid_distance, outside);
+    return hn::Sqrt(hn::Add(hn::Add(square(gap(p.x, 0)), square(gap(p.y, 1))), square(gap(p.z, 2))));
+  }
+
+  // Lower bound of the distance where there are no samples: from the mesh's bounds and, in the grid, from the coarse
+  // layers, as far_interval.
+  HWY_NOINLINE F far_distance(const Points& p, const Looked& found) const {
+    const Coarse coarse = coarse_at(found.grid);
+    const F known = hn::Max(hn::Sub(coarse.layers, coarse.reach), beyond_band(found));
+    const F in_grid_distance = hn::Max(known, hn::Zero(f32));
+    const F bounds = to_bounds(p);
+    const F outside = hn::IfThenElse(found.in_grid, hn::Max(bounds, in_grid_distance), bounds);
+    return hn::IfThenElse(found.far_inside, in_grid_distance, outside);
+  }
+  HWY_INLINE F far(const Points& p, const Looked& found) const {
+    return hn::AllTrue(f32, found.sampled) ? hn::Zero(f32) : far_distance(p, found);
   }
 
   HWY_INLINE F value(const Points& p, const Batch&, M) const {
     const Looked found = look_up(p);
-    const F beyond = hn::IfThenElse(found.far_inside, found.far, hn::Neg(found.far));
+    const F distance = far(p, found);
+    const F beyond = hn::IfThenElse(found.far_inside, distance, hn::Neg(distance));
     return hn::IfThenElse(found.sampled, found.value, beyond);
   }
 
@@ -329,8 +378,44 @@ struct SampledLanes : Everywhere {
     const Looked found = look_up(p);
     const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
     const F slack = hn::Sub(hn::Sqrt(squared), reach);
-    const F beyond = hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(found.far));
+    const F beyond =
+        hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(far(p, found)));
     return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
+  }
+
+  // `highest` as depth_interval's upper end.
+  HWY_INLINE Depths depths(const Points& p, const Batch&, M valid) const {
+    const Looked found = look_up(p);
+    const M certified = hn::And(found.sampled, hn::And(hn::Gt(found.value, set(-map.certified_outer)),
+                                                       hn::Lt(found.value, set(map.certified_inner))));
+    if (hn::AllFalse(f32, hn::AndNot(certified, valid))) return {found.value, found.value};
+    const Depths beyond = depths_beyond(p, found);
+    return {hn::IfThenElse(found.sampled, found.value, beyond.value),
+            hn::IfThenElse(certified, found.value, beyond.highest)};
+  }
+  HWY_NOINLINE Depths depths_beyond(const Points& p, const Looked& found) const {
+    const F zero = hn::Zero(f32);
+    // Of a point beyond the grid, the nearest in it: what lies in a box is at a right angle or more.
+    const auto clamped = [&](F a, int axis) { return hn::Min(hn::Max(a, zero), set(map.top[axis])); };
+    const Points nearest = {clamped(p.x, 0), clamped(p.y, 1), clamped(p.z, 2)};
+    const Coarse coarse = coarse_at(nearest);
+    const F gap_squared = hn::Add(hn::Add(square(hn::Sub(p.x, nearest.x)), square(hn::Sub(p.y, nearest.y))),
+                                  square(hn::Sub(p.z, nearest.z)));
+    const F least_coarse = hn::Max(hn::Sub(coarse.layers, coarse.reach), zero);
+    const F least = hn::Max(to_bounds(p), hn::Sqrt(hn::MulAdd(least_coarse, least_coarse, gap_squared)));
+    const F unsampled = hn::IfThenElse(found.in_grid, hn::Max(least, beyond_band(found)), least);
+
+    const F interpolated = hn::Sub(hn::Neg(found.value), set(map.error));
+    const F squared = hn::Sub(square(interpolated), hn::Mul(set(kHalfDiagonalSquared), square(found.cell)));
+    const F near = hn::Sub(interpolated, hn::Mul(set(std::sqrt(kHalfDiagonalSquared)), found.cell));
+    const M is_far = hn::And(hn::Gt(interpolated, zero), hn::Gt(squared, zero));
+    const F of_samples = hn::IfThenElse(is_far, hn::Sqrt(squared), near);
+    const F sampled = hn::Max(of_samples, set(map.certified_outer));
+
+    const M inside = hn::Or(found.far_inside, hn::And(found.sampled, hn::Ge(found.value, zero)));
+    const F distance = hn::IfThenElse(found.sampled, sampled, unsampled);
+    const F most = hn::Add(coarse.layers, hn::Add(coarse.reach, set(kCoarseLayerSlack)));
+    return {hn::IfThenElse(inside, unsampled, hn::Neg(unsampled)), hn::IfThenElse(inside, most, hn::Neg(distance))};
   }
 };
 

@@ -25,12 +25,14 @@ struct SampledMap {
   const std::int32_t* nodes = nullptr;
   const void* values = nullptr;
   const std::int16_t* coarse_layers = nullptr;
-  std::int32_t root_dims[2] = {};                ///< x, y
-  std::int32_t brick_dims[2] = {};               ///< x, y
-  float top[3] = {};                             ///< the last voxel's centre. [vx]
-  float bounds_min[3] = {}, bounds_max[3] = {};  ///< of the mesh. [vx]
-  float band_inner = 0, band_outer = 0;          ///< [vx]
-  float step = 0;                                ///< lambda; bricks of level 1 have twice that. [vx]
+  std::int32_t root_dims[2] = {};                  ///< x, y
+  std::int32_t brick_dims[2] = {};                 ///< x, y
+  float top[3] = {};                               ///< the last voxel's centre. [vx]
+  float bounds_min[3] = {}, bounds_max[3] = {};    ///< of the mesh. [vx]
+  float band_inner = 0, band_outer = 0;            ///< [vx]
+  float step = 0;                                  ///< lambda; bricks of level 1 have twice that. [vx]
+  float error = 0;                                 ///< field_error. [vx]
+  float certified_inner = 0, certified_outer = 0;  ///< certified_band. [vx]
 };
 
 struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
@@ -108,6 +110,10 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   map.band_inner = view.band_inner / view.voxel_size;
   map.band_outer = view.band_outer / view.voxel_size;
   map.step = view.lambda / view.voxel_size;
+  map.error = field_error(view) / view.voxel_size;
+  const CertifiedBand certified = certified_band(view);
+  map.certified_inner = certified.inner / view.voxel_size;
+  map.certified_outer = certified.outer / view.voxel_size;
   return map;
 }
 
@@ -117,7 +123,7 @@ Status on_map(const VoxelmapView& map, const Pose& shell_to_map, Run run) noexce
   // Offsets into samples are 32 bits wide in the kernel.
   if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
     const Frame frame = voxel_frame(map);
-    const float error = std::max(map.lambda, map.error);
+    const float error = field_error(map);
     if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error);
     return run(sampled_map<SampledMap16>(map, frame), frame, error);
   }

@@ -304,6 +304,7 @@ void Scratch::reserve(const PointshellView& shell) {
   const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
   const std::size_t points = std::size_t{shell.points} + detail::kLanePadding;
   if (queue.size() < nodes) queue.resize(nodes);
+  if (bounds.size() < nodes) bounds.resize(nodes);
   if (hits.size() < points) hits.resize(points);
   if (leaves.size() < points) leaves.resize(points);
   if (penetrations.size() < points) penetrations.resize(points);

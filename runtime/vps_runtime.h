@@ -212,7 +212,7 @@ struct QueryResult {
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
 struct Scratch {
   std::vector<std::uint32_t> queue, hits, leaves;
-  std::vector<float> penetrations;
+  std::vector<float> penetrations, bounds;
   void reserve(const PointshellView& shell);
 };
 

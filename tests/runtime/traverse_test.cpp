@@ -5,55 +5,22 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
-#include <new>
 #include <set>
 #include <span>
 #include <thread>
 
 #include "tests/support/baked.h"
+#include "tests/support/count_allocations.h"
 #include "tests/support/oracle.h"
+#include "tests/support/poses.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
 
-#ifndef __SANITIZE_ADDRESS__
-// Counts allocations, for the promise that queries make none. AddressSanitizer has its own operators.
-static std::atomic<std::size_t> allocations{0};
-// Not inlined: the compiler would see malloc and free meet new and delete, and warn.
-[[gnu::noinline]] void* operator new(std::size_t bytes) {
-  ++allocations;
-  if (void* const memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-#endif
-
 namespace vps::test {
 namespace {
-
-Pose pose_at(double x, double y, double z) {
-  Pose pose;
-  pose.translation[0] = x;
-  pose.translation[1] = y;
-  pose.translation[2] = z;
-  return pose;
-}
-
-Pose random_pose(Random& random, double distance) {
-  Pose pose;
-  const std::array<double, 9> rotation = random.rotation();
-  std::copy(rotation.begin(), rotation.end(), pose.rotation);
-  for (double& x : pose.translation) x = random.between(-distance, distance);
-  return pose;
-}
 
 Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
   float out[3];
