@@ -23,6 +23,11 @@ inline float length(Vec3 a) noexcept {
   return std::sqrt(dot(a, a));
 }
 
+/// False for NaN.
+inline bool is_within(Vec3 a, float farthest) noexcept {
+  return std::abs(a.x) <= farthest && std::abs(a.y) <= farthest && std::abs(a.z) <= farthest;
+}
+
 /// Where a point lies in the grid of voxels.
 struct Voxel {
   bool in_grid = false;
@@ -60,6 +65,25 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   return found;
 }
 
+/// What the field's octree has for a cell of a voxel's size.
+struct OctreeEntry {
+  std::uint32_t entry;
+  std::uint32_t edge;  ///< of the cube it stands for. [vx]
+};
+inline OctreeEntry find_entry(const VoxelmapView& map, const std::uint32_t (&index)[3]) noexcept {
+  std::uint32_t entry =
+      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
+                          map.root_dims[0] +
+                      index[0] / kRootCells];
+  std::uint32_t edge = kRootCells;
+  while (edge > 1 && entry < kFarInside && (entry & kNodeFlag) != 0) {
+    edge /= 2;
+    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
+    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
+  }
+  return {entry, edge};
+}
+
 /// Where a point lies between the samples of a field brick.
 struct FieldCell {
   std::uint32_t entry = kFarOutside;  ///< of the octree; kFarOutside beyond the grid too
@@ -80,15 +104,7 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
     index[axis] = static_cast<std::uint32_t>(at[axis]);
   }
   cell.in_grid = true;
-  std::uint32_t entry =
-      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
-                          map.root_dims[0] +
-                      index[0] / kRootCells];
-  std::uint32_t edge = kRootCells / 2;
-  for (; edge > 0 && entry < kFarInside && (entry & kNodeFlag) != 0; edge /= 2) {
-    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
-    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
-  }
+  const std::uint32_t entry = find_entry(map, index).entry;
   cell.entry = entry;
   if (entry >= kNodeFlag) return cell;
   const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;

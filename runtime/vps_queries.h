@@ -5,6 +5,9 @@
 /// once their Scratch has grown, and never throw. docs/bounds.md proves what the bounds here promise.
 #pragma once
 
+#include <cstdint>
+#include <limits>
+
 #include "runtime/vps_runtime.h"
 
 namespace vps {
@@ -44,8 +47,8 @@ struct SeparationResult {
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 
 struct ClosestPointOptions {
-  float tolerance_vx = 0.01F;         ///< |V| at the point that is found. [Limits: value > 0] [Units: vx]
-  std::uint32_t max_iterations = 64;  ///< look-ups. [Limits: value >= 1]
+  float tolerance_vx = 0.01F;          ///< |V| at the point that is found. [Limits: value > 0] [Units: vx]
+  std::uint32_t max_iterations = 256;  ///< steps. [Limits: value >= 1]
 };
 
 /// `lower` and `upper` hold whether the walk converged or not; nothing else does then.
@@ -68,5 +71,82 @@ struct ClosestPoint {
 ///         point that is not finite and options outside their limits.
 [[nodiscard]] Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOptions& options,
                                    ClosestPoint& result) noexcept;
+
+struct Ray {
+  Vec3 origin;                                                  ///< map frame. [m]
+  Vec3 direction{0, 0, 1};                                      ///< [Limits: unit length to 1e-3]
+  float max_distance = std::numeric_limits<float>::infinity();  ///< along the ray. [Limits: value >= 0] [Units: m]
+};
+
+struct RayOptions {
+  float tolerance_vx = 1e-3F;  ///< how closely a crossing is found, down to 1e-6. [Limits: value > 0] [Units: vx]
+};
+
+struct RayHit {
+  bool hit = false;
+  float distance = 0;   ///< from the ray's origin. [m]
+  Vec3 position;        ///< map frame. [m]
+  Vec3 outward_normal;  ///< there, unit; zero where the field has none. [-]
+  std::uint32_t steps = 0;
+};
+
+/// The first place along a ray where V >= 0: 0 for a ray that starts inside. The interpolated V is searched cell by
+/// cell for its first root, so that no wall that the field has is passed over, however thin; a ray that only grazes it,
+/// within the tolerance, may hit.
+/// @return `missing_part` without a field and for Field::layers, which has no distances; `bad_argument` for a ray or
+///         options outside their limits.
+[[nodiscard]] Status cast_ray(const VoxelmapView& map, const Ray& ray, const RayOptions& options,
+                              RayHit& result) noexcept;
+
+/// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
+struct Motion {
+  Pose start;                              ///< shell_to_map at time 0
+  double velocity[3] = {0, 0, 0};          ///< of the centre of mass. [m/s]
+  double angular_velocity[3] = {0, 0, 0};  ///< [rad/s]
+  double duration = 1;                     ///< [Limits: value >= 0] [Units: s]
+};
+
+/// shell_to_map at a time. [s]
+[[nodiscard]] Pose pose_at(const PointshellView& shell, const Motion& motion, double time) noexcept;
+
+/// What may not meet the map before the time that is told.
+enum class Contactor : std::uint8_t {
+  surface,  ///< the body's true surface: hits are told up to a covering radius early
+  points,   ///< the shell's points, which are all that traverse sees
+};
+
+struct ImpactOptions {
+  float distance = 0;       ///< at which an impact counts as such. [Limits: value >= 0] [Units: m]
+  float tolerance = 1e-4F;  ///< and how much more may be left. [Limits: value > 0] [Units: m]
+  Contactor contactor = Contactor::surface;
+  std::uint32_t max_iterations = 256;  ///< separations that are asked for. [Limits: value >= 1]
+};
+
+enum class Impact : std::uint8_t {
+  none,        ///< not before the motion's end
+  hit,         ///< the bodies may be at the distance asked for
+  unfinished,  ///< max_iterations were not enough: no impact before `time`
+};
+
+struct ImpactResult {
+  Impact impact = Impact::none;
+  double time = 0;              ///< no impact before. [Limits: 0 <= value <= duration] [Units: s]
+  SeparationResult separation;  ///< the last one asked for; at `time` with Impact::hit
+  std::uint32_t iterations = 0;
+};
+
+/// When a moving shell first comes as near to a field as asked for, by conservative advancement (Mirtich 1996): time
+/// goes on by what the separation's bound allows at the largest speed of any point. Never later than the true time, by
+/// the field's certificate; earlier by what tolerance, field error and, with Contactor::surface, the covering radius
+/// take.
+/// @return as separation; `bad_argument` also for a motion that is not finite.
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const VoxelmapView& map, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const BoxField& field, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 
 }  // namespace vps
