@@ -24,6 +24,8 @@ Status check_separation(const PointshellView& shell, const Pose& pose, const Sep
 
 // What a field says of the deepest point.
 struct Depth {
+  bool walked = false;  // outside, from the point to `surface`
+  Vec3 surface;
   float v = 0;       // [m]
   Interval truth{};  // of V. [m]
   Vec3 direction;
@@ -45,9 +47,18 @@ Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept
   }
   const Vec3 away = point - closest.position;
   if (!(closest.distance > 0)) return out;
+  out.walked = true;
+  out.surface = closest.position;
   out.v = std::min(-closest.distance, out.truth.high);
   out.truth.low = std::max(out.truth.low, -closest.upper);
   out.direction = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
+  return out;
+}
+Depth analytic(float v, Vec3 direction) noexcept {
+  Depth out;
+  out.v = v;
+  out.truth = {v, v};
+  out.direction = direction;
   return out;
 }
 Depth depth_at(const BoxField& box, Vec3 p, Vec3) noexcept {
@@ -63,17 +74,16 @@ Depth depth_at(const BoxField& box, Vec3 p, Vec3) noexcept {
   if (v >= 0) out[nearest] = std::copysign(1.0F, at[nearest]);
   const Vec3 away{out[0], out[1], out[2]};
   const float size = length(away);
-  return {v, {v, v}, {away.x / size, away.y / size, away.z / size}};
+  return analytic(v, {away.x / size, away.y / size, away.z / size});
 }
 Depth depth_at(const SphereField& sphere, Vec3 p, Vec3) noexcept {
   const float v = sphere_penetration(sphere, p);
   const float size = length(p);
-  if (!(size > 0)) return {v, {v, v}, {}};
-  return {v, {v, v}, {p.x / size, p.y / size, p.z / size}};
+  if (!(size > 0)) return analytic(v, {});
+  return analytic(v, {p.x / size, p.y / size, p.z / size});
 }
 Depth depth_at(const HalfSpaceField& plane, Vec3 p, Vec3) noexcept {
-  const float v = half_space_penetration(plane, p);
-  return {v, {v, v}, plane.outward_normal};
+  return analytic(half_space_penetration(plane, p), plane.outward_normal);
 }
 
 // What one query is about.
@@ -86,6 +96,58 @@ struct Query {
   Scratch& scratch;
 };
 
+// @param pose   takes the shell to the field as kernels see it
+// @param guess  the point to start from
+template <class Field>
+DeepestSearch new_search(const Query<Field>& query, const Frame& frame, const Pose& pose,
+                         std::uint32_t guess) noexcept {
+  const PointshellView& shell = query.shell;
+  DeepestSearch search;
+  search.shell = &shell;
+  search.unit = static_cast<float>(frame.unit);
+  search.nodes = affine(pose, frame, {0, 0, 0}, 1);
+  search.points = affine(pose, frame, shell.position_origin, shell.position_step);
+  search.slack = rounding(shell, search.nodes, search.unit);
+  search.stack = query.scratch.queue.data();
+  search.bounds = query.scratch.bounds.data();
+  search.point = guess;
+  return search;
+}
+
+template <class Field>
+Depth depth_of(const Query<Field>& query, std::uint32_t point, Vec3& position) noexcept {
+  const Transform transform(query.pose);
+  position = transform.apply(point_position(query.shell, point));
+  return depth_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
+}
+
+// Beyond the band the layers may prefer another point than the closest: from where the walk has met the surface to the
+// shell's closest point, and back, while that is shorter.
+Depth come_closer(const Query<VoxelmapView>& query, Depth depth, SeparationResult& result) noexcept {
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds && depth.walked; ++round) {
+    Pose from_surface = query.pose;
+    const float surface[3] = {depth.surface.x, depth.surface.y, depth.surface.z};
+    for (int axis = 0; axis < 3; ++axis) from_surface.translation[axis] -= surface[axis];
+    DeepestSearch search = new_search(query, {}, from_surface, result.point);
+    find_deepest(SphereField(), search);
+    result.nodes_tested += search.nodes_tested;
+    result.points_tested += search.points_tested;
+    if (search.point == result.point) break;
+    Vec3 position;
+    const Depth next = depth_of(query, search.point, position);
+    if (!(next.v > depth.v)) break;
+    depth = next;
+    result.point = search.point;
+    result.position = position;
+  }
+  return depth;
+}
+template <class Field>
+Depth come_closer(const Query<Field>&, const Depth& depth, SeparationResult&) noexcept {
+  return depth;
+}
+
 // @param kernel_field  the field as kernels see it
 // @param kernel_pose   takes the shell to it
 // @param error         that its certificate allows. [m]
@@ -95,23 +157,15 @@ Status find(const Query<Field>& query, const KernelField& kernel_field, const Fr
   const PointshellView& shell = query.shell;
   query.scratch.reserve(shell);
   const auto unit = static_cast<float>(frame.unit);
-  DeepestSearch search;
-  search.shell = &shell;
-  search.unit = unit;
-  search.nodes = affine(kernel_pose, frame, {0, 0, 0}, 1);
-  search.points = affine(kernel_pose, frame, shell.position_origin, shell.position_step);
-  search.slack = rounding(shell, search.nodes, unit);
+  DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
   // The field may say too much at a point, and too little at its sphere's centre.
   search.margin = (2 * error - query.options.tolerance) / unit;
-  search.stack = query.scratch.queue.data();
-  search.bounds = query.scratch.bounds.data();
-  search.point = query.options.guess;
   find_deepest(kernel_field, search);
 
-  const Transform transform(query.pose);
-  result.position = transform.apply(point_position(shell, search.point));
-  const Depth depth =
-      depth_at(query.field, result.position, transform.rotate(point_inward_normal(shell, search.point)));
+  result.point = search.point;
+  result.nodes_tested = search.nodes_tested;
+  result.points_tested = search.points_tested;
+  const Depth depth = come_closer(query, depth_of(query, search.point, result.position), result);
   const double slack = double{search.slack} * unit;
   // Points lie within their code's rounding of the surface, and are closer to each point of it than the covering
   // radius.
@@ -121,9 +175,6 @@ Status find(const Query<Field>& query, const KernelField& kernel_field, const Fr
   result.upper = result.delta_bound + error + shell.covering_radius;
   result.lower = std::min(depth.truth.low - off_surface, result.upper);
   result.direction = depth.direction;
-  result.point = search.point;
-  result.nodes_tested = search.nodes_tested;
-  result.points_tested = search.points_tested;
   return std::isfinite(result.delta) ? Status::ok : Status::bad_argument;
 }
 
