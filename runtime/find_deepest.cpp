@@ -8,7 +8,7 @@
 // After foreach_target.h.
 #include <hwy/highway.h>
 
-#include "runtime/field_lanes-inl.h"
+#include "runtime/sampled_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
