@@ -4,18 +4,9 @@
 
 #include <cstdint>
 
-#include "runtime/vps_runtime.h"
+#include "runtime/place_field.h"
 
 namespace vps::detail {
-
-/// Rows of lanes that a buffer for `Descent` must have beyond its last entry.
-inline constexpr std::uint32_t kLanePadding = 16;
-
-/// p_field = rotation * p + translation, in the field's unit of length.
-struct Affine {
-  float rotation[9];  ///< row-major, with the unit's scale
-  float translation[3];
-};
 
 /// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for SampledMap,
 /// else metres.
@@ -39,32 +30,6 @@ struct Descent {
   float rejected = 0;  ///< upper bound of V below all spheres that were rejected
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };
-
-/// A `scaled` field in voxels: point (0,0,0) is the centre of voxel (0,0,0).
-struct SampledMap {
-  const std::int32_t* roots = nullptr;
-  const std::int32_t* nodes = nullptr;
-  const void* values = nullptr;
-  const std::int16_t* coarse_layers = nullptr;
-  std::int32_t root_dims[2] = {};                ///< x, y
-  std::int32_t brick_dims[2] = {};               ///< x, y
-  float top[3] = {};                             ///< the last voxel's centre. [vx]
-  float bounds_min[3] = {}, bounds_max[3] = {};  ///< of the mesh. [vx]
-  float band_inner = 0, band_outer = 0;          ///< [vx]
-  float step = 0;                                ///< lambda; bricks of level 1 have twice that. [vx]
-};
-
-struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
-struct SampledMap16 : SampledMap {};  ///< samples of 16 bits
-
-/// Fields that are looked up one point after the other.
-struct PlainMap {
-  const VoxelmapView* map = nullptr;
-  const float* rotation = nullptr;  ///< of the shell's normals, row-major
-};
-
-/// The solid is z <= 0: `Affine` takes the shell there.
-struct SolidBelow {};
 
 /// Whether a node's sphere may touch the field.
 template <class Field>

@@ -29,6 +29,11 @@ inline float length(Vec3 a) noexcept {
   return std::sqrt(dot(a, a));
 }
 
+/// False for NaN.
+inline bool is_within(Vec3 a, float farthest) noexcept {
+  return std::abs(a.x) <= farthest && std::abs(a.y) <= farthest && std::abs(a.z) <= farthest;
+}
+
 /// Where a point lies in the grid of voxels.
 struct Voxel {
   bool in_grid = false;
@@ -66,9 +71,29 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   return found;
 }
 
+/// What the field's octree has for a cell of a voxel's size.
+struct OctreeEntry {
+  std::uint32_t entry;
+  std::uint32_t edge;  ///< of the cube it stands for. [vx]
+};
+inline OctreeEntry find_entry(const VoxelmapView& map, const std::uint32_t (&index)[3]) noexcept {
+  std::uint32_t entry =
+      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
+                          map.root_dims[0] +
+                      index[0] / kRootCells];
+  std::uint32_t edge = kRootCells;
+  while (edge > 1 && entry < kFarInside && (entry & kNodeFlag) != 0) {
+    edge /= 2;
+    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
+    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
+  }
+  return {entry, edge};
+}
+
 /// Where a point lies between the samples of a field brick.
 struct FieldCell {
   std::uint32_t entry = kFarOutside;  ///< of the octree; kFarOutside beyond the grid too
+  bool in_grid = false;               ///< of the samples
   std::size_t first = 0;              ///< number of the cell's lowest sample in `values`
   float part[3] = {};                 ///< [0, 1] along x, y, z
   float edge = 0;                     ///< of the cell. [m]
@@ -84,15 +109,8 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
     if (!(at[axis] >= 0.0F && at[axis] < static_cast<float>(map.dims[axis] - 1))) return cell;
     index[axis] = static_cast<std::uint32_t>(at[axis]);
   }
-  std::uint32_t entry =
-      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
-                          map.root_dims[0] +
-                      index[0] / kRootCells];
-  std::uint32_t edge = kRootCells / 2;
-  for (; edge > 0 && entry < kFarInside && (entry & kNodeFlag) != 0; edge /= 2) {
-    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
-    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
-  }
+  cell.in_grid = true;
+  const std::uint32_t entry = find_entry(map, index).entry;
   cell.entry = entry;
   if (entry >= kNodeFlag) return cell;
   const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;
@@ -200,6 +218,11 @@ inline float least_distance(float interpolated, float h) noexcept {
   return interpolated > 0 && squared > 0 ? std::sqrt(squared) : interpolated - std::sqrt(kHalfDiagonalSquared) * h;
 }
 
+/// How far a sample's rounding and interpolation lead away from the true V in the band, by the certificate. [m]
+inline float field_error(const VoxelmapView& map) noexcept {
+  return map.field == Field::real ? map.error : std::max(map.lambda, map.error);
+}
+
 /// Upper bound of the true penetration.
 inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
   constexpr float kUnbounded = std::numeric_limits<float>::max();
@@ -218,7 +241,7 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
     if (cell.entry < kNodeFlag) {
       const float v = interpolate(map, cell);
       // Samples are fitted and rounded.
-      const float slack = std::max(map.field == Field::real ? 0 : map.lambda, map.error);
+      const float slack = field_error(map);
       // Near the band's end inside, samples may be clamped.
       if (v > map.band_inner - 2 * std::sqrt(kHalfDiagonalSquared) * cell.edge) return kUnbounded;
       return slack - least_distance(-v, cell.edge);
@@ -228,6 +251,83 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
   const Voxel found = find_voxel(map, point);
   if (!found.in_grid) return -distance_to_bounds(map, point);
   return inside ? far_interval(map, found, map.band_inner).high : -far_interval(map, found, map.band_outer).low;
+}
+
+/// Interpolation is within field_error of the true V where it says -outer < V < inner. [m]
+struct CertifiedBand {
+  float inner, outer;
+};
+inline CertifiedBand certified_band(const VoxelmapView& map) noexcept {
+  // Certificates end half a voxel's diagonal from the ends of the band.
+  const float end = std::sqrt(kHalfDiagonalSquared) * map.voxel_size + field_error(map);
+  const CertifiedBand band{map.band_inner - end, map.band_outer - end};
+  constexpr float kNever = std::numeric_limits<float>::lowest();
+  return std::min(band.inner, band.outer) > 0 ? band : CertifiedBand{kNever, kNever};
+}
+
+/// Interval of the distance to the surface anywhere, from the coarse layers. Of a point beyond the grid it is that of
+/// the nearest point in it, over the gap: what lies in a box is at a right angle or more. [m]
+inline Interval coarse_interval(const VoxelmapView& map, Vec3 point) noexcept {
+  const float p[3] = {point.x, point.y, point.z};
+  float nearest[3];
+  float gap_squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double low = map.origin[axis] + 0.5 * map.voxel_size;
+    const double high = low + static_cast<double>(map.dims[axis] - 1) * map.voxel_size;
+    nearest[axis] = static_cast<float>(std::clamp(static_cast<double>(p[axis]), low, high));
+    gap_squared += (p[axis] - nearest[axis]) * (p[axis] - nearest[axis]);
+  }
+  const Voxel found = find_voxel(map, {nearest[0], nearest[1], nearest[2]});
+  if (!found.in_grid) return {0, std::numeric_limits<float>::max()};  // NaN
+  const Interval near = far_interval(map, found, 0);
+  const float low = std::sqrt(gap_squared + near.low * near.low);
+  return {std::max(low, distance_to_bounds(map, point)), std::sqrt(gap_squared) + near.high};
+}
+
+inline Interval signed_interval(Interval distance, bool inside) noexcept {
+  return inside ? distance : Interval{-distance.high, -distance.low};
+}
+
+/// Interval of the true V from the layer of a point's voxel.
+inline Interval layer_interval(const VoxelmapView& map, const Voxel& found, Interval coarse) noexcept {
+  const float diagonal = std::sqrt(3.0F) * map.voxel_size;
+  const std::int32_t layer = layer_of(map, found);
+  if (layer == 0) return {-diagonal, diagonal};  // the voxel holds a point of the surface
+  const auto n = static_cast<float>(std::abs(layer));
+  coarse.low = std::max(coarse.low, (n - 1) * map.voxel_size);
+  constexpr float kLargest = std::numeric_limits<std::int8_t>::max();  // layers may be clamped there
+  if (n < kLargest) coarse.high = std::min(coarse.high, (n + 1) * diagonal);
+  return signed_interval(coarse, layer > 0);
+}
+
+/// Interval of the true V, anywhere: docs/bounds.md. In the band by the certificate. [m]
+inline Interval depth_interval(const VoxelmapView& map, Vec3 point) noexcept {
+  const float error = field_error(map);
+  FieldCell cell;
+  float v = 0;
+  if (map.field != Field::layers) {
+    cell = find_cell(map, point);
+    if (cell.entry < kNodeFlag) {
+      v = interpolate(map, cell);
+      const CertifiedBand certified = certified_band(map);
+      if (v > -certified.outer && v < certified.inner) return {v - error, v + error};
+      Interval far = coarse_interval(map, point);
+      far.low = std::max(least_distance(std::abs(v) - error, cell.edge),
+                         (v >= 0 ? certified.inner : certified.outer) - error);
+      return signed_interval({far.low, std::max(far.low, far.high)}, v >= 0);
+    }
+  }
+  Interval far = coarse_interval(map, point);
+  const Voxel found = find_voxel(map, point);
+  if (!found.in_grid) return signed_interval(far, false);
+  if (map.field == Field::layers) {
+    if (map.brick_index[found.brick] != kNoBrick) return layer_interval(map, found, far);
+    return signed_interval(far, map.coarse_layers[found.brick] > 0);
+  }
+  const bool inside = cell.entry == kFarInside;
+  // Samples were left out for the voxel's centre.
+  if (cell.in_grid) far.low = std::max(far.low, (inside ? map.band_inner : map.band_outer) - length(found.to_centre));
+  return signed_interval(far, inside);
 }
 
 inline float box_penetration(const BoxField& box, Vec3 p) noexcept {

@@ -6,52 +6,16 @@
 
 #include "runtime/budget.h"
 #include "runtime/descend.h"
-#include "runtime/penetration.h"
 
 namespace vps {
 namespace {
 
-using detail::Affine;
 using detail::Budget;
 using detail::Descent;
+using detail::Frame;
+using detail::Transform;
 
 constexpr float kNothing = -std::numeric_limits<float>::max();
-
-// The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
-struct Transform {
-  float r[9];
-  Vec3 t;
-  explicit Transform(const Pose& pose) noexcept
-      : t{static_cast<float>(pose.translation[0]), static_cast<float>(pose.translation[1]),
-          static_cast<float>(pose.translation[2])} {
-    for (int i = 0; i < 9; ++i) r[i] = static_cast<float>(pose.rotation[i]);
-  }
-  Vec3 rotate(Vec3 v) const noexcept {
-    return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
-            r[6] * v.x + r[7] * v.y + r[8] * v.z};
-  }
-  Vec3 apply(Vec3 v) const noexcept { return detail::operator+(rotate(v), t); }
-};
-
-// Where a field's own coordinates lie: p_field = (p - origin) / unit.
-struct Frame {
-  double origin[3] = {0, 0, 0};
-  double unit = 1;
-};
-
-// p -> ((pose p) - origin) / unit for p = start + scale q, put together in double.
-Affine affine(const Pose& pose, const Frame& frame, const float (&start)[3], double scale) noexcept {
-  Affine a;
-  for (int i = 0; i < 3; ++i) {
-    double at = pose.translation[i] - frame.origin[i];
-    for (int k = 0; k < 3; ++k) {
-      at += pose.rotation[3 * i + k] * start[k];
-      a.rotation[3 * i + k] = static_cast<float>(pose.rotation[3 * i + k] * scale / frame.unit);
-    }
-    a.translation[i] = static_cast<float>(at / frame.unit);
-  }
-  return a;
-}
 
 // What is known of a field besides its values.
 struct Facts {
@@ -89,14 +53,7 @@ class Traverse {
     d_.nodes = affine(field_pose, facts.frame, {0, 0, 0}, 1);
     d_.points = affine(field_pose, facts.frame, shell.position_origin, shell.position_step);
     d_.contact_distance = options.contact_distance / unit;
-    // Coordinates are rounded at the size of the shell and of its distance.
-    float largest = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      largest = std::max(largest, std::abs(d_.nodes.translation[axis]) + std::abs(shell.sphere[axis][0]) / unit);
-    }
-    largest += shell.sphere[3][0] / unit;
-    constexpr float kRounding = 1e-6F;
-    d_.slack = facts.error / unit + kRounding * largest;
+    d_.slack = facts.error / unit + detail::rounding(shell, d_.nodes, unit);
     d_.queue = scratch.queue.data();
     d_.hits = scratch.hits.data();
     d_.penetrations = scratch.penetrations.data();
@@ -415,14 +372,6 @@ Status check_query(const PointshellView& shell, const Pose& pose, const QueryOpt
   return check_pose(pose);
 }
 
-// The frame in which a sampled map counts: voxels from the centre of voxel (0,0,0).
-Frame voxel_frame(const VoxelmapView& map) noexcept {
-  Frame frame;
-  frame.unit = map.voxel_size;
-  for (int axis = 0; axis < 3; ++axis) frame.origin[axis] = map.origin[axis] + 0.5 * frame.unit;
-  return frame;
-}
-
 // Sec. 3.2: whether the root sphere is out of reach of the map's bounds, which is cheap, and the answer then.
 bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Pose& pose, float contact_distance,
                   QueryResult& result) noexcept {
@@ -442,28 +391,6 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
   result.delta = result.delta_bound = -apart;
   result.nodes_tested = 1;
   return true;
-}
-
-template <class Map>
-Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
-  Map map;
-  map.roots = reinterpret_cast<const std::int32_t*>(view.field_roots);
-  map.nodes = reinterpret_cast<const std::int32_t*>(view.field_nodes);
-  map.values = view.values;
-  map.coarse_layers = view.coarse_layers;
-  for (int axis = 0; axis < 3; ++axis) {
-    map.top[axis] = static_cast<float>(view.dims[axis] - 1);
-    map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);
-    map.bounds_max[axis] = static_cast<float>((view.bounds_max[axis] - frame.origin[axis]) / frame.unit);
-  }
-  for (int axis = 0; axis < 2; ++axis) {
-    map.root_dims[axis] = static_cast<std::int32_t>(view.root_dims[axis]);
-    map.brick_dims[axis] = static_cast<std::int32_t>(view.brick_dims[axis]);
-  }
-  map.band_inner = view.band_inner / view.voxel_size;
-  map.band_outer = view.band_outer / view.voxel_size;
-  map.step = view.lambda / view.voxel_size;
-  return map;
 }
 
 }  // namespace
@@ -492,23 +419,17 @@ Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose
   for (int axis = 0; axis < 3; ++axis) {
     facts.most = std::min(facts.most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
   }
-  const auto run = [&](const auto& field) {
+  const auto run = [&](const auto& field, const Frame& frame, float error) {
+    facts.frame = frame;
+    facts.error = error;
+    if constexpr (std::is_base_of_v<detail::SampledMap, std::remove_cvref_t<decltype(field)>>) {
+      // The diagonal of the largest cell: docs/bounds.md.
+      facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(map.voxel_size, kCoarsestLevel) + error;
+      facts.known = map.band_inner;
+    }
     return start(shell, field, facts, shell_to_map, options, scratch, out, result);
   };
-  // Offsets into samples are 32 bits wide in the kernel.
-  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
-    facts.frame = voxel_frame(map);
-    facts.error = std::max(map.lambda, map.error);
-    // The diagonal of the largest cell: docs/bounds.md.
-    facts.excess =
-        2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(map.voxel_size, kCoarsestLevel) + facts.error;
-    facts.known = map.band_inner;
-    if (map.element == ElementType::i8) return run(sampled_map<detail::SampledMap8>(map, facts.frame));
-    return run(sampled_map<detail::SampledMap16>(map, facts.frame));
-  }
-  float rotation[9];
-  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
-  return run(detail::PlainMap{&map, rotation});
+  return detail::on_map(map, shell_to_map, run);
 }
 Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
@@ -523,15 +444,7 @@ Status traverse(const PointshellView& shell, const SphereField& field, const Pos
 Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  // Only z = n . p - offset counts there.
-  Pose down;
-  const double n[3] = {field.outward_normal.x, field.outward_normal.y, field.outward_normal.z};
-  down.translation[2] = -field.offset;
-  for (int axis = 0; axis < 3; ++axis) {
-    down.translation[2] += n[axis] * shell_to_field.translation[axis];
-    down.rotation[6 + axis] = 0;
-    for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
-  }
+  const Pose down = detail::pose_above(field, shell_to_field);
   scratch.reserve(shell);
   return Traverse<detail::SolidBelow>(shell, {}, facts_of(field), down, shell_to_field, options, scratch, out, result)
       .run();

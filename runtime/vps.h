@@ -296,6 +296,123 @@ typedef struct VpsReduction {
 /// @param capacity  how many to keep. [Limits: value >= 1]
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction);
+/// All zero is a good start.
+typedef struct VpsSeparationOptions {
+  float tolerance;  ///< the search may end while a point deeper by no more is left. [Limits: value >= 0] [m]
+  uint32_t guess;   ///< a point to start from, as the last result's. [Limits: value < points]
+} VpsSeparationOptions;
+
+typedef struct VpsSeparation {
+  double delta;  ///< penetration of the shell's deepest point; negative: minus the distance. Beyond the map's band
+                 ///< by the length of a walk from the point to the map's surface, where there is one. [m]
+  double delta_bound;  ///< no point of the shell penetrates deeper, by the field. [m]
+  double lower;        ///< the largest penetration of the true surface, not of its samples, is no less [m]
+  double upper;        ///< and no more. [m]
+  float position[3];   ///< of the deepest point, map frame. [m]
+  float direction[3];  ///< out of the map there, unit length; zero where the field has none. [-]
+  uint32_t point;      ///< index of the deepest point
+  uint32_t nodes_tested;
+  uint32_t points_tested;
+} VpsSeparation;
+
+/// The deepest point of a shell, with bounds for the true surfaces.
+/// @param shell_to_map  as for vps_traverse_map; farther than 1e15 m is `vps_bad_pose`
+/// @param options       NULL: all zero
+VpsStatus vps_separation_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
+                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
+VpsStatus vps_separation_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
+                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
+VpsStatus vps_separation_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
+                                const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
+VpsStatus vps_separation_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                    const VpsPose* shell_to_half_space, const VpsSeparationOptions* options,
+                                    VpsScratch* scratch, VpsSeparation* result);
+
+/// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
+typedef struct VpsMotion {
+  VpsPose start;               ///< shell_to_map at time 0
+  double velocity[3];          ///< of the centre of mass. [m/s]
+  double angular_velocity[3];  ///< [rad/s]
+  double duration;             ///< [Limits: value >= 0] [s]
+} VpsMotion;
+/// shell_to_map at a time. [s]
+VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose);
+
+/// What may not meet the map before the time that is told.
+typedef int32_t VpsContactor;
+enum {
+  vps_contactor_surface,  ///< the body's true surface: impacts are told up to a covering radius early
+  vps_contactor_points    ///< the shell's points, which are all that a traverse sees
+};
+
+typedef struct VpsImpactOptions {
+  float distance;   ///< at which an impact counts as such. [Limits: value >= 0] [m]
+  float tolerance;  ///< and how much more may be left. [Limits: value > 0] [m]
+  VpsContactor contactor;
+  uint32_t max_iterations;  ///< separations that are asked for. [Limits: value >= 1]
+} VpsImpactOptions;
+
+typedef int32_t VpsImpact;
+enum {
+  vps_impact_none,       ///< not before the motion's end
+  vps_impact_hit,        ///< the bodies may be at the distance asked for
+  vps_impact_unfinished  ///< max_iterations were not enough: no impact before `time`
+};
+typedef struct VpsImpactResult {
+  VpsImpact impact;
+  double time;               ///< no impact before. [Limits: 0 <= value <= duration] [s]
+  VpsSeparation separation;  ///< the last one asked for; at `time` with vps_impact_hit
+  uint32_t iterations;
+} VpsImpactResult;
+
+/// When a moving shell first comes as near to a field as asked for; never later than it does.
+/// @param options  NULL: distance 0, tolerance 1e-4 m, the surface, 256 iterations
+VpsStatus vps_time_of_impact_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsMotion* motion,
+                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
+VpsStatus vps_time_of_impact_box(const VpsPointshell* shell, const VpsBox* box, const VpsMotion* motion,
+                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
+VpsStatus vps_time_of_impact_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsMotion* motion,
+                                    const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
+VpsStatus vps_time_of_impact_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                        const VpsMotion* motion, const VpsImpactOptions* options, VpsScratch* scratch,
+                                        VpsImpactResult* result);
+
+typedef struct VpsRay {
+  float origin[3];     ///< map frame. [Limits: no coordinate beyond 1e6] [m]
+  float direction[3];  ///< [Limits: unit length to 1e-3]
+  float max_distance;  ///< along the ray; may be infinite. [Limits: value >= 0] [m]
+} VpsRay;
+typedef struct VpsRayHit {
+  int32_t hit;              ///< 0: none
+  float distance;           ///< from the ray's origin. [m]
+  float position[3];        ///< map frame. [m]
+  float outward_normal[3];  ///< there, unit length; zero where the field has none. [-]
+  uint32_t steps;
+} VpsRayHit;
+/// The first place along a ray where the penetration is >= 0. `vps_missing_part` with `vps_field_layers`.
+/// @param tolerance_vx  how closely it is found. [Limits: value > 0] [vx]
+VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result);
+
+typedef struct VpsClosestPointOptions {
+  float tolerance_vx;       ///< |penetration| at the point that is found. [Limits: value > 0] [vx]
+  uint32_t max_iterations;  ///< steps. [Limits: value >= 1]
+} VpsClosestPointOptions;
+/// `lower` and `upper` hold whether the walk converged or not; nothing else does then.
+typedef struct VpsClosestPoint {
+  int32_t converged;
+  int32_t inside;           ///< whether the point that was asked for is
+  float position[3];        ///< on the surface, map frame. [m]
+  float outward_normal[3];  ///< there, unit length; zero where the field has none. [-]
+  float distance;           ///< from the point to `position`. [m]
+  float residual;           ///< |penetration| at `position`. [m]
+  float lower;              ///< the true distance to the surface is no less [m]
+  float upper;              ///< and no more. [m]
+} VpsClosestPoint;
+/// The surface point that a walk from a point finds: a local minimum of the distance. `vps_missing_part` with
+/// `vps_field_layers`.
+/// @param options  NULL: 0.01 voxels, 256 steps
+VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,
+                            VpsClosestPoint* result);
 
 #ifdef __cplusplus
 }

@@ -1,37 +1,16 @@
 // SPDX-License-Identifier: Zlib
 // The C interface: checks arguments, converts, forwards.
-#include <algorithm>
+#include "runtime/vps_c.h"
+
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <new>
 #include <type_traits>
 
-#include "runtime/vps.h"
-#include "runtime/vps_contacts.h"
-
-struct VpsVoxelmap {
-  vps::VoxelmapView view;
-};
-struct VpsPointshell {
-  vps::PointshellView view;
-  std::vector<float> areas;  // of nodes
-};
-struct VpsAsset {
-  vps::Asset asset;
-  VpsVoxelmap maps[4];  // by VpsField
-  VpsPointshell shell;
-};
-struct VpsScratch {
-  vps::Scratch scratch;
-  std::vector<vps::Contact> contacts, kept;
-  vps::ReductionScratch reduction;
-};
-struct VpsContactCache {
-  vps::ContactCache cache;
-};
-
 namespace {
+
+using namespace vps::c;
+using vps::c::to_c;
 
 static_assert(vps_ok == static_cast<int>(vps::Status::ok));
 static_assert(vps_missing_part == static_cast<int>(vps::Status::missing_part));
@@ -47,59 +26,6 @@ static_assert(offsetof(VpsContact, penetration) == offsetof(vps::Contact, penetr
 static_assert(offsetof(VpsContact, area) == offsetof(vps::Contact, area));
 static_assert(offsetof(VpsContact, point) == offsetof(vps::Contact, point));
 static_assert(offsetof(VpsContact, node) == offsetof(vps::Contact, node));
-
-VpsStatus to_c(vps::Status status) {
-  return static_cast<VpsStatus>(status);
-}
-
-bool is_finite(const float* v) {
-  return v != nullptr && std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-}
-vps::Vec3 to_vec3(const float* v) {
-  return {v[0], v[1], v[2]};
-}
-void copy(vps::Vec3 from, float* to) {
-  to[0] = from.x;
-  to[1] = from.y;
-  to[2] = from.z;
-}
-
-vps::Pose to_pose(const VpsPose& from) {
-  vps::Pose pose;
-  std::copy_n(from.rotation, 9, pose.rotation);
-  std::copy_n(from.translation, 3, pose.translation);
-  return pose;
-}
-
-// What a field of C is in C++, if it may be used.
-bool is_valid(const VpsVoxelmap* map) {
-  return map != nullptr;
-}
-bool is_valid(const VpsBox* box) {
-  return box != nullptr && is_finite(box->half_extents) &&
-         std::min({box->half_extents[0], box->half_extents[1], box->half_extents[2]}) >= 0;
-}
-bool is_valid(const VpsSphere* sphere) {
-  return sphere != nullptr && std::isfinite(sphere->radius) && sphere->radius >= 0;
-}
-bool is_valid(const VpsHalfSpace* half_space) {
-  if (half_space == nullptr || !is_finite(half_space->outward_normal) || !std::isfinite(half_space->offset))
-    return false;
-  const float* n = half_space->outward_normal;
-  return std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
-}
-const vps::VoxelmapView& to_cpp(const VpsVoxelmap& map) {
-  return map.view;
-}
-vps::BoxField to_cpp(const VpsBox& box) {
-  return {to_vec3(box.half_extents)};
-}
-vps::SphereField to_cpp(const VpsSphere& sphere) {
-  return {sphere.radius};
-}
-vps::HalfSpaceField to_cpp(const VpsHalfSpace& half_space) {
-  return {to_vec3(half_space.outward_normal), half_space.offset};
-}
 
 VpsCertificate to_c(const vps::FieldCertificate& from) {
   VpsCertificate out{from.max, from.rms, from.p99, {}};

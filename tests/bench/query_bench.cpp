@@ -223,7 +223,7 @@ void run_distances([[maybe_unused]] const Bodies& bodies, const std::vector<Pair
 #ifdef VPS_BENCH_FCL
   sides.push_back({"FCL", fcl_distance(bodies.mesh), rounds});
 #endif
-  for (const OurAsset& our : bodies.ours) sides.push_back({our.name, our_traverse(our.file.asset), rounds});
+  for (const OurAsset& our : bodies.ours) sides.push_back({our.name, our_separation(our.file.asset), rounds});
   run_pairs("distance", std::move(sides), apart, report);
 }
 

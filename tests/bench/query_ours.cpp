@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "runtime/vps_queries.h"
+
 namespace vps::bench {
 namespace {
 
@@ -61,7 +63,33 @@ class Traverse final : public PairPeer {
   std::vector<Contact> contacts_;
 };
 
+class Separation final : public PairPeer {
+ public:
+  explicit Separation(std::shared_ptr<const Asset> asset) : asset_(std::move(asset)), parts_(*asset_) {
+    scratch_.reserve(parts_.shell);
+  }
+  PairAnswer query(const Pose& first_in_second) override {
+    const Pose pose = in_asset_frame(*asset_, first_in_second);
+    PairAnswer answer;
+    SeparationResult result;
+    const auto begin = Clock::now();
+    check(separation(parts_.shell, parts_.map, pose, SeparationOptions{}, scratch_, result));
+    answer.microseconds = microseconds_since(begin);
+    answer.depth = result.delta;
+    return answer;
+  }
+
+ private:
+  std::shared_ptr<const Asset> asset_;
+  Parts parts_;
+  Scratch scratch_;
+};
+
 }  // namespace
+
+std::unique_ptr<PairPeer> our_separation(std::shared_ptr<const Asset> asset) {
+  return std::make_unique<Separation>(std::move(asset));
+}
 
 std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset) {
   return std::make_unique<Traverse>(std::move(asset));

@@ -13,6 +13,10 @@ namespace vps::bench {
 /// @throw std::runtime_error when the asset lacks one of them
 [[nodiscard]] std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset);
 
+/// `separation`, exact: the same asset against itself.
+/// @throw std::runtime_error when the asset lacks one of them
+[[nodiscard]] std::unique_ptr<PairPeer> our_separation(std::shared_ptr<const Asset> asset);
+
 struct Opening {
   double open_us = 0;   ///< map and validate
   double query_us = 0;  ///< the same, and a first query with fresh working memory

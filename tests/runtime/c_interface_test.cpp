@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "runtime/vps_contacts.h"
+#include "runtime/vps_queries.h"
 #include "tests/runtime/c_program.h"
 #include "tests/support/baked.h"
 #include "tests/support/random.h"
@@ -44,6 +47,46 @@ void expect_equal(const VpsQueryResult& a, const QueryResult& b) {
   EXPECT_EQ(a.nodes_tested, b.nodes_tested);
   EXPECT_EQ(a.points_tested, b.points_tested);
   EXPECT_EQ(a.complete, b.complete ? 1U : 0U);
+}
+
+void expect_equal(const VpsSeparation& a, const SeparationResult& b) {
+  EXPECT_EQ(a.delta, b.delta);
+  EXPECT_EQ(a.delta_bound, b.delta_bound);
+  EXPECT_EQ(a.lower, b.lower);
+  EXPECT_EQ(a.upper, b.upper);
+  expect_equal(a.position, b.position);
+  expect_equal(a.direction, b.direction);
+  EXPECT_EQ(a.point, b.point);
+  EXPECT_EQ(a.nodes_tested, b.nodes_tested);
+  EXPECT_EQ(a.points_tested, b.points_tested);
+}
+void expect_equal(const VpsImpactResult& a, const ImpactResult& b) {
+  EXPECT_EQ(a.impact, static_cast<VpsImpact>(b.impact));
+  EXPECT_EQ(a.time, b.time);
+  expect_equal(a.separation, b.separation);
+  EXPECT_EQ(a.iterations, b.iterations);
+}
+
+// What the C program was told of distances.
+template <class AnyField>
+void expect_distances(const PointshellView& shell, const AnyField& field, const Motion& fall, const Pose& pose,
+                      const VpsSeparation& separated, const VpsImpactResult& impact) {
+  Scratch scratch;
+  constexpr bool kIsMap = std::is_same_v<AnyField, VoxelmapView>;
+  SeparationOptions options;
+  ImpactOptions impact_options;
+  if (kIsMap) {
+    options = {kSeparationOptions.tolerance, kSeparationOptions.guess};
+    impact_options = {kImpactOptions.distance, kImpactOptions.tolerance, Contactor::points,
+                      kImpactOptions.max_iterations};
+  }
+  SeparationResult result;
+  ASSERT_EQ(separation(shell, field, pose, options, scratch, result), Status::ok);
+  expect_equal(separated, result);
+  ImpactResult hit;
+  ASSERT_EQ(time_of_impact(shell, field, fall, impact_options, scratch, hit), Status::ok);
+  EXPECT_EQ(hit.impact, Impact::hit);
+  expect_equal(impact, hit);
 }
 
 TEST(CInterface, SaysWhatTheCppInterfaceSays) {
@@ -195,6 +238,43 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   expect_equal(c->sphere_result, result);
   ASSERT_EQ(traverse(shell, half_space, pose, {}, scratch, contacts, result), Status::ok);
   expect_equal(c->half_space_result, result);
+
+  const VpsMotion c_fall = falling(&c_pose);
+  Motion fall;
+  fall.start = pose;
+  fall.start.translation[2] = c_fall.start.translation[2];
+  std::copy_n(c_fall.velocity, 3, fall.velocity);
+  std::copy_n(c_fall.angular_velocity, 3, fall.angular_velocity);
+  fall.duration = c_fall.duration;
+  expect_distances(shell, map, fall, pose, c->map_separation, c->map_impact);
+  expect_distances(shell, box, fall, pose, c->box_separation, c->box_impact);
+  expect_distances(shell, sphere, fall, pose, c->sphere_separation, c->sphere_impact);
+  expect_distances(shell, half_space, fall, pose, c->half_space_separation, c->half_space_impact);
+  const Pose there = pose_at(shell, fall, c->map_impact.time);
+  expect_equal<9>(c->impact_pose.rotation, there.rotation);
+  expect_equal<3>(c->impact_pose.translation, there.translation);
+
+  RayHit hit;
+  const auto vec3 = [](const float* v) { return Vec3{v[0], v[1], v[2]}; };
+  ASSERT_EQ(cast_ray(map, {vec3(kRay.origin), vec3(kRay.direction), kRay.max_distance}, {0.001F}, hit), Status::ok);
+  EXPECT_TRUE(hit.hit);
+  EXPECT_EQ(c->ray_hit.hit, 1);
+  EXPECT_EQ(c->ray_hit.distance, hit.distance);
+  expect_equal(c->ray_hit.position, hit.position);
+  expect_equal(c->ray_hit.outward_normal, hit.outward_normal);
+  EXPECT_EQ(c->ray_hit.steps, hit.steps);
+  ClosestPoint closest;
+  ASSERT_EQ(closest_point(map, p, {kClosestPointOptions.tolerance_vx, kClosestPointOptions.max_iterations}, closest),
+            Status::ok);
+  EXPECT_TRUE(closest.converged);
+  EXPECT_EQ(c->closest.converged, 1);
+  EXPECT_EQ(c->closest.inside, closest.inside ? 1 : 0);
+  expect_equal(c->closest.position, closest.position);
+  expect_equal(c->closest.outward_normal, closest.outward_normal);
+  EXPECT_EQ(c->closest.distance, closest.distance);
+  EXPECT_EQ(c->closest.residual, closest.residual);
+  EXPECT_EQ(c->closest.lower, closest.lower);
+  EXPECT_EQ(c->closest.upper, closest.upper);
 }
 
 TEST(CInterface, MisuseGetsAStatus) {

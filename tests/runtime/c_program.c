@@ -14,6 +14,18 @@ const VpsQueryOptions kOptions = {.contact_distance = 0.001F, .weight = vps_per_
 const VpsPenaltyLaw kLaw = {1e8, 1e5};
 const VpsTwist kTwist = {{0.001F, 0.002F, 0.003F}, {0.01F, 0, 0}, {0, 0.5F, 0}};
 
+const VpsSeparationOptions kSeparationOptions = {0.0001F, 3};
+const VpsImpactOptions kImpactOptions = {0.002F, 0.0002F, vps_contactor_points, 100};
+const VpsRay kRay = {{0.04F, 0.01F, 0.3F}, {0, 0, -1}, 1};
+const VpsClosestPointOptions kClosestPointOptions = {0.02F, 100};
+
+VpsMotion falling(const VpsPose* pose) {
+  VpsMotion motion = {{{0}, {0}}, {0.01, 0, -1}, {1, 2, 3}, 0.5};
+  motion.start = *pose;
+  motion.start.translation[2] += 0.2;
+  return motion;
+}
+
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers) {
   VpsAsset* asset = NULL;
   VpsScratch* scratch = NULL;
@@ -71,6 +83,20 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_penalty_gradient(answers->contacts, NULL, count, &kLaw, &kTwist, &answers->gradient) == vps_ok);
   EXPECT(vps_reduce_contacts(answers->contacts, count, kTwist.centre, scratch, answers->kept, kKept,
                              &answers->reduction) == vps_ok);
+  EXPECT(vps_separation_map(shell, map, &moved, &kSeparationOptions, scratch, &answers->map_separation) == vps_ok);
+  EXPECT(vps_separation_box(shell, &kBox, &moved, NULL, scratch, &answers->box_separation) == vps_ok);
+  EXPECT(vps_separation_sphere(shell, &kSphere, &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
+  EXPECT(vps_separation_half_space(shell, &kHalfSpace, &moved, NULL, scratch, &answers->half_space_separation) ==
+         vps_ok);
+  const VpsMotion fall = falling(&moved);
+  EXPECT(vps_time_of_impact_map(shell, map, &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_box(shell, &kBox, &fall, NULL, scratch, &answers->box_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_sphere(shell, &kSphere, &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_half_space(shell, &kHalfSpace, &fall, NULL, scratch, &answers->half_space_impact) ==
+         vps_ok);
+  EXPECT(vps_motion_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
+  EXPECT(vps_cast_ray(map, &kRay, 0.001F, &answers->ray_hit) == vps_ok);
+  EXPECT(vps_closest_point(map, point, &kClosestPointOptions, &answers->closest) == vps_ok);
   EXPECT(vps_scratch_destroy(scratch) == vps_ok);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return 0;
@@ -265,6 +291,72 @@ static int misuse_contacts(void) {
   return 0;
 }
 
+static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) {
+  const VpsPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
+  const VpsSeparationOptions less = {-1, 0};
+  const VpsSeparationOptions beyond = {0, UINT32_MAX};
+  const VpsMotion rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
+  const VpsMotion endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
+  const VpsImpactOptions shapeless = {0, 1e-4F, 7, 100};
+  const VpsImpactOptions zero = {0, 0, 0, 0};
+  const VpsRay nowhere = {{0, NAN, 0}, {0, 0, 1}, 1};
+  const VpsRay lost = {{0, 0, 0}, {0, 0, 0}, 1};
+  const VpsClosestPointOptions none = {0, 0};
+  const VpsSphere negative = {-1};
+  const float at[3] = {0, 0, 0};
+  const float far_off[3] = {0, 0, INFINITY};
+  VpsScratch* s = NULL;
+  VpsSeparation r;
+  VpsImpactResult impact;
+  VpsPose out;
+  VpsRayHit hit;
+  VpsClosestPoint closest;
+  EXPECT(vps_scratch_create(&s) == vps_ok);
+  r.point = impact.iterations = hit.steps = 42;
+  closest.upper = 42;
+  REFUSED(vps_separation_map(NULL, map, &pose, NULL, s, &r));
+  REFUSED(vps_separation_map(shell, NULL, &pose, NULL, s, &r));
+  REFUSED(vps_separation_map(shell, map, NULL, NULL, s, &r));
+  REFUSED(vps_separation_map(shell, map, &pose, NULL, NULL, &r));
+  REFUSED(vps_separation_map(shell, map, &pose, NULL, s, NULL));
+  REFUSED(vps_separation_map(shell, map, &pose, &less, s, &r));
+  REFUSED(vps_separation_map(shell, map, &pose, &beyond, s, &r));
+  EXPECT(vps_separation_map(shell, map, &mirror, NULL, s, &r) == vps_bad_pose);
+  REFUSED(vps_separation_box(shell, NULL, &pose, NULL, s, &r));
+  REFUSED(vps_separation_sphere(shell, &negative, &pose, NULL, s, &r));
+  REFUSED(vps_separation_half_space(shell, NULL, &pose, NULL, s, &r));
+  REFUSED(vps_time_of_impact_map(NULL, map, &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_map(shell, NULL, &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_map(shell, map, NULL, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_map(shell, map, &rest, NULL, NULL, &impact));
+  REFUSED(vps_time_of_impact_map(shell, map, &rest, NULL, s, NULL));
+  REFUSED(vps_time_of_impact_map(shell, map, &endless, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_map(shell, map, &rest, &shapeless, s, &impact));
+  REFUSED(vps_time_of_impact_map(shell, map, &rest, &zero, s, &impact));
+  REFUSED(vps_time_of_impact_box(shell, NULL, &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_sphere(shell, &negative, &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact_half_space(shell, NULL, &rest, NULL, s, &impact));
+  REFUSED(vps_motion_pose(NULL, &rest, 0, &out));
+  REFUSED(vps_motion_pose(shell, NULL, 0, &out));
+  REFUSED(vps_motion_pose(shell, &rest, NAN, &out));
+  REFUSED(vps_motion_pose(shell, &rest, 0, NULL));
+  REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
+  REFUSED(vps_cast_ray(map, NULL, 0.01F, &hit));
+  REFUSED(vps_cast_ray(map, &kRay, 0, &hit));
+  REFUSED(vps_cast_ray(map, &kRay, 0.01F, NULL));
+  REFUSED(vps_cast_ray(map, &nowhere, 0.01F, &hit));
+  REFUSED(vps_cast_ray(map, &lost, 0.01F, &hit));
+  REFUSED(vps_closest_point(NULL, at, NULL, &closest));
+  REFUSED(vps_closest_point(map, NULL, NULL, &closest));
+  REFUSED(vps_closest_point(map, far_off, NULL, &closest));
+  REFUSED(vps_closest_point(map, at, &none, &closest));
+  REFUSED(vps_closest_point(map, at, NULL, NULL));
+  EXPECT(r.point == 42 && impact.iterations == 42 && hit.steps == 42 && closest.upper == 42);
+  EXPECT(vps_scratch_destroy(s) == vps_ok);
+  return 0;
+}
+
 int misuse(const char* path, const char* no_map, const char* no_shell) {
   VpsAsset* asset = NULL;
   const VpsVoxelmap* map = NULL;
@@ -277,6 +369,7 @@ int misuse(const char* path, const char* no_map, const char* no_shell) {
   line = misuse_points(map);
   if (line == 0) line = misuse_queries(shell, map);
   if (line == 0) line = misuse_contacts();
+  if (line == 0) line = misuse_distances(shell, map);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return line;
 }

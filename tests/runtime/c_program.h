@@ -33,6 +33,22 @@ typedef struct Answers {
 
 extern const VpsPenaltyLaw kLaw;
 extern const VpsTwist kTwist;
+VpsSeparation map_separation, box_separation, sphere_separation, half_space_separation;
+VpsImpactResult map_impact, box_impact, sphere_impact, half_space_impact;
+VpsPose impact_pose;
+VpsRayHit ray_hit;
+VpsClosestPoint closest;
+}
+Answers;
+
+/// What `ask` asks with.
+extern const VpsSeparationOptions kSeparationOptions;
+extern const VpsImpactOptions kImpactOptions;
+extern const VpsRay kRay;
+extern const VpsClosestPointOptions kClosestPointOptions;
+
+/// The shell's pose, moving down.
+VpsMotion falling(const VpsPose* pose);
 
 /// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
 /// @return 0, or the line of the first call that did not return what it should

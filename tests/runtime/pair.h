@@ -1,32 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A sphere's shell and a torus' voxelmap, and poses for them.
+/// @file A sphere's shell and a torus' voxelmap.
 #pragma once
 
-#include <algorithm>
 #include <memory>
 #include <vector>
 
 #include "tests/support/baked.h"
-#include "tests/support/random.h"
+#include "tests/support/poses.h"
 #include "tests/support/shapes.h"
 
 namespace vps::test {
-
-inline Pose pose_at(double x, double y, double z) {
-  Pose pose;
-  pose.translation[0] = x;
-  pose.translation[1] = y;
-  pose.translation[2] = z;
-  return pose;
-}
-
-inline Pose random_pose(Random& random, double distance) {
-  Pose pose;
-  const std::array<double, 9> rotation = random.rotation();
-  std::copy(rotation.begin(), rotation.end(), pose.rotation);
-  for (double& x : pose.translation) x = random.between(-distance, distance);
-  return pose;
-}
 
 inline Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
   float out[3];

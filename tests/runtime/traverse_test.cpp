@@ -5,34 +5,16 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
-#include <new>
 #include <set>
 #include <span>
 #include <thread>
 
 #include "tests/runtime/pair.h"
+#include "tests/support/count_allocations.h"
 #include "tests/support/oracle.h"
-
-#ifndef __SANITIZE_ADDRESS__
-// Counts allocations, for the promise that queries make none. AddressSanitizer has its own operators.
-static std::atomic<std::size_t> allocations{0};
-// Not inlined: the compiler would see malloc and free meet new and delete, and warn.
-[[gnu::noinline]] void* operator new(std::size_t bytes) {
-  ++allocations;
-  if (void* const memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-#endif
 
 namespace vps::test {
 namespace {

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Zlib
+// Conservative advancement of a moving shell. Mirtich 1996, "Impulse-based Dynamic Simulation of Rigid Body Systems".
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/vps_queries.h"
+
+namespace vps {
+namespace {
+
+double norm(const double (&v)[3]) noexcept {
+  return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+// No point of the shell is faster. [m/s]
+double largest_speed(const PointshellView& shell, const Motion& motion) noexcept {
+  double arm[3];
+  for (int axis = 0; axis < 3; ++axis) arm[axis] = double{shell.sphere[axis][0]} - shell.centre_of_mass[axis];
+  // The true surface lies a little farther out than the points.
+  const double reach = norm(arm) + shell.sphere[3][0] + shell.covering_radius;
+  return norm(motion.velocity) + norm(motion.angular_velocity) * reach;
+}
+
+bool is_valid(const Motion& motion, const ImpactOptions& options) noexcept {
+  return motion.duration >= 0 && std::isfinite(motion.duration) && std::isfinite(norm(motion.velocity)) &&
+         std::isfinite(norm(motion.angular_velocity)) && options.distance >= 0 && std::isfinite(options.distance) &&
+         options.tolerance > 0 && std::isfinite(options.tolerance) && options.max_iterations > 0;
+}
+
+template <class Field>
+Status advance(const PointshellView& shell, const Field& field, const Motion& motion, const ImpactOptions& options,
+               Scratch& scratch, ImpactResult& result) noexcept {
+  result = {};
+  if (!is_valid(motion, options)) return Status::bad_argument;
+  if (shell.points == 0) return Status::missing_part;
+  if (const Status status = check_pose(motion.start); status != Status::ok) return status;
+  const double speed = largest_speed(shell, motion);
+  SeparationOptions search;
+  double gap = 0;
+  while (result.iterations < options.max_iterations) {
+    ++result.iterations;
+    const Pose pose = pose_at(shell, motion, result.time);
+    if (const Status status = separation(shell, field, pose, search, scratch, result.separation);
+        status != Status::ok) {
+      return status;
+    }
+    search.guess = result.separation.point;
+    const double covered = options.contactor == Contactor::points ? shell.covering_radius : 0;
+    gap = covered - result.separation.upper - options.distance;
+    if (gap <= options.tolerance) {
+      if (search.tolerance == 0) {
+        result.impact = Impact::hit;
+        return Status::ok;
+      }
+      // The bound may be that of spheres which a rough search left out.
+      search.tolerance = 0;
+      continue;
+    }
+    const double step = gap / speed;
+    if (!(result.time + step < motion.duration)) {
+      result.time = motion.duration;
+      return Status::ok;
+    }
+    result.time += step;
+    constexpr double kRough = 0.1;  // of the way that was gone
+    search.tolerance = static_cast<float>(kRough * gap);
+  }
+  result.impact = Impact::unfinished;
+  return Status::ok;
+}
+
+}  // namespace
+
+Pose pose_at(const PointshellView& shell, const Motion& motion, double time) noexcept {
+  // Rodrigues' formula.
+  const double rate = norm(motion.angular_velocity);
+  const double angle = rate * time;
+  const double cosine = std::cos(angle);
+  const double sine = std::sin(angle);
+  double axis[3] = {0, 0, 0};
+  for (int i = 0; i < 3 && rate > 0; ++i) axis[i] = motion.angular_velocity[i] / rate;
+  const double turn[9] = {
+      cosine + axis[0] * axis[0] * (1 - cosine),         axis[0] * axis[1] * (1 - cosine) - axis[2] * sine,
+      axis[0] * axis[2] * (1 - cosine) + axis[1] * sine, axis[1] * axis[0] * (1 - cosine) + axis[2] * sine,
+      cosine + axis[1] * axis[1] * (1 - cosine),         axis[1] * axis[2] * (1 - cosine) - axis[0] * sine,
+      axis[2] * axis[0] * (1 - cosine) - axis[1] * sine, axis[2] * axis[1] * (1 - cosine) + axis[0] * sine,
+      cosine + axis[2] * axis[2] * (1 - cosine)};
+  Pose out;
+  for (int i = 0; i < 3; ++i) {
+    double centre = motion.start.translation[i] + motion.velocity[i] * time;
+    out.translation[i] = 0;
+    for (int j = 0; j < 3; ++j) {
+      centre += motion.start.rotation[3 * i + j] * shell.centre_of_mass[j];
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += turn[3 * i + k] * motion.start.rotation[3 * k + j];
+      out.rotation[3 * i + j] = sum;
+      out.translation[i] -= sum * shell.centre_of_mass[j];
+    }
+    out.translation[i] += centre;
+  }
+  return out;
+}
+
+Status time_of_impact(const PointshellView& shell, const VoxelmapView& map, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, map, motion, options, scratch, result);
+}
+Status time_of_impact(const PointshellView& shell, const BoxField& field, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, field, motion, options, scratch, result);
+}
+Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, field, motion, options, scratch, result);
+}
+Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, field, motion, options, scratch, result);
+}
+
+}  // namespace vps

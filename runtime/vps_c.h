@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Zlib
+/// @file What the sources of the C interface share: handles, conversions, checks of arguments. Internal.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/vps.h"
+#include "runtime/vps_contacts.h"
+#include "runtime/vps_runtime.h"
+
+struct VpsVoxelmap {
+  vps::VoxelmapView view;
+};
+struct VpsPointshell {
+  vps::PointshellView view;
+  std::vector<float> areas;  // of nodes
+};
+struct VpsAsset {
+  vps::Asset asset;
+  VpsVoxelmap maps[4];  // by VpsField
+  VpsPointshell shell;
+};
+struct VpsScratch {
+  vps::Scratch scratch;
+  std::vector<vps::Contact> contacts, kept;
+  vps::ReductionScratch reduction;
+};
+struct VpsContactCache {
+  vps::ContactCache cache;
+};
+
+namespace vps::c {
+
+inline VpsStatus to_c(vps::Status status) {
+  return static_cast<VpsStatus>(status);
+}
+
+inline bool is_finite(const float* v) {
+  return v != nullptr && std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+}
+inline vps::Vec3 to_vec3(const float* v) {
+  return {v[0], v[1], v[2]};
+}
+inline void copy(vps::Vec3 from, float* to) {
+  to[0] = from.x;
+  to[1] = from.y;
+  to[2] = from.z;
+}
+
+inline vps::Pose to_pose(const VpsPose& from) {
+  vps::Pose pose;
+  std::copy_n(from.rotation, 9, pose.rotation);
+  std::copy_n(from.translation, 3, pose.translation);
+  return pose;
+}
+
+// What a field of C is in C++, if it may be used.
+inline bool is_valid(const VpsVoxelmap* map) {
+  return map != nullptr;
+}
+inline bool is_valid(const VpsBox* box) {
+  return box != nullptr && is_finite(box->half_extents) &&
+         std::min({box->half_extents[0], box->half_extents[1], box->half_extents[2]}) >= 0;
+}
+inline bool is_valid(const VpsSphere* sphere) {
+  return sphere != nullptr && std::isfinite(sphere->radius) && sphere->radius >= 0;
+}
+inline bool is_valid(const VpsHalfSpace* half_space) {
+  if (half_space == nullptr || !is_finite(half_space->outward_normal) || !std::isfinite(half_space->offset))
+    return false;
+  const float* n = half_space->outward_normal;
+  return std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
+}
+inline const vps::VoxelmapView& to_cpp(const VpsVoxelmap& map) {
+  return map.view;
+}
+inline vps::BoxField to_cpp(const VpsBox& box) {
+  return {to_vec3(box.half_extents)};
+}
+inline vps::SphereField to_cpp(const VpsSphere& sphere) {
+  return {sphere.radius};
+}
+inline vps::HalfSpaceField to_cpp(const VpsHalfSpace& half_space) {
+  return {to_vec3(half_space.outward_normal), half_space.offset};
+}
+
+}  // namespace vps::c
