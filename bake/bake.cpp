@@ -115,6 +115,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   RepairOutcome outcome;
   const Surface surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
   asset.repair = outcome.used;
+  asset.filled_share = outcome.filled_share;
   asset.notes = std::move(outcome.notes);
   const GridPlan planned = plan_grid(extent_of(surface), options);
   const Grid& grid = planned.grid;
