@@ -102,7 +102,9 @@ const char* describe(Repair repair) {
 }
 
 BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
-  return plan_grid(measure_extent(mesh), options).plan;
+  Extent extent = measure_extent(mesh);
+  extent.creases = measure_creases(mesh);
+  return plan_grid(extent, options).plan;
 }
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
