@@ -1,7 +1,5 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cuts every triangle of an OBJ mesh into N^2 equal ones and writes an OFF file: the same solid, of many triangles."""
-import argparse
+"""Cuts every triangle of an OBJ mesh into n^2 equal ones and writes an OFF file: the same solid, of many triangles."""
 
 
 def read_obj(path):
@@ -42,18 +40,9 @@ def subdivide(vertices, triangles, parts):
     return points, cut
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("mesh")
-    parser.add_argument("--parts", type=int, required=True, help="N: of every edge")
-    parser.add_argument("-o", "--output", required=True)
-    arguments = parser.parse_args()
-    points, triangles = subdivide(*read_obj(arguments.mesh), arguments.parts)
-    with open(arguments.output, "w", encoding="ascii") as file:
+def write_subdivided(mesh, parts, output):
+    points, triangles = subdivide(*read_obj(mesh), parts)
+    with open(output, "w", encoding="ascii") as file:
         file.write(f"OFF\n{len(points)} {len(triangles)} 0\n")
         file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in points)
         file.writelines(f"3 {a} {b} {c}\n" for a, b, c in triangles)
-
-
-if __name__ == "__main__":
-    main()
