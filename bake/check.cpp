@@ -21,7 +21,8 @@
 namespace vps {
 namespace {
 
-// The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31 %.
+// The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31
+// %.
 constexpr double kLargeFilling = 0.1;
 
 [[noreturn]] void refuse(const std::string& message) {
@@ -150,14 +151,14 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     note = fmt::format("repair fill: closed {} hole{}, {:.2g} % of the surface", holes.filled, plural(holes.filled),
                        100 * outcome.filled_share);
   }
-  if (holes.left > 0) {
-    const OpenSheets sheets = drop_enclosed_sheets(work);
-    if (sheets.crossing + sheets.outside > 0) refuse_sheets(sheets);
-    if (sheets.dropped == 0) refuse_leak(holes, settings);
-    note_dropped(sheets, outcome.notes);
-  }
   if (!closed_after_tidying(work)) {
-    refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+    const OpenSheets sheets = drop_enclosed_sheets(work);
+    note_dropped(sheets, outcome.notes);
+    if (holes.left > 0 && sheets.crossing + sheets.outside > 0) refuse_sheets(sheets);
+    if (holes.left > 0 && sheets.dropped == 0) refuse_leak(holes, settings);
+    if (count_unbalanced(work) > 0) {
+      refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+    }
   }
   done();
 }

@@ -76,7 +76,7 @@ double predict_field_bricks(const Extent& mesh, double s, const BakeOptions& opt
   const double wall = mesh.area > 0 ? 2 * mesh.volume / mesh.area / s : 0;
   const double filled_by_band = 2 * (options.band_inside + 1);
   const double thin = std::clamp((filled_by_band - wall) / 3, 0.0, 1.0);
-  const double at_defaults = area * (0.1 + 0.3 * thin) + (1.1 * mesh.creases.blunt + 6.5 * mesh.creases.sharp) / s;
+  const double at_defaults = area * (0.1 + 0.35 * thin) + (1.1 * mesh.creases.blunt + 6.5 * mesh.creases.sharp) / s;
   const BakeOptions defaults;
   const double wider = (options.band_inside + options.band_outside) / (defaults.band_inside + defaults.band_outside);
   const double finer = std::max(1.0, defaults.field_error / options.field_error);

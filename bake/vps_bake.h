@@ -18,7 +18,7 @@ namespace vps {
 
 /// How far repair may go to close an open mesh. Each includes the milder ones before it, except `wrap`.
 enum class Repair : std::uint8_t {
-  none,       ///< the mesh has to be closed
+  none,       ///< the mesh has to be closed, but for open surfaces inside of solids: these are dropped
   weld,       ///< merge vertices that are a millionth of the mesh's size apart
   stitch,     ///< sew open edges together that are no more than a voxel apart
   fill,       ///< triangulate all holes

@@ -247,6 +247,7 @@ TEST(Repair, AnOpenSheetInsideASolidIsDroppedAndSaid) {
       EXPECT_EQ(r.outcome.notes[0], "1 open surface inside a solid: dropped, as it bounds no volume");
     }
   }
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), sheet), with(Repair::fill)).volume, 8, 1e-12);
   const TriangleMesh two = joined(sheet, make_sheet(0.5, 0.25, {0, 0, -0.5}));
   EXPECT_EQ(repaired(joined(make_box({1, 1, 1}), two)).outcome.notes,
             std::vector<std::string>{"2 open surfaces inside a solid: dropped, as they bound no volume"});
