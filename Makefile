@@ -16,7 +16,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo bench corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo bench bench-scale corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -59,6 +59,10 @@ bench: deps $(BUNNY)
 	build/bench/tests/bench/field_error $(BUNNY) build/bench/field.vps.hdf --scale 0.0775
 	build/bench/tests/bench/budget_overrun build/bench/field.vps.hdf 100
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
+
+# 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels: time per stage and peak memory, as Markdown tables.
+bench-scale: all $(BUNNY)
+	python3 -B tests/bench/bench_scale.py --vpsbake build/release/cli/vpsbake --mesh $(BUNNY) --scale 0.0775 --work build
 
 # Every mesh of ../shared, checked and baked; writes docs/corpus.md.
 corpus: all

@@ -102,7 +102,9 @@ const char* describe(Repair repair) {
 }
 
 BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
-  return plan_grid(measure_extent(mesh), options).plan;
+  Extent extent = measure_extent(mesh);
+  extent.creases = measure_creases(mesh);
+  return plan_grid(extent, options).plan;
 }
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
@@ -115,6 +117,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   RepairOutcome outcome;
   const Surface surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
   asset.repair = outcome.used;
+  asset.filled_share = outcome.filled_share;
   asset.notes = std::move(outcome.notes);
   const GridPlan planned = plan_grid(extent_of(surface), options);
   const Grid& grid = planned.grid;

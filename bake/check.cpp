@@ -10,6 +10,7 @@
 
 #include "bake/clean_mesh.h"
 #include "bake/close_mesh.h"
+#include "bake/open_sheets.h"
 #include "bake/orient_mesh.h"
 #include "bake/plan.h"
 #include "bake/resolve_shells.h"
@@ -19,6 +20,10 @@
 
 namespace vps {
 namespace {
+
+// The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31
+// %.
+constexpr double kLargeFilling = 0.1;
 
 [[noreturn]] void refuse(const std::string& message) {
   throw BakeError("check", message);
@@ -36,22 +41,41 @@ bool closed_after_tidying(Mesh& mesh) {
   return count_unbalanced(mesh) == 0;
 }
 
+const char* plural(std::size_t n) {
+  return n == 1 ? "" : "s";
+}
+
+double area_of(const Mesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += mesh.area_normal(t).norm() / 2;
+  return sum;
+}
+
+void warn_of_large_filling(RepairOutcome& outcome) {
+  if (outcome.filled_share < kLargeFilling) return;
+  outcome.notes.push_back(
+      fmt::format("{:.0f} % of the surface fills holes: the solid may be a plug of what was open; a sheet keeps its "
+                  "shape with --open-surface thicken=2mm",
+                  100 * outcome.filled_share));
+}
+
 // Holes are filled first: the skin would go in through wide ones, and the solid would be hollow.
-void wrap(Mesh& mesh, double voxel_size, std::vector<std::string>& notes) {
+void wrap(Mesh& mesh, double voxel_size, RepairOutcome& outcome) {
   if (!(voxel_size > 0)) refuse("wrapping needs a voxel size; give --voxel or --resolution");
-  const std::size_t holes = fill_holes(mesh, std::numeric_limits<double>::infinity()).filled;
+  const FilledHoles holes = fill_holes(mesh, std::numeric_limits<double>::infinity());
+  outcome.filled_share = holes.area / area_of(mesh);
   const double alpha = 4 * voxel_size;
   const double offset = voxel_size / 4;
   mesh = wrap_mesh(mesh, alpha, offset);
-  notes.push_back(
-      fmt::format("repair wrap: closed {} hole{}, then a skin {} outside of the mesh that bridges gaps below {}", holes,
-                  holes == 1 ? "" : "s", format_length(offset), format_length(alpha)));
+  outcome.notes.push_back(
+      fmt::format("repair wrap: closed {} hole{}, then a skin {} outside of the mesh that bridges gaps below {}",
+                  holes.filled, plural(holes.filled), format_length(offset), format_length(alpha)));
 }
 
 [[noreturn]] void refuse_leak(const FilledHoles& holes, const RepairSettings& settings) {
   std::string message =
       fmt::format("the mesh is open: it leaks through {} hole{}, the longest border of {} at {}", holes.left,
-                  holes.left == 1 ? "" : "s", format_length(holes.longest_border), place(holes.place));
+                  plural(holes.left), format_length(holes.longest_border), place(holes.place));
   if (settings.repair == Repair::automatic) {
     message += "; close it there, or use --repair fill, --repair wrap, or --open-surface thicken=2mm for a sheet";
   } else {
@@ -60,24 +84,47 @@ void wrap(Mesh& mesh, double voxel_size, std::vector<std::string>& notes) {
   refuse(message);
 }
 
-// Tries one means after the other, each on top of the milder ones, until nothing is open.
-Repair close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings, std::vector<std::string>& notes) {
+[[noreturn]] void refuse_sheets(const OpenSheets& sheets) {
+  const std::uint32_t left = sheets.crossing + sheets.outside;
+  refuse(
+      fmt::format("the mesh is open: beside closed surfaces it has {} open one{} that bound{} no volume, one {} at {}; "
+                  "remove {}, make {} solid with --open-surface thicken=2mm, or use --repair fill for a body with "
+                  "holes",
+                  left, plural(left), left == 1 ? "s" : "",
+                  sheets.crossing > 0 ? "that crosses or touches a closed one" : "outside of the closed ones",
+                  place(sheets.place), left == 1 ? "it" : "them", left == 1 ? "it" : "them"));
+}
+
+void note_dropped(const OpenSheets& sheets, std::vector<std::string>& notes) {
+  if (sheets.dropped == 0) return;
+  notes.push_back(fmt::format("{} open surface{} inside a solid: dropped, as {} no volume", sheets.dropped,
+                              plural(sheets.dropped), sheets.dropped == 1 ? "it bounds" : "they bound"));
+}
+
+// Tries one means after the other, each on top of the milder ones, until nothing is open but sheets inside of solids.
+void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings, RepairOutcome& outcome) {
   if (settings.repair == Repair::wrap) {
-    wrap(mesh, settings.voxel_size, notes);
-    return Repair::wrap;
+    wrap(mesh, settings.voxel_size, outcome);
+    outcome.used = Repair::wrap;
+    return;
   }
-  if (count_unbalanced(mesh) == 0) return Repair::none;
+  if (count_unbalanced(mesh) == 0) return;
   Mesh work = mesh;
   const auto allowed = [&](Repair r) { return settings.repair >= r; };
+  std::string note;  // on the strongest means that changed something
+  const auto done = [&] {
+    if (!note.empty()) outcome.notes.push_back(std::move(note));
+    mesh = std::move(work);
+  };
   if (allowed(Repair::weld)) {
     constexpr double kRelative = 1e-6;  // a few float steps
     const double tolerance = kRelative * longest_side;
     const std::size_t merged = weld_vertices(work, tolerance);
-    if (closed_after_tidying(work)) {
-      notes.push_back(fmt::format("repair weld: merged {} vertices within {}", merged, format_length(tolerance)));
-      mesh = std::move(work);
-      return Repair::weld;
+    if (merged > 0) {
+      outcome.used = Repair::weld;
+      note = fmt::format("repair weld: merged {} vertices within {}", merged, format_length(tolerance));
     }
+    if (closed_after_tidying(work)) return done();
   }
   if (allowed(Repair::stitch) && settings.voxel_size > 0) {
     std::size_t changes = 0;
@@ -85,11 +132,11 @@ Repair close_mesh(Mesh& mesh, double longest_side, const RepairSettings& setting
       const double tolerance = part * settings.voxel_size;
       changes += stitch_borders(work, tolerance);
       if (work.triangles.empty()) break;
-      if (!closed_after_tidying(work)) continue;
-      notes.push_back(
-          fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(tolerance), changes));
-      mesh = std::move(work);
-      return Repair::stitch;
+      if (changes > 0) {
+        outcome.used = Repair::stitch;
+        note = fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(tolerance), changes);
+      }
+      if (closed_after_tidying(work)) return done();
     }
     if (work.triangles.empty()) work = mesh;
   }
@@ -98,13 +145,22 @@ Repair close_mesh(Mesh& mesh, double longest_side, const RepairSettings& setting
                         : settings.repair == Repair::automatic ? settings.voxel_size
                                                                : 0;
   const FilledHoles holes = fill_holes(work, widest);
-  if (holes.left > 0) refuse_leak(holes, settings);
-  if (!closed_after_tidying(work)) {
-    refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+  if (holes.filled > 0) {
+    outcome.used = Repair::fill;
+    outcome.filled_share = holes.area / area_of(work);
+    note = fmt::format("repair fill: closed {} hole{}, {:.2g} % of the surface", holes.filled, plural(holes.filled),
+                       100 * outcome.filled_share);
   }
-  notes.push_back(fmt::format("repair fill: closed {} hole{}", holes.filled, holes.filled == 1 ? "" : "s"));
-  mesh = std::move(work);
-  return Repair::fill;
+  if (!closed_after_tidying(work)) {
+    const OpenSheets sheets = drop_enclosed_sheets(work);
+    note_dropped(sheets, outcome.notes);
+    if (holes.left > 0 && sheets.crossing + sheets.outside > 0) refuse_sheets(sheets);
+    if (holes.left > 0 && sheets.dropped == 0) refuse_leak(holes, settings);
+    if (count_unbalanced(work) > 0) {
+      refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+    }
+  }
+  done();
 }
 
 void drop_flat(Mesh& mesh, std::size_t& collapsed) {
@@ -134,7 +190,7 @@ Surface measure(Mesh&& mesh) {
 }
 
 std::string shells(std::uint32_t n) {
-  return fmt::format("{} shell{}", n, n == 1 ? "" : "s");
+  return fmt::format("{} shell{}", n, plural(n));
 }
 
 void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
@@ -166,13 +222,16 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
     if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
   }
   if (settings.sheet_thickness > 0) {
+    // Inside a solid there is nothing to add, and a shell would be a cavity.
+    note_dropped(drop_enclosed_sheets(mesh), notes);
     const std::size_t sheets = thicken_sheets(mesh, settings.sheet_thickness);
     if (sheets > 0) {
-      notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, sheets == 1 ? "" : "s",
+      notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, plural(sheets),
                                   format_length(settings.sheet_thickness)));
     }
   }
-  outcome.used = close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, notes);
+  close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome);
+  warn_of_large_filling(outcome);
   note_shells(resolve_shells(mesh, self_intersections(mesh)), notes);
   drop_flat(mesh, cleaned.collapsed);
   if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));

@@ -18,11 +18,12 @@ struct RepairSettings {
 
 struct RepairOutcome {
   Repair used = Repair::none;
+  double filled_share = 0;         ///< of the closed surface's area, in patches that fill holes
   std::vector<std::string> notes;  ///< one sentence for each thing that was changed
 };
 
 /// Joins identical positions, drops collapsed and duplicate triangles, rights the winding, closes the mesh with the
-/// mildest means that suffices, and resolves its shells (see resolve_shells.h).
+/// mildest means that suffices, drops open surfaces inside solids, and resolves its shells (see resolve_shells.h).
 /// @throw BakeError when the mesh is flat, not finite, or open in spite of the repair allowed: with the place
 [[nodiscard]] Surface check_mesh(const TriangleMesh& mesh, const RepairSettings& settings, RepairOutcome& outcome);
 

@@ -259,7 +259,10 @@ FilledHoles fill_holes(Mesh& mesh, double widest) {
       numbers.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
       mesh.vertices.push_back(middle);
     }
-    for (const auto& [a, b, c] : patch) mesh.triangles.push_back({numbers[a], numbers[b], numbers[c]});
+    for (const auto& [a, b, c] : patch) {
+      mesh.triangles.push_back({numbers[a], numbers[b], numbers[c]});
+      result.area += mesh.area_normal(mesh.triangles.size() - 1).norm() / 2;
+    }
     ++result.filled;
   }
   return result;

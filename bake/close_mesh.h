@@ -18,6 +18,7 @@ std::size_t stitch_borders(Mesh& mesh, double tolerance);
 struct FilledHoles {
   std::size_t filled = 0;
   std::size_t left = 0;
+  double area = 0;                ///< of the patches. [m^2]
   double longest_border = 0;      ///< of those left. [m]
   Vector place = Vector::Zero();  ///< a point of that border
 };

@@ -98,14 +98,13 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   const double band = std::max(band_inner, band_outer);
   const BrickTriangles lists = gather(surface, grid, band);
   const std::size_t candidates = lists.set.bricks.size();
+  const std::vector<BrickMask> inside = inside_masks(runs, grid, lists.set);
   struct Result {
-    std::array<double, kBrickVoxels> distance;
+    bool holds_band;
+    std::array<double, kBrickVoxels> penetration;
     std::array<std::uint32_t, kBrickVoxels> closest;
   };
-  std::vector<Result> results(candidates);
-  const std::vector<BrickMask> inside = inside_masks(runs, grid, lists.set);
-  std::vector<std::uint8_t> holds_band(candidates, 0);
-  tbb::parallel_for(std::size_t{0}, candidates, [&](std::size_t n) {
+  const auto compute = [&](std::size_t n, Result& result) {
     // What is farther than the band is not wanted; the slack is for rounding.
     NearestTriangles nearest;
     nearest.squared.fill(band * band * (1 + 1e-9));
@@ -114,52 +113,59 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     for (std::size_t i = lists.start[n]; i < lists.start[n + 1]; ++i) {
       offer_triangle(surface, lists.triangles[i], points, band, nearest);
     }
+    result.holds_band = false;
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const double limit = test_bit(inside[n], voxel) ? band_inner : band_outer;
-      results[n].distance[voxel] = limit;
-      results[n].closest[voxel] = kNoTriangle;
-      if (nearest.triangle[voxel] < 0) continue;
-      // The triangle is known; its distance is taken where it is exact to the last digit.
-      const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
-      const Vector p = grid.centre(lists.set.bricks[n], voxel);
-      const double distance =
-          (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
-      if (distance > limit) continue;
-      results[n].distance[voxel] = distance;
-      results[n].closest[voxel] = t;
-      holds_band[n] = 1;
+      const bool within = test_bit(inside[n], voxel);
+      const double limit = within ? band_inner : band_outer;
+      double distance = limit;
+      result.closest[voxel] = kNoTriangle;
+      if (nearest.triangle[voxel] >= 0) {
+        // The triangle is known; its distance is taken where it is exact to the last digit.
+        const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
+        const Vector p = grid.centre(lists.set.bricks[n], voxel);
+        const double exact =
+            (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
+        if (exact <= limit) {
+          distance = exact;
+          result.closest[voxel] = t;
+          result.holds_band = true;
+        }
+      }
+      result.penetration[voxel] = within ? distance : -distance;
     }
-  });
+  };
 
-  std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
-  for (std::size_t n = 0; n < candidates; ++n) {
-    const Index3& b = lists.set.bricks[n];
-    chosen[grid.brick_at(b[0], b[1], b[2])] = holds_band[n];
-  }
   BandField field;
   field.band_inner = band_inner;
   field.band_outer = band_outer;
-  field.set = BrickSet::from_flags(grid, chosen);
-  field.inside.resize(field.set.bricks.size());
-  field.penetration.resize(field.set.bricks.size() * kBrickVoxels);
-  field.closest.resize(field.penetration.size());
+  // Room for all candidates costs addresses only: what is never written takes no memory.
+  field.inside.reserve(candidates);
+  field.penetration.reserve(candidates * kBrickVoxels);
+  field.closest.reserve(candidates * kBrickVoxels);
+  field.near_triangles.reserve(lists.triangles.size());
   field.near_start.push_back(0);
-  for (std::size_t n = 0; n < candidates; ++n) {
-    const Index3& b = lists.set.bricks[n];
-    const std::uint32_t brick = field.set.index[grid.brick_at(b[0], b[1], b[2])];
-    if (brick == kNoBrick) continue;
-    field.inside[brick] = inside[n];
-    field.near_triangles.insert(field.near_triangles.end(),
-                                lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]),
-                                lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]));
-    field.near_start.push_back(field.near_triangles.size());
-    for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const std::size_t at = field.at(brick, voxel);
-      field.closest[at] = results[n].closest[voxel];
-      const double distance = results[n].distance[voxel];
-      field.penetration[at] = test_bit(field.inside[brick], voxel) ? distance : -distance;
+  std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
+  // A part at a time, lest all results be held twice.
+  constexpr std::size_t kPart = 4096;
+  std::vector<Result> results(std::min(candidates, kPart));
+  for (std::size_t first = 0; first < candidates; first += kPart) {
+    const std::size_t end = std::min(first + kPart, candidates);
+    tbb::parallel_for(first, end, [&](std::size_t n) { compute(n, results[n - first]); });
+    for (std::size_t n = first; n < end; ++n) {
+      const Result& result = results[n - first];
+      if (!result.holds_band) continue;
+      const Index3& b = lists.set.bricks[n];
+      chosen[grid.brick_at(b[0], b[1], b[2])] = 1;
+      field.inside.push_back(inside[n]);
+      field.penetration.insert(field.penetration.end(), result.penetration.begin(), result.penetration.end());
+      field.closest.insert(field.closest.end(), result.closest.begin(), result.closest.end());
+      field.near_triangles.insert(field.near_triangles.end(),
+                                  lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]),
+                                  lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]));
+      field.near_start.push_back(field.near_triangles.size());
     }
   }
+  field.set = BrickSet::from_flags(grid, chosen);
   return field;
 }
 

@@ -101,6 +101,7 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
     const Surface surface = check_mesh(input, {options.repair, voxel_size, options.sheet_thickness}, outcome);
     report.usable = true;
     report.repair = outcome.used;
+    report.filled_share = outcome.filled_share;
     report.notes = outcome.notes;
     report.area = surface.area;
     report.volume = mass_properties(surface).volume;

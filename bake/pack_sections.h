@@ -15,7 +15,7 @@ namespace vps {
 /// The fields that were asked for. Empty when not asked for.
 struct Representations {
   std::vector<std::int8_t> layers;   ///< by brick of the band
-  FieldTree tree;                    ///< what `scaled` and `real` share
+  FieldTree tree;                    ///< what `scaled` and `real` share; without distances unless `real` is asked for
   std::vector<std::int16_t> scaled;  ///< [f,128]: V / step, rounded to nearest, clamped at the limit
   double lambda = 0;                 ///< [m]
   std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur

@@ -2,6 +2,7 @@
 /// @file Chooses the grid before any work is done, and refuses absurd ones. Internal to bake.
 #pragma once
 
+#include "bake/creases.h"
 #include "bake/grid.h"
 #include "bake/vps_bake.h"
 
@@ -18,16 +19,17 @@ struct GridPlan {
 struct Extent {
   Vector bounds_min = Vector::Zero();
   Vector bounds_max = Vector::Zero();
-  double area = 0;  ///< [m^2]
+  double area = 0;    ///< [m^2]
+  double volume = 0;  ///< of closed meshes, without sign. [m^3]
+  Creases creases;
   std::size_t triangles = 0;
 };
 
-/// Of the vertices that triangles use. @throw BakeError when there is none or an index or coordinate is bad
+/// Of the vertices that triangles use; without creases. @throw BakeError when there is none or an index or coordinate
+/// is bad
 [[nodiscard]] Extent measure_extent(const TriangleMesh& mesh);
 
-[[nodiscard]] inline Extent extent_of(const Surface& surface) {
-  return {surface.bounds_min, surface.bounds_max, surface.area, surface.triangles.size()};
-}
+[[nodiscard]] Extent extent_of(const Surface& surface);
 
 /// @throw BakeError when an option is out of range or the grid does not suit the mesh
 [[nodiscard]] GridPlan plan_grid(const Extent& mesh, const BakeOptions& options);

@@ -76,15 +76,11 @@ void extrude(const Mesh& mesh, const std::vector<std::uint32_t>& patch, double h
 
 std::size_t thicken_sheets(Mesh& mesh, double thickness) {
   const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
-  const Pieces pieces = pieces_by_edges(mesh.triangles, uses);
-  std::vector<std::uint8_t> open(pieces.count, 0);
+  const Pieces pieces = closed_pieces(mesh.triangles, uses);
+  const std::vector<std::uint8_t> open = open_pieces(pieces, uses);
   DisjointSets sets(mesh.triangles.size());
   for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) {
-    if (edge_balance(edge) != 0) {
-      open[pieces.of_triangle[edge.front().triangle]] = 1;
-    } else if (edge.size() == 2) {
-      sets.join(edge[0].triangle, edge[1].triangle);
-    }
+    if (edge_balance(edge) == 0 && edge.size() == 2) sets.join(edge[0].triangle, edge[1].triangle);
   });
   std::vector<std::vector<std::uint32_t>> patches(mesh.triangles.size());
   Mesh out;

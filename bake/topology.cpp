@@ -93,6 +93,21 @@ Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const Edg
   return number_pieces(sets, triangles.size());
 }
 
+std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses) {
+  std::vector<std::uint8_t> open(pieces.count, 0);
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    for (const EdgeUse& use : edge) {
+      const std::uint32_t piece = pieces.of_triangle[use.triangle];
+      int balance = 0;
+      for (const EdgeUse& other : edge) {
+        if (pieces.of_triangle[other.triangle] == piece) balance += other.forward != 0 ? 1 : -1;
+      }
+      if (balance != 0) open[piece] = 1;
+    }
+  });
+  return open;
+}
+
 Pieces pieces_by_vertices(const std::vector<Triangle>& triangles, std::size_t vertices) {
   DisjointSets sets(triangles.size());
   std::vector<std::uint32_t> first(vertices, kNoBrick);

@@ -69,6 +69,9 @@ struct Pieces {
 /// shares other edges with: solids that touch in an edge stay apart.
 [[nodiscard]] Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);
 
+/// One byte per piece: 1 when one of its edges is unbalanced, whatever else shares the edge.
+[[nodiscard]] std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses);
+
 /// Triangles that share a vertex belong together.
 [[nodiscard]] Pieces pieces_by_vertices(const std::vector<Triangle>& triangles, std::size_t vertices);
 

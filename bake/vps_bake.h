@@ -18,7 +18,7 @@ namespace vps {
 
 /// How far repair may go to close an open mesh. Each includes the milder ones before it, except `wrap`.
 enum class Repair : std::uint8_t {
-  none,       ///< the mesh has to be closed
+  none,       ///< the mesh has to be closed, but for open surfaces inside of solids: these are dropped
   weld,       ///< merge vertices that are a millionth of the mesh's size apart
   stitch,     ///< sew open edges together that are no more than a voxel apart
   fill,       ///< triangulate all holes
@@ -74,6 +74,7 @@ struct BakedAsset {
   std::vector<SectionData> sections;
   std::vector<StageTime> times;
   Repair repair = Repair::none;    ///< what was needed
+  double filled_share = 0;         ///< of the closed surface's area, in patches that repair laid over holes
   std::vector<std::string> notes;  ///< what was repaired or is worth knowing, one sentence each
 };
 
@@ -110,11 +111,13 @@ struct MeshReport {
   bool usable = false;
   std::string refusal;             ///< when not: reason and what to do
   Repair repair = Repair::none;    ///< what is needed
+  double filled_share = 0;         ///< of the closed surface's area, in patches that repair lays over holes
   std::vector<std::string> notes;  ///< what was repaired
   double area = 0, volume = 0;     ///< [m^2], [m^3]
-  double wall_median = 0;          ///< thickness under the surface, half of it is thicker. [m]
-  double wall_p01 = 0;             ///< 99 % of the surface is thicker. [m]
-  double thin_share = 0;           ///< of the surface, where walls are thinner than two voxels; 0 without a voxel size
+  /// Thickness of the walls under the surface, infinite where no wall lies opposite (an edge or a wedge does). [m]
+  double wall_median = 0;  ///< half of the surface has more; infinite when half of it has no opposite wall
+  double wall_p01 = 0;     ///< 99 % of it have more; infinite when hardly any of it has an opposite wall
+  double thin_share = 0;   ///< of the surface, where walls are thinner than two voxels; 0 without a voxel size
 };
 
 /// Checks a mesh without baking it. A voxel size of 0 leaves out what depends on it: stitching and thin walls.

@@ -95,6 +95,7 @@ void print_json(const fs::path& output, const BakePlan& plan, const BakedAsset& 
                {"predicted_memory_bytes", plan.predicted_memory_bytes}};
   j.update(info_to_json(asset.info));
   j["repair"] = describe(asset.repair);
+  j["filled_share"] = asset.filled_share;
   j["notes"] = asset.notes;
   j["seconds"]["import"] = import_seconds;
   for (const StageTime& time : asset.times) j["seconds"][time.stage] = time.seconds;

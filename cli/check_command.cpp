@@ -34,6 +34,7 @@ nlohmann::ordered_json to_json(const std::string& path, const MeshReport& r) {
     return j;
   }
   j["repair"] = describe(r.repair);
+  j["filled_share"] = r.filled_share;
   j["notes"] = r.notes;
   j["area"] = r.area;
   j["volume"] = r.volume;
@@ -41,6 +42,22 @@ nlohmann::ordered_json to_json(const std::string& path, const MeshReport& r) {
   j["wall_p01"] = r.wall_p01;
   j["thin_share"] = r.thin_share;
   return j;
+}
+
+// Infinite: at the edges of a box, and where faces meet at an acute angle, no wall lies opposite.
+void print_walls(const MeshReport& r, bool voxel_size_given) {
+  fmt::print("walls       ");
+  if (std::isinf(r.wall_p01)) {
+    fmt::print("none: hardly any of the surface has a wall opposite to it");
+  } else if (std::isinf(r.wall_median)) {
+    fmt::print("half of the surface or more has no wall opposite to it; 1 % has one thinner than {}",
+               format_length(r.wall_p01));
+  } else {
+    fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}", format_length(r.wall_median),
+               format_length(r.wall_p01));
+  }
+  if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
+  fmt::print("\n");
 }
 
 void print_text(const std::string& path, const MeshReport& r, bool voxel_size_given) {
@@ -65,11 +82,7 @@ void print_text(const std::string& path, const MeshReport& r, bool voxel_size_gi
   fmt::print("repair      {}\n", describe(r.repair));
   for (const std::string& note : r.notes) fmt::print("            {}\n", note);
   fmt::print("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
-  const auto length = [](double metres) { return std::isfinite(metres) ? format_length(metres) : "any wall"; };
-  fmt::print("walls       half of the surface is thicker than {}, 99 % thicker than {}", length(r.wall_median),
-             length(r.wall_p01));
-  if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
-  fmt::print("\n");
+  print_walls(r, voxel_size_given);
 }
 
 }  // namespace

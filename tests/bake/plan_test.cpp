@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
+#include "bake/creases.h"
 #include "bake/vps_bake.h"
 #include "tests/support/shapes.h"
 
@@ -53,6 +57,41 @@ TEST(Plan, AGridBeyondTheMemoryLimitPointsToTheUnit) {
 
 TEST(Plan, AMeshTooFarFromItsOriginForFloatsIsRefused) {
   EXPECT_NE(refusal(make_box({1, 1, 1}, {1e6, 0, 0}), with_voxel(0.1)).find("too far for voxels"), std::string::npos);
+}
+
+TEST(Plan, CreasesAreMeasuredByTheirAngle) {
+  const TriangleMesh box = make_box({1, 2, 3});
+  EXPECT_NEAR(measure_creases(box).sharp, 4 * (2 + 4 + 6), 1e-12);
+  EXPECT_EQ(measure_creases(box).blunt, 0);
+  // The same without common vertices.
+  TriangleMesh soup;
+  for (const auto& t : box.triangles) {
+    const auto base = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : t) soup.vertices.push_back(box.vertices[v]);
+    soup.triangles.push_back({base, base + 1, base + 2});
+  }
+  EXPECT_NEAR(measure_creases(soup).sharp, 4 * (2 + 4 + 6), 1e-12);
+  EXPECT_EQ(measure_creases(make_sphere(1, 4)).blunt, 0);
+  // A tube of 12 sides, so round that its edges are counted in part: 12 rings with a mean radius of 1.
+  const Creases ring = measure_creases(make_torus(1, 0.3, 4000, 12));
+  EXPECT_NEAR(ring.blunt, 12 * 2 * std::numbers::pi, 0.05 * 12 * 2 * std::numbers::pi);
+  EXPECT_EQ(ring.sharp, 0);
+}
+
+TEST(Plan, CreasesAndThinWallsTakeMemory) {
+  // A block, and the same area (bars: 2 % less) as a plate that the band fills and as bars.
+  const double block = 0.4;
+  const double area = 24 * block * block;
+  const double plate = std::sqrt((area - 4 * 2 * 0.4 * 0.01) / 8);
+  const auto memory = [](const TriangleMesh& mesh) {
+    BakeOptions options = with_voxel(0.005);
+    options.pointshell = false;
+    return plan_bake(mesh, options).predicted_memory_bytes;
+  };
+  TriangleMesh bars;
+  for (int n = 0; n < 14; ++n) bars = joined(bars, make_box({0.4, 0.04, 0.04}, {0, 0.2 * n, 0}));
+  EXPECT_GT(memory(make_box({plate, plate, 0.01})), memory(make_box({block, block, block})) * 3 / 2);
+  EXPECT_GT(memory(bars), memory(make_box({block, block, block})) * 3 / 2);
 }
 
 TEST(Plan, OptionsOutOfRangeAreRefused) {

@@ -69,6 +69,16 @@ TriangleMesh without(TriangleMesh mesh, std::size_t first, std::size_t count) {
   return mesh;
 }
 
+// A rectangle across z, drawn from one side.
+TriangleMesh make_sheet(double half_x, double half_y, std::array<double, 3> centre) {
+  const auto& [x, y, z] = centre;
+  return {{{x - half_x, y - half_y, z},
+           {x + half_x, y - half_y, z},
+           {x + half_x, y + half_y, z},
+           {x - half_x, y + half_y, z}},
+          {{0, 1, 2}, {0, 2, 3}}};
+}
+
 bool is_closed(const Mesh& mesh) {
   const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
   bool closed = true;
@@ -223,6 +233,103 @@ TEST(Repair, ASingleTriangleAndASoupCanBeThickened) {
   EXPECT_TRUE(self_intersections(r.surface).empty());
   EXPECT_LT(r.volume, 0.05 + 0.05);
   EXPECT_GT(r.volume, 0.05);
+}
+
+TEST(Repair, AnOpenSheetInsideASolidIsDroppedAndSaid) {
+  const TriangleMesh sheet = make_sheet(0.5, 0.25, {0.25, 0, 0.5});
+  for (const TriangleMesh& inner : {sheet, joined(sheet, turned(sheet))}) {
+    for (const RepairSettings& settings :
+         {with(Repair::none), with(Repair::automatic), RepairSettings{{}, 0.05, 0.2}}) {
+      const Repaired r = repaired(joined(make_box({1, 1, 1}), inner), settings);
+      EXPECT_NEAR(r.volume, 8, 1e-12);
+      EXPECT_EQ(r.outcome.used, Repair::none);
+      ASSERT_FALSE(r.outcome.notes.empty());
+      EXPECT_EQ(r.outcome.notes[0], "1 open surface inside a solid: dropped, as it bounds no volume");
+    }
+  }
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), sheet), with(Repair::fill)).volume, 8, 1e-12);
+  const TriangleMesh two = joined(sheet, make_sheet(0.5, 0.25, {0, 0, -0.5}));
+  EXPECT_EQ(repaired(joined(make_box({1, 1, 1}), two)).outcome.notes,
+            std::vector<std::string>{"2 open surfaces inside a solid: dropped, as they bound no volume"});
+}
+
+TEST(Repair, ASheetInsideIsDroppedFromACrackedSolidToo) {
+  const TriangleMesh mesh = joined(shaken(make_sphere(1, 2), 0.004), make_sheet(0.25, 0.25, {0, 0, 0}));
+  const Repaired r = repaired(mesh, with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::stitch);
+  EXPECT_NEAR(r.volume, mass_properties(checked(make_sphere(1, 2))).volume, 0.02);
+}
+
+TEST(Repair, ASheetOutsideOrThroughASolidIsRefusedWithItsPlace) {
+  const std::string outside =
+      refusal(joined(make_box({1, 1, 1}), make_sheet(0.3, 0.3, {5, 0, 0})), with(Repair::automatic));
+  EXPECT_NE(outside.find("1 open one that bounds no volume, one outside of the closed ones at (5.1, -0.1, 0) m"),
+            std::string::npos)
+      << outside;
+  EXPECT_NE(outside.find("--open-surface thicken="), std::string::npos) << outside;
+  const std::string through =
+      refusal(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), with(Repair::automatic));
+  EXPECT_NE(through.find("that crosses or touches a closed one at ("), std::string::npos) << through;
+  EXPECT_NE(through.find(", 0.5) m"), std::string::npos) << through;
+  EXPECT_NE(through.find("--open-surface thicken="), std::string::npos) << through;
+}
+
+TEST(Repair, ASheetOutsideOrThroughASolidIsThickened) {
+  const RepairSettings thicken{Repair::automatic, 0.05, 0.2};
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), make_sheet(0.5, 0.5, {5, 0, 0})), thicken).volume, 8.2, 1e-12);
+  // Two ends of 2 x 1 stand out.
+  const Repaired through = repaired(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), thicken);
+  EXPECT_NEAR(through.volume, 8 + 2 * 2 * 1 * 0.2, 1e-12);
+  EXPECT_TRUE(self_intersections(through.surface).empty());
+}
+
+TEST(Repair, AFinOnAnEdgeOfASolidIsThickenedAloneOrRefused) {
+  TriangleMesh mesh = make_box({1, 1, 1});
+  mesh.vertices.push_back({1, -1, 3});
+  mesh.vertices.push_back({1, 1, 3});
+  mesh.triangles.push_back({5, 7, 9});
+  mesh.triangles.push_back({5, 9, 8});
+  const std::string said = refusal(mesh, with(Repair::automatic));
+  EXPECT_NE(said.find("crosses or touches"), std::string::npos) << said;
+  // A sheet's border does not grow: the fin stands on the box.
+  const Repaired r = repaired(mesh, {Repair::automatic, 0.05, 0.2});
+  EXPECT_NEAR(r.volume, 8 + 2 * 2 * 0.2, 1e-12);
+}
+
+TEST(Repair, ASheetInACavityIsOutsideOfTheSolid) {
+  const TriangleMesh hollow = with_cavity(make_box({2, 2, 2}), make_box({1, 1, 1}));
+  const TriangleMesh mesh = joined(hollow, make_sheet(0.5, 0.5, {0, 0, 0}));
+  EXPECT_NE(refusal(mesh, with(Repair::automatic)).find("outside of the closed ones"), std::string::npos);
+  EXPECT_NEAR(repaired(mesh, {Repair::automatic, 0.05, 0.2}).volume, 64 - 8 + 0.2, 1e-12);
+}
+
+TEST(Repair, ASheetAcrossAWallThatAUnionRemovesIsInside) {
+  const TriangleMesh boxes = joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {1, 0.5, 0.25}));
+  EXPECT_NEAR(repaired(joined(boxes, make_sheet(0.5, 0.25, {0, 0.25, 0.25}))).volume, 16 - 1 * 1.5 * 1.75, 1e-12);
+}
+
+TEST(Repair, TheWallOfACavityWithASmallHoleIsNoSheet) {
+  const TriangleMesh inner = without(make_sphere(0.5, 4), 100, 1);
+  const double cavity = mass_properties(checked(make_sphere(0.5, 4))).volume;
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), inner), with(Repair::automatic, 0.1)).volume, 8 - cavity, 1e-3);
+  // Nor is one with a wide hole, when all holes are to be filled.
+  const TriangleMesh wide = without(make_sphere(0.5, 3), 100, 40);
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), wide), with(Repair::fill)).volume, 8 - cavity, 0.05);
+}
+
+TEST(Repair, FillingIsMeasuredAndALargeOneIsWarnedOf) {
+  // One face of six.
+  const TriangleMesh open = without(make_box({1, 1, 1}), 2, 2);
+  const Repaired plug = repaired(open, with(Repair::fill));
+  EXPECT_DOUBLE_EQ(plug.outcome.filled_share, 1.0 / 6);
+  ASSERT_EQ(plug.outcome.notes.size(), 2U);
+  EXPECT_EQ(plug.outcome.notes[1].find("17 % of the surface fills holes: the solid may be a plug"), 0U);
+  EXPECT_EQ(plug.outcome.notes[0], "repair fill: closed 1 hole, 17 % of the surface");
+  const Repaired cap = repaired(without(make_sphere(1, 3), 100, 40), with(Repair::fill));
+  EXPECT_GT(cap.outcome.filled_share, 0.01);
+  EXPECT_LT(cap.outcome.filled_share, 0.04);  // 40 of 1280 triangles were there
+  EXPECT_EQ(cap.outcome.notes.size(), 1U);
+  EXPECT_EQ(repaired(make_box({1, 1, 1})).outcome.filled_share, 0);
 }
 
 // Volumes of unions are known from no table; that nothing meets and nothing is open shows that the cut is whole.

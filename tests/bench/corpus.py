@@ -50,6 +50,7 @@ SHORTER = (
     (r"^repair \w+: ", ""),
     (r"(\d+ shells?) crossing or touching another or itself \((\d+) pairs of triangles\): united",
      r"\1 united (\2 pairs of triangles cross)"),
+    (r"^(\d+ %) of the surface fills holes: .*", r"\1 of the surface fills holes"),
     (r"^the mesh was inside out; its winding was reversed", "was inside out"),
     (r"^turned (\d+) triangles wound against their neighbours", r"turned \1 triangles"),
 )

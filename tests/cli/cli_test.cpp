@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "runtime/vps_runtime.h"
@@ -262,6 +263,8 @@ TEST(Cli, CheckSaysWhatIsWrongAndWhetherItWouldBake) {
   EXPECT_EQ(filled.code, 0) << filled.err;
   EXPECT_NEAR(nlohmann::json::parse(filled.out)["volume"].get<double>(), 1.0 / 6, 1e-9);
   EXPECT_EQ(nlohmann::json::parse(filled.out)["repair"], "fill");
+  // Three faces of 1/2 m^2, of which one is new, and the slanted one.
+  EXPECT_NEAR(nlohmann::json::parse(filled.out)["filled_share"].get<double>(), 0.5 / (1.5 + std::sqrt(0.75)), 1e-12);
   EXPECT_EQ(folder.names().size(), 1U);  // a check writes nothing
 }
 

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file How much crease a mesh has: what the memory of a bake depends on beside its area. Internal to bake.
+#pragma once
+
+#include "bake/geometry.h"
+#include "formats/triangle_mesh.h"
+
+namespace vps {
+
+/// Length of the edges by the angle between the normals beside them; edges of one triangle, or of more than two, count
+/// as sharp. Estimated from a part of the edges where there are many; the same for every run. [m]
+struct Creases {
+  double blunt = 0;  ///< 11 to 47 degrees
+  double sharp = 0;  ///< more
+};
+
+/// Edges are joined by the positions of their ends. @pre measure_extent accepts the mesh
+[[nodiscard]] Creases measure_creases(const TriangleMesh& mesh);
+[[nodiscard]] Creases measure_creases(const Mesh& mesh);
+
+}  // namespace vps

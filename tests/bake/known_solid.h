@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file A solid whose facts are known, and everything about its asset that follows from them.
+#pragma once
+
+#include <functional>
+
+#include "formats/triangle_mesh.h"
+
+namespace vps::test {
+
+using Inside = std::function<bool(const std::array<double, 3>&)>;
+
+/// A solid whose facts are known without vpsbake.
+struct Solid {
+  TriangleMesh mesh;
+  Inside inside;  ///< of points off the surface
+  double volume = 0, area = 0;
+};
+
+struct Box {
+  std::array<double, 3> half, centre;
+  [[nodiscard]] bool holds(const std::array<double, 3>& p) const {
+    bool in = true;
+    for (std::size_t axis = 0; axis < 3; ++axis) in = in && std::abs(p[axis] - centre[axis]) < half[axis];
+    return in;
+  }
+  [[nodiscard]] double volume() const { return 8 * half[0] * half[1] * half[2]; }
+  [[nodiscard]] double area() const { return 8 * (half[0] * half[1] + half[1] * half[2] + half[2] * half[0]); }
+};
+
+/// Boxes that may touch; the caller corrects volume and area where they overlap.
+[[nodiscard]] Solid solid_of(const std::vector<Box>& boxes);
+
+/// A closed mesh without intersections: volume, area and inside come from its triangles.
+[[nodiscard]] Solid solid_of(const TriangleMesh& mesh);
+
+/// Bakes the solid and expects facts, samples, layers, queries, pointshell and spheres to be right.
+void expect_right(const Solid& solid, double voxel_size, double sheet_thickness = 0);
+
+}  // namespace vps::test
