@@ -15,10 +15,6 @@ Status check_separation(const PointshellView& shell, const Pose& pose, const Sep
   result = {};
   if (shell.points == 0) return Status::missing_part;
   if (!(options.tolerance >= 0) || options.guess >= shell.points) return Status::bad_argument;
-  constexpr double kFarthest = 1e15;  // [m]; squares of it in voxels are floats
-  for (const double x : pose.translation) {
-    if (!(std::abs(x) <= kFarthest)) return Status::bad_pose;
-  }
   return check_pose(pose);
 }
 

@@ -69,10 +69,11 @@ VpsStatus vps_asset_verify(const VpsAsset* asset);
 
 /// Error of one field against the mesh, sampled in the narrow band when the asset was baked. All 0 when absent.
 typedef struct VpsCertificate {
-  double max;          ///< largest absolute error. [m]
+  double max;          ///< largest absolute error that was found. [m]
   double rms;          ///< root mean square. [m]
   double p99;          ///< 99 % of the samples are no worse. [m]
   double worst_at[3];  ///< where `max` was found, asset frame. [m]
+  double bound;        ///< what queries reckon with: no less than `max`. [m]
 } VpsCertificate;
 
 /// The facts of an asset, asset frame.
@@ -316,7 +317,7 @@ typedef struct VpsSeparation {
 } VpsSeparation;
 
 /// The deepest point of a shell, with bounds for the true surfaces.
-/// @param shell_to_map  as for vps_traverse_map; farther than 1e15 m is `vps_bad_pose`
+/// @param shell_to_map  as for vps_traverse_map
 /// @param options       NULL: all zero
 VpsStatus vps_separation_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
                              const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);

@@ -28,7 +28,7 @@ static_assert(offsetof(VpsContact, point) == offsetof(vps::Contact, point));
 static_assert(offsetof(VpsContact, node) == offsetof(vps::Contact, node));
 
 VpsCertificate to_c(const vps::FieldCertificate& from) {
-  VpsCertificate out{from.max, from.rms, from.p99, {}};
+  VpsCertificate out{from.max, from.rms, from.p99, {}, from.bound};
   std::copy_n(from.worst_at.begin(), 3, out.worst_at);
   return out;
 }

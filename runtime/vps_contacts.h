@@ -44,10 +44,9 @@ struct WrenchGradient {
 };
 
 /// Gradient of `penalty_wrench`, for the contacts that press; the set of contacts is held.
-/// @param outward_normals  of the field at the contacts, in their order: how V changes, as `outward_normal` says.
-/// Empty:
-///                         opposite to the shell's, which is right where two smooth surfaces touch and else an
-///                         estimate. A zero vector, where the field has no slope, adds no stiffness
+/// @param outward_normals  of the field at the contacts, in their order, as `outward_normal` has them. Empty: opposite
+///                         to the shell's, which is right where two smooth surfaces touch and else an estimate. A zero
+///                         vector, where the field has no slope, adds no stiffness
 /// @return bad_argument also when the spans differ in length
 [[nodiscard]] Status penalty_gradient(std::span<const Contact> contacts, std::span<const Vec3> outward_normals,
                                       const PenaltyLaw& law, const Twist& twist, WrenchGradient& out) noexcept;

@@ -34,9 +34,7 @@ struct SeparationResult {
 
 /// The deepest point of a shell, by branch and bound; exact with the default options, for a field's points in its band.
 /// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
-/// @return `bad_pose` also for poses farther away than 1e15 m, `bad_argument` for options outside their limits and
-/// fields
-///         that are not finite, `missing_part`.
+/// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
 [[nodiscard]] Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 [[nodiscard]] Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
@@ -67,8 +65,7 @@ struct ClosestPoint {
 /// surface: a local minimum of the distance, the least one where `distance` is at `lower`.
 /// @param point  map frame. [m]
 /// @return `missing_part` without a field and for Field::layers, which has no distances to walk by; `bad_argument` for
-/// a
-///         point that is not finite and options outside their limits.
+///         options outside their limits and a point that is not finite or farther than 1e15 m.
 [[nodiscard]] Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOptions& options,
                                    ClosestPoint& result) noexcept;
 

@@ -110,9 +110,9 @@ TEST(Bake, TheCoarsestVoxelThatMeetsAnErrorIsFound) {
   const double s = find_voxel_size(mesh, options, 0.001);
   options.pointshell = false;
   options.voxel_size = s;
-  EXPECT_LE(bake(mesh, options).info.scaled_error.max, 0.001);
+  EXPECT_LE(bake(mesh, options).info.scaled_error.bound, 0.001);
   options.voxel_size = 1.3 * s;
-  EXPECT_GT(bake(mesh, options).info.scaled_error.max, 0.001);
+  EXPECT_GT(bake(mesh, options).info.scaled_error.bound, 0.001);
   options.memory_limit_bytes = 20'000'000;
   try {
     (void)find_voxel_size(mesh, options, 1e-6);

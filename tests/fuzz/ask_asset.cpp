@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -13,6 +14,8 @@
 #include <vector>
 
 #include "formats/fields.h"
+#include "runtime/vps_contacts.h"
+#include "runtime/vps_queries.h"
 #include "runtime/vps_runtime.h"
 #include "tests/support/random.h"
 
@@ -74,9 +77,29 @@ void ask_points(const VoxelmapView& map, const AssetInfo& info, Random& random) 
     const Vec3 p = place(info, random);
     sum += penetration(map, p, {0, 0, 1}) + penetration_bound(map, p) + outward_normal(map, p).x;
   }
+  for (int i = 0; i < 20; ++i) {
+    Ray ray{place(info, random), {0, 0, i % 2 == 0 ? 1.0F : -1.0F}};
+    RayHit hit;
+    (void)cast_ray(map, ray, {}, hit);
+    ClosestPoint closest;
+    (void)closest_point(map, place(info, random), {}, closest);
+    sum += hit.distance + closest.distance;
+  }
   // Kept, so that no look-up is optimized away.
   volatile float kept = sum;
   (void)kept;
+}
+
+void ask_contacts(std::span<const Contact> contacts) {
+  constexpr PenaltyLaw kLaw{1e8, 1e5};
+  Wrench wrench;
+  WrenchGradient gradient;
+  (void)penalty_wrench(contacts, kLaw, {}, wrench);
+  (void)penalty_gradient(contacts, {}, kLaw, {}, gradient);
+  std::array<Contact, 4> kept;
+  ReductionScratch scratch;
+  Reduction reduction;
+  (void)reduce_contacts(contacts, {}, kept, scratch, reduction);
 }
 
 template <class Field>
@@ -84,17 +107,33 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
   Scratch scratch;
   ContactCache cache;
   std::vector<Contact> out(64);
+  std::vector<float> areas(shell.nodes);
+  (void)node_areas(shell, areas);
   QueryResult result;
   for (int i = 0; i < 8; ++i) {
     const Pose at = pose(info, random);
     QueryOptions options;
     options.contact_distance = i % 2 == 0 ? 0 : static_cast<float>(random.between(0, 1) * info.voxel_size * 20);
     options.segment_level = i < 4 ? 0 : static_cast<std::uint32_t>(random.between(0, 6));
+    options.level = i == 0 ? 2 : 0;
+    options.max_tests = i == 1 ? 50 : 0;
+    options.node_areas = i < 2 ? std::span<const float>(areas) : std::span<const float>();
     (void)traverse(shell, field, at, options, scratch, out, result);
     options.cache = &cache;
     (void)traverse(shell, field, at, options, scratch, out, result);
     (void)traverse(shell, field, at, options, scratch, {}, result);
+    ask_contacts(std::span(out).first(std::min<std::size_t>(result.contacts, out.size())));
+    SeparationResult apart;
+    (void)separation(shell, field, at, {}, scratch, apart);
   }
+  Motion motion;
+  motion.start = pose(info, random);
+  motion.velocity[1] = 10 * info.voxel_size;
+  motion.angular_velocity[0] = 1;
+  ImpactOptions options;
+  options.max_iterations = 8;
+  ImpactResult impact;
+  (void)time_of_impact(shell, field, motion, options, scratch, impact);
 }
 
 }  // namespace

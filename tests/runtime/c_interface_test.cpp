@@ -37,6 +37,7 @@ void expect_equal(const VpsCertificate& a, const FieldCertificate& b) {
   EXPECT_EQ(a.rms, b.rms);
   EXPECT_EQ(a.p99, b.p99);
   expect_equal<3>(a.worst_at, b.worst_at);
+  EXPECT_EQ(a.bound, b.bound);
 }
 void expect_equal(const VpsQueryResult& a, const QueryResult& b) {
   EXPECT_EQ(a.delta, b.delta);
@@ -255,7 +256,6 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   expect_equal<3>(c->impact_pose.translation, there.translation);
 
   RayHit hit;
-  const auto vec3 = [](const float* v) { return Vec3{v[0], v[1], v[2]}; };
   ASSERT_EQ(cast_ray(map, {vec3(kRay.origin), vec3(kRay.direction), kRay.max_distance}, {0.001F}, hit), Status::ok);
   EXPECT_TRUE(hit.hit);
   EXPECT_EQ(c->ray_hit.hit, 1);

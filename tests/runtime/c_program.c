@@ -63,6 +63,20 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_traverse_half_space(shell, &kHalfSpace, &moved, NULL, scratch, NULL, 0, &answers->half_space_result) ==
          vps_output_full);
 
+  EXPECT(vps_separation_map(shell, map, &moved, &kSeparationOptions, scratch, &answers->map_separation) == vps_ok);
+  EXPECT(vps_separation_box(shell, &kBox, &moved, NULL, scratch, &answers->box_separation) == vps_ok);
+  EXPECT(vps_separation_sphere(shell, &kSphere, &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
+  EXPECT(vps_separation_half_space(shell, &kHalfSpace, &moved, NULL, scratch, &answers->half_space_separation) ==
+         vps_ok);
+  const VpsMotion fall = falling(&moved);
+  EXPECT(vps_time_of_impact_map(shell, map, &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_box(shell, &kBox, &fall, NULL, scratch, &answers->box_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_sphere(shell, &kSphere, &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
+  EXPECT(vps_time_of_impact_half_space(shell, &kHalfSpace, &fall, NULL, scratch, &answers->half_space_impact) ==
+         vps_ok);
+  EXPECT(vps_motion_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
+  EXPECT(vps_cast_ray(map, &kRay, 0.001F, &answers->ray_hit) == vps_ok);
+  EXPECT(vps_closest_point(map, point, &kClosestPointOptions, &answers->closest) == vps_ok);
   EXPECT(vps_choose_roles(asset, asset, &answers->role) == vps_ok);
   EXPECT(vps_pointshell_segment_level(shell, 15, &answers->segment_level) == vps_ok);
   EXPECT(vps_box_outward_normal(&kBox, point, answers->box_normal) == vps_ok);
@@ -83,20 +97,6 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_penalty_gradient(answers->contacts, NULL, count, &kLaw, &kTwist, &answers->gradient) == vps_ok);
   EXPECT(vps_reduce_contacts(answers->contacts, count, kTwist.centre, scratch, answers->kept, kKept,
                              &answers->reduction) == vps_ok);
-  EXPECT(vps_separation_map(shell, map, &moved, &kSeparationOptions, scratch, &answers->map_separation) == vps_ok);
-  EXPECT(vps_separation_box(shell, &kBox, &moved, NULL, scratch, &answers->box_separation) == vps_ok);
-  EXPECT(vps_separation_sphere(shell, &kSphere, &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
-  EXPECT(vps_separation_half_space(shell, &kHalfSpace, &moved, NULL, scratch, &answers->half_space_separation) ==
-         vps_ok);
-  const VpsMotion fall = falling(&moved);
-  EXPECT(vps_time_of_impact_map(shell, map, &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_box(shell, &kBox, &fall, NULL, scratch, &answers->box_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_sphere(shell, &kSphere, &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_half_space(shell, &kHalfSpace, &fall, NULL, scratch, &answers->half_space_impact) ==
-         vps_ok);
-  EXPECT(vps_motion_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
-  EXPECT(vps_cast_ray(map, &kRay, 0.001F, &answers->ray_hit) == vps_ok);
-  EXPECT(vps_closest_point(map, point, &kClosestPointOptions, &answers->closest) == vps_ok);
   EXPECT(vps_scratch_destroy(scratch) == vps_ok);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return 0;

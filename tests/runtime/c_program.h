@@ -29,19 +29,16 @@ typedef struct Answers {
   VpsWrenchGradient gradient;
   VpsContact kept[kKept];
   VpsReduction reduction;
+  VpsSeparation map_separation, box_separation, sphere_separation, half_space_separation;
+  VpsImpactResult map_impact, box_impact, sphere_impact, half_space_impact;
+  VpsPose impact_pose;
+  VpsRayHit ray_hit;
+  VpsClosestPoint closest;
 } Answers;
 
+/// What `ask` asks with.
 extern const VpsPenaltyLaw kLaw;
 extern const VpsTwist kTwist;
-VpsSeparation map_separation, box_separation, sphere_separation, half_space_separation;
-VpsImpactResult map_impact, box_impact, sphere_impact, half_space_impact;
-VpsPose impact_pose;
-VpsRayHit ray_hit;
-VpsClosestPoint closest;
-}
-Answers;
-
-/// What `ask` asks with.
 extern const VpsSeparationOptions kSeparationOptions;
 extern const VpsImpactOptions kImpactOptions;
 extern const VpsRay kRay;
