@@ -86,9 +86,8 @@ void descend_lanes(const Lanes& field, Descent& d) {
     const M touch = touching(field, d, batch, below);
     const M apart = hn::AndNot(touch, valid_lanes<Lanes::kPaired>(batch));
     rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
-    if (d.bounds != nullptr) hn::CompressStore(below, touch, f32, d.bounds + tail);
-    tail += static_cast<std::uint32_t>(
-        hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), u32, d.queue + tail));
+    if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);
+    tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
     d.nodes_tested += batch.low.count + batch.high.count;
   }
   // Behind the inner nodes there are only leaves.
@@ -107,9 +106,9 @@ void descend_lanes(const Lanes& field, Descent& d) {
       parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
     }
     const auto hit_word = hn::RebindMask(u32, hit);
-    hn::CompressStore(numbers_of<Lanes::kPaired>(batch), hit_word, u32, d.hits + d.hit_count);
-    hn::CompressStore(parents, hit_word, u32, d.leaves + d.hit_count);
-    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
+    store_packed(u32, numbers_of<Lanes::kPaired>(batch), hit_word, d.hits + d.hit_count);
+    store_packed(u32, parents, hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
   }
   d.begin = chunks.head();
   d.end = tail;
@@ -130,9 +129,9 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     const M hit = hn::And(valid, hn::Ge(v, limit));
     const auto hit_word = hn::RebindMask(u32, hit);
-    hn::CompressStore(hn::LoadU(u32, list.points + i), hit_word, u32, d.hits + d.hit_count);
-    hn::CompressStore(hn::LoadU(u32, list.leaves + i), hit_word, u32, d.leaves + d.hit_count);
-    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
+    store_packed(u32, hn::LoadU(u32, list.points + i), hit_word, d.hits + d.hit_count);
+    store_packed(u32, hn::LoadU(u32, list.leaves + i), hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
   }
   d.points_tested += list.count;
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
@@ -160,9 +159,9 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     const M hit = hn::And(valid, hn::Ge(v, limit));
     const auto hit_word = hn::RebindMask(u32, hit);
-    hn::CompressStore(hn::Load(u32, points), hit_word, u32, d.hits + d.hit_count);
-    hn::CompressStore(hn::LoadU(u32, d.queue + from), hit_word, u32, d.leaves + d.hit_count);
-    d.hit_count += static_cast<std::uint32_t>(hn::CompressStore(v, hit, f32, d.penetrations + d.hit_count));
+    store_packed(u32, hn::Load(u32, points), hit_word, d.hits + d.hit_count);
+    store_packed(u32, hn::LoadU(u32, d.queue + from), hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
     from += count;
   }
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));

@@ -28,6 +28,14 @@ using M = hn::Mask<Floats>;
 constexpr Floats f32;
 constexpr Ints i32;
 
+// Packs the lanes of a mask at `to`, which has room for a whole vector. Not CompressStore: some processors take a
+// hundred cycles to compress into memory. @return how many there are
+template <class D>
+HWY_INLINE std::uint32_t store_packed(D d, hn::Vec<D> v, hn::Mask<D> mask, hn::TFromD<D>* to) {
+  hn::StoreU(hn::Compress(v, mask), d, to);
+  return static_cast<std::uint32_t>(hn::CountTrue(d, mask));
+}
+
 struct Points {
   F x, y, z;
 };

@@ -48,8 +48,8 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
   const F passed = hn::IfThenElse(hn::AndNot(open, valid), bound, set(s.rejected));
   s.rejected = hn::GetLane(hn::MaxOfLanes(f32, passed));
   s.nodes_tested += batch.low.count;
-  hn::CompressStore(numbers_of<false>(batch), hn::RebindMask(u32, open), u32, s.stack + top);
-  return top + static_cast<std::uint32_t>(hn::CompressStore(bound, open, f32, s.bounds + top));
+  store_packed(u32, numbers_of<false>(batch), hn::RebindMask(u32, open), s.stack + top);
+  return top + store_packed(f32, bound, open, s.bounds + top);
 }
 
 inline void sort_rising(std::uint32_t first, std::uint32_t last, DeepestSearch& s) {
