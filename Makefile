@@ -51,13 +51,14 @@ demo: deps $(BUNNY)
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
-	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error query_bench vps_bullet
+	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error kernel_sweep query_bench vps_bullet
 	sh tests/install/runtime_size.sh build/bench
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
 	build/bench/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm --fields scaled,real -o build/bench/field.vps.hdf
 	build/bench/tests/bench/field_error $(BUNNY) build/bench/field.vps.hdf --scale 0.0775
 	build/bench/tests/bench/budget_overrun build/bench/field.vps.hdf 100
+	build/bench/tests/bench/kernel_sweep $(BUNNY) --scale 0.0775 --work build/bench/query
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
 
 # 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels: time per stage and peak memory, as Markdown tables.

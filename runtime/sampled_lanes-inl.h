@@ -44,39 +44,6 @@ struct SampledLanes : Everywhere {
     return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
   }
 
-  // Two neighbours along x in the lowest bits of each lane, and the two after them along y.
-  struct Rows {
-    I low, high;
-  };
-  HWY_INLINE Rows rows_at(std::size_t sample, I offset) const {
-    const auto* const bytes = static_cast<const std::uint8_t*>(map.values) + sample * sizeof(Integer);
-#if HWY_MAX_BYTES >= 64
-    if constexpr (sizeof(Integer) == 1) {
-      // One row of bytes and the next fit into a word of 64 bits: half the gathering.
-      const hn::Repartition<std::int64_t, Ints> i64;
-      const hn::RebindToUnsigned<decltype(i64)> u64;
-      const hn::Half<Ints> half;
-      const hn::RebindToUnsigned<decltype(half)> half_u32;
-      const auto gather = [&](auto offsets) {
-        const auto words =
-            hn::GatherOffset(i64, reinterpret_cast<const std::int64_t*>(bytes), hn::PromoteTo(i64, offsets));
-        return hn::BitCast(u64, words);
-      };
-      const auto lowest = [&](auto words) { return hn::BitCast(half, hn::TruncateTo(half_u32, words)); };
-      const auto first = gather(hn::LowerHalf(half, offset));
-      const auto last = gather(hn::UpperHalf(half, offset));
-      constexpr int kNextRow = 8 * kFieldEdge;
-      return {hn::Combine(i32, lowest(last), lowest(first)),
-              hn::Combine(i32, lowest(hn::ShiftRight<kNextRow>(last)), lowest(hn::ShiftRight<kNextRow>(first)))};
-    }
-#endif
-    const auto row = [&](std::size_t samples) {
-      const auto* const at = reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer));
-      return hn::GatherOffset(i32, at, offset);
-    };
-    return {row(0), row(kFieldEdge)};
-  }
-
   HWY_INLINE Looked look_up(const Points& p) const {
     Looked out;
     const F zero = hn::Zero(f32);
@@ -127,16 +94,20 @@ struct SampledLanes : Everywhere {
     static_assert(kFieldStride == 128);
     constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
     const I offset = hn::ShiftLeft<kBytesLog2>(sample);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    const auto pair_at = [&](std::size_t samples) {
+      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)), offset);
+    };
     const auto along_x = [&](I pair) {
       const F low = low_half(pair);
       return hn::MulAdd(fx, hn::Sub(high_half(pair), low), low);
     };
-    const auto along_y = [&](const Rows& rows) {
-      const F low = along_x(rows.low);
-      return hn::MulAdd(fy, hn::Sub(along_x(rows.high), low), low);
-    };
-    const F v0 = along_y(rows_at(0, offset));
-    const F v1 = along_y(rows_at(kFieldEdge * kFieldEdge, offset));
+    const F v00 = along_x(pair_at(0));
+    const F v10 = along_x(pair_at(kFieldEdge));
+    const F v01 = along_x(pair_at(kFieldEdge * kFieldEdge));
+    const F v11 = along_x(pair_at(kFieldEdge * kFieldEdge + kFieldEdge));
+    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
     const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
     const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
     out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
@@ -164,9 +135,7 @@ struct SampledLanes : Everywhere {
     }
   }
 
-  static HWY_INLINE F square(F a) {
-    return hn::Mul(a, a);
-  }
+  static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 
   // What a brick's coarse layer says of a point of the grid: |layers| - reach <= |V| < |layers| + kCoarseLayerSlack +
   // reach.
