@@ -13,26 +13,36 @@
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
 
-// Which spheres touch; `below` are upper bounds of V below them, unless they touch: docs/bounds.md.
+// The spheres of a batch, in the field.
+struct Spheres {
+  Points centre;
+  F radius;
+  F reach;  // the contact distance included
+};
 template <class Lanes>
-HWY_INLINE M touching(const Lanes& field, const Descent& d, const Batch& batch, F& below) {
+HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
   const float* const* const rows = d.shell->sphere;
   const std::size_t length = d.shell->nodes;
   const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
                          load_floats<Lanes::kPaired>(rows[1], length, batch),
                          load_floats<Lanes::kPaired>(rows[2], length, batch)};
   const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(1 / d.unit), set(d.slack));
-  const F reach = hn::Add(radius, set(d.contact_distance));
-  const F bound = field.bound(field.place(d.nodes, stored), reach);
-  below = hn::Add(bound, radius);
-  return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
+  return {field.place(d.nodes, stored), radius, hn::Add(radius, set(d.contact_distance))};
+}
+
+// Which spheres touch, by what the field's bound at their centres is.
+template <class Lanes>
+HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
+  return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
 }
 
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
-  F below;
-  const bool touch = !hn::AllFalse(f32, touching(field, d, Batch{{node, 1, 0}, {}}, below));
-  const float bound = hn::GetLane(below);
+  const Batch batch{{node, 1, 0}, {}};
+  const Spheres spheres = spheres_of(field, d, batch);
+  const F at_centre = field.bound(spheres.centre, spheres.reach);
+  const bool touch = !hn::AllFalse(f32, touching<Lanes>(batch, spheres, at_centre));
+  const float bound = hn::GetLane(hn::Add(at_centre, spheres.radius));
   if (!touch && bound > d.rejected) d.rejected = bound;
   if (touch && d.bounds != nullptr) d.bounds[0] = bound;
   ++d.nodes_tested;
@@ -78,29 +88,28 @@ void descend_lanes(const Lanes& field, Descent& d) {
   constexpr bool kTwo = in_halves<Lanes::kPaired>;
   Chunks<Lanes::kPaired> chunks(d, d.begin);
   std::uint32_t tail = d.end;
-  Batch batch;
-  while (chunks.next(tail, last_inner, batch.low)) {
-    batch.high = {};
-    if constexpr (kTwo) (void)chunks.next(tail, last_inner, batch.high);
-    F below;
-    const M touch = touching(field, d, batch, below);
+  const auto next = [&](std::uint32_t last, Batch& batch) {
+    batch.high = {};  // a number of a node is none of a point
+    if (!chunks.next(tail, last, batch.low)) return false;
+    if constexpr (kTwo) (void)chunks.next(tail, last, batch.high);
+    return true;
+  };
+  const auto take_spheres = [&](const Batch& batch, const Spheres& spheres, F bound) {
+    const M touch = touching<Lanes>(batch, spheres, bound);
     const M apart = hn::AndNot(touch, valid_lanes<Lanes::kPaired>(batch));
+    // Upper bounds of V below the spheres, unless they touch: docs/bounds.md.
+    const F below = hn::Add(bound, spheres.radius);
     rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
     if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);
     tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
     d.nodes_tested += batch.low.count + batch.high.count;
-  }
-  // Behind the inner nodes there are only leaves.
-  while (chunks.next(tail, d.last_node, batch.low)) {
-    batch.high = {};  // a number of a node is none of a point
-    if constexpr (kTwo) (void)chunks.next(tail, d.last_node, batch.high);
-    const Points p = field.place(d.points, load_points<Lanes::kPaired>(*d.shell, batch));
+  };
+  const auto take_points = [&](const Batch& batch, F v) {
     const M valid = valid_lanes<Lanes::kPaired>(batch);
-    const F v = field.value(p, batch, valid);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     d.points_tested += batch.low.count + batch.high.count;
     const M hit = hn::And(valid, hn::Ge(v, limit));
-    if (hn::AllFalse(f32, hit)) continue;
+    if (hn::AllFalse(f32, hit)) return;
     auto parents = hn::Set(u32, batch.low.parent);
     if constexpr (kTwo) {
       parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
@@ -109,6 +118,44 @@ void descend_lanes(const Lanes& field, Descent& d) {
     store_packed(u32, numbers_of<Lanes::kPaired>(batch), hit_word, d.hits + d.hit_count);
     store_packed(u32, parents, hit_word, d.leaves + d.hit_count);
     d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+  };
+
+  // Look-ups in an octree wait for memory again and again: two vectors at a time wait together.
+  Batch batch;
+  Batch other;
+  while (next(last_inner, batch)) {
+    const Spheres spheres = spheres_of(field, d, batch);
+    if constexpr (Lanes::kPaired) {
+      if (next(last_inner, other)) {
+        const Spheres others = spheres_of(field, d, other);
+        typename Lanes::Looked at_first;
+        typename Lanes::Looked at_other;
+        field.look_up(spheres.centre, others.centre, at_first, at_other);
+        take_spheres(batch, spheres, field.bound_of(spheres.centre, spheres.reach, at_first));
+        take_spheres(other, others, field.bound_of(others.centre, others.reach, at_other));
+        continue;
+      }
+    }
+    take_spheres(batch, spheres, field.bound(spheres.centre, spheres.reach));
+  }
+  // Behind the inner nodes there are only leaves.
+  const auto points_of = [&](const Batch& of) {
+    return field.place(d.points, load_points<Lanes::kPaired>(*d.shell, of));
+  };
+  while (next(d.last_node, batch)) {
+    const Points points = points_of(batch);
+    if constexpr (Lanes::kPaired) {
+      if (next(d.last_node, other)) {
+        const Points others = points_of(other);
+        typename Lanes::Looked at_first;
+        typename Lanes::Looked at_other;
+        field.look_up(points, others, at_first, at_other);
+        take_points(batch, field.value_of(points, at_first));
+        take_points(other, field.value_of(others, at_other));
+        continue;
+      }
+    }
+    take_points(batch, field.value(points, batch, valid_lanes<Lanes::kPaired>(batch)));
   }
   d.begin = chunks.head();
   d.end = tail;

@@ -44,8 +44,14 @@ struct SampledLanes : Everywhere {
     return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
   }
 
-  HWY_INLINE Looked look_up(const Points& p) const {
-    Looked out;
+  // On the way down the octree.
+  struct Walk {
+    Points grid;
+    M in_grid;
+    I ix, iy, iz;
+    I entry;
+  };
+  HWY_INLINE Walk begin(const Points& p) const {
     const F zero = hn::Zero(f32);
     // Comparisons with NaN are false: such a point counts as outside.
     const M in_grid = hn::And(hn::And(hn::And(hn::Ge(p.x, zero), hn::Lt(p.x, set(map.top[0]))),
@@ -62,10 +68,36 @@ struct SampledLanes : Everywhere {
                         hn::Set(i32, map.root_dims[0])),
                 hn::ShiftRight<4>(ix));
     static_assert(kRootCells == 16);
-    I entry = hn::GatherIndex(i32, map.roots, root);
-    // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+    return {{gx, gy, gz}, in_grid, ix, iy, iz, hn::GatherIndex(i32, map.roots, root)};
+  }
+
+  // Octants of 2^kShift cells and below, of one walk or of two at a time: a walk waits for memory at each node.
+  template <int kShift, class... Walks>
+  HWY_INLINE void go_down(Walks&... walks) const {
+    if ((hn::AllFalse(i32, is_node(walks.entry)) && ...)) return;
+    (enter<kShift>(walks), ...);
+    if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
+  }
+  // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+  static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
+  template <int kShift>
+  HWY_INLINE void enter(Walk& walk) const {
+    const I one = hn::Set(i32, 1);
+    const auto node = is_node(walk.entry);
+    const I octant = hn::Or(hn::Or(hn::And(hn::ShiftRight<kShift>(walk.ix), one),
+                                   hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(walk.iy), one))),
+                            hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(walk.iz), one)));
+    const I number = hn::And(walk.entry, hn::Set(i32, 0x7FFFFFFF));
+    const I at = hn::IfThenElseZero(node, hn::Add(hn::ShiftLeft<3>(number), octant));
+    walk.entry = hn::IfThenElse(node, hn::GatherIndex(i32, map.nodes, at), walk.entry);
+  }
+
+  HWY_INLINE Looked finish(const Walk& walk) const {
+    Looked out;
+    const auto& [gx, gy, gz] = walk.grid;
+    const M in_grid = walk.in_grid;
+    I entry = walk.entry;
     const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
-    entry = below<3>(entry, no_brick, ix, iy, iz);
     const auto is_brick = hn::Gt(entry, hn::Set(i32, -1));
     out.sampled = hn::And(in_grid, hn::RebindMask(f32, is_brick));
     out.far_inside = hn::And(in_grid, hn::RebindMask(f32, hn::Eq(entry, no_brick)));
@@ -116,23 +148,17 @@ struct SampledLanes : Everywhere {
     return out;
   }
 
-  // Octants of 2^kShift cells and below.
-  template <int kShift>
-  HWY_INLINE I below(I entry, I no_brick, I ix, I iy, I iz) const {
-    const auto is_node = hn::Lt(entry, no_brick);
-    if (hn::AllFalse(i32, is_node)) return entry;
-    const I one = hn::Set(i32, 1);
-    const I octant = hn::Or(
-        hn::Or(hn::And(hn::ShiftRight<kShift>(ix), one), hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(iy), one))),
-        hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(iz), one)));
-    const I number = hn::And(entry, hn::Set(i32, 0x7FFFFFFF));
-    const I at = hn::IfThenElseZero(is_node, hn::Add(hn::ShiftLeft<3>(number), octant));
-    const I next = hn::IfThenElse(is_node, hn::GatherIndex(i32, map.nodes, at), entry);
-    if constexpr (kShift > 0) {
-      return below<kShift - 1>(next, no_brick, ix, iy, iz);
-    } else {
-      return next;
-    }
+  HWY_INLINE Looked look_up(const Points& p) const {
+    Walk walk = begin(p);
+    go_down<3>(walk);
+    return finish(walk);
+  }
+  HWY_INLINE void look_up(const Points& p, const Points& q, Looked& at_p, Looked& at_q) const {
+    Walk first = begin(p);
+    Walk second = begin(q);
+    go_down<3>(first, second);
+    at_p = finish(first);
+    at_q = finish(second);
   }
 
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
@@ -199,8 +225,8 @@ struct SampledLanes : Everywhere {
     return hn::AllTrue(f32, found.sampled) ? hn::Zero(f32) : far_distance(p, found);
   }
 
-  HWY_INLINE F value(const Points& p, const Batch&, M) const {
-    const Looked found = look_up(p);
+  HWY_INLINE F value(const Points& p, const Batch&, M) const { return value_of(p, look_up(p)); }
+  HWY_INLINE F value_of(const Points& p, const Looked& found) const {
     const F distance = far(p, found);
     const F beyond = hn::IfThenElse(found.far_inside, distance, hn::Neg(distance));
     return hn::IfThenElse(found.sampled, found.value, beyond);
@@ -208,8 +234,8 @@ struct SampledLanes : Everywhere {
 
   // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
   // least_distance.
-  HWY_INLINE F bound(const Points& p, F reach) const {
-    const Looked found = look_up(p);
+  HWY_INLINE F bound(const Points& p, F reach) const { return bound_of(p, reach, look_up(p)); }
+  HWY_INLINE F bound_of(const Points& p, F reach, const Looked& found) const {
     const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
     const F slack = hn::Sub(hn::Sqrt(squared), reach);
     const F beyond =
