@@ -40,6 +40,9 @@ struct Side {
 
 struct Body {
   std::string name;
+  std::size_t triangles = 0;
+  std::size_t hulls = 0;  // of HACD
+  AssetInfo asset;        // with the default band
   std::vector<PairPose> poses;
   std::vector<Side> sides;  // the same for all bodies
 };
@@ -75,6 +78,8 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
   const auto file = [&](const char* band) { return folder / fmt::format("accuracy_{}_{}.vps.hdf", body.name, band); };
   const auto asset = bake_body(mesh, {}, file("default")).asset;
   const auto wide_asset = bake_body(mesh, wide, file("wide")).asset;
+  body.triangles = mesh.triangles.size();
+  body.asset = asset->info();
   const TriangleMesh about_centre = centred(mesh, *asset);
   body.poses = pair_poses(about_centre, {kRanges, kOracleTolerance}, folder);
 
@@ -84,6 +89,7 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
   ask(body, fmt::format("separation, band {} vx", kWideBand), our_separation(wide_asset));
 #ifdef VPS_BENCH_HACD
   const std::vector<Hull> hulls = hacd_hulls(mesh, {}, folder);
+  body.hulls = hulls.size();
   ask(body, "HACD", bullet_pair(compound_of(hulls, asset->info().centre_of_mass, kHullMargin)));
 #endif
   ask(body, "hull of 42", bullet_pair(hull_of_42(about_centre, kHullMargin)));
@@ -155,7 +161,12 @@ std::string row_of(const std::string& name, std::span<const Body> bodies, std::s
 void print_tables(const std::vector<Body>& bodies) {
   fmt::print("Voxel {:g} mm, band certified to a depth of {:.3f} mm. Off the oracle by, median / 99 % / max, mm.\n\n",
              1000 * kVoxelSize, 1000 * kBand);
-  fmt::print("{}", head_of("all meshes", bodies[0].sides));
+  fmt::print("| mesh | triangles | points | covering radius, mm | hulls of HACD |\n| --- | --- | --- | --- | --- |\n");
+  for (const Body& body : bodies) {
+    fmt::print("{}", row({body.name, std::to_string(body.triangles), std::to_string(body.asset.points),
+                          number(1000 * body.asset.covering_radius), std::to_string(body.hulls)}));
+  }
+  fmt::print("\n{}", head_of("all meshes", bodies[0].sides));
   for (std::size_t range = 0; range < kRanges.size(); ++range) {
     fmt::print("{}", row_of(kRangeNames[range], bodies, range));
   }
