@@ -7,6 +7,9 @@ PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
 # For `make fuzz` alone.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
+# What the accuracy of queries is measured with: closed, manifold, wound outward.
+ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
+  bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
 # For `make bench` alone: the peers.
 BENCH_PACKAGES := libbenchmark-dev libbullet-extras-dev libfcl-dev libopenvdb-dev
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -16,7 +19,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo bench bench-scale corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo bench bench-accuracy bench-scale corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -47,7 +50,8 @@ demo: deps $(BUNNY)
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
 
 # Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, the fields' errors, overruns of
-# budgets, and the sizes of the libraries; prints Markdown tables. The first run takes ten minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
+# budgets, and the sizes of the libraries; prints Markdown tables. The first run takes minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
+# Ends with bench-accuracy.
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
@@ -60,6 +64,18 @@ bench: deps $(BUNNY)
 	build/bench/tests/bench/budget_overrun build/bench/field.vps.hdf 100
 	build/bench/tests/bench/kernel_sweep $(BUNNY) --scale 0.0775 --work build/bench/query
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
+	$(MAKE) bench-accuracy
+
+# Whole queries of eight pairs of bodies against an oracle, beside convex hulls; the first run takes ten minutes more, for HACD.
+bench-accuracy: PACKAGES += $(BENCH_PACKAGES)
+bench-accuracy: deps
+ifneq ($(wildcard ../shared/meshes),)
+	cmake --preset bench
+	cmake --build --preset bench -j $(JOBS) --target query_accuracy
+	build/bench/tests/bench/query_accuracy $(ACCURACY_MESHES) --work build/bench/query
+else
+	@echo "no ../shared/meshes: the accuracy of queries is not measured"
+endif
 
 # 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels: time per stage and peak memory, as Markdown tables.
 bench-scale: all $(BUNNY)

@@ -3,7 +3,6 @@
 
 #include <stdexcept>
 
-#include "bake/vps_bake.h"
 #include "sample_meshes/shapes.h"
 
 namespace vps::bench {
@@ -21,10 +20,8 @@ BakedFile write_and_open(const TriangleMesh& mesh, const BakeOptions& options, c
 
 }  // namespace
 
-BakedFile bake_body(const TriangleMesh& mesh, double alpha, const std::filesystem::path& path) {
-  BakeOptions options;
+BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path) {
   options.voxel_size = kVoxelSize;
-  options.alpha = alpha;
   return write_and_open(mesh, options, path);
 }
 
@@ -33,6 +30,14 @@ BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesys
   options.voxel_size = kVoxelSize;
   options.pointshell = false;
   return write_and_open(samples::make_box(half_extents), options, path);
+}
+
+TriangleMesh centred(TriangleMesh mesh, const Asset& asset) {
+  const std::array<double, 3>& centre = asset.info().centre_of_mass;
+  for (auto& v : mesh.vertices) {
+    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] -= centre[axis];
+  }
+  return mesh;
 }
 
 }  // namespace vps::bench

@@ -13,12 +13,10 @@
 #include "formats/mesh/mesh_import.h"
 #include "tests/bench/query_assets.h"
 #include "tests/bench/query_bullet.h"
+#include "tests/bench/query_fcl.h"
 #include "tests/bench/query_ours.h"
 #include "tests/bench/query_poses.h"
 #include "tests/bench/query_report.h"
-#ifdef VPS_BENCH_FCL
-#include "tests/bench/query_fcl.h"
-#endif
 #ifdef VPS_BENCH_HACD
 #include "tests/bench/query_hacd.h"
 #endif
@@ -74,7 +72,9 @@ Bodies make_bodies(const Options& options) {
   const std::filesystem::path folder = options.work;
   std::filesystem::create_directories(folder);
   for (const double alpha : kAlphas) {
-    const BakedFile file = bake_body(out.mesh, alpha, folder / fmt::format("query_{:.2f}.vps.hdf", alpha));
+    BakeOptions bake;
+    bake.alpha = alpha;
+    const BakedFile file = bake_body(out.mesh, bake, folder / fmt::format("query_{:.2f}.vps.hdf", alpha));
     out.ours.push_back({fmt::format("ours, {} points", thousands(file.asset->info().points)), file});
   }
   out.box = bake_box(kBakedBoxHalfExtents, folder / "query_box.vps.hdf");
@@ -82,20 +82,15 @@ Bodies make_bodies(const Options& options) {
 #ifdef VPS_BENCH_HACD
   const std::vector<Hull> hulls = hacd_hulls(out.mesh, {}, folder);
 #endif
-  const std::array<double, 3> centre = out.ours[0].file.asset->info().centre_of_mass;
-  for (auto& v : out.mesh.vertices) {
-    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] -= centre[axis];
-    out.lowest = std::min(out.lowest, v[1]);
-  }
-  out.peers.emplace_back("hull of 42", hull_of_42(out.mesh));
+  const Asset& asset = *out.ours[0].file.asset;
+  out.mesh = centred(std::move(out.mesh), asset);
+  for (const auto& v : out.mesh.vertices) out.lowest = std::min(out.lowest, v[1]);
+  out.peers.emplace_back("hull of 42", hull_of_42(out.mesh, kPeerMargin));
 #ifdef VPS_BENCH_HACD
-  out.peers.emplace_back("HACD", compound_of(hulls, centre, kPeerMargin));
-  out.peers.emplace_back("HACD, margin 4 cm", compound_of(hulls, centre, kBulletMargin));
+  out.peers.emplace_back("HACD", compound_of(hulls, asset.info().centre_of_mass, kPeerMargin));
+  out.peers.emplace_back("HACD, margin 4 cm", compound_of(hulls, asset.info().centre_of_mass, kBulletMargin));
 #else
   fmt::print("HACD: libbullet-extras-dev was absent when this was built; skipped.\n");
-#endif
-#ifndef VPS_BENCH_FCL
-  fmt::print("FCL: libfcl-dev was absent when this was built; skipped.\n");
 #endif
   out.gimpact = gimpact_of(out.mesh);
   return out;
@@ -204,9 +199,7 @@ void run_pairs(const std::string& work, std::vector<PairSide> sides, const std::
 void run_contacts(const Bodies& bodies, const std::vector<PairPose>& poses, int rounds, Report& report) {
   std::vector<PairSide> sides;
   for (const auto& [name, shape] : bodies.peers) sides.push_back({name, bullet_pair(shape), rounds});
-#ifdef VPS_BENCH_FCL
   sides.push_back({"FCL", fcl_collide(bodies.mesh), rounds});
-#endif
   for (const OurAsset& our : bodies.ours) {
     sides.push_back({our.name, bullet_pair(ours_of(our.file.asset)), rounds});
     sides.push_back({our.name + ", traverse alone", our_traverse(our.file.asset), rounds});
@@ -215,14 +208,11 @@ void run_contacts(const Bodies& bodies, const std::vector<PairPose>& poses, int 
   run_pairs("body on body", std::move(sides), poses, report);
 }
 
-void run_distances([[maybe_unused]] const Bodies& bodies, const std::vector<PairPose>& poses, int rounds,
-                   Report& report) {
+void run_distances(const Bodies& bodies, const std::vector<PairPose>& poses, int rounds, Report& report) {
   std::vector<PairPose> apart;
   std::copy_if(poses.begin(), poses.end(), std::back_inserter(apart), [](const PairPose& p) { return p.depth < 0; });
   std::vector<PairSide> sides;
-#ifdef VPS_BENCH_FCL
   sides.push_back({"FCL", fcl_distance(bodies.mesh), rounds});
-#endif
   for (const OurAsset& our : bodies.ours) sides.push_back({our.name, our_separation(our.file.asset), rounds});
   run_pairs("distance", std::move(sides), apart, report);
 }

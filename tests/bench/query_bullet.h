@@ -27,7 +27,8 @@ inline constexpr double kPeerMargin = 0.0005;
 inline constexpr double kBulletMargin = 0.04;
 
 /// Convex hull of the mesh's extreme vertices in 42 directions, by Bullet's btShapeHull.
-[[nodiscard]] BulletShape hull_of_42(const TriangleMesh& body);
+/// @param margin  [m]
+[[nodiscard]] BulletShape hull_of_42(const TriangleMesh& body, double margin);
 /// @param centre  of mass, in the hulls' frame
 /// @param margin  of each hull. [m]
 [[nodiscard]] BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre,

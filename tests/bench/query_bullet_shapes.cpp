@@ -20,14 +20,14 @@ std::shared_ptr<btConvexHullShape> empty_hull(double margin) {
 
 }  // namespace
 
-BulletShape hull_of_42(const TriangleMesh& body) {
+BulletShape hull_of_42(const TriangleMesh& body, double margin) {
   btConvexHullShape all;
   all.setMargin(0);  // otherwise in every vertex
   for (const auto& v : body.vertices) all.addPoint(vector3(v), false);
   all.recalcLocalAabb();
   btShapeHull reduced(&all);
   reduced.buildHull(0);
-  const auto hull = empty_hull(kPeerMargin);
+  const auto hull = empty_hull(margin);
   for (int i = 0; i < reduced.numVertices(); ++i) hull->addPoint(reduced.getVertexPointer()[i], false);
   hull->recalcLocalAabb();
   return {{}, hull};

@@ -89,7 +89,7 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
     }
     return hulls;
   }
-  fmt::print(stderr, "query_bench: HACD decomposes the mesh, once: this takes minutes\n");
+  fmt::print(stderr, "HACD decomposes the mesh, once: this takes minutes\n");
   const std::vector<Hull> hulls = decompose(mesh, options);
   check_place(hulls, mesh);
   std::vector<double> numbers;

@@ -76,6 +76,8 @@ class Separation final : public PairPeer {
     check(separation(parts_.shell, parts_.map, pose, SeparationOptions{}, scratch_, result));
     answer.microseconds = microseconds_since(begin);
     answer.depth = result.delta;
+    answer.lower = result.lower;
+    answer.upper = result.upper;
     return answer;
   }
 

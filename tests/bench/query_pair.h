@@ -19,6 +19,8 @@ inline double microseconds_since(Clock::time_point begin) {
 struct PairAnswer {
   double microseconds = 0;
   double depth = std::numeric_limits<double>::quiet_NaN();  ///< negative: minus the distance. NaN: not told. [m]
+  double lower = -std::numeric_limits<double>::infinity();  ///< the true depth is told to be no less [m]
+  double upper = std::numeric_limits<double>::infinity();   ///< and no more. [m]
   std::size_t contacts = 0;
 };
 

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include "tests/bench/query_cache.h"
+#include "tests/bench/query_fcl.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
 
@@ -43,27 +44,37 @@ struct Patch {
     for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] = (c[0][axis] + c[1][axis] + c[2][axis]) / 3;
     for (const Point& corner : c) radius = std::max(radius, distance(centre, corner));
   }
-  [[nodiscard]] std::array<Patch, 4> quarters() const {
-    const auto& [a, b, c] = corners;
-    const Point ab = between(a, b);
-    const Point bc = between(b, c);
-    const Point ca = between(c, a);
-    return {Patch({a, ab, ca}), Patch({ab, b, bc}), Patch({ca, bc, c}), Patch({bc, ca, ab})};
+  // Cut across the longest side, so that slivers lose their length first.
+  [[nodiscard]] std::array<Patch, 2> halves() const {
+    std::size_t at = 0;
+    for (std::size_t i = 1; i < 3; ++i) {
+      if (side(i) > side(at)) at = i;
+    }
+    const Point& from = corners[at];
+    const Point& to = corners[(at + 1) % 3];
+    const Point& apex = corners[(at + 2) % 3];
+    const Point middle = between(from, to);
+    return {Patch({from, middle, apex}), Patch({middle, to, apex})};
   }
+
+ private:
+  [[nodiscard]] double side(std::size_t i) const { return distance(corners[i], corners[(i + 1) % 3]); }
 };
 
 // The deepest point of a body's surface in a copy of it: balls round groups of triangles, halved down to single ones,
-// which are quartered in turn.
+// which are halved in turn.
 class DeepestPoint {
  public:
-  explicit DeepestPoint(const TriangleMesh& body) : oracle_(body) {
+  explicit DeepestPoint(const TriangleMesh& body) : oracle_(body), distance_(fcl_distance(body)) {
     for (const auto& [a, b, c] : body.triangles) {
       patches_.emplace_back(std::array<Point, 3>{body.vertices[a], body.vertices[b], body.vertices[c]});
     }
     build(0, patches_.size());
   }
-  /// A depth that there is; the greatest is at most `tolerance` more. [m]
+  /// A depth that there is; the greatest is at most `tolerance` more. Bodies without a common point must not lie in
+  /// each other. [m]
   [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) const {
+    if (const double apart = distance_->query(first_in_second).depth; apart < 0) return apart;
     Search search{first_in_second, tolerance};
     visit(0, penetration(balls_[0].centre, first_in_second), search);
     return search.best;
@@ -82,7 +93,7 @@ class DeepestPoint {
   struct Search {
     const Pose& pose;
     double tolerance = 0;
-    double best = -std::numeric_limits<double>::max();
+    double best = 0;  // at the surfaces' common points
     [[nodiscard]] bool worth(double bound) const { return bound > best + tolerance; }
   };
 
@@ -123,6 +134,11 @@ class DeepestPoint {
     return oracle_.penetration(moved(pose, point));
   }
 
+  [[nodiscard]] double depth_bound(const Patch& patch, const Pose& pose) const {
+    const auto& [a, b, c] = patch.corners;
+    return oracle_.depth_bound({moved(pose, a), moved(pose, b), moved(pose, c)});
+  }
+
   void visit(std::size_t at, double at_centre, Search& search) const {
     const Ball& ball = balls_[at];
     if (!search.worth(at_centre + ball.radius)) return;
@@ -141,37 +157,34 @@ class DeepestPoint {
 
   void visit(const Patch& patch, double at_centre, Search& search) const {
     search.best = std::max(search.best, at_centre);
-    if (!search.worth(at_centre + patch.radius)) return;
-    for (const Patch& quarter : patch.quarters()) visit(quarter, penetration(quarter.centre, search.pose), search);
+    // Of flat faces the ball alone leaves far too much.
+    if (!search.worth(at_centre + patch.radius) || !search.worth(depth_bound(patch, search.pose))) return;
+    const std::array<Patch, 2> halves = patch.halves();
+    const double values[2] = {penetration(halves[0].centre, search.pose), penetration(halves[1].centre, search.pose)};
+    const std::size_t deeper = values[0] < values[1] ? 1 : 0;
+    for (const std::size_t i : {deeper, 1 - deeper}) visit(halves[i], values[i], search);
   }
 
   test::Oracle oracle_;
+  std::unique_ptr<PairPeer> distance_;
   std::vector<Patch> patches_;
   std::vector<Ball> balls_;
 };
 
 // One approach; false when it does not get there, or only by many steps because it grazes.
-bool approach(const DeepestPoint& deepest, double wanted, test::Random& random, PairPose& out) {
+bool approach(const DeepestPoint& deepest, double wanted, double tolerance, test::Random& random, PairPose& out) {
   constexpr double kClose = 1e-6;
-  constexpr double kRough = 1e-4;
   constexpr int kSteps = 60;
   const std::array<double, 9> rotation = random.rotation();
   const std::array<double, 9> direction = random.rotation();
   std::copy(rotation.begin(), rotation.end(), out.first_in_second.rotation);
   double away = 2 * deepest.reach();
-  // Far off, a rough answer will do, taken for deeper than it is.
-  double tolerance = kRough;
   for (int step = 0; step < kSteps && away > 0; ++step) {
     for (std::size_t i = 0; i < 3; ++i) out.first_in_second.translation[i] = away * direction[i];
     out.depth = deepest.depth(out.first_in_second, tolerance);
-    const double lacking = wanted - out.depth - (tolerance == kRough ? kRough : 0);
-    if (lacking >= kClose) {
-      away -= lacking;
-    } else if (tolerance == kRough) {
-      tolerance = kDepthTolerance;
-    } else {
-      return true;
-    }
+    const double lacking = wanted - out.depth;
+    if (lacking < kClose) return true;
+    away -= lacking;
   }
   return false;
 }
@@ -179,11 +192,14 @@ bool approach(const DeepestPoint& deepest, double wanted, test::Random& random, 
 std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
   const DeepestPoint deepest(body);
   test::Random random;
-  std::vector<PairPose> poses(options.count);
-  for (std::size_t i = 0; i < options.count; ++i) {
-    const double part = (double(i) + 0.5) / double(options.count);
-    const double wanted = -options.apart + part * (options.apart + options.deep);
-    while (!approach(deepest, wanted, random, poses[i])) {
+  std::vector<PairPose> poses;
+  for (const DepthRange& range : options.ranges) {
+    for (std::size_t i = 0; i < range.count; ++i) {
+      const double part = (double(i) + 0.5) / double(range.count);
+      const double wanted = range.least + part * (range.most - range.least);
+      PairPose& pose = poses.emplace_back();
+      while (!approach(deepest, wanted, options.tolerance, random, pose)) {
+      }
     }
   }
   return poses;
@@ -194,11 +210,16 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
 std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                  const std::filesystem::path& folder) {
   constexpr std::size_t kNumbers = 13;  // rotation, translation, depth
-  const double key[] = {double(options.count), options.apart, options.deep, kDepthTolerance};
+  std::vector<double> key{options.tolerance};
+  std::size_t count = 0;
+  for (const DepthRange& range : options.ranges) {
+    key.insert(key.end(), {double(range.count), range.least, range.most});
+    count += range.count;
+  }
   const std::filesystem::path file = cache_file(folder, "poses", body, key);
   if (const auto numbers = read_numbers(file)) {
-    if (numbers->size() != options.count * kNumbers) throw std::runtime_error(file.string() + ": damaged; delete it");
-    std::vector<PairPose> poses(options.count);
+    if (numbers->size() != count * kNumbers) throw std::runtime_error(file.string() + ": damaged; delete it");
+    std::vector<PairPose> poses(count);
     const double* at = numbers->data();
     for (PairPose& pose : poses) {
       std::copy_n(at, 9, pose.first_in_second.rotation);
@@ -208,7 +229,7 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
     }
     return poses;
   }
-  fmt::print(stderr, "query_bench: the oracle places {} poses, once: this takes minutes\n", options.count);
+  fmt::print(stderr, "The oracle places {} poses, once: this takes minutes\n", count);
   std::vector<PairPose> poses = compute(body, options);
   std::vector<double> numbers;
   for (const PairPose& pose : poses) {

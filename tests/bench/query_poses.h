@@ -2,10 +2,11 @@
 /// @file Poses of a body against a copy of itself, from just apart to deep, by an oracle that is not ours.
 ///
 /// The depth of a pose is the greatest depth of a point of the first body's surface below the second's: CGAL's closest
-/// point and exact side, and a branch and bound over the triangles, which are cut until the answer is within
-/// `kDepthTolerance`. Where the bodies are apart it is minus their distance. Depths are spread evenly. For each, a
-/// rotation and a direction of approach are drawn from a fixed seed, and the first body comes along that direction by
-/// what its depth still lacks: a step that cannot lead beyond, so that it stops where the depth is reached first.
+/// point and exact side, and a branch and bound over the triangles, which are cut until the answer is within a
+/// tolerance. Where the bodies are apart it is minus their distance, by FCL. Depths are spread evenly over ranges. For
+/// each, a rotation and a direction of approach are drawn from a fixed seed, and the first body comes along that
+/// direction by what its depth still lacks: a step that cannot lead beyond, so that it stops where the depth is reached
+/// first.
 #pragma once
 
 #include <cstddef>
@@ -17,21 +18,24 @@
 
 namespace vps::bench {
 
-/// How much deeper than told a pose may be. [m]
-inline constexpr double kDepthTolerance = 1e-5;
-
 struct PairPose {
   Pose first_in_second;
   double depth = 0;  ///< of the first body in the second; negative: minus the distance. [m]
 };
 
-struct PoseOptions {
-  std::size_t count = 400;
-  double apart = 0.0002;  ///< largest distance. [m]
-  double deep = 0.003;    ///< largest depth. [m]
+struct DepthRange {
+  std::size_t count = 0;  ///< poses
+  double least = 0;       ///< depth; negative: minus the distance. [m]
+  double most = 0;        ///< [m]
 };
 
-/// Poses in order of depth, computed, which takes minutes, or read from what an earlier run has left in `folder`.
+struct PoseOptions {
+  std::vector<DepthRange> ranges{{400, -0.0002, 0.003}};
+  double tolerance = 1e-5;  ///< how much deeper than told a pose may be. [Limits: value > 0] [Units: m]
+};
+
+/// Poses range by range, each in order of depth, computed, which takes minutes, or read from what an earlier run has
+/// left in `folder`.
 /// @param body  closed, about its centre of mass
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);

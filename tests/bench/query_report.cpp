@@ -10,10 +10,6 @@
 namespace vps::bench {
 namespace {
 
-double percentile(std::vector<double> values, double part) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::floor(part * double(values.size() - 1)))];
-}
 double median(const std::vector<double>& values) {
   return percentile(values, 0.5);
 }
@@ -22,7 +18,13 @@ bool is_ours(const Series& series) {
   return series.side.starts_with("ours");
 }
 
-// Three digits are all that a run repeats.
+}  // namespace
+
+double percentile(std::vector<double> values, double part) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(std::floor(part * double(values.size() - 1)))];
+}
+
 std::string number(double value) {
   return value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }
@@ -30,8 +32,6 @@ std::string number(double value) {
 std::string row(const std::vector<std::string>& cells) {
   return fmt::format("| {} |\n", fmt::join(cells, " | "));
 }
-
-}  // namespace
 
 const Series* Report::find(const std::string& work, const std::string& side) const {
   const auto at =

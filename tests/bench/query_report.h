@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Percentiles, ratios and targets of the query benchmark, as Markdown and as JSON.
+/// @file Percentiles, ratios and targets of the benchmarks of queries, as Markdown and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -7,6 +7,13 @@
 #include <vector>
 
 namespace vps::bench {
+
+/// The value that `part` of them do not exceed. @pre not empty
+[[nodiscard]] double percentile(std::vector<double> values, double part);
+/// Three digits, which are all that a run repeats.
+[[nodiscard]] std::string number(double value);
+/// Of a Markdown table.
+[[nodiscard]] std::string row(const std::vector<std::string>& cells);
 
 /// One side's times of one work.
 struct Series {

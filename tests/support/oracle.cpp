@@ -65,6 +65,21 @@ int Oracle::side(const std::array<double, 3>& p) const {
   }
 }
 
+double Oracle::depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const {
+  const auto& [a, b, c] = triangle;
+  const Kernel::Point_3 centre = CGAL::centroid(point3(a), point3(b), point3(c));
+  const Mesh::Face_index face = impl_->tree.closest_point_and_primitive(centre).second;
+  std::array<Kernel::Point_3, 3> corners;
+  std::size_t i = 0;
+  for (const auto vertex : vertices_around_face(impl_->mesh.halfedge(face), impl_->mesh)) {
+    corners[i++] = impl_->mesh.point(vertex);
+  }
+  const Kernel::Triangle_3 closest(corners[0], corners[1], corners[2]);
+  double squared = 0;
+  for (const auto& corner : triangle) squared = std::max(squared, CGAL::squared_distance(point3(corner), closest));
+  return std::sqrt(squared);
+}
+
 struct SoupOracle::Impl {
   using Triangles = std::vector<Kernel::Triangle_3>;
   using SoupPrimitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
