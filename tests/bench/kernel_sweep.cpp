@@ -13,6 +13,8 @@
 #include "bake/vps_bake.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/vps_queries.h"
+#include "tests/bench/query_assets.h"
+#include "tests/bench/query_ours.h"
 #include "tests/bench/query_pair.h"
 #include "tests/bench/query_poses.h"
 
@@ -28,7 +30,7 @@ struct Options {
 
 struct Side {
   std::string name;
-  Asset asset;
+  std::shared_ptr<const Asset> asset;
   Field field = Field::scaled;
   std::int64_t target = 0;  ///< of Highway; 0: the best
   bool separation = false;
@@ -36,29 +38,10 @@ struct Side {
   double nodes = 0, points = 0;                     ///< tested, mean
 };
 
-Asset baked(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
-  const BakedAsset result = bake(mesh, options);
-  write_asset(path, result.info, result.sections);
-  Asset asset;
-  if (const Status status = Asset::open(path.c_str(), asset); status != Status::ok) {
-    throw std::runtime_error(path.string() + ": " + describe(status));
-  }
-  return asset;
-}
-
-Pose in_asset_frame(const Asset& asset, Pose pose) {
-  const auto& c = asset.info().centre_of_mass;
-  for (std::size_t i = 0; i < 3; ++i) {
-    pose.translation[i] += c[i];
-    for (std::size_t j = 0; j < 3; ++j) pose.translation[i] -= pose.rotation[3 * i + j] * c[j];
-  }
-  return pose;
-}
-
 void run_round(Side& side, const std::vector<PairPose>& poses) {
   VoxelmapView map;
   PointshellView shell;
-  if (side.asset.voxelmap(map, side.field) != Status::ok || side.asset.pointshell(shell) != Status::ok) {
+  if (side.asset->voxelmap(map, side.field) != Status::ok || side.asset->pointshell(shell) != Status::ok) {
     throw std::runtime_error(side.name + ": a part is missing");
   }
   if (side.target != 0) hwy::SetSupportedTargetsForTest(side.target);
@@ -68,7 +51,7 @@ void run_round(Side& side, const std::vector<PairPose>& poses) {
   double nodes = 0;
   double points = 0;
   for (const PairPose& pair : poses) {
-    const Pose pose = in_asset_frame(side.asset, pair.first_in_second);
+    const Pose pose = in_asset_frame(*side.asset, pair.first_in_second);
     QueryResult result;
     SeparationResult apart;
     const auto begin = Clock::now();
@@ -114,8 +97,8 @@ void run_table(const std::string& title, std::vector<Side>& sides, const std::ve
     const double middle = median(times);
     if (first == 0) first = middle;
     std::sort(times.begin(), times.end());
-    fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | {:.0f} |\n", side.name, side.asset.info().points,
-               side.asset.directory().file_bytes, middle, times[times.size() * 99 / 100], middle / first, side.nodes,
+    fmt::print("| {} | {} | {} | {:.1f} | {:.1f} | {:.2f} | {:.0f} | {:.0f} |\n", side.name, side.asset->info().points,
+               side.asset->directory().file_bytes, middle, times[times.size() * 99 / 100], middle / first, side.nodes,
                side.points);
   }
   fmt::print("\n");
@@ -124,14 +107,13 @@ void run_table(const std::string& title, std::vector<Side>& sides, const std::ve
 void run(const Options& options) {
   ImportOptions import;
   import.unit = options.scale;
-  TriangleMesh mesh = import_mesh(options.mesh, import);
+  const TriangleMesh mesh = import_mesh(options.mesh, import);
   const std::filesystem::path folder = options.work;
   std::filesystem::create_directories(folder);
   BakeOptions usual;
-  usual.voxel_size = 0.0005;
   usual.alpha = 2.1;  // about the paper's 35,000 points
   const auto side = [&](const std::string& name, const BakeOptions& how) {
-    return Side{name, baked(mesh, how, folder / "kernel_sweep.vps.hdf")};
+    return Side{name, bake_body(mesh, how, folder / "kernel_sweep.vps.hdf").asset};
   };
   std::vector<Side> widths;
   for (const std::uint32_t k : {14U, 2U, 4U, 6U, 8U, 10U, 12U, 16U, 20U, 24U, 32U}) {
@@ -161,11 +143,7 @@ void run(const Options& options) {
   ways.push_back(side("best first, the deepest point alone", usual));
   ways.back().separation = true;
 
-  const std::array<double, 3> centre = widths[0].asset.info().centre_of_mass;
-  for (auto& v : mesh.vertices) {
-    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] -= centre[axis];
-  }
-  const std::vector<PairPose> poses = pair_poses(mesh, {}, options.work);
+  const std::vector<PairPose> poses = pair_poses(centred(mesh, *widths[0].asset), {}, options.work);
   run_table("children of a node, points of a leaf", widths, poses, options.rounds);
   run_table("field", fields, poses, options.rounds);
   run_table("instruction set", targets, poses, options.rounds);

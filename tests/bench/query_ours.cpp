@@ -8,9 +8,7 @@
 #include "runtime/vps_queries.h"
 
 namespace vps::bench {
-namespace {
 
-// A pose of bodies about their centres of mass, for an asset's own frame.
 Pose in_asset_frame(const Asset& asset, Pose pose) {
   const auto& c = asset.info().centre_of_mass;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -19,6 +17,8 @@ Pose in_asset_frame(const Asset& asset, Pose pose) {
   }
   return pose;
 }
+
+namespace {
 
 void check(Status status) {
   if (status != Status::ok) throw std::runtime_error(describe(status));

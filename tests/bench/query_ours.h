@@ -17,6 +17,9 @@ namespace vps::bench {
 /// @throw std::runtime_error when the asset lacks one of them
 [[nodiscard]] std::unique_ptr<PairPeer> our_separation(std::shared_ptr<const Asset> asset);
 
+/// A pose of bodies about their centres of mass, for an asset's own frame.
+[[nodiscard]] Pose in_asset_frame(const Asset& asset, Pose pose);
+
 struct Opening {
   double open_us = 0;   ///< map and validate
   double query_us = 0;  ///< the same, and a first query with fresh working memory
