@@ -215,6 +215,30 @@ TEST(Separation, ToleranceSavesWorkAndIsKept) {
   EXPECT_LT(rough_points, 0.8 * exact_points);
 }
 
+// Of narrow vectors, too: their chunks of children are full more often.
+TEST(Separation, ARoughSearchBoundsThePointsItPassedOver) {
+  Pair s;
+  const BoxField box{{0.05F, 0.03F, 0.02F}};
+  for (std::int64_t target = 1; target > 0; target <<= 1) {
+    if ((hwy::SupportedTargets() & target) == 0) continue;
+    hwy::SetSupportedTargetsForTest(target);
+    Random random;
+    for (int n = 0; n < 100; ++n) {
+      const Pose pose = pose_number(n, s, random);
+      const double rounding = n % 10 == 9 ? 1e-4 : 1e-6;
+      SeparationResult exact;
+      ASSERT_EQ(separation(s.shell, box, pose, {}, s.scratch, exact), Status::ok);
+      for (const float tolerance : {0.0003F, 0.001F, 0.003F, 0.01F}) {
+        SeparationResult rough;
+        ASSERT_EQ(separation(s.shell, box, pose, {tolerance, 0}, s.scratch, rough), Status::ok);
+        ASSERT_GE(rough.delta_bound, exact.delta - rounding) << n;
+        ASSERT_GE(rough.delta, exact.delta - tolerance - rounding) << n;
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+}
+
 TEST(Separation, EveryInstructionSetGivesTheSameAnswer) {
   Pair s;
   Random random;
