@@ -21,8 +21,7 @@ class Budget {
     if (microseconds_ > 0) start_ = Clock::now();
   }
   bool limited() const noexcept { return limited_; }
-  /// How many more tests fit, no more than a block of work, when `tests` were made and `waiting` will be made in any
-  /// case.
+  /// How many more tests fit, when `tests` were made and `waiting` will be made in any case.
   std::uint64_t left(std::uint64_t tests, std::uint64_t waiting) const noexcept {
     if (tests + waiting >= tests_) return 0;
     if (microseconds_ > 0) {
@@ -30,7 +29,11 @@ class Budget {
       const auto done = static_cast<double>(tests);
       if (spent * (done + kCostWaiting * static_cast<double>(waiting)) >= microseconds_ * done) return 0;
     }
-    return std::min(tests_ - tests - waiting, kBlock);
+    return tests_ - tests - waiting;
+  }
+  /// As `left`, but no more than a block of work.
+  std::uint64_t left_in_block(std::uint64_t tests, std::uint64_t waiting) const noexcept {
+    return std::min(left(tests, waiting), kBlock);
   }
   static constexpr std::uint64_t kBlock = 128;
 

@@ -45,7 +45,8 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
   const M valid = hn::FirstN(f32, batch.low.count);
   const F bound = hn::Add(field.depths(field.place(s.nodes, centre), batch, valid).highest, radius);
   const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));
-  const F passed = hn::IfThenElse(hn::AndNot(open, valid), bound, set(s.rejected));
+  const F rejected = set(s.rejected);
+  const F passed = hn::IfThenElse(hn::AndNot(open, valid), hn::Max(bound, rejected), rejected);
   s.rejected = hn::GetLane(hn::MaxOfLanes(f32, passed));
   s.nodes_tested += batch.low.count;
   store_packed(u32, numbers_of<false>(batch), hn::RebindMask(u32, open), s.stack + top);

@@ -82,6 +82,15 @@ Depth depth_at(const HalfSpaceField& plane, Vec3 p, Vec3) noexcept {
   return analytic(half_space_penetration(plane, p), plane.outward_normal);
 }
 
+// How far a field's V may be off. [m]
+float value_error(const VoxelmapView& map) noexcept {
+  return map.field == Field::layers ? 0 : field_error(map);
+}
+template <class Field>
+float value_error(const Field&) noexcept {
+  return 0;
+}
+
 // What one query is about.
 template <class Field>
 struct Query {
@@ -146,7 +155,7 @@ Depth come_closer(const Query<Field>&, const Depth& depth, SeparationResult&) no
 
 // @param kernel_field  the field as kernels see it
 // @param kernel_pose   takes the shell to it
-// @param error         that its certificate allows. [m]
+// @param error         that its kernel leaves out of its upper bounds. [m]
 template <class Field, class KernelField>
 Status find(const Query<Field>& query, const KernelField& kernel_field, const Frame& frame, const Pose& kernel_pose,
             float error, SeparationResult& result) noexcept {
@@ -155,7 +164,7 @@ Status find(const Query<Field>& query, const KernelField& kernel_field, const Fr
   const auto unit = static_cast<float>(frame.unit);
   DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
   // The field may say too much at a point, and too little at its sphere's centre.
-  search.margin = (2 * error - query.options.tolerance) / unit;
+  search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
   find_deepest(kernel_field, search);
 
   result.point = search.point;

@@ -231,14 +231,17 @@ class Traverse {
   std::uint32_t affordable() const noexcept {
     const std::uint32_t leaves = shell_.level_offsets[shell_.levels - 1];
     std::uint64_t left = budget_.left(tests(), std::uint64_t{waiting_} + d_.end - d_.begin);
+    std::uint64_t block = Budget::kBlock;
     std::uint32_t at = d_.begin;
     for (; at < d_.end; ++at) {
       const std::uint32_t node = d_.queue[at];
       const std::uint64_t children = shell_.children[2 * std::size_t{node} + 1];
       // Nodes that are left have their own points tested in the end.
       const std::uint64_t cost = node < leaves ? 2 * children : children;
-      if (cost > left) break;
+      // One node goes in any block, however many children it has.
+      if (cost > left || (cost > block && at > d_.begin)) break;
       left -= cost;
+      block -= std::min(cost, block);
     }
     return at;
   }
@@ -253,7 +256,8 @@ class Traverse {
     }
     coarse_ = true;
     while (from < to) {
-      const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, budget_.left(tests(), 0)));
+      const auto count =
+          static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, budget_.left_in_block(tests(), 0)));
       if (count == 0) {
         result_.complete = false;
         break;
@@ -269,7 +273,7 @@ class Traverse {
   void sharpen(std::uint32_t from, std::uint32_t to) noexcept {
     if (d_.deepest >= -d_.contact_distance) return;
     if (budget_.limited())
-      to = from + static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, budget_.left(tests(), 0)));
+      to = from + static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, budget_.left_in_block(tests(), 0)));
     detail::test_parents(field_, d_, from, to);
     d_.hit_count = 0;
   }

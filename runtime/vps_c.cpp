@@ -71,7 +71,7 @@ VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose
   if (contacts == nullptr && capacity > 0) return vps_bad_argument;
   const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
   if (given.weight != vps_per_area && given.weight != vps_per_point) return vps_bad_argument;
-  if (!std::isfinite(given.contact_distance)) return vps_bad_argument;
+  if (!std::isfinite(given.contact_distance) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, capacity); status != vps_ok) return status;
 
   vps::QueryOptions query;

@@ -42,6 +42,7 @@ VpsStatus separate(const VpsPointshell* shell, const Field* field, const VpsPose
   if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
   vps::SeparationOptions given;
   if (options != nullptr) given = {options->tolerance, options->guess};
+  if (!std::isfinite(given.tolerance)) return vps_bad_argument;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::SeparationResult found;
   const vps::Status status =
@@ -97,6 +98,11 @@ VpsStatus vps_separation_half_space(const VpsPointshell* shell, const VpsHalfSpa
 VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose) {
   if (shell == nullptr || motion == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
   const vps::Pose at = vps::pose_at(shell->view, to_motion(*motion), time);
+  const auto is_number = [](double value) { return std::isfinite(value); };
+  if (!std::all_of(at.rotation, at.rotation + 9, is_number) ||
+      !std::all_of(at.translation, at.translation + 3, is_number)) {
+    return vps_bad_argument;
+  }
   std::copy_n(at.rotation, 9, pose->rotation);
   std::copy_n(at.translation, 3, pose->translation);
   return vps_ok;

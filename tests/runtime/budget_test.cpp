@@ -192,6 +192,37 @@ TEST(Budget, IsKeptAndBoundsHoldForWhatWasNotVisited) {
   }
 }
 
+TEST(Budget, ThatIsAmpleReachesTheEndOfAWideTree) {
+  const Pair s;
+  BakeOptions options;
+  options.voxel_size = 0.1 / 130;
+  options.voxelmap = false;
+  options.branching = 64;
+  const auto asset = baked(make_box({0.05, 0.05, 0.05}), options);
+  PointshellView shell;
+  ASSERT_EQ(asset->pointshell(shell), Status::ok);
+  // A node and its children's own points are more than a block of work.
+  std::uint32_t widest = 0;
+  for (std::uint32_t node = 0; node < shell.level_offsets[shell.levels - 1]; ++node) {
+    widest = std::max(widest, shell.children[2 * node + 1]);
+  }
+  ASSERT_GT(widest, 64U);
+  Scratch scratch;
+  std::vector<Contact> contacts(shell.points);
+  Random random;
+  for (int n = 0; n < 50; ++n) {
+    const Pose pose = random_pose(random, 0.1);
+    QueryResult unlimited;
+    QueryResult limited;
+    ASSERT_EQ(traverse(shell, s.map, pose, {}, scratch, contacts, unlimited), Status::ok);
+    QueryOptions ample;
+    ample.max_tests = std::numeric_limits<std::uint32_t>::max();
+    ASSERT_EQ(traverse(shell, s.map, pose, ample, scratch, contacts, limited), Status::ok);
+    ASSERT_TRUE(limited.complete) << n;
+    ASSERT_EQ(limited.contacts, unlimited.contacts) << n;
+  }
+}
+
 TEST(Budget, OfTimeGivesACoarseAnswerAtOnce) {
   Pair s;
   const std::vector<float> areas = areas_of(s.shell);

@@ -205,6 +205,7 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsQueryOptions weightless = {.weight = 7};
   const VpsQueryOptions deep = {.segment_level = UINT32_MAX};
   const VpsQueryOptions hasty = {.max_microseconds = -1};
+  const VpsQueryOptions leisurely = {.max_microseconds = INFINITY};
   const VpsQueryOptions both = {.segment_level = 2, .level = 2};
   const VpsSphere negative = {-1};
   VpsScratch* s = NULL;
@@ -234,6 +235,7 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_traverse_map(shell, map, &pose, &endless, s, &contact, 1, &r));
   REFUSED(vps_traverse_map(shell, map, &pose, &weightless, s, &contact, 1, &r));
   REFUSED(vps_traverse_map(shell, map, &pose, &hasty, s, &contact, 1, &r));
+  REFUSED(vps_traverse_map(shell, map, &pose, &leisurely, s, &contact, 1, &r));
   REFUSED(vps_traverse_map(shell, map, &pose, &both, s, &contact, 1, &r));
   EXPECT(vps_traverse_map(shell, map, &mirror, NULL, s, &contact, 1, &r) == vps_bad_pose);
   EXPECT(vps_traverse_map(shell, map, &nowhere, NULL, s, &contact, 1, &r) == vps_bad_pose);
@@ -298,6 +300,7 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   const VpsSeparationOptions beyond = {0, UINT32_MAX};
   const VpsMotion rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
   const VpsMotion endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
+  const VpsSeparationOptions rough = {INFINITY, 0};
   const VpsImpactOptions shapeless = {0, 1e-4F, 7, 100};
   const VpsImpactOptions zero = {0, 0, 0, 0};
   const VpsRay nowhere = {{0, NAN, 0}, {0, 0, 1}, 1};
@@ -321,6 +324,7 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   REFUSED(vps_separation_map(shell, map, &pose, NULL, NULL, &r));
   REFUSED(vps_separation_map(shell, map, &pose, NULL, s, NULL));
   REFUSED(vps_separation_map(shell, map, &pose, &less, s, &r));
+  REFUSED(vps_separation_map(shell, map, &pose, &rough, s, &r));
   REFUSED(vps_separation_map(shell, map, &pose, &beyond, s, &r));
   EXPECT(vps_separation_map(shell, map, &mirror, NULL, s, &r) == vps_bad_pose);
   REFUSED(vps_separation_box(shell, NULL, &pose, NULL, s, &r));
@@ -341,6 +345,7 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   REFUSED(vps_motion_pose(shell, NULL, 0, &out));
   REFUSED(vps_motion_pose(shell, &rest, NAN, &out));
   REFUSED(vps_motion_pose(shell, &rest, 0, NULL));
+  REFUSED(vps_motion_pose(shell, &endless, 0, &out));
   REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, NULL, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, &kRay, 0, &hit));

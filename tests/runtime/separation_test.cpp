@@ -159,6 +159,44 @@ TEST(Separation, DeltaIsThatOfTheDeepestOfAllPoints) {
   }
 }
 
+TEST(Separation, ARealFieldsErrorHidesNoDeeperPoint) {
+  const auto shell_asset = baked(make_sphere(0.05, 4), all_fields(0.1 / 60));
+  const auto map_asset = baked(make_box({0.05, 0.05, 0.05}), all_fields(0.1 / 60));
+  PointshellView shell;
+  VoxelmapView map;
+  ASSERT_EQ(shell_asset->pointshell(shell), Status::ok);
+  ASSERT_EQ(map_asset->voxelmap(map, Field::real), Status::ok);
+  Scratch scratch;
+  Random random;
+  int in_band = 0;
+  for (int n = 0; n < 300; ++n) {
+    Pose pose = random_pose(random, 0.07);
+    SeparationResult result;
+    // To a little above or below the surface, where edges and faces leave the interpolation off by different amounts.
+    const double wanted = random.between(-1, 1) * map.voxel_size;
+    for (int step = 0; step < 4; ++step) {
+      ASSERT_EQ(separation(shell, map, pose, {}, scratch, result), Status::ok);
+      if (step == 3) break;
+      const double away = result.delta - wanted;
+      pose.translation[0] += away * result.direction.x;
+      pose.translation[1] += away * result.direction.y;
+      pose.translation[2] += away * result.direction.z;
+    }
+    float deepest = std::numeric_limits<float>::lowest();
+    for (std::uint32_t i = 0; i < shell.points; ++i) {
+      const Vec3 p = point_position(shell, i);
+      const auto at = moved(pose, {p.x, p.y, p.z});
+      deepest = std::max(
+          deepest,
+          penetration(map, {static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])}, {}));
+    }
+    if (std::abs(deepest) > 1.3F * map.voxel_size) continue;
+    ++in_band;
+    EXPECT_NEAR(result.delta, deepest, 1e-4 * map.voxel_size) << n;
+  }
+  EXPECT_GT(in_band, 50);
+}
+
 // Along the direction V falls by the way that is gone.
 template <class AnyField>
 void expect_exact(Pair& s, const AnyField& field) {
@@ -213,6 +251,30 @@ TEST(Separation, ToleranceSavesWorkAndIsKept) {
     rough_points += rough.points_tested;
   }
   EXPECT_LT(rough_points, 0.8 * exact_points);
+}
+
+// Of narrow vectors, too: their chunks of children are full more often.
+TEST(Separation, ARoughSearchBoundsThePointsItPassedOver) {
+  Pair s;
+  const BoxField box{{0.05F, 0.03F, 0.02F}};
+  for (std::int64_t target = 1; target > 0; target <<= 1) {
+    if ((hwy::SupportedTargets() & target) == 0) continue;
+    hwy::SetSupportedTargetsForTest(target);
+    Random random;
+    for (int n = 0; n < 100; ++n) {
+      const Pose pose = pose_number(n, s, random);
+      const double rounding = n % 10 == 9 ? 1e-4 : 1e-6;
+      SeparationResult exact;
+      ASSERT_EQ(separation(s.shell, box, pose, {}, s.scratch, exact), Status::ok);
+      for (const float tolerance : {0.0003F, 0.001F, 0.003F, 0.01F}) {
+        SeparationResult rough;
+        ASSERT_EQ(separation(s.shell, box, pose, {tolerance, 0}, s.scratch, rough), Status::ok);
+        ASSERT_GE(rough.delta_bound, exact.delta - rounding) << n;
+        ASSERT_GE(rough.delta, exact.delta - tolerance - rounding) << n;
+      }
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
 }
 
 TEST(Separation, EveryInstructionSetGivesTheSameAnswer) {
