@@ -100,7 +100,8 @@ class Traverse {
   // A distance field changes by no more than the way that a point goes: a point with V < -reach at the reference cannot
   // be in contact before the body has gone reach - contact distance, less the field's error at both places.
   std::uint32_t hit_remembered(ContactCache& cache) noexcept {
-    const bool same = cache.shell == shell_.position[0] && cache.field == facts_.id;
+    const bool same =
+        cache.shell == shell_.position[0] && cache.shell_points == shell_.points && cache.field == facts_.id;
     const double spent = same ? motion(cache.reference) : 0;
     const double needed = options_.contact_distance + 2.0 * facts_.error;
     const double step = same ? motion(cache.last) : 0;
@@ -115,6 +116,7 @@ class Traverse {
       return 0;
     }
     cache.shell = shell_.position[0];
+    cache.shell_points = shell_.points;
     cache.field = facts_.id;
     cache.reference = pose_;
     // Room for some steps like the last one; a fast body would only drag a long list along.

@@ -68,12 +68,15 @@ Executor thread_executor(std::uint32_t workers) noexcept {
 Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers, BatchScratch& scratch,
                       const Executor& executor) noexcept {
   if (queries.size() != answers.size() || executor.workers == 0) return Status::bad_argument;
-  if (scratch.workers.size() < executor.workers) scratch.workers.resize(executor.workers);
+  // More workers than pairs have nothing to do.
+  const auto workers =
+      static_cast<std::uint32_t>(std::min<std::size_t>(executor.workers, std::max<std::size_t>(queries.size(), 1)));
+  if (scratch.workers.size() < workers) scratch.workers.resize(workers);
   Batch batch(queries, answers, scratch.workers);
-  if (executor.run == nullptr || executor.workers == 1) {
+  if (executor.run == nullptr || workers == 1) {
     Batch::work(&batch, 0);
   } else {
-    executor.run(executor.context, executor.workers, Batch::work, &batch);
+    executor.run(executor.context, workers, Batch::work, &batch);
   }
   return Status::ok;
 }

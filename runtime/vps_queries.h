@@ -32,7 +32,8 @@ struct SeparationResult {
   std::uint32_t points_tested = 0;
 };
 
-/// The deepest point of a shell, by branch and bound; exact with the default options, for a field's points in its band.
+/// The deepest point of a shell, by branch and bound; exact with the default options for a field's points in the band
+/// that its certificate covers.
 /// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
 /// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
 [[nodiscard]] Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,

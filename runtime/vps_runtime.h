@@ -199,13 +199,14 @@ enum class Weight : std::uint8_t {
 
 /// What a pair remembers from one query to the next: the points that can be in contact while it moves little, so that
 /// a body at rest tests these alone (a Verlet list). The contacts are the same as without it. One for each pair of a
-/// shell and a field, for one thread at a time; the arrays grow with the contacts.
+/// shell and a field, for one thread at a time, to be dropped with their assets; the arrays grow with the contacts.
 struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
   std::vector<float> codes[3];  ///< of their positions
   Pose reference, last;         ///< of the last full traverse, and of the last query
   double reach = 0;             ///< the points have V >= -reach at `reference`; 0: holds nothing. [m]
   const void* shell = nullptr;
+  std::uint32_t shell_points = 0;
   std::uint64_t field = 0;
 };
 
@@ -215,7 +216,7 @@ struct QueryOptions {
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
   ContactCache* cache = nullptr;  ///< may be null; not used by the segmented traverse, with a level or a budget, nor
-                                  ///< with fields other than scaled
+                                  ///< with voxelmaps that answer by layers or real
 
   /// Level of detail. 0: all points. l >= 1: the points that stand for the nodes of level l, with the areas below them;
   /// not together with segment_level.
@@ -226,7 +227,8 @@ struct QueryOptions {
 
   // Budgets. What does not fit is left out, breadth first, or segment by segment.
   std::uint32_t max_tests = 0;  ///< of spheres and points; 0: no limit
-  float max_microseconds = 0;   ///< may be passed by a block of 128 tests; 0: no limit. [Limits: value >= 0]
+  float max_microseconds =
+      0;  ///< may be passed by a block of 128 tests or one wide node; 0: no limit. [Limits: value >= 0]
 };
 
 struct QueryResult {
