@@ -151,10 +151,12 @@ std::string row(const char* name, const VoxelmapView& map, const std::vector<Pla
   const auto at_rank = [&](double share) {
     return mm(found[static_cast<std::size_t>(share * static_cast<double>(found.size()))].error);
   };
+  const auto above = std::count_if(found.begin(), found.end(),
+                                   [&](const Found& f) { return f.error > 0.1 * static_cast<double>(map.voxel_size); });
   const double worst_side = wrong_side.empty() ? 0 : *std::max_element(wrong_side.begin(), wrong_side.end());
-  return fmt::format("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {}, up to {:.4f} |\n", name,
+  return fmt::format("| {} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {:.4f} | {} | {:.4f} | {}, up to {:.4f} |\n", name,
                      smooth == found.end() ? 0 : mm(smooth->error), mm(found.front().error), at_rank(0.001),
-                     at_rank(0.01), mm(std::sqrt(squares / static_cast<double>(found.size()))), mm(certified),
+                     at_rank(0.01), mm(std::sqrt(squares / static_cast<double>(found.size()))), above, mm(certified),
                      wrong_side.size(), mm(worst_side));
 }
 
@@ -171,9 +173,10 @@ void run(const Options& options) {
              1e3 * (std::sqrt(0.75) * info.voxel_size - info.band_outer),
              1e3 * (info.band_inner - std::sqrt(0.75) * info.voxel_size), 1e3 * info.voxel_size);
   fmt::print(
-      "| field | smooth: max, mm | max, mm | 99.9 %, mm | 99 %, mm | RMS, mm | certified max, mm | wrong side, mm away "
+      "| field | smooth: max, mm | max, mm | 99.9 %, mm | 99 %, mm | RMS, mm | above 0.1 voxel | certified max, mm | "
+      "wrong side, mm away "
       "|\n"
-      "|---|---|---|---|---|---|---|---|\n");
+      "|---|---|---|---|---|---|---|---|---|\n");
   VoxelmapView map;
   if (asset.voxelmap(map, Field::scaled) == Status::ok) {
     fmt::print("{}", row("scaled", map, places, surface, info.scaled_error.max));
