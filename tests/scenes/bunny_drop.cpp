@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Drops a baked asset on a box, then on a fixed copy of itself, in an unpatched Bullet, and prints what was measured.
 // Paper: Sec. 4.2 (1 kg, from 0.5 m, 200 Hz).
-#include <btBulletDynamicsCommon.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -12,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "runtime/bullet/vps_bullet.h"
+#include "tests/support/bullet_world.h"
 
 namespace {
 
@@ -24,47 +22,6 @@ double microseconds_since(Clock::time_point begin) {
 constexpr btScalar kStep = btScalar(1.0 / 200);
 constexpr int kFirstTimed = 200;  // the steps whose narrowphase is reported, as in the paper
 constexpr int kLastTimed = 600;
-
-// Times the whole narrowphase of a step: every pair, from its algorithm to its manifolds.
-class TimedDispatcher final : public btCollisionDispatcher {
- public:
-  using btCollisionDispatcher::btCollisionDispatcher;
-  void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
-                                 btDispatcher* dispatcher) override {
-    const auto begin = Clock::now();
-    btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
-    last_us = microseconds_since(begin);
-  }
-  double last_us = 0;
-};
-
-struct World {
-  btDefaultCollisionConfiguration configuration;
-  TimedDispatcher dispatcher{&configuration};
-  btDbvtBroadphase broadphase;
-  btSequentialImpulseConstraintSolver solver;
-  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
-  std::vector<std::unique_ptr<btRigidBody>> bodies;
-
-  World() {
-    vps::bullet::register_algorithm(dispatcher);
-    world.setGravity({0, btScalar(-9.81), 0});
-    // Bullet's default of 4 cm lets small bodies hop out of an overlap.
-    world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
-  }
-  ~World() {
-    for (const auto& body : bodies) world.removeRigidBody(body.get());
-  }
-  btRigidBody& add(btCollisionShape& shape, btScalar mass, const btVector3& at) {
-    btVector3 inertia(0, 0, 0);
-    if (mass > 0) shape.calculateLocalInertia(mass, inertia);
-    bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
-    bodies.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
-    bodies.back()->setActivationState(DISABLE_DEACTIVATION);
-    world.addRigidBody(bodies.back().get());
-    return *bodies.back();
-  }
-};
 
 // Depth of the deepest shell point, point by point: what the contact list must not hide.
 class Depth {
@@ -122,7 +79,8 @@ struct Outcome {
 enum class Partner { box, itself };
 
 Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps) {
-  World scene;
+  vps::test::World scene;
+  scene.world.setGravity({0, btScalar(-9.81), 0});
   const auto& info = shape.asset().info();
   const auto extent = [&](std::size_t axis) { return info.bounds_max[axis] - info.bounds_min[axis]; };
   const double size = std::max({extent(0), extent(1), extent(2)});
