@@ -228,12 +228,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   void parents_##name(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) { \
     test_parents_lanes(lanes_of(field, *d.shell), d, from, to);                               \
   }
-VPS_FIELD(box, BoxField)
-VPS_FIELD(sphere, SphereField)
-VPS_FIELD(below, SolidBelow)
-VPS_FIELD(plain, PlainMap)
-VPS_FIELD(i8, SampledMap8)
-VPS_FIELD(i16, SampledMap16)
+VPS_FOR_EACH_FIELD(VPS_FIELD)
 #undef VPS_FIELD
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -263,12 +258,7 @@ namespace vps::detail {
   void test_parents(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) noexcept { \
     HWY_DYNAMIC_DISPATCH(parents_##name)(field, d, from, to);                                        \
   }
-VPS_FIELD(box, BoxField)
-VPS_FIELD(sphere, SphereField)
-VPS_FIELD(below, SolidBelow)
-VPS_FIELD(plain, PlainMap)
-VPS_FIELD(i8, SampledMap8)
-VPS_FIELD(i16, SampledMap16)
+VPS_FOR_EACH_FIELD(VPS_FIELD)
 #undef VPS_FIELD
 
 }  // namespace vps::detail

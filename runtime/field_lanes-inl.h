@@ -11,6 +11,7 @@
 #include <hwy/highway.h>
 
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 #include "runtime/place_field.h"
@@ -136,6 +137,66 @@ struct SphereLanes : Everywhere {
   }
 };
 
+struct RevolvedLanes : Everywhere {
+  const RevolvedField& solid;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F zero = hn::Zero(f32);
+    const F radius = set(solid.radius);
+    const F half = set(solid.half_height);
+    const F r2 = hn::MulAdd(p.x, p.x, hn::Mul(p.y, p.y));
+    if (solid.profile == RevolvedField::Profile::capsule) {
+      const F beyond = hn::Max(hn::Sub(hn::Abs(p.z), half), zero);
+      return hn::Sub(hn::Add(radius, set(solid.rounding)), hn::Sqrt(hn::MulAdd(beyond, beyond, r2)));
+    }
+    const F r = hn::Sqrt(r2);
+    if (solid.profile == RevolvedField::Profile::cylinder) {
+      const F qr = hn::Sub(r, radius);
+      const F qz = hn::Sub(hn::Abs(p.z), half);
+      const F outr = hn::Max(qr, zero);
+      const F outz = hn::Max(qz, zero);
+      const F outside = hn::Sqrt(hn::MulAdd(outr, outr, hn::Mul(outz, outz)));
+      return hn::Sub(set(solid.rounding), hn::Add(outside, hn::Min(hn::Max(qr, qz), zero)));
+    }
+    const ConeSlant slant(solid);
+    const F down = hn::Sub(half, p.z);  // from the tip
+    const F over_slant = hn::Sub(hn::Mul(set(slant.normal_r), r), hn::Mul(set(slant.normal_z), down));
+    const F below_base = hn::Sub(down, hn::Add(half, half));
+    const F along = hn::MulAdd(set(slant.along_r), r, hn::Mul(set(slant.along_z), down));
+    const F t = hn::Min(hn::Max(along, zero), set(1));
+    const F sr = hn::Sub(r, hn::Mul(t, radius));
+    const F sz = hn::Sub(down, hn::Mul(t, hn::Add(half, half)));
+    const F br = hn::Max(hn::Sub(r, radius), zero);
+    const F nearest = hn::Min(hn::MulAdd(sr, sr, hn::Mul(sz, sz)), hn::MulAdd(br, br, hn::Mul(below_base, below_base)));
+    const F deepest = hn::Max(over_slant, below_base);
+    const F inside = hn::Neg(deepest);
+    const F v = hn::IfThenElse(hn::Le(deepest, zero), inside, hn::Neg(hn::Sqrt(nearest)));
+    return hn::Add(set(solid.rounding), v);
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
+struct PolytopeLanes : Everywhere {
+  const PolytopeField& solid;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    F least = set(std::numeric_limits<float>::infinity());
+    for (const HalfSpaceField& plane : solid.planes) {
+      const F z = hn::NegMulAdd(set(plane.outward_normal.z), p.z, set(plane.offset));
+      const F yz = hn::NegMulAdd(set(plane.outward_normal.y), p.y, z);
+      least = hn::Min(least, hn::NegMulAdd(set(plane.outward_normal.x), p.x, yz));
+    }
+    return least;
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
 struct BelowLanes {
   static constexpr bool kPaired = false;
   const SolidBelow& below;
@@ -191,6 +252,12 @@ HWY_INLINE BoxLanes lanes_of(const BoxField& field, const PointshellView&) {
   return {{}, field};
 }
 HWY_INLINE SphereLanes lanes_of(const SphereField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE RevolvedLanes lanes_of(const RevolvedField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE PolytopeLanes lanes_of(const PolytopeField& field, const PointshellView&) {
   return {{}, field};
 }
 HWY_INLINE BelowLanes lanes_of(const SolidBelow& field, const PointshellView&) {

@@ -100,12 +100,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   void find_deepest_##name(const Field& field, DeepestSearch& s) { \
     find_deepest_lanes(lanes_of(field, *s.shell), s);              \
   }
-VPS_FIELD(box, BoxField)
-VPS_FIELD(sphere, SphereField)
-VPS_FIELD(below, SolidBelow)
-VPS_FIELD(plain, PlainMap)
-VPS_FIELD(i8, SampledMap8)
-VPS_FIELD(i16, SampledMap16)
+VPS_FOR_EACH_FIELD(VPS_FIELD)
 #undef VPS_FIELD
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -120,12 +115,7 @@ namespace vps::detail {
   void find_deepest(const Field& field, DeepestSearch& search) noexcept { \
     HWY_DYNAMIC_DISPATCH(find_deepest_##name)(field, search);             \
   }
-VPS_FIELD(box, BoxField)
-VPS_FIELD(sphere, SphereField)
-VPS_FIELD(below, SolidBelow)
-VPS_FIELD(plain, PlainMap)
-VPS_FIELD(i8, SampledMap8)
-VPS_FIELD(i16, SampledMap16)
+VPS_FOR_EACH_FIELD(VPS_FIELD)
 #undef VPS_FIELD
 
 }  // namespace vps::detail

@@ -104,34 +104,5 @@ float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexc
 float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept {
   return detail::voxelmap_bound(map, point);
 }
-float penetration(const BoxField& field, Vec3 point) noexcept {
-  return detail::box_penetration(field, point);
-}
-float penetration(const SphereField& field, Vec3 point) noexcept {
-  return detail::sphere_penetration(field, point);
-}
-float penetration(const HalfSpaceField& field, Vec3 point) noexcept {
-  return detail::half_space_penetration(field, point);
-}
-
-Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept {
-  const float half[3] = {field.half_extents.x, field.half_extents.y, field.half_extents.z};
-  const float at[3] = {point.x, point.y, point.z};
-  float out[3];
-  int face = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    out[axis] = at[axis] - std::min(std::max(at[axis], -half[axis]), half[axis]);
-    if (std::abs(at[axis]) - half[axis] > std::abs(at[face]) - half[face]) face = axis;
-  }
-  const float distance = detail::length({out[0], out[1], out[2]});
-  if (distance > 0) return {out[0] / distance, out[1] / distance, out[2] / distance};
-  float normal[3] = {0, 0, 0};
-  normal[face] = at[face] < 0 ? -1.0F : 1.0F;
-  return {normal[0], normal[1], normal[2]};
-}
-Vec3 outward_normal(const SphereField&, Vec3 point) noexcept {
-  const float distance = detail::length(point);
-  return distance > 0 ? Vec3{point.x / distance, point.y / distance, point.z / distance} : Vec3{0, 0, 1};
-}
 
 }  // namespace vps

@@ -330,19 +330,4 @@ inline Interval depth_interval(const VoxelmapView& map, Vec3 point) noexcept {
   return signed_interval(far, inside);
 }
 
-inline float box_penetration(const BoxField& box, Vec3 p) noexcept {
-  const Vec3 q{std::abs(p.x) - box.half_extents.x, std::abs(p.y) - box.half_extents.y,
-               std::abs(p.z) - box.half_extents.z};
-  const Vec3 outside{std::max(q.x, 0.0F), std::max(q.y, 0.0F), std::max(q.z, 0.0F)};
-  return -length(outside) - std::min(std::max({q.x, q.y, q.z}), 0.0F);
-}
-
-inline float sphere_penetration(const SphereField& sphere, Vec3 p) noexcept {
-  return sphere.radius - length(p);
-}
-
-inline float half_space_penetration(const HalfSpaceField& plane, Vec3 p) noexcept {
-  return plane.offset - dot(plane.outward_normal, p);
-}
-
 }  // namespace vps::detail

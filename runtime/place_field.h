@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "runtime/analytic_fields.h"
 #include "runtime/penetration.h"
 
 namespace vps::detail {
@@ -46,6 +47,17 @@ struct PlainMap {
 
 /// The solid is z <= 0: `Affine` takes the shell there.
 struct SolidBelow {};
+
+/// Every kind of field that kernels know, by a short name: HWY_EXPORT knows no templates.
+#define VPS_FOR_EACH_FIELD(FIELD) \
+  FIELD(box, BoxField)            \
+  FIELD(sphere, SphereField)      \
+  FIELD(revolved, RevolvedField)  \
+  FIELD(polytope, PolytopeField)  \
+  FIELD(below, SolidBelow)        \
+  FIELD(plain, PlainMap)          \
+  FIELD(i8, SampledMap8)          \
+  FIELD(i16, SampledMap16)
 
 /// The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
 struct Transform {

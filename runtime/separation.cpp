@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Separation and depth of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
 #include <cmath>
+#include <limits>
 
 #include "runtime/find_deepest.h"
 #include "runtime/vps_queries.h"
@@ -50,36 +51,22 @@ Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept
   out.direction = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
   return out;
 }
-Depth analytic(float v, Vec3 direction) noexcept {
+template <class Analytic>
+Depth depth_at(const Analytic& field, Vec3 p, Vec3) noexcept {
   Depth out;
-  out.v = v;
-  out.truth = {v, v};
-  out.direction = direction;
+  out.v = penetration(field, p);
+  out.truth = {out.v, out.v};
+  out.direction = outward_normal(field, p);
   return out;
 }
-Depth depth_at(const BoxField& box, Vec3 p, Vec3) noexcept {
-  const float v = box_penetration(box, p);
-  const float at[3] = {p.x, p.y, p.z};
-  const float half[3] = {box.half_extents.x, box.half_extents.y, box.half_extents.z};
-  float out[3] = {};
-  int nearest = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    out[axis] = std::copysign(std::max(std::abs(at[axis]) - half[axis], 0.0F), at[axis]);
-    if (half[axis] - std::abs(at[axis]) < half[nearest] - std::abs(at[nearest])) nearest = axis;
+Depth depth_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
+  Depth out = depth_at<PolytopeField>(field, p, inward_normal);
+  // Exact where the nearest place of the farthest plane is a place of the body.
+  const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
+  if (out.v < 0 && penetration(field, on_plane) < 1e-5F * out.v) {
+    out.truth.low = -std::numeric_limits<float>::infinity();
   }
-  if (v >= 0) out[nearest] = std::copysign(1.0F, at[nearest]);
-  const Vec3 away{out[0], out[1], out[2]};
-  const float size = length(away);
-  return analytic(v, {away.x / size, away.y / size, away.z / size});
-}
-Depth depth_at(const SphereField& sphere, Vec3 p, Vec3) noexcept {
-  const float v = sphere_penetration(sphere, p);
-  const float size = length(p);
-  if (!(size > 0)) return analytic(v, {});
-  return analytic(v, {p.x / size, p.y / size, p.z / size});
-}
-Depth depth_at(const HalfSpaceField& plane, Vec3 p, Vec3) noexcept {
-  return analytic(half_space_penetration(plane, p), plane.outward_normal);
+  return out;
 }
 
 // How far a field's V may be off. [m]
@@ -212,6 +199,20 @@ Status separation(const PointshellView& shell, const SphereField& field, const P
     return status;
   }
   return find<SphereField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<RevolvedField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<PolytopeField>({shell, field, shell_to_field, options, scratch}, result);
 }
 Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                   const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {

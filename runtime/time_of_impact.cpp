@@ -113,6 +113,14 @@ Status time_of_impact(const PointshellView& shell, const SphereField& field, con
                       const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
   return advance(shell, field, motion, options, scratch, result);
 }
+Status time_of_impact(const PointshellView& shell, const RevolvedField& field, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, field, motion, options, scratch, result);
+}
+Status time_of_impact(const PointshellView& shell, const PolytopeField& field, const Motion& motion,
+                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
+  return advance(shell, field, motion, options, scratch, result);
+}
 Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
                       const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
   return advance(shell, field, motion, options, scratch, result);

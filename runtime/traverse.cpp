@@ -447,6 +447,16 @@ Status traverse(const PointshellView& shell, const SphereField& field, const Pos
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
 }
+Status traverse(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
+                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
+}
+Status traverse(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
+}
 Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;

@@ -44,6 +44,11 @@ struct SeparationResult {
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 [[nodiscard]] Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
+[[nodiscard]] Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
+                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
+/// `lower` is minus infinity where the polytope's planes do not tell how far it is.
+[[nodiscard]] Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 
 struct ClosestPointOptions {
   float tolerance_vx = 0.01F;          ///< |V| at the point that is found. [Limits: value > 0] [Units: vx]
@@ -145,6 +150,10 @@ struct ImpactResult {
 [[nodiscard]] Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
                                     const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 [[nodiscard]] Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const RevolvedField& field, const Motion& motion,
+                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, const PolytopeField& field, const Motion& motion,
                                     const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 
 }  // namespace vps

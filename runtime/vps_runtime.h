@@ -162,7 +162,8 @@ enum class ShellRole : std::uint8_t { first, second };
 /// @return unit length; the zero vector beyond the grid and where the field has no slope, as in the middle of a wall.
 [[nodiscard]] Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept;
 
-// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside.
+// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside, but for
+// polytopes.
 struct BoxField {
   Vec3 half_extents;  ///< centred on the origin. [m]
 };
@@ -173,12 +174,32 @@ struct HalfSpaceField {
   Vec3 outward_normal{0, 0, 1};  ///< unit
   float offset = 0;              ///< the solid is outward_normal . p <= offset. [m]
 };
+/// A solid of revolution about the z axis, centred on the origin.
+struct RevolvedField {
+  enum class Profile : std::uint32_t { capsule, cylinder, cone };  ///< a cone's tip is at z = half_height
+  Profile profile = Profile::cylinder;
+  float radius = 0;       ///< [m]
+  float half_height = 0;  ///< of a capsule: half its axis, without the caps. [m]
+  float rounding = 0;     ///< added all round. [m]
+};
+/// Where all half spaces meet: a convex polytope, exact inside. Outside it is the distance to the farthest plane, never
+/// more than there is; more planes that touch the body, at edges and corners, bring it closer.
+struct PolytopeField {
+  std::span<const HalfSpaceField> planes;  ///< not copied; a ContactCache ends with them
+};
 [[nodiscard]] float penetration(const BoxField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const SphereField& field, Vec3 point) noexcept;
 [[nodiscard]] float penetration(const HalfSpaceField& field, Vec3 point) noexcept;
+[[nodiscard]] float penetration(const RevolvedField& field, Vec3 point) noexcept;
+/// Of no planes: infinite.
+[[nodiscard]] float penetration(const PolytopeField& field, Vec3 point) noexcept;
 /// Exact and of unit length everywhere; one of several where several are nearest.
 [[nodiscard]] Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept;
 [[nodiscard]] Vec3 outward_normal(const SphereField& field, Vec3 point) noexcept;
+[[nodiscard]] Vec3 outward_normal(const HalfSpaceField& field, Vec3 point) noexcept;
+[[nodiscard]] Vec3 outward_normal(const RevolvedField& field, Vec3 point) noexcept;
+/// Of the plane that `penetration` is the distance to; z of no planes.
+[[nodiscard]] Vec3 outward_normal(const PolytopeField& field, Vec3 point) noexcept;
 
 /// One point of the pointshell in contact, map frame.
 struct Contact {
@@ -266,6 +287,12 @@ struct Scratch {
                               const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                               QueryResult& result) noexcept;
 [[nodiscard]] Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+[[nodiscard]] Status traverse(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
+                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                              QueryResult& result) noexcept;
+[[nodiscard]] Status traverse(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
                               const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                               QueryResult& result) noexcept;
 

@@ -168,6 +168,9 @@ Status ask_asset(std::span<const std::byte> file) {
     ask_pair(shell, BoxField{{0.1F, 0.2F, 0.3F}}, info, random);
     ask_pair(shell, SphereField{0.2F}, info, random);
     ask_pair(shell, HalfSpaceField{}, info, random);
+    ask_pair(shell, RevolvedField{RevolvedField::Profile::cone, 0.1F, 0.2F, 0.01F}, info, random);
+    const HalfSpaceField planes[] = {{{0.6F, 0, 0.8F}, 0.1F}, {{-1, 0, 0}, 0.2F}};
+    ask_pair(shell, PolytopeField{planes}, info, random);
   }
   return opened;
 }

@@ -134,17 +134,5 @@ TEST(Penetration, NotANumberIsOutside) {
   EXPECT_FALSE(penetration(map, {0, nan, nan}, {1, 0, 0}) > 0);
 }
 
-TEST(AnalyticFields, AreSignedDistancesPositiveInside) {
-  const BoxField box{{1, 2, 3}};
-  EXPECT_FLOAT_EQ(penetration(box, {0, 0, 0}), 1);
-  EXPECT_FLOAT_EQ(penetration(box, {0.75F, 0, 0}), 0.25F);
-  EXPECT_FLOAT_EQ(penetration(box, {1, 0, 0}), 0);
-  EXPECT_FLOAT_EQ(penetration(box, {4, 6, 0}), -5);
-  EXPECT_FLOAT_EQ(penetration(SphereField{2}, {0, 0, 1}), 1);
-  EXPECT_FLOAT_EQ(penetration(SphereField{2}, {0, 5, 0}), -3);
-  EXPECT_FLOAT_EQ(penetration(HalfSpaceField{{0, 1, 0}, 1}, {9, 0.25F, 9}), 0.75F);
-  EXPECT_FLOAT_EQ(penetration(HalfSpaceField{{0, 1, 0}, 1}, {9, 3, 9}), -2);
-}
-
 }  // namespace
 }  // namespace vps::test

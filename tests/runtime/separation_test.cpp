@@ -230,6 +230,27 @@ TEST(Separation, AnalyticFieldsAreExact) {
   expect_exact(s, BoxField{{0.05F, 0.03F, 0.02F}});
   expect_exact(s, SphereField{0.03F});
   expect_exact(s, HalfSpaceField{{0.6F, 0, 0.8F}, 0.01F});
+  for (const auto profile :
+       {RevolvedField::Profile::capsule, RevolvedField::Profile::cylinder, RevolvedField::Profile::cone}) {
+    expect_exact(s, RevolvedField{profile, 0.03F, 0.04F, 0.002F});
+  }
+  // A wedge; what is exact of it is V, not the distance.
+  const HalfSpaceField planes[] = {{{0.6F, 0, 0.8F}, 0.01F}, {{-0.6F, 0, 0.8F}, 0.02F}, {{0, 0, -1}, 0.03F}};
+  expect_exact(s, PolytopeField{planes});
+}
+
+TEST(Separation, APolytopeTellsADistanceOnlyWhereItsPlanesDo) {
+  Pair s;
+  const HalfSpaceField planes[] = {{{1, 0, 0}, 0.1F}, {{0, 1, 0}, 0.1F}, {{0, 0, 1}, 0.1F}};
+  Pose pose;
+  pose.translation[0] = 1;
+  SeparationResult result;
+  ASSERT_EQ(separation(s.shell, PolytopeField{planes}, pose, {}, s.scratch, result), Status::ok);
+  EXPECT_NEAR(result.lower, result.delta, 1e-3);
+  pose.translation[1] = 1;
+  ASSERT_EQ(separation(s.shell, PolytopeField{planes}, pose, {}, s.scratch, result), Status::ok);
+  EXPECT_EQ(result.lower, -std::numeric_limits<double>::infinity());
+  EXPECT_NEAR(result.upper, -0.85, 0.02);
 }
 
 TEST(Separation, ToleranceSavesWorkAndIsKept) {
