@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // The collision shape: bounds, inertia and surfels from the asset. Paper: Sec. 3.2.
+#include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
 #include <LinearMath/btAabbUtil2.h>
 
-#include "runtime/bullet/vps_bullet.h"
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "runtime/bullet/messages.h"
 
 namespace vps::bullet {
 namespace {
@@ -61,17 +66,46 @@ class Surfels {
 
 }  // namespace
 
-Shape::Shape(std::shared_ptr<const Asset> asset)
-    : asset_(std::move(asset)), centre_of_mass_(vector3(asset_->info().centre_of_mass)) {
+Shape::Shape(std::shared_ptr<const Asset> asset, Part part)
+    : asset_(std::move(asset)), centre_of_mass_(vector3(asset_->info().centre_of_mass)), label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
   // A part that is absent leaves its view empty; pairs that need it say so.
-  (void)asset_->voxelmap(map_);
-  (void)asset_->pointshell(shell_);
+  if (part != Part::pointshell) (void)asset_->voxelmap(map_);
+  if (part != Part::voxelmap) (void)asset_->pointshell(shell_);
 }
 
 std::uint32_t Shape::segment_level() const {
   return segment_level_for(shell_, wished_segments_);
+}
+
+Status Shape::set_foundation(const PenaltyLaw& law) {
+  const auto sound = [](double x) { return x >= 0 && std::isfinite(x); };
+  if (!sound(law.stiffness) || !sound(law.damping)) return Status::bad_argument;
+  foundation_ = law;
+  return Status::ok;
+}
+
+void Shape::report(Status status) const {
+  status_.store(status, std::memory_order_relaxed);
+  switch (status) {
+    case Status::ok:
+      return;
+    case Status::missing_part:
+      return tell(Notice::missing_part,
+                  "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
+                  "convex shape or plane of Bullet's; bake the missing part, or use Part::mixed");
+    case Status::bad_pose:
+      return tell(Notice::bad_pose,
+                  "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");
+    default:
+      return tell(Notice::other, std::string("a pair is left out: ") + describe(status));
+  }
+}
+
+void Shape::tell(Notice notice, const std::string& text) const {
+  const std::uint32_t bit = 1U << static_cast<std::uint32_t>(notice);
+  if ((told_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
 }
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
@@ -84,13 +118,32 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
   const AssetInfo& info = asset_->info();
   const double density = static_cast<double>(mass) / info.volume;
   inertia = static_cast<btScalar>(density) * vector3({info.inertia[0], info.inertia[1], info.inertia[2]});
+  // Aerogel has 1 kg/m^3, osmium 22,600: what is far beyond has been weighed in one unit and measured in another.
+  if (mass > 0 && (density < 0.05 || density > 1e6)) {
+    double size = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info.bounds_max[axis] - info.bounds_min[axis]);
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "is %.4g m long and weighs %.4g kg, %.2g kg/m^3; assets are in metres and kilograms: bake the mesh "
+                  "with its unit (vpsbake --unit mm) or check the mass",
+                  size, static_cast<double>(mass), density);
+    tell(Notice::units, text);
+  }
 }
 
 void Shape::setLocalScaling(const btVector3& scaling) {
-  if (scaling != scaling_) report(Status::bad_argument);
+  if (scaling == scaling_) return;
+  status_.store(Status::bad_argument, std::memory_order_relaxed);
+  tell(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
+  // With the algorithm registered Bullet's own never sees a Shape.
+  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) {
+    tell(Notice::not_registered,
+         "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
+         "step");
+  }
   if (shell_.points > 0) Surfels(shell_, centre_of_mass_, low, high, *callback).visit(0);
 }
 

@@ -6,20 +6,34 @@
 ///     vps::bullet::register_algorithm(*dispatcher);      // once, before the first step
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
-/// Answered exactly: Shape against Shape, btBoxShape, btSphereShape and btStaticPlaneShape. Every other convex shape
-/// meets the shape's surfels (see processAllTriangles). Concave shapes of Bullet's own (triangle meshes, terrain,
-/// GImpact) do not collide with it yet.
+/// Answered: Shape against Shape, both may move; against every convex shape and plane of Bullet's, by their distance;
+/// children of compounds, ghost objects and contact tests as Bullet has them. Rays, convex sweeps and debug drawing see
+/// surfels (see processAllTriangles).
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
+#include <string>
+#include <string_view>
 
-#include "runtime/vps_runtime.h"
+#include "runtime/vps_contacts.h"
 
 namespace vps::bullet {
+
+/// "vps:" and a hash of what an asset holds: the same for the same file, wherever it lies.
+[[nodiscard]] std::string asset_key(const Asset& asset);
+
+/// What a shape plays of what its asset holds.
+enum class Part : std::uint8_t {
+  mixed,       ///< either, pair by pair: of two, the one with fewer points gives the pointshell
+  pointshell,  ///< meets voxelmaps and Bullet's own shapes
+  voxelmap,    ///< meets pointshells
+};
 
 // Bullet does not notice when programs and libraries differ in the precision of btScalar. With this they do not link.
 #ifdef BT_USE_DOUBLE_PRECISION
@@ -28,15 +42,17 @@ inline namespace float64 {
 inline namespace float32 {
 #endif
 
-/// One asset as a shape; plays the voxelmap, the pointshell or both, by what the asset holds. In a pair of two, the one
-/// with fewer points gives the pointshell. Any number of bodies may share a shape, any number of shapes an asset.
+/// One asset as a shape: the paper's Pointshell, Voxelmap and Mixed. Any number of bodies may share a shape, any number
+/// of shapes an asset.
+///
+/// A margin, 0 unless set, thickens the body all round.
 ///
 /// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame is the asset's frame moved there;
 /// axes stay parallel. A point p of the mesh lies at p - centre_of_mass() in the body.
 class Shape final : public btConcaveShape {
  public:
   /// @pre asset is open
-  explicit Shape(std::shared_ptr<const Asset> asset);
+  explicit Shape(std::shared_ptr<const Asset> asset, Part part = Part::mixed);
 
   [[nodiscard]] const Asset& asset() const { return *asset_; }
   /// Origin of the shape's frame, in the asset's frame. [m]
@@ -51,35 +67,71 @@ class Shape final : public btConcaveShape {
   /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.
   [[nodiscard]] std::uint32_t segment_level() const;
 
+  /// Pressure of contacts instead of Bullet's rigid ones when this shape gives the pointshell, or the other has none:
+  /// each contact is a spring and a damper of Bullet's solver, with the stiffness of the area it stands for (the
+  /// paper's future work, Sec. 5). A stiffness of 0, as it is at first: rigid. Regular manifolds only.
+  /// @return bad_argument, and nothing changed, for a law that is negative or not finite
+  Status set_foundation(const PenaltyLaw& law);
+  [[nodiscard]] const PenaltyLaw& foundation() const { return foundation_; }
+
+  /// For messages and files; none at first.
+  void set_name(const std::string& name) { label_ = asset_key(*asset_) + (name.empty() ? "" : " " + name); }
+  /// The asset_key, and the name after a space if there is one.
+  [[nodiscard]] const std::string& label() const { return label_; }
+
   /// Why the last pair with this shape could not be answered: missing_part when neither shape can play the other part,
   /// bad_pose, ... `ok` when nothing went wrong so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
-  void report(Status status) const { status_.store(status, std::memory_order_relaxed); }
+  /// Keeps a status, and sends a message the first time. Internal.
+  void report(Status status) const;
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
-  /// From the asset's volume integrals, scaled to `mass`. Products of inertia are left out: Bullet has no place for
-  /// them.
+  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
+  /// Bullet has no place for them. Says so when mass and volume do not go together, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
-  /// Only (1,1,1): bake the mesh at the size you need. Anything else is not applied, and status() says bad_argument.
+  /// Only (1,1,1): bake the mesh at the size you need. Anything else is not applied, and said to be.
   void setLocalScaling(const btVector3& scaling) override;
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
+  /// Bullet's importer knows no shapes of others: in a file this is a box as large, with label() for its name. See
+  /// reattach.
+  int calculateSerializeBufferSize() const override;
+  const char* serialize(void* buffer, btSerializer* serializer) const override;
   /// Surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent plane whose
   /// inscribed circle has the covering radius, so that together they cover the surface. For rays, debug drawing and
   /// convex shapes without an algorithm of their own. Index: number of the point.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override;
 
  private:
+  enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
+  void tell(Notice notice, const std::string& text) const;
+
   std::shared_ptr<const Asset> asset_;
   VoxelmapView map_;
   PointshellView shell_;
   btVector3 centre_of_mass_;
   btVector3 scaling_{1, 1, 1};
   std::uint32_t wished_segments_ = 0;
+  PenaltyLaw foundation_;
+  std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
+  mutable std::atomic<std::uint32_t> told_{0};  // messages that were sent
 };
 }
+
+/// Puts Shapes in the place of the boxes that stand for them in a world that was loaded from a file, children of
+/// compounds included.
+/// @param name_of    the name that the importer gives a shape; may return null
+/// @param shape_for  the shape for an asset_key; null leaves the box
+/// @return how many were put in place
+int reattach(btCollisionWorld& world, const std::function<const char*(const btCollisionShape&)>& name_of,
+             const std::function<Shape*(std::string_view key)>& shape_for);
+
+/// Takes a line without its end, which says what is wrong and what to do: each shape sends a kind once.
+using MessageHandler = void (*)(const char* line);
+/// At first messages go to stderr. Null: nowhere. Any thread may send them.
+void set_message_handler(MessageHandler handler);
 
 /// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class
 /// there.

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Zlib
+#include "runtime/bullet/convex_planes.h"
+
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include <BulletCollision/CollisionShapes/btTriangleCallback.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <LinearMath/btConvexHullComputer.h>
+
+#include <cmath>
+
+#include "runtime/bullet/convert.h"
+
+namespace vps::bullet {
+namespace {
+
+// Corners of the mesh of a btConvexTriangleMeshShape, which has no other way to tell them.
+struct MeshCorners final : btInternalTriangleIndexCallback {
+  explicit MeshCorners(std::vector<btVector3>& out) : corners(out) {}
+  void internalProcessTriangleIndex(btVector3* triangle, int, int) override {
+    corners.insert(corners.end(), triangle, triangle + 3);
+  }
+  std::vector<btVector3>& corners;
+};
+
+std::vector<btVector3> corners_of(const btConvexShape& shape) {
+  std::vector<btVector3> corners;
+  if (const auto* mesh = dynamic_cast<const btConvexTriangleMeshShape*>(&shape)) {
+    MeshCorners collect(corners);
+    const btVector3 far(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+    mesh->getMeshInterface()->InternalProcessAllTriangles(&collect, -far, far);
+    for (btVector3& corner : corners) corner *= mesh->getLocalScaling();
+  } else if (const auto* polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape)) {
+    corners.resize(static_cast<std::size_t>(polyhedron->getNumVertices()));
+    for (int i = 0; i < polyhedron->getNumVertices(); ++i) {
+      polyhedron->getVertex(i, corners[static_cast<std::size_t>(i)]);
+    }
+  }
+  return corners;
+}
+
+int count_corners(const btConvexShape& shape) {
+  const auto* const polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape);
+  return polyhedron != nullptr ? polyhedron->getNumVertices() : 0;
+}
+
+// Fibonacci's spiral: no two directions of 162 are more than 19 degrees from the next.
+btVector3 direction(int i, int count) {
+  const double z = 1 - (2 * i + 1.0) / count;
+  const double r = std::sqrt(1 - z * z);
+  const double angle = 2.399963229728653 * i;
+  return {static_cast<btScalar>(r * std::cos(angle)), static_cast<btScalar>(r * std::sin(angle)),
+          static_cast<btScalar>(z)};
+}
+
+// The plane of a face, by Newell's sum over its corners, which does not mind slivers.
+bool face_plane(const btConvexHullComputer& hull, int face, HalfSpaceField& plane) {
+  const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
+  const btConvexHullComputer::Edge* edge = first;
+  btVector3 normal(0, 0, 0);
+  const btVector3 base = hull.vertices[first->getSourceVertex()];
+  do {
+    normal += (hull.vertices[edge->getSourceVertex()] - base).cross(hull.vertices[edge->getTargetVertex()] - base);
+    edge = edge->getNextEdgeOfFace();
+  } while (edge != first);
+  const btScalar size = normal.length();
+  if (!(size > 0)) return false;
+  plane.outward_normal = to_vec3(normal / size);
+  return true;
+}
+
+}  // namespace
+
+PolytopeField ConvexPlanes::of(const btConvexShape& shape) {
+  const btScalar margin = shape.getMargin();
+  if (shape_ == &shape && scaling_ == shape.getLocalScaling() && margin_ == margin &&
+      corners_ == count_corners(shape)) {
+    return {planes_};
+  }
+  shape_ = &shape;
+  scaling_ = shape.getLocalScaling();
+  margin_ = margin;
+  corners_ = count_corners(shape);
+  planes_.clear();
+  const std::vector<btVector3> corners = corners_of(shape);
+  if (corners.size() >= 4) {
+    btConvexHullComputer hull;
+    hull.compute(&corners[0][0], sizeof(btVector3), static_cast<int>(corners.size()), 0, 0);
+    HalfSpaceField plane;
+    for (int face = 0; face < hull.faces.size(); ++face) {
+      if (face_plane(hull, face, plane)) planes_.push_back(plane);
+    }
+  }
+  // At edges and corners the faces' planes alone run far ahead of the body; round bodies have only these.
+  const int more = planes_.empty() ? 162 : 42;
+  for (int i = 0; i < more; ++i) planes_.push_back({to_vec3(direction(i, more)), 0});
+  for (HalfSpaceField& plane : planes_) {
+    const btVector3 normal = to_bt(plane.outward_normal);
+    const btVector3 farthest = shape.localGetSupportingVertexWithoutMargin(normal);
+    plane.offset = static_cast<float>(normal.dot(farthest) + margin);
+  }
+  return {planes_};
+}
+
+void make_exact(const btConvexShape& shape, const PolytopeField& planes, Contact& contact) {
+  const Vec3 out = outward_normal(planes, contact.position);
+  const auto margin = static_cast<float>(shape.getMargin());
+  const float to_core = contact.penetration - margin;
+  contact.inward_normal = out;
+  if (to_core >= 0) return;
+  // A place of the core straight below: nothing is nearer.
+  const Vec3 p = contact.position;
+  const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
+  if (penetration(planes, below) >= margin + 1e-5F * to_core) return;
+  btSphereShape point(0);
+  btVoronoiSimplexSolver simplex;
+  btGjkPairDetector gjk(&point, &shape, &simplex, nullptr);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA.setIdentity();
+  input.m_transformA.setOrigin(to_bt(p));
+  input.m_transformB.setIdentity();
+  btPointCollector found;
+  gjk.getClosestPoints(input, found, nullptr);
+  if (!found.m_hasResult) return;
+  contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
+  contact.penetration = static_cast<float>(-found.m_distance);
+}
+
+}  // namespace vps::bullet

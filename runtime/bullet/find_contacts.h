@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Zlib
+/// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
+#pragma once
+
+#include "runtime/bullet/convex_planes.h"
+#include "runtime/bullet/pair.h"
+
+namespace vps::bullet {
+
+/// What a pair remembers from step to step.
+struct PairMemory {
+  ContactCache cache;
+  ConvexPlanes planes;
+};
+
+/// Working memory of a thread: pairs may run in parallel, assets are immutable.
+struct Workspace {
+  Scratch scratch;
+  std::vector<Contact> contacts;
+  static Workspace& of_this_thread(const PointshellView& shell);
+};
+
+struct FoundContacts {
+  /// In tree order. Their `inward_normal` is what the shell's body is pushed along; against a voxelmap it is the
+  /// shell's, see `refined`.
+  std::span<Contact> contacts;
+  btTransform frame;  ///< takes the contacts' frame to the world
+};
+
+/// @param options  of the query; the cache is set here, and the margins are added
+Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
+
+/// At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
+/// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is
+/// left where the map has none. Contacts of other fields are as they should be.
+Contact refined(const Pair& pair, Contact contact);
+
+}  // namespace vps::bullet

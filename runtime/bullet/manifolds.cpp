@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Zlib
+// The only file that speaks Bullet's `depth`: negative when penetrating.
+#include "runtime/bullet/manifolds.h"
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+namespace vps::bullet {
+namespace {
+
+// Impulses of the last step, found again by where on the shell they acted: warm starting needs them, clearing loses
+// them.
+struct OldPoint {
+  btVector3 on_shell;  // shell body's frame
+  btManifoldPoint point;
+};
+
+struct OldPoints {
+  std::array<OldPoint, MANIFOLD_CACHE_SIZE> points;
+  int count = 0;
+
+  OldPoints(const btPersistentManifold& manifold, bool shell_is_first) : count(manifold.getNumContacts()) {
+    for (int i = 0; i < count; ++i) {
+      const btManifoldPoint& p = manifold.getContactPoint(i);
+      points[static_cast<std::size_t>(i)] = {shell_is_first ? p.m_localPointA : p.m_localPointB, p};
+    }
+  }
+
+  // Gives the nearest of the old points' impulses to a fresh one; each only once.
+  void hand_over(btManifoldPoint& fresh, const btVector3& on_shell, btScalar reach) {
+    OldPoint* nearest = nullptr;
+    btScalar least = reach * reach;
+    for (int i = 0; i < count; ++i) {
+      OldPoint& candidate = points[static_cast<std::size_t>(i)];
+      const btScalar distance = candidate.on_shell.distance2(on_shell);
+      if (candidate.point.m_lifeTime < 0 || !(distance < least)) continue;
+      least = distance;
+      nearest = &candidate;
+    }
+    if (nearest == nullptr) return;
+    fresh.m_appliedImpulse = nearest->point.m_appliedImpulse;
+    fresh.m_prevRHS = nearest->point.m_prevRHS;
+    fresh.m_appliedImpulseLateral1 = nearest->point.m_appliedImpulseLateral1;
+    fresh.m_appliedImpulseLateral2 = nearest->point.m_appliedImpulseLateral2;
+    fresh.m_lifeTime = nearest->point.m_lifeTime + 1;
+    nearest->point.m_lifeTime = -1;  // given away
+  }
+};
+
+}  // namespace
+
+Manifolds::~Manifolds() {
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    if (manifolds_[i] != nullptr) dispatcher_->releaseManifold(manifolds_[i]);
+  }
+}
+
+Manifolds::Previous Manifolds::previous() const {
+  Previous out;
+  if (manifolds_.size() == 0 || manifolds_[0] == nullptr) return out;
+  for (int i = 0; i < manifolds_[0]->getNumContacts(); ++i) {
+    out.points[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
+  }
+  return out;
+}
+
+void Manifolds::clear(int slot) {
+  if (slot < manifolds_.size() && manifolds_[slot] != nullptr) manifolds_[slot]->clearManifold();
+}
+void Manifolds::clear_from(int slot) {
+  for (int i = slot; i < manifolds_.size(); ++i) clear(i);
+}
+void Manifolds::append_to(btManifoldArray& all) const {
+  for (int i = 0; i < manifolds_.size(); ++i) {
+    if (manifolds_[i] != nullptr) all.push_back(manifolds_[i]);
+  }
+}
+
+btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* result, btScalar threshold) {
+  if (manifolds_.size() <= slot) manifolds_.resize(slot + 1, nullptr);
+  if (manifolds_[slot] == nullptr) {
+    manifolds_[slot] = dispatcher_->getNewManifold(result->getBody0Wrap()->getCollisionObject(),
+                                                   result->getBody1Wrap()->getCollisionObject());
+  }
+  // Bullet's default grows with the bodies; ours is a voxel. It is the accept, merge and drop distance at once.
+  manifolds_[slot]->setContactBreakingThreshold(threshold);
+  return manifolds_[slot];
+}
+
+void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contacts, const btTransform& frame,
+                     btManifoldResult* result) {
+  const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
+  if (contacts.empty() && !exists) return;
+  const btScalar threshold = voxel_size(pair);
+  btPersistentManifold* const target = manifold(slot, result, threshold);
+  result->setPersistentManifold(target);
+  // Normals follow the bodies of the manifold, whatever the order of the call.
+  const bool shell_is_first = target->getBody0() == pair.shell.object;
+  OldPoints old(*target, shell_is_first);
+  target->clearManifold();
+
+  for (const Contact& contact : contacts) {
+    const btVector3 into_shell = frame.getBasis() * to_bt(contact.inward_normal);
+    const btVector3 position = frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
+    const btScalar depth = -btScalar(contact.penetration);
+    // Bullet wants the normal on the second body towards the first, and the point on the second.
+    const btVector3 normal = shell_is_first ? into_shell : -into_shell;
+    const btVector3 point_on_second = shell_is_first ? position - depth * normal : position;
+    const int id = static_cast<int>(contact.point);
+    result->setShapeIdentifiersA(0, id);
+    result->setShapeIdentifiersB(0, id);
+    result->addContactPoint(normal, point_on_second, depth);
+  }
+  // A result that only reports (contactTest) leaves the manifold empty.
+  for (int i = 0; i < target->getNumContacts(); ++i) {
+    btManifoldPoint& fresh = target->getContactPoint(i);
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * threshold);
+  }
+}
+
+}  // namespace vps::bullet

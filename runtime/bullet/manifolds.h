@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Zlib
+/// @file The contact manifolds of a pair: filled anew each step, impulses carried over. Internal. Paper: Sec. 3.2.
+#pragma once
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+#include <array>
+
+#include "runtime/bullet/find_contacts.h"
+
+namespace vps::bullet {
+
+/// Slot 0 for regular contacts; one per segment otherwise, made when first needed.
+class Manifolds {
+ public:
+  explicit Manifolds(btDispatcher* dispatcher) : dispatcher_(dispatcher) {}
+  ~Manifolds();
+  Manifolds(const Manifolds&) = delete;
+  Manifolds& operator=(const Manifolds&) = delete;
+
+  /// Shell points of the last step's regular manifold.
+  struct Previous {
+    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};
+    std::size_t count = 0;
+    operator std::span<const std::uint32_t>() const { return {points.data(), count}; }
+  };
+  [[nodiscard]] Previous previous() const;
+
+  /// Replaces a manifold's points by fresh ones: refreshing would keep the normals of the step they were made in.
+  /// @param contacts  as many as a manifold holds at most, in the world's frame
+  void fill(int slot, const Pair& pair, std::span<const Contact> contacts, const btTransform& frame,
+            btManifoldResult* result);
+  /// Empties a slot, or all from one on.
+  void clear(int slot);
+  void clear_from(int slot);
+  void append_to(btManifoldArray& all) const;
+
+ private:
+  btPersistentManifold* manifold(int slot, const btManifoldResult* result, btScalar threshold);
+
+  btDispatcher* dispatcher_;
+  btAlignedObjectArray<btPersistentManifold*> manifolds_;  // null where none was needed
+};
+
+}  // namespace vps::bullet

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Zlib
+/// @file Messages of bad use. Internal.
+#pragma once
+
+#include <string>
+
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::bullet {
+
+/// Hands a line about a shape to the handler.
+/// @param text  what is wrong; what to do
+void send_message(const Shape& shape, const std::string& text);
+
+}  // namespace vps::bullet

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Zlib
+/// @file Who plays what in a pair of Bullet's, and where. Internal. Paper: Sec. 3.2.
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+
+#include "runtime/bullet/convert.h"
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::bullet {
+
+inline const Shape* as_vps(const btCollisionShape* shape) {
+  return shape->getShapeType() == kProxyType ? dynamic_cast<const Shape*>(shape) : nullptr;
+}
+
+/// The wrapper's transform is the only one that is right for children of compounds.
+struct Side {
+  const btCollisionShape* shape = nullptr;
+  const btCollisionObject* object = nullptr;
+  btTransform world;
+  const Shape* vps = nullptr;  ///< null for Bullet's own shapes
+
+  explicit Side(const btCollisionObjectWrapper* wrap)
+      : Side(wrap->getCollisionShape(), wrap->getCollisionObject(), wrap->getWorldTransform()) {}
+  Side(const btCollisionShape* of_shape, const btCollisionObject* of_object, const btTransform& at)
+      : shape(of_shape), object(of_object), world(at), vps(as_vps(of_shape)) {}
+
+  /// Takes the asset's frame to the shape's.
+  [[nodiscard]] btTransform asset_frame() const { return translation(-vps->centre_of_mass()); }
+};
+
+struct Pair {
+  Side shell, field;
+};
+
+/// The side with fewer points gives the pointshell, the first if they are equal; if it cannot, the other. Where neither
+/// can, the query says so.
+/// @pre one of them is a Shape
+inline Pair assign_roles(const Side& first, const Side& second) {
+  if (second.vps == nullptr) return {first, second};
+  if (first.vps == nullptr) return {second, first};
+  const auto can = [](const Shape& shell, const Shape& map) {
+    return shell.pointshell().points > 0 && map.voxelmap().field != Field::none;
+  };
+  if (!can(*second.vps, *first.vps)) return {first, second};
+  if (!can(*first.vps, *second.vps)) return {second, first};
+  return second.vps->pointshell().points < first.vps->pointshell().points ? Pair{second, first} : Pair{first, second};
+}
+
+/// Bullet's breaking threshold for a pair: the coarser of the two voxel sizes. [m]
+inline btScalar voxel_size(const Pair& pair) {
+  const double shell = pair.shell.vps->asset().info().voxel_size;
+  const double map = pair.field.vps != nullptr ? pair.field.vps->asset().info().voxel_size : shell;
+  return static_cast<btScalar>(shell > map ? shell : map);
+}
+
+/// By how much both shapes are thickened. [m]
+inline float margin_of(const Pair& pair) {
+  const btScalar field = pair.field.vps != nullptr ? pair.field.vps->getMargin() : btScalar(0);
+  return static_cast<float>(pair.shell.vps->getMargin() + field);
+}
+
+}  // namespace vps::bullet
