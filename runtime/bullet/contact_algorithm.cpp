@@ -37,11 +37,6 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Points up to this part of a voxel off the surface are contacts, so that a resting contact lives through the noise of
-// a step. With a whole voxel a bunny on a box tests five times the points, and its flickering manifold never comes to
-// rest.
-constexpr btScalar kContactDistance_vx = btScalar(0.1);
-
 // Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
 constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
 
@@ -53,7 +48,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Pair pair = assign_roles(a, b);
   QueryOptions options;
   options.contact_distance =
-      static_cast<float>(std::max(kContactDistance_vx * voxel_size(pair), result->m_closestPointDistanceThreshold));
+      static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
   FoundContacts found;
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
@@ -74,8 +69,8 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
   const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
   const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
-  for (std::size_t i = 0; i < count; ++i) few[i] = refined(pair, found.contacts[chosen[i]]);
-  manifolds_.fill(0, pair, {few.data(), count}, found.frame, result);
+  for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
+  manifolds_.fill(0, pair, {few.data(), refine(pair, {few.data(), count})}, found.frame, result);
   manifolds_.clear_from(1);
 }
 
@@ -84,11 +79,10 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
   int next = 0;
-  for (const Contact& contact : found.contacts) {
+  for (Contact& contact : found.contacts.first(refine(pair, found.contacts))) {
     const int slot = static_cast<int>(contact.node - base);
     for (; next < slot; ++next) manifolds_.clear(next);
-    const Contact fine = refined(pair, contact);
-    manifolds_.fill(slot, pair, {&fine, 1}, found.frame, result);
+    manifolds_.fill(slot, pair, {&contact, 1}, found.frame, result);
     next = slot + 1;
   }
   manifolds_.clear_from(next);

@@ -15,6 +15,7 @@
 #include <cmath>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/penetration.h"
 
 namespace vps::bullet {
 namespace {
@@ -49,13 +50,30 @@ int count_corners(const btConvexShape& shape) {
   return polyhedron != nullptr ? polyhedron->getNumVertices() : 0;
 }
 
-// Fibonacci's spiral: no two directions of 162 are more than 19 degrees from the next.
+// Fibonacci's spiral: with 642 directions the planes round a ball are 0.5 % of its radius off at most.
 btVector3 direction(int i, int count) {
   const double z = 1 - (2 * i + 1.0) / count;
   const double r = std::sqrt(1 - z * z);
   const double angle = 2.399963229728653 * i;
   return {static_cast<btScalar>(r * std::cos(angle)), static_cast<btScalar>(r * std::sin(angle)),
           static_cast<btScalar>(z)};
+}
+
+// Bullet's default margin of 4 cm is more than the radius of small spheres: GJK would work on a core turned inside out.
+std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
+  std::vector<btVector3> centres;
+  std::vector<btScalar> radii;
+  btScalar least = shape.getMargin();
+  for (int i = 0; i < shape.getSphereCount(); ++i) {
+    centres.push_back(shape.getSpherePosition(i));
+    radii.push_back(shape.getSphereRadius(i));
+    least = btMin(least, radii.back() * shape.getLocalScaling().x());
+  }
+  if (!(least < shape.getMargin())) return nullptr;
+  auto copy = std::make_unique<btMultiSphereShape>(centres.data(), radii.data(), shape.getSphereCount());
+  copy->setLocalScaling(shape.getLocalScaling());
+  copy->setMargin(least);
+  return copy;
 }
 
 // The plane of a face, by Newell's sum over its corners, which does not mind slivers.
@@ -87,6 +105,9 @@ PolytopeField ConvexPlanes::of(const btConvexShape& shape) {
   margin_ = margin;
   corners_ = count_corners(shape);
   planes_.clear();
+  faces_ = 0;
+  thinner_.reset();
+  if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
   const std::vector<btVector3> corners = corners_of(shape);
   if (corners.size() >= 4) {
     btConvexHullComputer hull;
@@ -96,8 +117,9 @@ PolytopeField ConvexPlanes::of(const btConvexShape& shape) {
       if (face_plane(hull, face, plane)) planes_.push_back(plane);
     }
   }
+  faces_ = planes_.size();
   // At edges and corners the faces' planes alone run far ahead of the body; round bodies have only these.
-  const int more = planes_.empty() ? 162 : 42;
+  const int more = planes_.empty() ? 642 : 42;
   for (int i = 0; i < more; ++i) planes_.push_back({to_vec3(direction(i, more)), 0});
   for (HalfSpaceField& plane : planes_) {
     const btVector3 normal = to_bt(plane.outward_normal);
@@ -107,28 +129,51 @@ PolytopeField ConvexPlanes::of(const btConvexShape& shape) {
   return {planes_};
 }
 
-void make_exact(const btConvexShape& shape, const PolytopeField& planes, Contact& contact) {
-  const Vec3 out = outward_normal(planes, contact.position);
-  const auto margin = static_cast<float>(shape.getMargin());
+void ConvexPlanes::finish(Contact& contact, float alike) const {
+  const PolytopeField all{planes_};
+  const auto margin = static_cast<float>(margin_);
   const float to_core = contact.penetration - margin;
-  contact.inward_normal = out;
-  if (to_core >= 0) return;
-  // A place of the core straight below: nothing is nearer.
   const Vec3 p = contact.position;
+  const Vec3 out = outward_normal(all, p);
   const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
-  if (penetration(planes, below) >= margin + 1e-5F * to_core) return;
-  btSphereShape point(0);
-  btVoronoiSimplexSolver simplex;
-  btGjkPairDetector gjk(&point, &shape, &simplex, nullptr);
-  btGjkPairDetector::ClosestPointInput input;
-  input.m_transformA.setIdentity();
-  input.m_transformA.setOrigin(to_bt(p));
-  input.m_transformB.setIdentity();
-  btPointCollector found;
-  gjk.getClosestPoints(input, found, nullptr);
-  if (!found.m_hasResult) return;
-  contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
-  contact.penetration = static_cast<float>(-found.m_distance);
+  // Straight below a face nothing is nearer than it. What planes round a body say is only a bound.
+  const bool known = faces_ > 0 && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
+  if (!known) {
+    btSphereShape point(0);
+    btVoronoiSimplexSolver simplex;
+    const btConvexShape* const core = thinner_ != nullptr ? thinner_.get() : shape_;
+    btGjkPairDetector gjk(&point, core, &simplex, nullptr);
+    btGjkPairDetector::ClosestPointInput input;
+    input.m_transformA.setIdentity();
+    input.m_transformA.setOrigin(to_bt(p));
+    input.m_transformB.setIdentity();
+    btPointCollector found;
+    gjk.getClosestPoints(input, found, nullptr);
+    if (found.m_hasResult) {
+      contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
+      contact.penetration = static_cast<float>(-found.m_distance);
+      return;
+    }
+  }
+  if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;
+  contact.inward_normal = out;
+}
+
+bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact) {
+  const HalfSpaceField* best = nullptr;
+  float best_agreement = 0;
+  const float deepest = contact.penetration + alike;
+  for (const HalfSpaceField& face : faces) {
+    if (!(penetration(face, contact.position) <= deepest)) continue;
+    const float agreement = detail::dot(face.outward_normal, contact.inward_normal);
+    if (best != nullptr && !(agreement > best_agreement)) continue;
+    best = &face;
+    best_agreement = agreement;
+  }
+  if (best == nullptr) return false;
+  contact.penetration = penetration(*best, contact.position);
+  contact.inward_normal = best->outward_normal;
+  return true;
 }
 
 }  // namespace vps::bullet

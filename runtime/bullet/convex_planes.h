@@ -3,7 +3,9 @@
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 
+#include <memory>
 #include <vector>
 
 #include "runtime/vps_runtime.h"
@@ -17,17 +19,27 @@ class ConvexPlanes {
   /// Builds the planes, unless they are this shape's already.
   PolytopeField of(const btConvexShape& shape);
 
+  /// Depth and direction of a contact with the shape of the last call of `of`: of the face that looks most towards the
+  /// shell where several are as near; by GJK outside the core, which is the shape without its margin. Deep inside of
+  /// round shapes the planes keep their word.
+  /// @param contact  shape's frame; its inward_normal is the shell's, and becomes the direction
+  /// @param alike    depths that differ by no more count as the same. [m]
+  void finish(Contact& contact, float alike) const;
+
  private:
   const btConvexShape* shape_ = nullptr;
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;
   int corners_ = 0;
+  std::size_t faces_ = 0;  // planes of faces come first
   std::vector<HalfSpaceField> planes_;
+  std::unique_ptr<btMultiSphereShape> thinner_;  // a copy for GJK, whose margin is no larger than its spheres
 };
 
-/// Puts right what the planes say of a contact outside the shape's core, by GJK: depth and direction. Within the core,
-/// which is the shape without its margin, the planes are left their word.
-/// @param contact  shape's frame
-void make_exact(const btConvexShape& shape, const PolytopeField& planes, Contact& contact);
+/// Of faces that are alike in depth the one that looks most along the shell's inward normal: at an edge the nearest may
+/// be one that the shell hardly touches.
+/// @param contact  as above
+/// @return false, and nothing changed, when there are no faces
+bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact);
 
 }  // namespace vps::bullet

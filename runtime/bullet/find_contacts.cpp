@@ -2,6 +2,7 @@
 #include "runtime/bullet/find_contacts.h"
 
 #include <algorithm>
+#include <array>
 #include <type_traits>
 
 #include "runtime/bullet/partner_field.h"
@@ -15,10 +16,35 @@ Workspace& Workspace::of_this_thread(const PointshellView& shell) {
   return space;
 }
 
+namespace {
+
+// Shell points lie so far apart that the faces of an edge are told apart no better.
+constexpr btScalar kAlikeFaces_vx = btScalar(0.5);
+
+std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
+  const Vec3 half = box.half_extents;
+  return {{{{1, 0, 0}, half.x},
+           {{-1, 0, 0}, half.x},
+           {{0, 1, 0}, half.y},
+           {{0, -1, 0}, half.y},
+           {{0, 0, 1}, half.z},
+           {{0, 0, -1}, half.z}}};
+}
+
+// Beside an edge of the field the shell's points are near without being about to touch: their contacts would stop a
+// body that slides by.
+bool only_grazes(const Contact& contact, Vec3 into_shell) {
+  constexpr float kGrazing = 0.3F;
+  return contact.penetration < 0 && detail::dot(contact.inward_normal, into_shell) < kGrazing;
+}
+
+}  // namespace
+
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found) {
   const PointshellView& shell = pair.shell.vps->pointshell();
   Workspace& space = Workspace::of_this_thread(shell);
   const float margin = margin_of(pair);
+  const auto alike = static_cast<float>(kAlikeFaces_vx * voxel_size(pair));
   options.contact_distance += margin;
   options.cache = &memory.cache;
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -39,16 +65,24 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     status = on_partner(*pair.field.shape, memory.planes, [&](const auto& field, const btTransform& frame) {
       const Status queried = query(field, frame);
       if (queried != Status::ok) return queried;
-      if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
-        const auto& convex = static_cast<const btConvexShape&>(*pair.field.shape);
-        for (Contact& contact : found.contacts) make_exact(convex, field, contact);
-        const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), [&](const Contact& contact) {
-          return !(contact.penetration >= -options.contact_distance);
-        });
-        found.contacts = {found.contacts.begin(), last};
-      } else {
-        for (Contact& contact : found.contacts) contact.inward_normal = outward_normal(field, contact.position);
-      }
+      using Field = std::remove_cvref_t<decltype(field)>;
+      const auto is_none = [&](Contact& contact) {
+        const Vec3 into_shell = contact.inward_normal;
+        if constexpr (std::is_same_v<Field, PolytopeField>) {
+          memory.planes.finish(contact, alike);
+          // The planes may have said more than there is.
+          if (!(contact.penetration >= -options.contact_distance)) return true;
+        } else if constexpr (std::is_same_v<Field, BoxField>) {
+          if (contact.penetration < 0 || !face_shell(faces_of(field), alike, contact)) {
+            contact.inward_normal = outward_normal(field, contact.position);
+          }
+        } else {
+          contact.inward_normal = outward_normal(field, contact.position);
+        }
+        return only_grazes(contact, into_shell);
+      };
+      const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+      found.contacts = {found.contacts.begin(), last};
       return queried;
     });
   }
@@ -59,15 +93,18 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-Contact refined(const Pair& pair, Contact contact) {
-  if (pair.field.vps == nullptr) return contact;
+std::size_t refine(const Pair& pair, std::span<Contact> contacts) {
+  if (pair.field.vps == nullptr) return contacts.size();
   const VoxelmapView& map = pair.field.vps->voxelmap();
-  const Vec3 outward = outward_normal(map, contact.position);
-  if (detail::dot(outward, outward) > 0) {
+  const auto is_none = [&](Contact& contact) {
+    const Vec3 outward = outward_normal(map, contact.position);
+    if (!(detail::dot(outward, outward) > 0)) return false;
+    const Vec3 into_shell = contact.inward_normal;
     contact.inward_normal = outward;
     contact.penetration = penetration(map, contact.position, outward) + margin_of(pair);
-  }
-  return contact;
+    return only_grazes(contact, into_shell);
+  };
+  return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }
 
 }  // namespace vps::bullet

@@ -22,7 +22,7 @@ struct Workspace {
 
 struct FoundContacts {
   /// In tree order. Their `inward_normal` is what the shell's body is pushed along; against a voxelmap it is the
-  /// shell's, see `refined`.
+  /// shell's, see `refine`.
   std::span<Contact> contacts;
   btTransform frame;  ///< takes the contacts' frame to the world
 };
@@ -32,7 +32,9 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 
 /// At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
 /// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is
-/// left where the map has none. Contacts of other fields are as they should be.
-Contact refined(const Pair& pair, Contact contact);
+/// left where the map has none. Contacts that would stop a body sliding past an edge are taken out. Contacts of other
+/// fields are as they should be.
+/// @return how many are left, in front
+std::size_t refine(const Pair& pair, std::span<Contact> contacts);
 
 }  // namespace vps::bullet

@@ -81,7 +81,8 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
     manifolds_[slot] = dispatcher_->getNewManifold(result->getBody0Wrap()->getCollisionObject(),
                                                    result->getBody1Wrap()->getCollisionObject());
   }
-  // Bullet's default grows with the bodies; ours is a voxel. It is the accept, merge and drop distance at once.
+  // It is the accept, merge and drop distance at once. Bullet's default grows with the bodies; with a voxel, shallow
+  // points would take the place of the deepest.
   manifolds_[slot]->setContactBreakingThreshold(threshold);
   return manifolds_[slot];
 }
@@ -90,8 +91,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
                      btManifoldResult* result) {
   const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
   if (contacts.empty() && !exists) return;
-  const btScalar threshold = voxel_size(pair);
-  btPersistentManifold* const target = manifold(slot, result, threshold);
+  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * contact_distance(pair));
   result->setPersistentManifold(target);
   // Normals follow the bodies of the manifold, whatever the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
@@ -113,7 +113,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * threshold);
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * voxel_size(pair));
   }
 }
 

@@ -66,7 +66,7 @@ TEST_P(Rest, ABodyStaysOnItsGroundInEitherOrder) {
       const btVector3 gap = p.getPositionWorldOnA() - p.getPositionWorldOnB();
       EXPECT_NEAR(gap.dot(p.m_normalWorldOnB), p.getDistance(), 1e-5);
       // Bullet's default would be centimetres wide.
-      EXPECT_NEAR(manifold->getContactBreakingThreshold(), ground == Ground::vps ? 0.01 : 0.004, 1e-6);
+      EXPECT_NEAR(manifold->getContactBreakingThreshold(), 0.0004, 1e-5);
     }
   }
   EXPECT_GE(contacts, 3);
