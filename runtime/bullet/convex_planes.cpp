@@ -50,7 +50,7 @@ int count_corners(const btConvexShape& shape) {
   return polyhedron != nullptr ? polyhedron->getNumVertices() : 0;
 }
 
-// Fibonacci's spiral: with 642 directions the planes round a ball are 0.5 % of its radius off at most.
+// Fibonacci's spiral: with 162 directions the planes round a ball are 2 % of its radius off at most.
 btVector3 direction(int i, int count) {
   const double z = 1 - (2 * i + 1.0) / count;
   const double r = std::sqrt(1 - z * z);
@@ -76,57 +76,81 @@ std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
   return copy;
 }
 
-// The plane of a face, by Newell's sum over its corners, which does not mind slivers.
-bool face_plane(const btConvexHullComputer& hull, int face, HalfSpaceField& plane) {
+// By Newell's sum over the corners, which does not mind slivers.
+bool face_normal(const btConvexHullComputer& hull, int face, btVector3& normal) {
   const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
   const btConvexHullComputer::Edge* edge = first;
-  btVector3 normal(0, 0, 0);
   const btVector3 base = hull.vertices[first->getSourceVertex()];
+  normal.setZero();
   do {
     normal += (hull.vertices[edge->getSourceVertex()] - base).cross(hull.vertices[edge->getTargetVertex()] - base);
     edge = edge->getNextEdgeOfFace();
   } while (edge != first);
   const btScalar size = normal.length();
   if (!(size > 0)) return false;
-  plane.outward_normal = to_vec3(normal / size);
+  normal /= size;
   return true;
+}
+
+// The plane that a shape touches from within, its margin included.
+HalfSpaceField touching(const btConvexShape& shape, Vec3 outward_normal) {
+  const btVector3 normal = to_bt(outward_normal);
+  const btScalar offset = normal.dot(shape.localGetSupportingVertexWithoutMargin(normal)) + shape.getMargin();
+  return {outward_normal, static_cast<float>(offset)};
 }
 
 }  // namespace
 
-PolytopeField ConvexPlanes::of(const btConvexShape& shape) {
-  const btScalar margin = shape.getMargin();
-  if (shape_ == &shape && scaling_ == shape.getLocalScaling() && margin_ == margin &&
-      corners_ == count_corners(shape)) {
-    return {planes_};
+PolytopeField ConvexPlanes::of(const btConvexShape& shape, const btVector3& from) {
+  if (shape_ != &shape || scaling_ != shape.getLocalScaling() || margin_ != shape.getMargin() ||
+      corners_ != count_corners(shape)) {
+    build(shape);
   }
+  if (has_faces()) return {planes_};
+  Contact nearest;
+  nearest.position = to_vec3(from);
+  if (find_nearest(nearest)) planes_.back() = touching(shape, nearest.inward_normal);
+  return {planes_};
+}
+
+void ConvexPlanes::build(const btConvexShape& shape) {
   shape_ = &shape;
   scaling_ = shape.getLocalScaling();
-  margin_ = margin;
+  margin_ = shape.getMargin();
   corners_ = count_corners(shape);
-  planes_.clear();
-  faces_ = 0;
   thinner_.reset();
   if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
+  planes_.clear();
   const std::vector<btVector3> corners = corners_of(shape);
   if (corners.size() >= 4) {
     btConvexHullComputer hull;
     hull.compute(&corners[0][0], sizeof(btVector3), static_cast<int>(corners.size()), 0, 0);
-    HalfSpaceField plane;
+    btVector3 normal;
     for (int face = 0; face < hull.faces.size(); ++face) {
-      if (face_plane(hull, face, plane)) planes_.push_back(plane);
+      if (face_normal(hull, face, normal)) planes_.push_back(touching(shape, to_vec3(normal)));
     }
   }
   faces_ = planes_.size();
   // At edges and corners the faces' planes alone run far ahead of the body; round bodies have only these.
-  const int more = planes_.empty() ? 642 : 42;
-  for (int i = 0; i < more; ++i) planes_.push_back({to_vec3(direction(i, more)), 0});
-  for (HalfSpaceField& plane : planes_) {
-    const btVector3 normal = to_bt(plane.outward_normal);
-    const btVector3 farthest = shape.localGetSupportingVertexWithoutMargin(normal);
-    plane.offset = static_cast<float>(normal.dot(farthest) + margin);
-  }
-  return {planes_};
+  const int more = has_faces() ? 42 : 162;
+  for (int i = 0; i < more; ++i) planes_.push_back(touching(shape, to_vec3(direction(i, more))));
+  if (!has_faces()) planes_.push_back(planes_.back());  // the place of the one that changes
+}
+
+bool ConvexPlanes::find_nearest(Contact& contact) const {
+  btSphereShape point(0);
+  btVoronoiSimplexSolver simplex;
+  btGjkPairDetector gjk(&point, thinner_ != nullptr ? thinner_.get() : shape_, &simplex, nullptr);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA.setIdentity();
+  input.m_transformA.setOrigin(to_bt(contact.position));
+  input.m_transformB.setIdentity();
+  btPointCollector found;
+  gjk.getClosestPoints(input, found, nullptr);
+  if (!found.m_hasResult) return false;
+  contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
+  contact.penetration = static_cast<float>(-found.m_distance);
+  return true;
 }
 
 void ConvexPlanes::finish(Contact& contact, float alike) const {
@@ -137,24 +161,8 @@ void ConvexPlanes::finish(Contact& contact, float alike) const {
   const Vec3 out = outward_normal(all, p);
   const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
   // Straight below a face nothing is nearer than it. What planes round a body say is only a bound.
-  const bool known = faces_ > 0 && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
-  if (!known) {
-    btSphereShape point(0);
-    btVoronoiSimplexSolver simplex;
-    const btConvexShape* const core = thinner_ != nullptr ? thinner_.get() : shape_;
-    btGjkPairDetector gjk(&point, core, &simplex, nullptr);
-    btGjkPairDetector::ClosestPointInput input;
-    input.m_transformA.setIdentity();
-    input.m_transformA.setOrigin(to_bt(p));
-    input.m_transformB.setIdentity();
-    btPointCollector found;
-    gjk.getClosestPoints(input, found, nullptr);
-    if (found.m_hasResult) {
-      contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
-      contact.penetration = static_cast<float>(-found.m_distance);
-      return;
-    }
-  }
+  const bool known = has_faces() && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
+  if (!known && find_nearest(contact)) return;
   if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;
   contact.inward_normal = out;
 }

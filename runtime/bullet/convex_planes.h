@@ -16,8 +16,11 @@ namespace vps::bullet {
 /// others all round. So penetration() is exact inside of polyhedra, and nowhere too small.
 class ConvexPlanes {
  public:
-  /// Builds the planes, unless they are this shape's already.
-  PolytopeField of(const btConvexShape& shape);
+  /// Builds the planes, unless they are this shape's already. A body without faces gets one more plane each time, where
+  /// it is nearest to `from`: its planes must not be cached.
+  /// @param from  where the shell is, shape's frame. [m]
+  PolytopeField of(const btConvexShape& shape, const btVector3& from);
+  [[nodiscard]] bool has_faces() const { return faces_ > 0; }
 
   /// Depth and direction of a contact with the shape of the last call of `of`: of the face that looks most towards the
   /// shell where several are as near; by GJK outside the core, which is the shape without its margin. Deep inside of
@@ -27,6 +30,10 @@ class ConvexPlanes {
   void finish(Contact& contact, float alike) const;
 
  private:
+  void build(const btConvexShape& shape);
+  // By GJK, from outside the core. `contact`: its position says where; gets depth and direction.
+  bool find_nearest(Contact& contact) const;
+
   const btConvexShape* shape_ = nullptr;
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;

@@ -51,6 +51,9 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   // `frame`: of the field, in its shape's.
   const auto query = [&](const auto& field, const btTransform& frame) {
     const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
+      if (!memory.planes.has_faces()) options.cache = nullptr;
+    }
     QueryResult result;
     const Status status = traverse(shell, field, pose, options, space.scratch, space.contacts, result);
     if (status != Status::ok) return status;
@@ -62,7 +65,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   if (pair.field.vps != nullptr) {
     status = query(pair.field.vps->voxelmap(), pair.field.asset_frame());
   } else {
-    status = on_partner(*pair.field.shape, memory.planes, [&](const auto& field, const btTransform& frame) {
+    const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
+    status = on_partner(*pair.field.shape, from, memory.planes, [&](const auto& field, const btTransform& frame) {
       const Status queried = query(field, frame);
       if (queried != Status::ok) return queried;
       using Field = std::remove_cvref_t<decltype(field)>;

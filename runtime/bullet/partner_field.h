@@ -28,9 +28,10 @@ inline btTransform along_axis(int axis) {
 
 /// Calls run(field, frame): the shape as a field, and where the field's frame lies in the shape's. Boxes and cylinders
 /// are sharp and end where Bullet lets them end; cones and hulls are rounded by their margins, as Bullet has them.
+/// @param from  where the shell is, shape's frame. [m]
 /// @return what `run` returns; bad_argument where is_partner_field is false
 template <class Run>
-Status on_partner(const btCollisionShape& shape, ConvexPlanes& planes, Run run) {
+Status on_partner(const btCollisionShape& shape, const btVector3& from, ConvexPlanes& planes, Run run) {
   const auto number = [](btScalar value) { return static_cast<float>(value); };
   switch (shape.getShapeType()) {
     case BOX_SHAPE_PROXYTYPE: {
@@ -66,7 +67,7 @@ Status on_partner(const btCollisionShape& shape, ConvexPlanes& planes, Run run) 
     }
     default:
       if (!btBroadphaseProxy::isConvex(shape.getShapeType())) return Status::bad_argument;
-      return run(planes.of(static_cast<const btConvexShape&>(shape)), btTransform::getIdentity());
+      return run(planes.of(static_cast<const btConvexShape&>(shape), from), btTransform::getIdentity());
   }
 }
 

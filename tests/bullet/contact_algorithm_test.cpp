@@ -250,17 +250,6 @@ TEST(ContactAlgorithm, ChildrenOfCompoundsCollideWhereTheyAre) {
   EXPECT_GT(right, 0.09);
 }
 
-TEST(ContactAlgorithm, ConvexShapesWithoutAnAlgorithmOfTheirOwnRestOnTheSurfels) {
-  World scene;
-  bullet::Shape shape(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
-  scene.add(shape, 0, {0, 0, btScalar(-0.1)});
-  btCylinderShapeZ cylinder({btScalar(0.1), btScalar(0.1), btScalar(0.05)});
-  btRigidBody& body = scene.add(cylinder, 1, {0, 0, btScalar(0.1)});
-  scene.step(480);
-  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.01);
-  EXPECT_LT(speed(body), 0.05);
-}
-
 TEST(ContactAlgorithm, GhostObjectsSeeTheirOverlaps) {
   World scene;
   btGhostPairCallback callback;
