@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Zlib
+// Conservative advancement of fast bodies, after Bullet has moved them.
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <LinearMath/btAabbUtil2.h>
+#include <LinearMath/btTransformUtil.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/partner_field.h"
+#include "runtime/vps_queries.h"
+
+namespace vps::bullet {
+namespace {
+
+// How a body went through a step. Bodies at rest have no velocity.
+struct Mover {
+  btCollisionObject* object;
+  btRigidBody* body = nullptr;  // null: not to be put back
+  btTransform start;
+  btVector3 velocity{0, 0, 0}, spin{0, 0, 0};
+  btScalar radius = 0;  // of all its points about its origin
+  btScalar end;         // where it is put back to
+
+  Mover(btCollisionObject* of, btScalar step) : object(of), start(of->getWorldTransform()), end(step) {
+    btVector3 centre;
+    of->getCollisionShape()->getBoundingSphere(centre, radius);
+    radius += centre.length();
+    btRigidBody* const rigid = btRigidBody::upcast(of);
+    if (rigid == nullptr || rigid->isStaticOrKinematicObject() || !rigid->isActive()) return;
+    body = rigid;
+    velocity = rigid->getLinearVelocity();
+    spin = rigid->getAngularVelocity();
+    btTransformUtil::integrateTransform(of->getWorldTransform(), -velocity, -spin, step, start);
+  }
+  [[nodiscard]] btTransform at(btScalar time) const {
+    btTransform out;
+    btTransformUtil::integrateTransform(start, velocity, spin, time, out);
+    return out;
+  }
+  /// Largest speed of any of its points, but for its own.
+  [[nodiscard]] btScalar spin_speed() const { return spin.length() * radius; }
+  [[nodiscard]] btScalar speed() const { return velocity.length() + spin_speed(); }
+  void swept(btVector3& low, btVector3& high) const {
+    btVector3 other_low;
+    btVector3 other_high;
+    object->getCollisionShape()->getAabb(start, low, high);
+    object->getCollisionShape()->getAabb(object->getWorldTransform(), other_low, other_high);
+    low.setMin(other_low);
+    high.setMax(other_high);
+  }
+};
+
+// Of a compound: children, and theirs.
+struct Leaf {
+  const btCollisionShape* shape;
+  btTransform local;
+};
+template <class Visit>
+void for_each_leaf(const Leaf& leaf, const Visit& visit) {
+  if (!leaf.shape->isCompound()) return visit(leaf);
+  const auto* const compound = static_cast<const btCompoundShape*>(leaf.shape);
+  for (int i = 0; i < compound->getNumChildShapes(); ++i) {
+    for_each_leaf({compound->getChildShape(i), leaf.local * compound->getChildTransform(i)}, visit);
+  }
+}
+template <class Visit>
+void for_each_leaf(const btCollisionObject& object, const Visit& visit) {
+  for_each_leaf(Leaf{object.getCollisionShape(), btTransform::getIdentity()}, visit);
+}
+
+// Upper bound of the shell's depth in its partner. @return false where there is no answer
+bool depth_bound(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
+  const PointshellView& shell = pair.shell.vps->pointshell();
+  const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
+  const auto ask = [&](const auto& field, const btTransform& frame) {
+    SeparationOptions options;
+    options.tolerance = static_cast<float>(btScalar(0.1) * contact_distance(pair));
+    options.guess = guess;
+    SeparationResult result;
+    const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
+    const Status status = separation(shell, field, pose, options, Workspace::of_this_thread(shell).scratch, result);
+    guess = result.point;
+    bound = result.delta_bound + static_cast<double>(margin_of(pair));
+    return status;
+  };
+  if (pair.field.vps != nullptr) return ask(pair.field.vps->voxelmap(), pair.field.asset_frame()) == Status::ok;
+  const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
+  return on_partner(*pair.field.shape, from, planes, ask) == Status::ok;
+}
+
+// When two leaves first touch; where they do already, when they are a little deeper.
+// @return `step` when they do not
+btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
+                std::uint32_t max_iterations) {
+  const auto pair_at = [&](btScalar time) {
+    return assign_roles(Side(leaf_a.shape, a.object, a.at(time) * leaf_a.local),
+                        Side(leaf_b.shape, b.object, b.at(time) * leaf_b.local));
+  };
+  if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
+  const double speed = double((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed());
+  const Pair start = pair_at(0);
+  const double reach = double(contact_distance(start));  // within which the next step finds the contact
+  ConvexPlanes planes;
+  std::uint32_t guess = 0;
+  double allowed = 0;
+  double time = 0;
+  bool apart = false;
+  for (std::uint32_t i = 0; i < max_iterations; ++i) {
+    double depth = 0;
+    if (!depth_bound(pair_at(static_cast<btScalar>(time)), planes, guess, depth)) return step;
+    if (i == 0) {
+      apart = depth < -0.5 * reach;
+      allowed = std::max(-0.5 * reach, depth + 2.5 * reach);
+    }
+    const double gap = allowed - depth;
+    if (gap <= 0.25 * reach) return static_cast<btScalar>(time);
+    time += gap / speed;
+    if (!(time < double(step))) return step;
+  }
+  // Until here they did not touch. Sliding bodies are let go.
+  return apart ? static_cast<btScalar>(time) : step;
+}
+
+class CandidateCallback final : public btBroadphaseAabbCallback {
+ public:
+  explicit CandidateCallback(const btBroadphaseProxy* self) : self_(self) {}
+  bool process(const btBroadphaseProxy* proxy) override {
+    if (proxy != self_) found.push_back(static_cast<btCollisionObject*>(proxy->m_clientObject));
+    return true;
+  }
+  std::vector<btCollisionObject*> found;
+
+ private:
+  const btBroadphaseProxy* self_;
+};
+
+bool may_collide(btCollisionWorld& world, btCollisionObject& a, btCollisionObject& b) {
+  return a.hasContactResponse() && b.hasContactResponse() && a.checkCollideWith(&b) && b.checkCollideWith(&a) &&
+         world.getPairCache()->needsBroadphaseCollision(a.getBroadphaseHandle(), b.getBroadphaseHandle());
+}
+
+void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterations) {
+  for_each_leaf(*fast.object, [&](const Leaf& a) {
+    for_each_leaf(*other.object, [&](const Leaf& b) {
+      const btScalar time = impact(fast, a, other, b, step, max_iterations);
+      fast.end = btMin(fast.end, time);
+      other.end = btMin(other.end, time);
+    });
+  });
+}
+
+}  // namespace
+
+void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
+  const btCollisionObjectArray& objects = world->getCollisionObjectArray();
+  btScalar finest = std::numeric_limits<btScalar>::infinity();
+  for (int i = 0; i < objects.size(); ++i) {
+    for_each_leaf(*objects[i], [&](const Leaf& leaf) {
+      const Shape* const shape = as_vps(leaf.shape);
+      if (shape != nullptr) finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
+    });
+  }
+  const btScalar least = btScalar(options_.free_vx) * finest;
+
+  std::vector<Mover> fast;
+  for (int i = 0; i < objects.size(); ++i) {
+    const Mover mover(objects[i], step);
+    if (mover.body != nullptr && mover.speed() * step > least) fast.push_back(mover);
+  }
+  for (std::size_t i = 0; i < fast.size(); ++i) {
+    btVector3 low;
+    btVector3 high;
+    fast[i].swept(low, high);
+    // Two fast bodies may meet where neither was.
+    for (std::size_t k = i + 1; k < fast.size(); ++k) {
+      btVector3 other_low;
+      btVector3 other_high;
+      fast[k].swept(other_low, other_high);
+      if (!TestAabbAgainstAabb2(low, high, other_low, other_high)) continue;
+      if (may_collide(*world, *fast[i].object, *fast[k].object)) {
+        advance(fast[i], fast[k], step, options_.max_iterations);
+      }
+    }
+    CandidateCallback candidates(fast[i].object->getBroadphaseHandle());
+    world->getBroadphase()->aabbTest(low, high, candidates);
+    for (btCollisionObject* const object : candidates.found) {
+      const auto is_object = [&](const Mover& mover) { return mover.object == object; };
+      if (std::any_of(fast.begin(), fast.end(), is_object) || !may_collide(*world, *fast[i].object, *object)) continue;
+      Mover other(object, step);
+      advance(fast[i], other, step, options_.max_iterations);
+    }
+  }
+  for (Mover& mover : fast) {
+    if (!(mover.end < step)) continue;
+    mover.body->setCenterOfMassTransform(mover.at(mover.end));
+    ++stops_;
+  }
+}
+
+}  // namespace vps::bullet

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+const std::shared_ptr<Asset>& ball() {
+  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
+  return asset;
+}
+// 4 mm thick, two voxels.
+const std::shared_ptr<Asset>& wall() {
+  static const auto asset = baked_at(make_box({0.002, 0.2, 0.2}), 0.002);
+  return asset;
+}
+
+struct Scene : World {
+  bullet::ContinuousMotion continuous;
+  Scene() {
+    world.setGravity({0, 0, 0});
+    world.addAction(&continuous);
+  }
+  ~Scene() { world.removeAction(&continuous); }
+};
+
+// Thrown at a thin wall at x = 0.
+double farthest(btCollisionShape& thrown, btCollisionShape& wall_shape, btScalar speed, btScalar spin, int steps) {
+  Scene scene;
+  scene.add(wall_shape, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(thrown, 1, {btScalar(-0.5), btScalar(0.01), btScalar(0.02)});
+  body.setLinearVelocity({speed, 0, 0});
+  body.setAngularVelocity({0, spin, spin});
+  double x = -1;
+  for (int i = 0; i < steps; ++i) {
+    scene.step(1, btScalar(1.0 / 60));
+    x = std::max(x, double(body.getWorldTransform().getOrigin().x()));
+  }
+  return x;
+}
+
+TEST(ContinuousMotion, ThinWallsStopFastBodies) {
+  bullet::Shape thrown(ball());
+  bullet::Shape baked_wall(wall());
+  btBoxShape box({btScalar(0.002), btScalar(0.2), btScalar(0.2)});
+  btConvexHullShape hull;
+  for (int i = 0; i < 8; ++i) {
+    hull.addPoint({btScalar(i & 1 ? 0.002 : -0.002), btScalar(i & 2 ? 0.2 : -0.2), btScalar(i & 4 ? 0.2 : -0.2)});
+  }
+  hull.setMargin(btScalar(0.001));
+  btCylinderShapeX disc({btScalar(0.002), btScalar(0.2), btScalar(0.2)});
+  btCompoundShape compound;
+  compound.addChildShape(btTransform::getIdentity(), &box);
+  for (btCollisionShape* const shape :
+       std::initializer_list<btCollisionShape*>{&baked_wall, &box, &hull, &disc, &compound}) {
+    for (const int speed : {3, 10, 30, 100}) {
+      for (const int spin : {0, 50}) {
+        EXPECT_LT(farthest(thrown, *shape, btScalar(speed), btScalar(spin), 30), -0.045)
+            << shape->getName() << ' ' << speed << ' ' << spin;
+      }
+    }
+  }
+  // A sphere of Bullet's at our wall.
+  btSphereShape sphere(btScalar(0.05));
+  EXPECT_LT(farthest(sphere, baked_wall, 100, 0, 30), -0.045);
+}
+
+TEST(ContinuousMotion, WithoutItTheyPass) {
+  World scene;
+  scene.world.setGravity({0, 0, 0});
+  bullet::Shape thrown(ball());
+  bullet::Shape baked_wall(wall());
+  scene.add(baked_wall, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(thrown, 1, {btScalar(-0.75), 0, 0});
+  body.setLinearVelocity({30, 0, 0});
+  scene.step(10, btScalar(1.0 / 60));
+  EXPECT_GT(body.getWorldTransform().getOrigin().x(), 1);
+}
+
+TEST(ContinuousMotion, FastBodiesMeetWhereNeitherWas) {
+  Scene scene;
+  bullet::Shape shape(ball());
+  btRigidBody& left = scene.add(shape, 1, {btScalar(-0.55), 0, 0});
+  btRigidBody& right = scene.add(shape, 1, {btScalar(0.55), 0, 0});
+  left.setLinearVelocity({50, 0, 0});
+  right.setLinearVelocity({-50, 0, 0});
+  scene.step(1, btScalar(1.0 / 60));
+  EXPECT_EQ(scene.continuous.stops(), 2U);
+  EXPECT_NEAR(left.getWorldTransform().getOrigin().x(), -0.05, 0.002);
+  EXPECT_NEAR(right.getWorldTransform().getOrigin().x(), 0.05, 0.002);
+  scene.step(10, btScalar(1.0 / 60));
+  EXPECT_LT(left.getWorldTransform().getOrigin().x(), right.getWorldTransform().getOrigin().x());
+}
+
+TEST(ContinuousMotion, ABouncingBallKeepsItsSpeedAndHardlyPenetrates) {
+  Scene scene;
+  scene.world.setGravity({0, 0, -10});
+  bullet::Shape shape(ball());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  scene.add(box, 0, {0, 0, btScalar(-0.5)}).setRestitution(1);
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.55)});
+  body.setRestitution(btScalar(0.9));
+  double lowest = 1;
+  double highest_after = 0;
+  bool bounced = false;
+  for (int i = 0; i < 150; ++i) {
+    scene.step(1, btScalar(1.0 / 200));
+    const double z = double(body.getWorldTransform().getOrigin().z());
+    lowest = std::min(lowest, z);
+    bounced = bounced || body.getLinearVelocity().z() > 1;
+    if (bounced) highest_after = std::max(highest_after, z);
+  }
+  EXPECT_GT(lowest, 0.0494);
+  EXPECT_NEAR(highest_after - 0.05, 0.81 * 0.5, 0.03);
+}
+
+TEST(ContinuousMotion, RestingAndSlidingBodiesAreLeftAlone) {
+  Scene scene;
+  scene.world.setGravity({0, 0, btScalar(-9.81)});
+  bullet::Shape brick(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
+  btBoxShape box({3, 1, btScalar(0.5)});
+  scene.add(box, 0, {0, 0, btScalar(-0.5)}).setFriction(0);
+  btRigidBody& body = scene.add(brick, 1, {btScalar(-2), 0, btScalar(0.0501)});
+  scene.step(60);
+  const auto before = scene.continuous.stops();
+  body.setLinearVelocity({3, 0, 0});
+  scene.step(240);
+  EXPECT_EQ(scene.continuous.stops(), before);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().x(), 1, 0.02);
+}
+
+}  // namespace
+}  // namespace vps::test
