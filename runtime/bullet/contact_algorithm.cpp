@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partner_field.h"
 #include "runtime/bullet/reduce_contacts.h"
@@ -110,6 +111,18 @@ void register_algorithm(btCollisionDispatcher& dispatcher) {
     dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create);
     dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create);
   }
+}
+
+bool is_registered(btDispatcher& dispatcher, const Shape& shape) {
+  btCollisionObject object;
+  object.setCollisionShape(const_cast<Shape*>(&shape));
+  const btCollisionObjectWrapper wrap(nullptr, &shape, &object, object.getWorldTransform(), -1, -1);
+  btCollisionAlgorithm* const found = dispatcher.findAlgorithm(&wrap, &wrap, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+  if (found == nullptr) return false;
+  const bool ours = dynamic_cast<ContactAlgorithm*>(found) != nullptr;
+  found->~btCollisionAlgorithm();
+  dispatcher.freeCollisionAlgorithm(found);
+  return ours;
 }
 
 }  // namespace vps::bullet

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Zlib
 // Conservative advancement of fast bodies, after Bullet has moved them.
-#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/for_each_leaf.h"
 #include "runtime/bullet/partner_field.h"
 #include "runtime/vps_queries.h"
 
@@ -53,24 +53,6 @@ struct Mover {
     high.setMax(other_high);
   }
 };
-
-// Of a compound: children, and theirs.
-struct Leaf {
-  const btCollisionShape* shape;
-  btTransform local;
-};
-template <class Visit>
-void for_each_leaf(const Leaf& leaf, const Visit& visit) {
-  if (!leaf.shape->isCompound()) return visit(leaf);
-  const auto* const compound = static_cast<const btCompoundShape*>(leaf.shape);
-  for (int i = 0; i < compound->getNumChildShapes(); ++i) {
-    for_each_leaf({compound->getChildShape(i), leaf.local * compound->getChildTransform(i)}, visit);
-  }
-}
-template <class Visit>
-void for_each_leaf(const btCollisionObject& object, const Visit& visit) {
-  for_each_leaf(Leaf{object.getCollisionShape(), btTransform::getIdentity()}, visit);
-}
 
 // Upper bound of the shell's depth in its partner. @return false where there is no answer
 bool depth_bound(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {

@@ -15,12 +15,14 @@
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <BulletDynamics/Dynamics/btActionInterface.h>
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "runtime/vps_contacts.h"
 
@@ -153,6 +155,18 @@ class ContinuousMotion final : public btActionInterface {
 /// @return how many were put in place
 int reattach(btCollisionWorld& world, const std::function<const char*(const btCollisionShape&)>& name_of,
              const std::function<Shape*(std::string_view key)>& shape_for);
+
+/// What in a world will hurt its Shapes, and what to set instead.
+struct Advice {
+  const btCollisionObject* object = nullptr;  ///< whose setting it is; null: the world's
+  std::string setting;                        ///< as the program calls it: "m_splitImpulsePenetrationThreshold"
+  std::string text;                           ///< what it does, and what to set
+};
+
+/// Looks at a world before its first step, or at any time: dispatcher, solver, units, margins, speeds, scaling, missing
+/// parts. Empty when there is nothing to say. One body of a kind is told of a setting.
+/// @param step  of stepSimulation's internal steps. [s]
+[[nodiscard]] std::vector<Advice> lint(btDiscreteDynamicsWorld& world, btScalar step);
 
 /// Takes a line without its end, which says what is wrong and what to do: each shape sends a kind once.
 using MessageHandler = void (*)(const char* line);

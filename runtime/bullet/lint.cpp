@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Zlib
+// Settings of a world that will hurt its Shapes.
+#include "runtime/bullet/lint.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <limits>
+
+#include "runtime/bullet/for_each_leaf.h"
+#include "runtime/bullet/pair.h"
+
+namespace vps::bullet {
+namespace {
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+std::string
+format(const char* pattern, ...) {
+  char text[320];
+  va_list arguments;
+  va_start(arguments, pattern);
+  std::vsnprintf(text, sizeof text, pattern, arguments);
+  va_end(arguments);
+  return text;
+}
+
+class Lint {
+ public:
+  Lint(btDiscreteDynamicsWorld& world, double step) : world_(world), step_(step) {}
+
+  std::vector<Advice> run() {
+    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
+      for_each_leaf(*world_.getCollisionObjectArray()[i], [&](const Leaf& leaf) {
+        const Shape* const shape = as_vps(leaf.shape);
+        if (shape == nullptr) return void(others_ = true);
+        if (any_ == nullptr) any_ = shape;
+        finest_ = std::min(finest_, shape->asset().info().voxel_size);
+        shells_ = shells_ || shape->pointshell().points > 0;
+        maps_ = maps_ || shape->voxelmap().field != Field::none;
+      });
+    }
+    if (any_ == nullptr) return {};
+    look_at_world();
+    for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
+      const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
+      for_each_leaf(object, [&](const Leaf& leaf) { look_at_shape(object, *leaf.shape); });
+      if (const btRigidBody* const body = btRigidBody::upcast(&object)) look_at_body(*body);
+    }
+    return std::move(advice_);
+  }
+
+ private:
+  // Each setting once.
+  void add(const btCollisionObject* object, const char* setting, std::string text) {
+    const auto is_told = [&](const Advice& old) { return old.setting == setting; };
+    if (std::none_of(advice_.begin(), advice_.end(), is_told)) advice_.push_back({object, setting, std::move(text)});
+  }
+
+  void look_at_world() {
+    const btContactSolverInfo& solver = world_.getSolverInfo();
+    if (!is_registered(*world_.getDispatcher(), *any_)) {
+      add(nullptr, "register_algorithm",
+          "the dispatcher does not know baked shapes: they pass through each other; call "
+          "vps::bullet::register_algorithm(*dispatcher) before the first step, after GImpact's registration");
+    }
+    const double threshold = double(solver.m_splitImpulsePenetrationThreshold);
+    if (solver.m_splitImpulse == 0 || threshold < -0.5 * finest_) {
+      add(nullptr, "m_splitImpulsePenetrationThreshold",
+          format("overlaps of less than %.3g mm are resolved by velocity, so that bodies hop out of them; set "
+                 "m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
+                 solver.m_splitImpulse == 0 ? HUGE_VAL : -1000 * threshold, -0.02 * finest_));
+    }
+    if ((solver.m_solverMode & SOLVER_USE_WARMSTARTING) == 0) {
+      add(nullptr, "m_solverMode", "impulses are not carried over from step to step: set SOLVER_USE_WARMSTARTING");
+    }
+    gravity_ = double(world_.getGravity().length());
+    if (gravity_ > 100) {
+      add(nullptr, "setGravity",
+          format("%.4g m/s^2 is the gravity of a world in %s; assets are in metres: build the world in metres, or bake "
+                 "with vpsbake --scale %s",
+                 gravity_, gravity_ > 2000 ? "millimetres" : "centimetres", gravity_ > 2000 ? "1000" : "100"));
+    }
+    const double fall = gravity_ * step_ * step_;
+    if (fall > finest_) {
+      add(nullptr, "stepSimulation",
+          format("in a step of %.3g s a body at rest falls %.2g mm, %.2g voxels, into its ground; take steps of %.2g s "
+                 "(fixedTimeStep), or add a vps::bullet::ContinuousMotion",
+                 step_, 1000 * fall, fall / finest_, std::sqrt(finest_ / gravity_)));
+    }
+  }
+
+  void look_at_shape(const btCollisionObject& object, const btCollisionShape& shape) {
+    const double margin = double(shape.getMargin());
+    if (const Shape* const vps = as_vps(&shape)) {
+      if (vps->status() == Status::bad_argument) {
+        add(&object, "setLocalScaling", "a baked shape is not scaled: bake the mesh at the size you need");
+      }
+      const bool has_shell = vps->pointshell().points > 0;
+      const bool has_map = vps->voxelmap().field != Field::none;
+      if (!has_shell && (others_ || !shells_)) {
+        add(&object, "Part::voxelmap",
+            "without a pointshell it meets nothing of Bullet's own, and no other voxelmap; bake one, or use "
+            "Part::mixed");
+      }
+      if (!has_map && !maps_ && !others_) {
+        add(&object, "Part::pointshell", "there is no voxelmap in the world that it could meet");
+      }
+      return;
+    }
+    // Of boxes and other primitives the margin is part of their size.
+    const int type = shape.getShapeType();
+    const bool grows =
+        btBroadphaseProxy::isPolyhedral(type) ? type != BOX_SHAPE_PROXYTYPE : type == CONE_SHAPE_PROXYTYPE;
+    if (grows && margin > finest_) {
+      add(&object, "setMargin",
+          format("Bullet thickens %s by its margin of %.3g mm, %.2g voxels: bodies seem to float; "
+                 "setMargin(%.2g) before the body is added",
+                 shape.getName(), 1000 * margin, margin / finest_, 0.2 * finest_));
+    }
+  }
+
+  void look_at_body(const btRigidBody& body) {
+    if (body.isStaticOrKinematicObject()) return;
+    const btVector3& at = body.getWorldTransform().getOrigin();
+    const double far = double(btMax(btMax(btFabs(at.x()), btFabs(at.y())), btFabs(at.z())));
+    if (far * double(std::numeric_limits<btScalar>::epsilon()) > 0.1 * finest_) {
+      add(&body, "setWorldTransform",
+          format(
+              "%.3g m from the origin positions are rounded to %.2g mm: move the world's origin nearer, or use Bullet "
+              "in double precision",
+              far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
+    }
+    btVector3 low;
+    btVector3 high;
+    body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
+    const double size = double((high - low).length());
+    const double travel = double(body.getLinearVelocity().length()) * step_;
+    if (travel > 0.25 * size) {
+      add(&body, "ContinuousMotion",
+          format("it moves %.3g mm in a step and is %.3g mm large: it may pass through walls; add a "
+                 "vps::bullet::ContinuousMotion to the world",
+                 1000 * travel, 1000 * size));
+    }
+    // As fast as something of its size that falls over.
+    const double lively = std::sqrt(gravity_ * size);
+    if (double(body.getLinearSleepingThreshold()) > 0.6 * lively && body.getActivationState() != DISABLE_DEACTIVATION &&
+        gravity_ > 0) {
+      add(&body, "setSleepingThresholds",
+          format("it falls asleep below %.2g m/s, while it still rolls or tips: a body of %.3g mm wants "
+                 "setSleepingThresholds(%.2g, %.2g)",
+                 double(body.getLinearSleepingThreshold()), 1000 * size, 0.05 * lively, 0.05 * lively / (0.5 * size)));
+    }
+  }
+
+  btDiscreteDynamicsWorld& world_;
+  const double step_;
+  const Shape* any_ = nullptr;
+  double finest_ = std::numeric_limits<double>::infinity();  // voxel. [m]
+  double gravity_ = 0;
+  bool others_ = false;  // shapes of Bullet's
+  bool shells_ = false, maps_ = false;
+  std::vector<Advice> advice_;
+};
+
+}  // namespace
+
+std::vector<Advice> lint(btDiscreteDynamicsWorld& world, btScalar step) {
+  return Lint(world, double(step)).run();
+}
+
+}  // namespace vps::bullet
