@@ -30,6 +30,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 
  private:
   void fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
+  void fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
   void fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found, btManifoldResult* result);
 
   Manifolds manifolds_;
@@ -66,12 +67,28 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
 }
 
 void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
+  if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
   std::array<Contact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
   const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
   const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
   manifolds_.fill(0, pair, {few.data(), refine(pair, {few.data(), count})}, found.frame, result);
+  manifolds_.clear_from(1);
+}
+
+// Few springs with the wrench of all points that press.
+void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
+  thread_local ReductionScratch scratch;
+  std::array<Contact, MANIFOLD_CACHE_SIZE> few;
+  const auto presses = [](const Contact& contact) { return contact.penetration >= 0; };
+  const auto last = std::stable_partition(found.contacts.begin(), found.contacts.end(), presses);
+  std::span<Contact> pressing(found.contacts.begin(), last);
+  pressing = pressing.first(refine(pair, pressing));
+  const Vec3 centre = to_vec3(found.frame.invXform(pair.shell.world.getOrigin()));
+  Reduction reduction;
+  if (vps::reduce_contacts(pressing, centre, few, scratch, reduction) != Status::ok) reduction.kept = 0;
+  manifolds_.fill(0, pair, {few.data(), reduction.kept}, found.frame, result);
   manifolds_.clear_from(1);
 }
 

@@ -31,11 +31,14 @@ std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
            {{0, 0, -1}, half.z}}};
 }
 
-// Beside an edge of the field the shell's points are near without being about to touch: their contacts would stop a
-// body that slides by.
-bool only_grazes(const Contact& contact, Vec3 into_shell) {
+// Once a contact has its direction: what it presses on is its area as seen along it. Beside an edge of the field the
+// shell's points are near without being about to touch: their contacts would stop a body that slides by.
+// @return whether it is such a one
+bool weigh(Contact& contact, Vec3 into_shell) {
   constexpr float kGrazing = 0.3F;
-  return contact.penetration < 0 && detail::dot(contact.inward_normal, into_shell) < kGrazing;
+  const float agreement = detail::dot(contact.inward_normal, into_shell);
+  contact.area *= std::max(agreement, 0.0F);
+  return contact.penetration < 0 && agreement < kGrazing;
 }
 
 }  // namespace
@@ -83,7 +86,7 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
         } else {
           contact.inward_normal = outward_normal(field, contact.position);
         }
-        return only_grazes(contact, into_shell);
+        return weigh(contact, into_shell);
       };
       const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
       found.contacts = {found.contacts.begin(), last};
@@ -106,7 +109,7 @@ std::size_t refine(const Pair& pair, std::span<Contact> contacts) {
     const Vec3 into_shell = contact.inward_normal;
     contact.inward_normal = outward;
     contact.penetration = penetration(map, contact.position, outward) + margin_of(pair);
-    return only_grazes(contact, into_shell);
+    return weigh(contact, into_shell);
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }

@@ -21,8 +21,8 @@ struct Workspace {
 };
 
 struct FoundContacts {
-  /// In tree order. Their `inward_normal` is what the shell's body is pushed along; against a voxelmap it is the
-  /// shell's, see `refine`.
+  /// In tree order. Their `inward_normal` is what the shell's body is pushed along, and their area as seen from there;
+  /// against a voxelmap both are still the shell's, see `refine`.
   std::span<Contact> contacts;
   btTransform frame;  ///< takes the contacts' frame to the world
 };

@@ -41,6 +41,7 @@ class Lint {
         if (any_ == nullptr) any_ = shape;
         finest_ = std::min(finest_, shape->asset().info().voxel_size);
         shells_ = shells_ || shape->pointshell().points > 0;
+        springs_ = springs_ || shape->foundation().stiffness > 0;
         maps_ = maps_ || shape->voxelmap().field != Field::none;
       });
     }
@@ -69,11 +70,18 @@ class Lint {
           "vps::bullet::register_algorithm(*dispatcher) before the first step, after GImpact's registration");
     }
     const double threshold = double(solver.m_splitImpulsePenetrationThreshold);
-    if (solver.m_splitImpulse == 0 || threshold < -0.5 * finest_) {
+    if (springs_) {
+      if (solver.m_splitImpulse != 0) {
+        add(nullptr, "m_splitImpulse",
+            "Bullet takes the springs of set_foundation for errors of position, which carry no weight: set "
+            "m_splitImpulse = 0");
+      }
+    } else if (solver.m_splitImpulse == 0 || threshold < -0.5 * finest_) {
       add(nullptr, "m_splitImpulsePenetrationThreshold",
-          format("overlaps of less than %.3g mm are resolved by velocity, so that bodies hop out of them; set "
-                 "m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
-                 solver.m_splitImpulse == 0 ? HUGE_VAL : -1000 * threshold, -0.02 * finest_));
+          format(
+              "overlaps of less than %.3g mm are resolved by velocity, and without m_splitImpulse all: bodies hop out "
+              "of them; set m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
+              -1000 * threshold, -0.02 * finest_));
     }
     if ((solver.m_solverMode & SOLVER_USE_WARMSTARTING) == 0) {
       add(nullptr, "m_solverMode", "impulses are not carried over from step to step: set SOLVER_USE_WARMSTARTING");
@@ -135,6 +143,7 @@ class Lint {
               "in double precision",
               far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
     }
+    for_each_leaf(body, [&](const Leaf& leaf) { look_at_foundation(body, as_vps(leaf.shape)); });
     btVector3 low;
     btVector3 high;
     body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
@@ -157,13 +166,30 @@ class Lint {
     }
   }
 
+  void look_at_foundation(const btRigidBody& body, const Shape* shape) {
+    if (shape == nullptr || !(shape->foundation().stiffness > 0) || shape->pointshell().points == 0) return;
+    double area = 0;
+    for (std::uint32_t i = 0; i < shape->pointshell().points; ++i) {
+      area += double(point_area(shape->pointshell(), i));
+    }
+    // Lying on a quarter of its surface.
+    const double swing = std::sqrt(shape->foundation().stiffness * area / 4 * double(body.getInvMass())) * step_;
+    if (swing < 1) return;
+    add(&body, "set_foundation",
+        format(
+            "a stiffness of %.2g N/m^3 swings faster than a step of %.3g s shows: contacts will be as good as rigid; "
+            "take steps of %.2g s or a stiffness of %.2g N/m^3",
+            shape->foundation().stiffness, step_, 0.5 * step_ / swing,
+            shape->foundation().stiffness / (4 * swing * swing)));
+  }
+
   btDiscreteDynamicsWorld& world_;
   const double step_;
   const Shape* any_ = nullptr;
   double finest_ = std::numeric_limits<double>::infinity();  // voxel. [m]
   double gravity_ = 0;
   bool others_ = false;  // shapes of Bullet's
-  bool shells_ = false, maps_ = false;
+  bool shells_ = false, maps_ = false, springs_ = false;
   std::vector<Advice> advice_;
 };
 

@@ -46,6 +46,16 @@ struct OldPoints {
   }
 };
 
+// Bullet clears these with every addContactPoint. Area-weighted, so that stiffness does not depend on the sampling.
+void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const Contact> contacts) {
+  for (const Contact& contact : contacts) {
+    if (static_cast<int>(contact.point) != fresh.m_index0) continue;
+    fresh.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
+    fresh.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness * double{contact.area});
+    fresh.m_combinedContactDamping1 = static_cast<btScalar>(law.damping * double{contact.area});
+  }
+}
+
 }  // namespace
 
 Manifolds::~Manifolds() {
@@ -113,6 +123,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
+    if (slot == 0 && foundation_of(pair).stiffness > 0) make_spring(fresh, foundation_of(pair), contacts);
     old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * voxel_size(pair));
   }
 }

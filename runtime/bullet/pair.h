@@ -66,4 +66,10 @@ inline float margin_of(const Pair& pair) {
   return static_cast<float>(pair.shell.vps->getMargin() + field);
 }
 
+/// What contacts press by; a stiffness of 0: they are rigid.
+inline const PenaltyLaw& foundation_of(const Pair& pair) {
+  const PenaltyLaw& own = pair.shell.vps->foundation();
+  return own.stiffness > 0 || pair.field.vps == nullptr ? own : pair.field.vps->foundation();
+}
+
 }  // namespace vps::bullet

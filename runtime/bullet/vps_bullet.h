@@ -72,7 +72,8 @@ class Shape final : public btConcaveShape {
 
   /// Pressure of contacts instead of Bullet's rigid ones when this shape gives the pointshell, or the other has none:
   /// each contact is a spring and a damper of Bullet's solver, with the stiffness of the area it stands for (the
-  /// paper's future work, Sec. 5). A stiffness of 0, as it is at first: rigid. Regular manifolds only.
+  /// paper's future work, Sec. 5). A stiffness of 0, as it is at first: rigid. Regular manifolds only, and only in
+  /// worlds with m_splitImpulse = 0.
   /// @return bad_argument, and nothing changed, for a law that is negative or not finite
   Status set_foundation(const PenaltyLaw& law);
   [[nodiscard]] const PenaltyLaw& foundation() const { return foundation_; }

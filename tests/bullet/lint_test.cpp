@@ -47,6 +47,14 @@ TEST(Lint, EachSettingThatHurtsIsNamed) {
   EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->setLinearVelocity({20, 0, 0}); }), "ContinuousMotion ");
   EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->forceActivationState(ACTIVE_TAG); }),
             "setSleepingThresholds ");
+  const auto on_springs = [](double stiffness) {
+    return [stiffness](World& scene) {
+      ASSERT_EQ(static_cast<bullet::Shape*>(scene.bodies[1]->getCollisionShape())->set_foundation({stiffness, 0}),
+                Status::ok);
+    };
+  };
+  EXPECT_EQ(advice_after(on_springs(1e6)), "m_splitImpulse ");
+  EXPECT_EQ(advice_after(on_springs(1e9)), "m_splitImpulse set_foundation ");
   EXPECT_EQ(advice_after([](World& scene) { scene.world.setGravity({0, 0, -9810}); }), "setGravity stepSimulation ");
 #ifndef BT_USE_DOUBLE_PRECISION
   EXPECT_EQ(advice_after([](World& scene) {
