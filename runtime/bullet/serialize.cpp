@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <LinearMath/btSerializer.h>
 
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <vector>
@@ -14,20 +15,31 @@
 namespace vps::bullet {
 namespace {
 
-constexpr std::string_view kPrefix = "vps:";
-constexpr std::size_t kKeyLength = 4 + 16;
+std::uint64_t hash_of(const Asset& asset) {
+  std::vector<std::uint64_t> hashes;
+  for (const Section& section : asset.directory().sections) hashes.push_back(section.hash);
+  hashes.push_back(asset.info().mesh_hash);
+  return hash_bytes(std::as_bytes(std::span(hashes)));
+}
 
-// The key in a shape's name, or nothing.
-std::string_view key_in(const char* name) {
-  const std::string_view whole = name != nullptr ? name : "";
-  return whole.size() >= kKeyLength && whole.starts_with(kPrefix) ? whole.substr(0, kKeyLength) : std::string_view();
+// Names of children of compounds do not come back from a file, but margins do, to the bit: 28 bits of the hash as a
+// length below 2^-90 m, which changes nothing.
+float tag_of(const Asset& asset) {
+  const std::uint64_t hash = hash_of(asset);
+  const float fraction = 1 + std::ldexp(static_cast<float>(hash & 0x7FFFFF), -23);
+  return std::ldexp(fraction, -91 - static_cast<int>((hash >> 23) & 31));
+}
+
+btVector3 half_extents(const btCollisionShape& shape) {
+  btVector3 low;
+  btVector3 high;
+  shape.getAabb(btTransform::getIdentity(), low, high);
+  return (high - low) / 2;
 }
 
 class Reattach {
  public:
-  Reattach(const std::function<const char*(const btCollisionShape&)>& name_of,
-           const std::function<Shape*(std::string_view)>& shape_for)
-      : name_of_(name_of), shape_for_(shape_for) {}
+  explicit Reattach(std::span<Shape* const> shapes) : shapes_(shapes) {}
 
   /// @return what should stand in the shape's place: itself, where nothing has to change
   btCollisionShape* in_place_of(btCollisionShape* shape) {
@@ -45,29 +57,29 @@ class Reattach {
       }
       return shape;
     }
-    const std::string_view key = shape->getShapeType() == BOX_SHAPE_PROXYTYPE ? key_in(name_of_(*shape)) : "";
-    Shape* const found = key.empty() ? nullptr : shape_for_(key);
-    if (found == nullptr) return shape;
-    ++count;
-    return found;
+    if (shape->getShapeType() != BOX_SHAPE_PROXYTYPE) return shape;
+    for (Shape* const candidate : shapes_) {
+      if (shape->getMargin() != btScalar(tag_of(candidate->asset()))) continue;
+      const btVector3 wanted = half_extents(*candidate);
+      const btVector3 margin(candidate->getMargin(), candidate->getMargin(), candidate->getMargin());
+      if ((half_extents(*shape) - (wanted - margin)).length() > btScalar(1e-3) * wanted.length()) continue;
+      ++count;
+      return candidate;
+    }
+    return shape;
   }
 
   int count = 0;
 
  private:
-  const std::function<const char*(const btCollisionShape&)>& name_of_;
-  const std::function<Shape*(std::string_view)>& shape_for_;
+  const std::span<Shape* const> shapes_;
 };
 
 }  // namespace
 
 std::string asset_key(const Asset& asset) {
-  std::vector<std::uint64_t> hashes;
-  for (const Section& section : asset.directory().sections) hashes.push_back(section.hash);
-  hashes.push_back(asset.info().mesh_hash);
-  char key[kKeyLength + 1];
-  std::snprintf(key, sizeof key, "vps:%016llx",
-                static_cast<unsigned long long>(hash_bytes(std::as_bytes(std::span(hashes)))));
+  char key[32];
+  std::snprintf(key, sizeof key, "vps:%016llx", static_cast<unsigned long long>(hash_of(asset)));
   return key;
 }
 
@@ -82,17 +94,15 @@ const char* Shape::serialize(void* buffer, btSerializer* serializer) const {
       static_cast<char*>(serializer->getUniquePointer(const_cast<char*>(label_.data())));
   serializer->serializeName(label_.c_str());
   data->m_collisionShapeData.m_shapeType = BOX_SHAPE_PROXYTYPE;
-  btVector3 low;
-  btVector3 high;
-  getAabb(btTransform::getIdentity(), low, high);
-  ((high - low) / 2).serializeFloat(data->m_implicitShapeDimensions);
+  const btVector3 margin(getMargin(), getMargin(), getMargin());
+  (half_extents(*this) - margin).serializeFloat(data->m_implicitShapeDimensions);
+  data->m_collisionMargin = tag_of(*asset_);
   scaling_.serializeFloat(data->m_localScaling);
   return "btConvexInternalShapeData";
 }
 
-int reattach(btCollisionWorld& world, const std::function<const char*(const btCollisionShape&)>& name_of,
-             const std::function<Shape*(std::string_view)>& shape_for) {
-  Reattach reattach(name_of, shape_for);
+int reattach(btCollisionWorld& world, std::span<Shape* const> shapes) {
+  Reattach reattach(shapes);
   for (int i = 0; i < world.getNumCollisionObjects(); ++i) {
     btCollisionObject* const object = world.getCollisionObjectArray()[i];
     btCollisionShape* const shape = reattach.in_place_of(object->getCollisionShape());

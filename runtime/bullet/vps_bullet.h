@@ -18,10 +18,9 @@
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
 #include <atomic>
-#include <functional>
 #include <memory>
+#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "runtime/vps_contacts.h"
@@ -151,11 +150,9 @@ class ContinuousMotion final : public btActionInterface {
 
 /// Puts Shapes in the place of the boxes that stand for them in a world that was loaded from a file, children of
 /// compounds included.
-/// @param name_of    the name that the importer gives a shape; may return null
-/// @param shape_for  the shape for an asset_key; null leaves the box
+/// @param shapes  of the assets that are wanted back; boxes of other assets stay
 /// @return how many were put in place
-int reattach(btCollisionWorld& world, const std::function<const char*(const btCollisionShape&)>& name_of,
-             const std::function<Shape*(std::string_view key)>& shape_for);
+int reattach(btCollisionWorld& world, std::span<Shape* const> shapes);
 
 /// What in a world will hurt its Shapes, and what to set instead.
 struct Advice {
