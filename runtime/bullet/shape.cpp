@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Zlib
 // The collision shape: bounds, inertia and surfels from the asset. Paper: Sec. 3.2.
 #include <BulletCollision/CollisionDispatch/btConvexConcaveCollisionAlgorithm.h>
+#include <BulletCollision/NarrowPhaseCollision/btRaycastCallback.h>
 #include <LinearMath/btAabbUtil2.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
+#include "runtime/bullet/convert.h"
 #include "runtime/bullet/messages.h"
+#include "runtime/vps_queries.h"
 
 namespace vps::bullet {
 namespace {
@@ -63,6 +66,44 @@ class Surfels {
   const btVector3 low_, high_;
   btTriangleCallback& callback_;
 };
+
+// Bullet asks concave shapes for triangles near a ray. The field knows where it hits.
+// @return false where it does not: without distances
+bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTriangleRaycastCallback& ray) {
+  if (map.field != Field::scaled && map.field != Field::real) return false;
+  double direction[3];
+  double length = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    direction[axis] = double(ray.m_to[axis]) - double(ray.m_from[axis]);
+    length = std::hypot(length, direction[axis]);
+  }
+  if (!(length > 0)) return true;
+  // From where it comes near: floats are for the size of the body, not for its distance.
+  double ahead = 0;
+  double radius = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    direction[axis] /= length;
+    const double low = double{map.bounds_min[axis]} - double(centre_of_mass[axis]);
+    const double high = double{map.bounds_max[axis]} - double(centre_of_mass[axis]);
+    ahead += direction[axis] * ((low + high) / 2 - double(ray.m_from[axis]));
+    radius = std::hypot(radius, (high - low) / 2);
+  }
+  const double skipped = std::clamp(ahead - radius - double{map.voxel_size}, 0.0, length);
+  const auto at = [&](int axis) {
+    return static_cast<float>(double(ray.m_from[axis]) + skipped * direction[axis] + double(centre_of_mass[axis]));
+  };
+  const Ray local{
+      {at(0), at(1), at(2)},
+      {static_cast<float>(direction[0]), static_cast<float>(direction[1]), static_cast<float>(direction[2])},
+      static_cast<float>(length - skipped)};
+  RayHit hit;
+  if (cast_ray(map, local, {}, hit) != Status::ok) return false;
+  const auto fraction = static_cast<btScalar>((skipped + double{hit.distance}) / length);
+  if (hit.hit && fraction < ray.m_hitFraction) {
+    ray.m_hitFraction = ray.reportHit(to_bt(hit.outward_normal), fraction, 0, 0);
+  }
+  return true;
+}
 
 }  // namespace
 
@@ -143,6 +184,9 @@ void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& l
     tell(Notice::not_registered,
          "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
          "step");
+  }
+  if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
+    if (hit_by_field(map_, centre_of_mass_, *ray)) return;
   }
   if (shell_.points > 0) Surfels(shell_, centre_of_mass_, low, high, *callback).visit(0);
 }

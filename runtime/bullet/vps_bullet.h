@@ -7,8 +7,8 @@
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
 /// Answered: Shape against Shape, both may move; against every convex shape and plane of Bullet's, by their distance;
-/// children of compounds, ghost objects and contact tests as Bullet has them. Rays, convex sweeps and debug drawing see
-/// surfels (see processAllTriangles).
+/// children of compounds, ghost objects and contact tests as Bullet has them. For rays, convex sweeps and debug drawing
+/// see processAllTriangles.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -101,9 +101,10 @@ class Shape final : public btConcaveShape {
   /// reattach.
   int calculateSerializeBufferSize() const override;
   const char* serialize(void* buffer, btSerializer* serializer) const override;
-  /// Surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent plane whose
-  /// inscribed circle has the covering radius, so that together they cover the surface. For rays, debug drawing and
-  /// convex shapes without an algorithm of their own. Index: number of the point.
+  /// Rays are answered by the voxelmap, to a thousandth of a voxel: the first place inside, their start if it is.
+  /// All else gets surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent
+  /// plane whose inscribed circle has the covering radius, so that together they cover the surface. For convex sweeps,
+  /// debug drawing, and rays without a voxelmap. Index: number of the point.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override;
 
  private:

@@ -45,25 +45,6 @@ TEST(Shape, ScalingIsRefusedAndSaid) {
   EXPECT_EQ(shape.getLocalScaling().x(), 1);
 }
 
-TEST(Shape, SurfelsCoverTheSurfaceForRays) {
-  World scene;
-  bullet::Shape shape(baked_at(make_torus(0.1, 0.03, 48, 24), 0.005));
-  scene.add(shape, 0, {0, 0, 1});
-  for (int i = 0; i < 200; ++i) {
-    const double angle = i * 0.7;
-    const btVector3 from(btScalar(0.1 * std::cos(angle)), btScalar(0.1 * std::sin(angle)), 2);
-    const btVector3 to = from - btVector3(0, 0, 2);
-    btCollisionWorld::ClosestRayResultCallback hit(from, to);
-    scene.world.rayTest(from, to, hit);
-    ASSERT_TRUE(hit.hasHit()) << i;
-    EXPECT_NEAR(hit.m_hitPointWorld.z(), 1.03, 0.004);
-    EXPECT_GT(hit.m_hitNormalWorld.z(), 0.8);
-  }
-  btCollisionWorld::ClosestRayResultCallback through({0, 0, 2}, {0, 0, 0});
-  scene.world.rayTest({0, 0, 2}, {0, 0, 0}, through);
-  EXPECT_FALSE(through.hasHit());
-}
-
 TEST(Shape, SegmentLevelIsTheOneWithTheNearestNumberOfClusters) {
   bullet::Shape shape(baked_at(make_sphere(0.05, 4), 0.003));
   EXPECT_EQ(shape.segment_level(), 0U);
