@@ -12,6 +12,9 @@ ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
   bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
 # For `make bench` alone: the peers.
 BENCH_PACKAGES := libbenchmark-dev libfcl-dev libopenvdb-dev
+# For `make paper` alone; Debian's Python finds Debian's matplotlib.
+PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
+PAPER_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
@@ -19,7 +22,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo bench bench-accuracy bench-scale corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -80,6 +83,15 @@ endif
 # 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels: time per stage and peak memory, as Markdown tables.
 bench-scale: all $(BUNNY)
 	python3 -B tests/bench/bench_scale.py --vpsbake build/release/cli/vpsbake --mesh $(BUNNY) --scale 0.0775 --work build
+
+# The paper's experiments (Sec. 4) beside Bullet's own algorithms; writes docs/paper. The first run takes minutes more, for HACD.
+paper: PACKAGES += $(PAPER_PACKAGES)
+paper: deps $(BUNNY)
+	cmake --preset bench
+	cmake --build --preset bench -j $(JOBS) --target paper_runs
+	mkdir -p docs/paper
+	$(PAPER_PYTHON) -B tests/paper/paper.py --runs build/bench/tests/paper/paper_runs --mesh $(BUNNY) --scale 0.0775 \
+	  --work build/bench/query -o docs/paper
 
 # Every mesh of ../shared, checked and baked; writes docs/corpus.md.
 corpus: all

@@ -6,9 +6,8 @@
 #include "sample_meshes/shapes.h"
 
 namespace vps::bench {
-namespace {
 
-BakedFile write_and_open(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
+BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
   const BakedAsset baked = bake(mesh, options);
   write_asset(path, baked.info, baked.sections);
   auto asset = std::make_shared<Asset>();
@@ -18,18 +17,16 @@ BakedFile write_and_open(const TriangleMesh& mesh, const BakeOptions& options, c
   return {path, asset};
 }
 
-}  // namespace
-
 BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path) {
   options.voxel_size = kVoxelSize;
-  return write_and_open(mesh, options, path);
+  return bake_file(mesh, options, path);
 }
 
 BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
   BakeOptions options;
   options.voxel_size = kVoxelSize;
   options.pointshell = false;
-  return write_and_open(samples::make_box(half_extents), options, path);
+  return bake_file(samples::make_box(half_extents), options, path);
 }
 
 TriangleMesh centred(TriangleMesh mesh, const Asset& asset) {

@@ -18,6 +18,11 @@ struct BakedFile {
   std::shared_ptr<const Asset> asset;
 };
 
+/// Bakes, writes and opens again.
+/// @throw BakeError, std::runtime_error
+[[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options,
+                                  const std::filesystem::path& path);
+
 /// Both parts. @param options  their voxel size is taken to be `kVoxelSize`
 [[nodiscard]] BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path);
 
