@@ -2,6 +2,7 @@
 // The collision algorithm that Bullet's dispatcher calls for each pair with a Shape. Paper: Secs. 2.4 and 3.2.
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
 #include <memory>
@@ -14,10 +15,13 @@
 namespace vps::bullet {
 namespace {
 
+enum class LookAhead : std::uint8_t { no, yes };
+
 class ContactAlgorithm final : public btCollisionAlgorithm {
  public:
-  explicit ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info)
-      : btCollisionAlgorithm(info), manifolds_(info.m_dispatcher1) {}
+  /// @param looks_ahead  for the contacts of a step; contactTest and the like ask for those of this moment
+  ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead looks_ahead)
+      : btCollisionAlgorithm(info), manifolds_(info.m_dispatcher1), looks_ahead_(looks_ahead) {}
 
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
@@ -34,6 +38,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   void fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found, btManifoldResult* result);
 
   Manifolds manifolds_;
+  const LookAhead looks_ahead_;
   const std::unique_ptr<PairMemory> memory_ = std::make_unique<PairMemory>();
 };
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
@@ -42,8 +47,32 @@ static_assert(sizeof(ContactAlgorithm) <= 192);
 // Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
 constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
 
+// How far the surfaces may approach each other in a step, where that is more than a voxel: contacts are looked for as
+// far ahead, so that the solver stops a body at the surface and not behind it. Else, and where restitution is wanted,
+// which a contact ahead would lose: 0.
+btScalar approach(const Pair& pair, btScalar step) {
+  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return 0;
+  btVector3 velocity(0, 0, 0);
+  btScalar spin = 0;
+  for (const Side* const side : {&pair.shell, &pair.field}) {
+    const btRigidBody* const body = btRigidBody::upcast(side->object);
+    if (body == nullptr || body->isStaticObject()) continue;
+    const btVector3 next = body->getLinearVelocity() + step * body->getInvMass() * body->getTotalForce();
+    velocity += side == &pair.shell ? next : -next;
+    btVector3 centre;
+    btScalar radius = 0;
+    body->getCollisionShape()->getBoundingSphere(centre, radius);
+    spin += body->getAngularVelocity().length() * (centre.length() + radius);
+  }
+  const btScalar way = step * (velocity.length() + spin);
+  return way > voxel_size(pair) ? way : 0;
+}
+
+// A body that lands needs contacts wherever it may touch first.
+constexpr std::uint32_t kLandingSegments = 64;
+
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
-                                        const btDispatcherInfo&, btManifoldResult* result) {
+                                        const btDispatcherInfo& info, btManifoldResult* result) {
   const Side a(first);
   const Side b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another shape of the same type slot
@@ -52,7 +81,14 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
+  if (const btScalar way = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : 0; way > 0) {
+    options.contact_distance += static_cast<float>(way);
+    if (options.segment_level == 0 && !(foundation_of(pair).stiffness > 0)) {
+      options.segment_level = segment_level_for(pair.shell.vps->pointshell(), kLandingSegments);
+    }
+  }
   FoundContacts found;
+  found.reach = options.contact_distance;
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
@@ -73,7 +109,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
   const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
-  manifolds_.fill(0, pair, {few.data(), refine(pair, {few.data(), count})}, found.frame, result);
+  manifolds_.fill(0, pair, {few.data(), refine(pair, found.reach, {few.data(), count})}, found, result);
   manifolds_.clear_from(1);
 }
 
@@ -84,11 +120,11 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
   const auto presses = [](const Contact& contact) { return contact.penetration >= 0; };
   const auto last = std::stable_partition(found.contacts.begin(), found.contacts.end(), presses);
   std::span<Contact> pressing(found.contacts.begin(), last);
-  pressing = pressing.first(refine(pair, pressing));
+  pressing = pressing.first(refine(pair, found.reach, pressing));
   const Vec3 centre = to_vec3(found.frame.invXform(pair.shell.world.getOrigin()));
   Reduction reduction;
   if (vps::reduce_contacts(pressing, centre, few, scratch, reduction) != Status::ok) reduction.kept = 0;
-  manifolds_.fill(0, pair, {few.data(), reduction.kept}, found.frame, result);
+  manifolds_.fill(0, pair, {few.data(), reduction.kept}, found, result);
   manifolds_.clear_from(1);
 }
 
@@ -97,21 +133,22 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
   int next = 0;
-  for (Contact& contact : found.contacts.first(refine(pair, found.contacts))) {
+  for (Contact& contact : found.contacts.first(refine(pair, found.reach, found.contacts))) {
     const int slot = static_cast<int>(contact.node - base);
     for (; next < slot; ++next) manifolds_.clear(next);
-    manifolds_.fill(slot, pair, {&contact, 1}, found.frame, result);
+    manifolds_.fill(slot, pair, {&contact, 1}, found, result);
     next = slot + 1;
   }
   manifolds_.clear_from(next);
 }
 
+template <LookAhead looks_ahead>
 struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
                                                  const btCollisionObjectWrapper*,
                                                  const btCollisionObjectWrapper*) override {
     void* const memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(ContactAlgorithm));
-    return new (memory) ContactAlgorithm(info);
+    return new (memory) ContactAlgorithm(info, looks_ahead);
   }
 };
 
@@ -120,13 +157,14 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
 void register_algorithm(btCollisionDispatcher& dispatcher) {
   // Without state, so one serves every dispatcher and outlives them all. The algorithm tells the bodies' roles by their
   // shapes: it needs no swapped twin.
-  static CreateContactAlgorithm create;
+  static CreateContactAlgorithm<LookAhead::yes> create;
+  static CreateContactAlgorithm<LookAhead::no> create_for_tests;
   for (int partner = 0; partner < CONCAVE_SHAPES_END_HERE; ++partner) {
     if (partner != kProxyType && !is_partner_field(partner)) continue;
     dispatcher.registerCollisionCreateFunc(kProxyType, partner, &create);
     dispatcher.registerCollisionCreateFunc(partner, kProxyType, &create);
-    dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create);
-    dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create);
+    dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create_for_tests);
+    dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create_for_tests);
   }
 }
 

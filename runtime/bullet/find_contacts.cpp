@@ -7,8 +7,11 @@
 
 #include "runtime/bullet/partner_field.h"
 #include "runtime/penetration.h"
+#include "runtime/vps_queries.h"
 
 namespace vps::bullet {
+
+using detail::operator-;
 
 Workspace& Workspace::of_this_thread(const PointshellView& shell) {
   thread_local Workspace space;
@@ -100,15 +103,25 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-std::size_t refine(const Pair& pair, std::span<Contact> contacts) {
+std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts) {
   if (pair.field.vps == nullptr) return contacts.size();
   const VoxelmapView& map = pair.field.vps->voxelmap();
+  const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
+    const Vec3 into_shell = contact.inward_normal;
+    // Beyond the band V and its gradient are rough.
+    ClosestPoint closest;
+    if (contact.penetration - margin < -0.75F * map.band_outer &&
+        closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
+      const Vec3 away = contact.position - closest.position;
+      contact.inward_normal = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
+      contact.penetration = margin - closest.distance;
+      return weigh(contact, into_shell) || contact.penetration < -reach;
+    }
     const Vec3 outward = outward_normal(map, contact.position);
     if (!(detail::dot(outward, outward) > 0)) return false;
-    const Vec3 into_shell = contact.inward_normal;
     contact.inward_normal = outward;
-    contact.penetration = penetration(map, contact.position, outward) + margin_of(pair);
+    contact.penetration = penetration(map, contact.position, outward) + margin;
     return weigh(contact, into_shell);
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());

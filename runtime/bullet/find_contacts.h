@@ -25,6 +25,7 @@ struct FoundContacts {
   /// against a voxelmap both are still the shell's, see `refine`.
   std::span<Contact> contacts;
   btTransform frame;  ///< takes the contacts' frame to the world
+  float reach = 0;    ///< how far off the surface they may be. [m]
 };
 
 /// @param options  of the query; the cache is set here, and the margins are added
@@ -34,7 +35,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 /// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is
 /// left where the map has none. Contacts that would stop a body sliding past an edge are taken out. Contacts of other
 /// fields are as they should be.
+/// @param reach  FoundContacts::reach
 /// @return how many are left, in front
-std::size_t refine(const Pair& pair, std::span<Contact> contacts);
+std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts);
 
 }  // namespace vps::bullet

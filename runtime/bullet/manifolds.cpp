@@ -97,11 +97,11 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
   return manifolds_[slot];
 }
 
-void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contacts, const btTransform& frame,
+void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contacts, const FoundContacts& found,
                      btManifoldResult* result) {
   const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
   if (contacts.empty() && !exists) return;
-  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * contact_distance(pair));
+  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(found.reach));
   result->setPersistentManifold(target);
   // Normals follow the bodies of the manifold, whatever the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
@@ -109,8 +109,8 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
   target->clearManifold();
 
   for (const Contact& contact : contacts) {
-    const btVector3 into_shell = frame.getBasis() * to_bt(contact.inward_normal);
-    const btVector3 position = frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
+    const btVector3 into_shell = found.frame.getBasis() * to_bt(contact.inward_normal);
+    const btVector3 position = found.frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
     const btScalar depth = -btScalar(contact.penetration);
     // Bullet wants the normal on the second body towards the first, and the point on the second.
     const btVector3 normal = shell_is_first ? into_shell : -into_shell;

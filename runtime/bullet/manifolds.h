@@ -28,8 +28,8 @@ class Manifolds {
   [[nodiscard]] Previous previous() const;
 
   /// Replaces a manifold's points by fresh ones: refreshing would keep the normals of the step they were made in.
-  /// @param contacts  as many as a manifold holds at most, in the world's frame
-  void fill(int slot, const Pair& pair, std::span<const Contact> contacts, const btTransform& frame,
+  /// @param contacts  as many as a manifold holds at most, of those that were found
+  void fill(int slot, const Pair& pair, std::span<const Contact> contacts, const FoundContacts& found,
             btManifoldResult* result);
   /// Empties a slot, or all from one on.
   void clear(int slot);

@@ -17,15 +17,15 @@ constexpr float kHysteresis = 1.2F;
 
 class Reduction {
  public:
-  Reduction(std::span<const Contact> contacts, std::span<const std::uint32_t> previous)
-      : contacts_(contacts), previous_(previous) {}
+  Reduction(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike)
+      : contacts_(contacts), previous_(previous), alike_(alike) {}
 
   /// Of points that are alike in depth, one of the step before.
-  std::uint32_t deepest(float alike) const {
+  std::uint32_t deepest() const {
     std::uint32_t at = 0;
     float most = -std::numeric_limits<float>::max();
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
-      const float depth = contacts_[i].penetration + (was_chosen(contacts_[i].point) ? alike : 0);
+      const float depth = contacts_[i].penetration + (was_chosen(contacts_[i].point) ? alike_ : 0);
       if (depth <= most) continue;
       most = depth;
       at = i;
@@ -38,7 +38,7 @@ class Reduction {
   bool best(Score score, std::uint32_t& at) const {
     float value = 0;
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
-      float s = score(contacts_[i].position);
+      float s = score(contacts_[i].position) * weight(contacts_[i].penetration);
       if (s > 0 && was_chosen(contacts_[i].point)) s *= kHysteresis;
       if (s > value) {
         value = s;
@@ -52,8 +52,13 @@ class Reduction {
   bool was_chosen(std::uint32_t point) const {
     return std::find(previous_.begin(), previous_.end(), point) != previous_.end();
   }
+  // A point that does not touch yet carries nothing, however far out it lies: a body on such points rocks for ever.
+  float weight(float penetration) const {
+    return penetration >= 0 ? 1 : alike_ * alike_ / (alike_ * alike_ + penetration * penetration);
+  }
   const std::span<const Contact> contacts_;
   const std::span<const std::uint32_t> previous_;
+  const float alike_;
 };
 
 }  // namespace
@@ -61,8 +66,8 @@ class Reduction {
 std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
                             std::array<std::uint32_t, 4>& chosen) {
   if (contacts.empty()) return 0;
-  const Reduction reduction(contacts, previous);
-  chosen[0] = reduction.deepest(alike);
+  const Reduction reduction(contacts, previous, alike);
+  chosen[0] = reduction.deepest();
   const Vec3 a = contacts[chosen[0]].position;
   if (!reduction.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;
   const Vec3 b = contacts[chosen[1]].position;

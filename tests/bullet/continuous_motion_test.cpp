@@ -28,14 +28,16 @@ struct Scene : World {
 };
 
 // Thrown at a thin wall at x = 0.
-double farthest(btCollisionShape& thrown, btCollisionShape& wall_shape, btScalar speed, btScalar spin, int steps) {
+double farthest(btCollisionShape& thrown, btCollisionShape& wall_shape, btScalar speed, btScalar spin,
+                btScalar restitution) {
   Scene scene;
-  scene.add(wall_shape, 0, {0, 0, 0});
+  scene.add(wall_shape, 0, {0, 0, 0}).setRestitution(restitution);
   btRigidBody& body = scene.add(thrown, 1, {btScalar(-0.5), btScalar(0.01), btScalar(0.02)});
+  body.setRestitution(restitution);
   body.setLinearVelocity({speed, 0, 0});
   body.setAngularVelocity({0, spin, spin});
   double x = -1;
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < 30; ++i) {
     scene.step(1, btScalar(1.0 / 60));
     x = std::max(x, double(body.getWorldTransform().getOrigin().x()));
   }
@@ -58,23 +60,27 @@ TEST(ContinuousMotion, ThinWallsStopFastBodies) {
        std::initializer_list<btCollisionShape*>{&baked_wall, &box, &hull, &disc, &compound}) {
     for (const int speed : {3, 10, 30, 100}) {
       for (const int spin : {0, 50}) {
-        EXPECT_LT(farthest(thrown, *shape, btScalar(speed), btScalar(spin), 30), -0.045)
-            << shape->getName() << ' ' << speed << ' ' << spin;
+        for (const btScalar restitution : {btScalar(0), btScalar(0.5)}) {
+          EXPECT_LT(farthest(thrown, *shape, btScalar(speed), btScalar(spin), restitution), -0.045)
+              << shape->getName() << ' ' << speed << ' ' << spin << ' ' << restitution;
+        }
       }
     }
   }
   // A sphere of Bullet's at our wall.
   btSphereShape sphere(btScalar(0.05));
-  EXPECT_LT(farthest(sphere, baked_wall, 100, 0, 30), -0.045);
+  EXPECT_LT(farthest(sphere, baked_wall, 100, 0, btScalar(0.5)), -0.045);
 }
 
-TEST(ContinuousMotion, WithoutItTheyPass) {
+// Contacts ahead stop bodies too, but for those that should bounce.
+TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
   World scene;
   scene.world.setGravity({0, 0, 0});
   bullet::Shape thrown(ball());
   bullet::Shape baked_wall(wall());
-  scene.add(baked_wall, 0, {0, 0, 0});
+  scene.add(baked_wall, 0, {0, 0, 0}).setRestitution(btScalar(0.5));
   btRigidBody& body = scene.add(thrown, 1, {btScalar(-0.75), 0, 0});
+  body.setRestitution(btScalar(0.5));
   body.setLinearVelocity({30, 0, 0});
   scene.step(10, btScalar(1.0 / 60));
   EXPECT_GT(body.getWorldTransform().getOrigin().x(), 1);
@@ -85,6 +91,8 @@ TEST(ContinuousMotion, FastBodiesMeetWhereNeitherWas) {
   bullet::Shape shape(ball());
   btRigidBody& left = scene.add(shape, 1, {btScalar(-0.55), 0, 0});
   btRigidBody& right = scene.add(shape, 1, {btScalar(0.55), 0, 0});
+  left.setRestitution(btScalar(0.5));
+  right.setRestitution(btScalar(0.5));
   left.setLinearVelocity({50, 0, 0});
   right.setLinearVelocity({-50, 0, 0});
   scene.step(1, btScalar(1.0 / 60));
@@ -115,6 +123,28 @@ TEST(ContinuousMotion, ABouncingBallKeepsItsSpeedAndHardlyPenetrates) {
   }
   EXPECT_GT(lowest, 0.0494);
   EXPECT_NEAR(highest_after - 0.05, 0.81 * 0.5, 0.03);
+}
+
+TEST(ContactAlgorithm, ABodyThatLandsIsStoppedAtTheSurfaceAtAnyRate) {
+  bullet::Shape brick(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
+  const bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  btBoxShape box({1, 1, btScalar(0.1)});
+  for (btCollisionShape* const ground :
+       {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(const_cast<bullet::Shape*>(&slab))}) {
+    for (const int rate : {5, 10, 30, 60, 240}) {
+      World scene;
+      scene.add(*ground, 0, {0, 0, btScalar(-0.1)});
+      btRigidBody& body = scene.add(brick, 1, {0, 0, btScalar(0.5)});
+      body.setWorldTransform(btTransform(btQuaternion({1, 1, 0}, btScalar(0.1)), {0, 0, btScalar(0.5)}));
+      double lowest = 1;
+      for (int i = 0; i < 3 * rate; ++i) {
+        scene.step(1, btScalar(1.0 / rate));
+        lowest = std::min(lowest, double(body.getWorldTransform().getOrigin().z()));
+      }
+      EXPECT_GT(lowest, 0.045) << rate << ' ' << ground->getName();
+      EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.003) << rate << ' ' << ground->getName();
+    }
+  }
 }
 
 TEST(ContinuousMotion, RestingAndSlidingBodiesAreLeftAlone) {
