@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Import, plan, bake, write: the main job.
+// Import, plan, bake, write: the main job. Or a copy from the cache.
 #include "cli/bake_command.h"
 
 #include <fmt/format.h>
@@ -13,6 +13,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "bake/cache.h"
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
@@ -64,17 +65,24 @@ std::string output_refusal(const fs::path& output) {
   return "the file exists and is not an asset; remove it or choose another output";
 }
 
-BakeOptions complete_options(const BakeArguments& arguments) {
+ImportOptions complete_import(const BakeArguments& arguments) {
+  ImportOptions options = arguments.import_options;
+  options.unit = arguments.unit * arguments.scale;
+  return options;
+}
+
+BakeSettings complete_settings(const BakeArguments& arguments) {
   const auto has = [](const std::vector<std::string>& list, const char* name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
-  BakeOptions options = arguments.options;
+  BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
+  BakeOptions& options = settings.options;
   options.layers = has(arguments.fields, "layers");
   options.scaled = has(arguments.fields, "scaled");
   options.real = has(arguments.fields, "real");
   options.voxelmap = has(arguments.parts, "voxelmap");
   options.pointshell = has(arguments.parts, "pointshell");
-  return options;
+  return settings;
 }
 
 std::string plan_line(const BakePlan& plan) {
@@ -84,80 +92,136 @@ std::string plan_line(const BakePlan& plan) {
   return line + fmt::format(", about {} of memory", format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
 }
 
-void print_json(const fs::path& output, const BakePlan& plan, const BakedAsset& asset, std::size_t bytes,
-                double import_seconds, double write_seconds) {
+// One bake from the command line.
+struct Run {
+  const BakeArguments& arguments;
+  fs::path output;
+  Progress progress = {};
+  Clock::time_point begin = Clock::now();
+  std::vector<StageTime> times = {};
+  const char* cache = "off";  // off, hit or miss
+  BakeReport report = {};
+};
+
+// Files the time of a stage that is not one of bake's.
+template <class Work>
+auto timed(Run& run, const char* stage, const Work& work) {
+  const auto begin = Clock::now();
+  auto result = work();
+  run.times.push_back({stage, seconds_since(begin)});
+  return result;
+}
+
+void print_json(const Run& run, const AssetInfo& info, std::size_t bytes) {
+  const BakePlan& plan = run.report.plan;
   nlohmann::ordered_json j;
-  j["output"] = output.string();
+  j["output"] = run.output.string();
   j["bytes"] = bytes;
+  j["cache"] = run.cache;
   j["plan"] = {{"dims", plan.dims},
                {"voxels", plan.voxels},
                {"predicted_points", plan.predicted_points},
                {"predicted_memory_bytes", plan.predicted_memory_bytes}};
-  j.update(info_to_json(asset.info));
-  j["repair"] = describe(asset.repair);
-  j["filled_share"] = asset.filled_share;
-  j["notes"] = asset.notes;
-  j["seconds"]["import"] = import_seconds;
-  for (const StageTime& time : asset.times) j["seconds"][time.stage] = time.seconds;
-  j["seconds"]["write"] = write_seconds;
+  j.update(info_to_json(info));
+  j["repair"] = describe(run.report.repair);
+  j["filled_share"] = run.report.filled_share;
+  j["notes"] = run.report.notes;
+  for (const StageTime& time : run.times) j["seconds"][time.stage] = time.seconds;
   fmt::print("{}", to_text(j));
 }
 
-int bake_file(const BakeArguments& arguments) {
-  const Progress progress;
-  progress.show("import", 0);
-  const auto import_begin = Clock::now();
-  const ImportedMesh mesh = import_with(arguments);
-  const double import_seconds = seconds_since(import_begin);
+void print_plan(const Run& run) {
+  if (run.arguments.json) return;
+  run.progress.clear();
+  fmt::print("{}: {}\n", run.arguments.mesh, plan_line(run.report.plan));
+  std::fflush(stdout);
+}
 
-  // Better now than after the bake.
-  const fs::path output = output_path(arguments);
-  if (const std::string reason = output_refusal(output); !reason.empty()) {
-    progress.clear();
-    return fail(kIo, output.string(), reason);
-  }
-  BakeOptions options = complete_options(arguments);
-  if (arguments.max_error > 0) {
-    progress.show("search", 0);
-    options.voxel_size = find_voxel_size(mesh, options, arguments.max_error);
-  }
-  const BakePlan plan = plan_bake(mesh, options);
-  if (!arguments.json) {
-    progress.clear();
-    fmt::print("{}: {}\n", arguments.mesh, plan_line(plan));
-    std::fflush(stdout);
-  }
-  options.progress = [&](const char* stage, double fraction) { progress.show(stage, fraction); };
-  BakedAsset asset = bake(mesh, options);
-  asset.notes.insert(asset.notes.begin(), mesh.notes.begin(), mesh.notes.end());
-  progress.show("write", 1);
-  const auto write_begin = Clock::now();
-  std::size_t bytes = 0;
+void print_result(const Run& run, const AssetInfo& info, std::size_t bytes) {
+  if (run.arguments.json) return print_json(run, info, bytes);
+  for (const std::string& note : run.report.notes) fmt::print("note: {}\n", note);
+  fmt::print("{}", info_to_text(info));
+  const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
+  fmt::print("{}: {} in {:.2f} s{}\n", run.output.string(), format_bytes(static_cast<double>(bytes)),
+             seconds_since(run.begin), cache);
+}
+
+int fail_output(const Run& run, const std::string& reason) {
+  run.progress.clear();
+  return fail(kIo, run.output.string(), reason);
+}
+
+// Runs `write`, which returns the asset's size.
+int deliver(Run& run, const AssetInfo& info, const std::function<std::size_t()>& write) {
+  run.progress.show("write", 1);
   try {
-    bytes = write_asset(output, asset.info, asset.sections);
-    progress.clear();
-  } catch (const WriteError& error) {
-    progress.clear();
-    return fail(kIo, output.string(), error.what());
-  }
-  const double write_seconds = seconds_since(write_begin);
-  if (arguments.json) {
-    print_json(output, plan, asset, bytes, import_seconds, write_seconds);
+    const std::size_t bytes = timed(run, "write", write);
+    run.progress.clear();
+    print_result(run, info, bytes);
     return kOk;
+  } catch (const WriteError& error) {
+    return fail_output(run, error.what());
   }
-  for (const std::string& note : asset.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}", info_to_text(asset.info));
-  fmt::print("{}: {} in {:.2f} s\n", output.string(), format_bytes(static_cast<double>(bytes)),
-             seconds_since(import_begin));
-  return kOk;
+}
+
+BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
+  BakeOptions options = settings.options;
+  if (settings.max_error > 0) {
+    run.progress.show("search", 0);
+    options.voxel_size = find_voxel_size(mesh, options, settings.max_error);
+  }
+  run.report.plan = plan_bake(mesh, options);
+  print_plan(run);
+  options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
+  BakedAsset asset = bake(mesh, options);
+  run.times.insert(run.times.end(), asset.times.begin(), asset.times.end());
+  run.report.repair = asset.repair;
+  run.report.filled_share = asset.filled_share;
+  run.report.notes = mesh.notes;
+  run.report.notes.insert(run.report.notes.end(), asset.notes.begin(), asset.notes.end());
+  return asset;
+}
+
+int bake_file(const BakeArguments& arguments) {
+  Run run{arguments, output_path(arguments)};
+  const BakeSettings settings = complete_settings(arguments);
+  const bool with_cache = !arguments.cache.empty();
+  const AssetCache cache(arguments.cache);
+  const auto key_now = [&] { return with_cache ? cache_key(arguments.mesh, settings) : std::nullopt; };
+  std::optional<CacheKey> key;
+  Asset hit;
+  const auto look_up = [&] {
+    key = key_now();
+    return key && cache.open(*key, hit, run.report);
+  };
+  if (with_cache) run.cache = timed(run, "cache", look_up) ? "hit" : "miss";
+  if (hit.is_open()) {
+    if (const std::string reason = output_refusal(run.output); !reason.empty()) return fail_output(run, reason);
+    print_plan(run);
+    return deliver(run, hit.info(), [&] {
+      write_whole(run.output, hit.bytes());
+      return hit.bytes().size();
+    });
+  }
+  run.progress.show("import", 0);
+  const ImportedMesh mesh = timed(run, "import", [&] { return import_mesh(arguments.mesh, settings.import); });
+  if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
+  // Better now than after the bake.
+  if (const std::string reason = output_refusal(run.output); !reason.empty()) return fail_output(run, reason);
+  const BakedAsset asset = bake_mesh(run, settings, mesh);
+  if (with_cache) {
+    run.progress.show("store", 1);
+    const std::string reason = timed(run, "store", [&] { return cache.store(key, asset, run.report); });
+    run.progress.clear();
+    if (!reason.empty()) complain("warning", arguments.cache, reason + "; the asset is not kept there");
+  }
+  return deliver(run, asset.info, [&] { return write_asset(run.output, asset.info, asset.sections); });
 }
 
 }  // namespace
 
 ImportedMesh import_with(const BakeArguments& arguments) {
-  ImportOptions options = arguments.import_options;
-  options.unit = arguments.unit * arguments.scale;
-  return import_mesh(arguments.mesh, options);
+  return import_mesh(arguments.mesh, complete_import(arguments));
 }
 
 int guarded(const std::string& mesh, const std::function<int()>& work) {

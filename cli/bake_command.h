@@ -21,6 +21,7 @@ struct BakeArguments {
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
   ImportOptions import_options;  ///< its unit is set from `unit` and `scale`
   BakeOptions options;
+  std::string cache;  ///< folder of an AssetCache; empty: none
   bool json = false;
 };
 

@@ -17,12 +17,17 @@ enum ExitCode : int {
   kSomeFailed = 5,   ///< some items of a batch failed
 };
 
-/// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.
-inline int fail(ExitCode code, const std::string& file, const std::string& reason) {
+/// Prints `vpsbake: KIND: FILE: reason` to stderr.
+inline void complain(const char* kind, const std::string& file, const std::string& reason) {
   std::string line = file + ": " + reason;
   // One line whatever the name holds.
   for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  std::fprintf(stderr, "vpsbake: error: %s\n", line.c_str());
+  std::fprintf(stderr, "vpsbake: %s: %s\n", kind, line.c_str());
+}
+
+/// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.
+inline int fail(ExitCode code, const std::string& file, const std::string& reason) {
+  complain("error", file, reason);
   return code;
 }
 

@@ -230,9 +230,13 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
       ->group(kGroup);
 }
 
+CLI::Validator not_empty() {
+  return {[](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""};
+}
+
 void add_output_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
-      ->check(CLI::Validator([](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""))
+      ->check(not_empty())
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
@@ -240,6 +244,19 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
          "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
          "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
       ->option_text("SIZE")
+      ->group("Output");
+}
+
+void add_cache_options(CLI::App& app, BakeArguments& arguments) {
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments.cache = folder;  // options win
+  auto* const cache = app.add_option("--cache", arguments.cache,
+                                     "Take what was baked before from this folder, and keep there what is new "
+                                     "[default: the environment's VPSBAKE_CACHE, or none]");
+  cache->check(not_empty())->option_text("DIR")->group("Output");
+  app.add_flag_callback(
+         "--no-cache", [&] { arguments.cache.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
+      ->excludes(cache)
+      ->option_text(" ")
       ->group("Output");
 }
 
@@ -257,6 +274,7 @@ int run(int argc, char** argv) {
   add_error_option(app, bake);
   add_content_options(app, bake);
   add_output_options(app, bake);
+  add_cache_options(app, bake);
   CLI::App* check = app.add_subcommand("check", "Say what is wrong with a mesh and whether it would bake");
   add_mesh_options(*check, bake);
   add_import_options(*check, bake);

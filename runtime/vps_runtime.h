@@ -124,6 +124,8 @@ class Asset {
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
   [[nodiscard]] const AssetInfo& info() const noexcept { return directory_.info; }
+  /// The mapped file.
+  [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {data_, bytes_}; }
   [[nodiscard]] const Directory& directory() const noexcept { return directory_; }
   [[nodiscard]] bool has_voxelmap() const noexcept;
   [[nodiscard]] bool has_pointshell() const noexcept;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -103,8 +104,10 @@ class OutputFile {
     fd_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
     // Not every file system has nameless files.
     if (fd_ < 0 && errno != EACCES && errno != ENOENT && errno != EROFS && errno != ENOSPC) {
-      name_ = unused_name();
-      fd_ = ::open(name_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+      do {
+        name_ = unused_name();
+        fd_ = ::open(name_.c_str(), O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0666);
+      } while (fd_ < 0 && errno == EEXIST);
     }
     if (fd_ < 0) {
       const int error = errno;
@@ -133,7 +136,10 @@ class OutputFile {
     if (name_.empty()) {
       const std::string nameless = "/proc/self/fd/" + std::to_string(fd_);
       std::string name = unused_name();
-      if (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) fail_system(errno);
+      while (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) {
+        if (errno != EEXIST) fail_system(errno);
+        name = unused_name();
+      }
       name_ = std::move(name);
     }
     if (::rename(name_.c_str(), target_.c_str()) != 0) fail_system(errno);
@@ -146,7 +152,8 @@ class OutputFile {
   }
 
  private:
-  // Short: the target's own name may already be as long as names can be.
+  // Short: the target's own name may already be as long as names can be. Another container's process may have the same
+  // number and use it in the same folder: callers try again.
   [[nodiscard]] std::string unused_name() const {
     static std::atomic<unsigned> count = 0;
     return (folder_ / (".vps." + std::to_string(::getpid()) + "." + std::to_string(count++))).string();
@@ -369,6 +376,9 @@ Section write_section(hid_t file, const SectionData& data) {
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
+  // libhdf5 is seldom built for threads.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   const SilentErrors silent;
   OutputFile output(path);
   Directory directory;
@@ -398,6 +408,12 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
   output.write(image);
   output.move_into_place();
   return image.size();
+}
+
+void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {
+  OutputFile output(path);
+  output.write(bytes);
+  output.move_into_place();
 }
 
 }  // namespace vps

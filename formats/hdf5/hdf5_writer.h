@@ -25,9 +25,14 @@ struct WriteError : std::runtime_error {
 };
 
 /// Writes the asset whole or not at all: a unique temporary file beside `path`, fsync, rename. Same input, same bytes.
+/// Threads may call it at the same time.
 /// @return size of the file. [bytes]
 /// @throw WriteError with the reason and what to do.
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections);
+
+/// Writes any bytes whole or not at all, as write_asset does.
+/// @throw WriteError with the reason and what to do.
+void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 }  // namespace vps

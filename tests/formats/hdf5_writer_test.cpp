@@ -90,6 +90,21 @@ TEST(Hdf5Writer, AFileRewrittenByAnotherToolIsNamed) {
   EXPECT_TRUE(status == Status::rewritten || status == Status::wrong_size) << describe(status);
 }
 
+TEST(Hdf5Writer, TemporaryNamesThatAnotherProcessTookAreLeftAlone) {
+  const TemporaryFolder folder;
+  // As a process of the same number in another container would leave them.
+  std::vector<std::filesystem::path> taken;
+  for (int i = 0; i < 1000; ++i) {
+    taken.push_back(folder / (".vps." + std::to_string(::getpid()) + "." + std::to_string(i)));
+    write_file(taken.back(), "theirs");
+  }
+  const std::string bytes = "ours";
+  write_whole(folder / "file", std::as_bytes(std::span(bytes)));
+  EXPECT_EQ(read_file(folder / "file"), bytes);
+  for (const auto& name : taken) EXPECT_EQ(read_file(name), "theirs");
+  EXPECT_EQ(folder.names().size(), taken.size() + 1);
+}
+
 TEST(Hdf5Writer, AFailedWriteSaysWhyAndLeavesNothing) {
   const TemporaryFolder folder;
   EXPECT_NE(refusal(folder / "missing/a.vps.hdf").find("the folder does not exist"), std::string::npos);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file A folder of baked assets under the hash of all that decides their bytes, shared by the command line and by
+/// programs that bake while they load. Any number of processes may use one folder; any file in it may be deleted. The
+/// hashes guard against damage, not against people: keep the folder writable for those alone whose assets you trust.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bake/vps_bake.h"
+#include "formats/mesh/mesh_import.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps {
+
+/// All that decides an asset's bytes, besides the mesh and the program.
+struct BakeSettings {
+  BakeOptions options;
+  ImportOptions import;
+  double max_error = 0;  ///< choose the voxel size with find_voxel_size; 0: as `options` says. [Units: m]
+};
+
+/// One `name value` line for each setting, the asset format's version and the program's included; numbers exactly.
+/// Without what changes no byte: limits of memory and time, and `progress`.
+[[nodiscard]] std::string describe_settings(const BakeSettings& settings);
+
+/// 32 hexadecimal digits: XXH3-128 of the settings and of the mesh's bytes. No path, no time.
+struct CacheKey {
+  std::string digits;
+  bool operator==(const CacheKey&) const = default;
+};
+
+/// Key of a mesh file: its bytes, its format (the extension), and the bytes of the buffers that a gltf or glb file
+/// refers to. Materials and textures change no geometry.
+/// @return nothing when a file cannot be read or understood: import_mesh says why
+[[nodiscard]] std::optional<CacheKey> cache_key(const std::filesystem::path& mesh, const BakeSettings& settings);
+
+/// Key of a mesh in memory: vertices and triangles as they are, in their order.
+[[nodiscard]] CacheKey cache_key(const TriangleMesh& mesh, const BakeSettings& settings);
+
+/// What a bake says besides its asset. Kept beside it, so that a hit says the same.
+struct BakeReport {
+  BakePlan plan;
+  Repair repair = Repair::none;    ///< what was needed
+  double filled_share = 0;         ///< as in BakedAsset
+  std::vector<std::string> notes;  ///< of import and bake, one sentence each
+};
+
+/// Entries are KEY.vps.hdf, byte for byte what a bake writes, and KEY.json, the report. They appear whole or not at
+/// all, the report first; an entry is used after every hash in both was compared. Nothing is ever removed.
+class AssetCache {
+ public:
+  /// @param folder  made when the first entry is stored
+  explicit AssetCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+
+  /// Maps an entry. @return false when it is absent or damaged; then bake and store it
+  [[nodiscard]] bool open(const CacheKey& key, Asset& asset, BakeReport& report) const;
+
+  /// Adds an entry, or replaces it.
+  /// @param key  nothing when it is not certain which bytes were baked; then nothing is stored
+  /// @return why it could not be stored, without a full stop; empty when it was
+  [[nodiscard]] std::string store(const std::optional<CacheKey>& key, const BakedAsset& baked,
+                                  const BakeReport& report) const;
+
+ private:
+  [[nodiscard]] std::filesystem::path file(const CacheKey& key, const char* extension) const {
+    return folder_ / (key.digits + extension);
+  }
+  std::filesystem::path folder_;
+};
+
+}  // namespace vps

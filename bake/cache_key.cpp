@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an asset's bytes depend on, as text, and its hash. Bytes are hashed, never times or names: a touched or renamed
+// mesh is the same mesh.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "bake/cache.h"
+#include "cache_program.h"
+
+namespace vps {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string digits(XXH128_hash_t hash) {
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+std::string hash_of(std::span<const std::byte> bytes) {
+  return digits(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+// Hash of a regular file, whose bytes also go to `text` unless it is null. Empty when it cannot be read.
+std::string hash_file(const fs::path& path, std::string* text) {
+  // O_NONBLOCK: opening a FIFO by mistake must not hang.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return {};
+  struct stat facts {};
+  bool good = ::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode);
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  std::vector<char> buffer(good ? 1 << 20 : 0);
+  while (good) {
+    const ssize_t got = ::read(fd, buffer.data(), buffer.size());
+    if (got == 0) break;
+    good = got > 0 || errno == EINTR;
+    if (got < 0) continue;
+    XXH3_128bits_update(&state, buffer.data(), static_cast<std::size_t>(got));
+    if (text != nullptr) text->append(buffer.data(), static_cast<std::size_t>(got));
+  }
+  ::close(fd);
+  return good ? digits(XXH3_128bits_digest(&state)) : std::string();
+}
+
+// The JSON of a glb file, or the whole of a gltf file. A glb file starts with its magic, version and length (3 u32),
+// then size and type (2 u32) of the first chunk, which is the JSON; in version 1 the same place holds the same size.
+std::string_view gltf_json(std::string_view file) {
+  constexpr std::size_t kJson = 20;
+  if (!file.starts_with("glTF") || file.size() < kJson) return file;
+  std::uint32_t size = 0;
+  std::memcpy(&size, file.data() + 12, sizeof size);
+  return file.substr(kJson, size);
+}
+
+// Names of the files that hold a glTF file's buffers, as they are written there. Nothing when it is not understood.
+std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
+  using Json = nlohmann::json;
+  using Event = Json::parse_event_t;
+  std::vector<std::string> names;
+  std::string top_key, key;
+  // Nothing is kept but the names: a file may hold all of its geometry as text.
+  const auto visit = [&](int depth, Event event, const Json& value) {
+    if (event == Event::key) (depth == 1 ? top_key : key) = value.get<std::string>();
+    if (event == Event::value && top_key == "buffers" && key == "uri" && value.is_string()) {
+      const auto& name = value.get_ref<const std::string&>();
+      if (!name.starts_with("data:")) names.push_back(name);
+    }
+    return event == Event::object_start || event == Event::array_start;
+  };
+  const std::string_view text = gltf_json(file);
+  if (Json::parse(text.begin(), text.end(), visit, false).is_discarded()) return std::nullopt;
+  return names;
+}
+
+CacheKey key_of(const std::string& settings, const std::string& mesh) {
+  const std::string text = settings + mesh;
+  return {hash_of(std::as_bytes(std::span(text)))};
+}
+
+}  // namespace
+
+std::string describe_settings(const BakeSettings& settings) {
+  // Every field by name: a new one does not compile until it is dealt with here.
+  const auto& [options, import, max_error] = settings;
+  const auto& [unit, import_memory, import_timeout] = import;
+  const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
+               band_outside, field_error, alpha, repair, sheet_thickness, memory_limit, progress] = options;
+  static_cast<void>(import_memory), static_cast<void>(import_timeout);
+  static_cast<void>(memory_limit), static_cast<void>(progress);
+
+  std::string text = fmt::format("program {}\nformat {}.{}\n", VPSBAKE_CACHE_PROGRAM, kFormatMajor, kFormatMinor);
+  const auto number = [&](const char* name, double value) { text += fmt::format("{} {:a}\n", name, value); };
+  const auto integer = [&](const char* name, auto value) { text += fmt::format("{} {:d}\n", name, value); };
+  number("unit", unit);
+  number("max_error", max_error);
+  number("voxel_size", voxel_size);
+  integer("resolution", resolution);
+  integer("layers", layers);
+  integer("scaled", scaled);
+  integer("real", real);
+  integer("voxelmap", voxelmap);
+  integer("pointshell", pointshell);
+  integer("precision", precision);
+  integer("branching", branching);
+  number("band_inside", band_inside);
+  number("band_outside", band_outside);
+  number("field_error", field_error);
+  number("alpha", alpha);
+  text += fmt::format("repair {}\n", describe(repair));
+  number("sheet_thickness", sheet_thickness);
+  return text;
+}
+
+std::optional<CacheKey> cache_key(const fs::path& mesh, const BakeSettings& settings) {
+  std::string extension = mesh.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const bool gltf = extension == ".gltf" || extension == ".glb";
+  std::string text;
+  const std::string hash = hash_file(mesh, gltf ? &text : nullptr);
+  if (hash.empty()) return std::nullopt;
+  std::string description = fmt::format("mesh {} {}\n", extension, hash);
+  if (gltf) {
+    const auto names = gltf_buffers(text);
+    if (!names) return std::nullopt;
+    for (const std::string& name : *names) {
+      // As the importer does: the name is not decoded, and a slash in front means nothing.
+      const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
+      const std::string buffer = hash_file(folder + name, nullptr);
+      if (buffer.empty()) return std::nullopt;
+      description += fmt::format("buffer {}\n", buffer);
+    }
+  }
+  return key_of(describe_settings(settings), description);
+}
+
+CacheKey cache_key(const TriangleMesh& mesh, const BakeSettings& settings) {
+  return key_of(describe_settings(settings),
+                fmt::format("vertices {}\ntriangles {}\n", hash_of(std::as_bytes(std::span(mesh.vertices))),
+                            hash_of(std::as_bytes(std::span(mesh.triangles)))));
+}
+
+}  // namespace vps

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/vps_load.h"
+
+#include <cstdlib>
+#include <functional>
+#include <system_error>
+
+namespace vps {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that goes away with it, for assets that no cache keeps.
+class PassingFolder {
+ public:
+  PassingFolder() {
+    std::error_code failed;
+    std::string name = (fs::temp_directory_path(failed) / "vps.XXXXXX").string();
+    if (failed || ::mkdtemp(name.data()) == nullptr)
+      throw WriteError("there is no room for a temporary file; set TMPDIR to another folder");
+    path_ = name;
+  }
+  PassingFolder(const PassingFolder&) = delete;
+  PassingFolder& operator=(const PassingFolder&) = delete;
+  ~PassingFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// The mapping outlives the file's name.
+void map_without_name(const BakedAsset& baked, Asset& asset) {
+  const PassingFolder folder;
+  const fs::path file = folder.path() / "asset.vps.hdf";
+  write_asset(file, baked.info, baked.sections);
+  if (const Status status = Asset::open(file.c_str(), asset); status != Status::ok) {
+    throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
+  }
+}
+
+BakedAsset bake_as_set(const TriangleMesh& mesh, const BakeSettings& settings, BakeReport& report) {
+  BakeOptions options = settings.options;
+  if (settings.max_error > 0) options.voxel_size = find_voxel_size(mesh, options, settings.max_error);
+  report.plan = plan_bake(mesh, options);
+  BakedAsset baked = bake(mesh, options);
+  report.repair = baked.repair;
+  report.filled_share = baked.filled_share;
+  report.notes.insert(report.notes.end(), baked.notes.begin(), baked.notes.end());
+  return baked;
+}
+
+using Baker = std::function<BakedAsset(BakeReport&, std::optional<CacheKey>&)>;
+
+LoadedAsset load(const fs::path& cache_folder, std::optional<CacheKey> key, const Baker& baker) {
+  const AssetCache cache(cache_folder);
+  LoadedAsset loaded;
+  const auto asset = std::make_shared<Asset>();
+  loaded.asset = asset;
+  if (key && cache.open(*key, *asset, loaded.report)) return loaded;
+  loaded.baked = true;
+  const BakedAsset baked = baker(loaded.report, key);
+  if (!cache_folder.empty()) {
+    loaded.warning = cache.store(key, baked, loaded.report);
+    if (loaded.warning.empty() && cache.open(*key, *asset, loaded.report)) return loaded;
+  }
+  map_without_name(baked, *asset);
+  return loaded;
+}
+
+LoadedAsset guarded(const std::string& file, const std::function<LoadedAsset()>& work) {
+  try {
+    return work();
+  } catch (const ImportError& error) {
+    throw LoadError("import", file, error.what());
+  } catch (const BakeError& error) {
+    throw LoadError(error.stage, file, error.what());
+  } catch (const WriteError& error) {
+    throw LoadError("write", file, error.what());
+  }
+}
+
+}  // namespace
+
+LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+  return guarded(mesh.string(), [&] {
+    const auto key_now = [&] { return cache_folder.empty() ? std::nullopt : cache_key(mesh, settings); };
+    return load(cache_folder, key_now(), [&](BakeReport& report, std::optional<CacheKey>& key) {
+      const ImportedMesh imported = import_mesh(mesh, settings.import);
+      if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
+      report.notes = imported.notes;
+      return bake_as_set(imported, settings, report);
+    });
+  });
+}
+
+LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+  return guarded({}, [&] {
+    const auto key = cache_folder.empty() ? std::nullopt : std::optional(cache_key(mesh, settings));
+    return load(cache_folder, key, [&](BakeReport& report, auto&) { return bake_as_set(mesh, settings, report); });
+  });
+}
+
+}  // namespace vps

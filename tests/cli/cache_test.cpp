@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The cache of the program: hits, misses, and what goes wrong with its folder.
+#include <fcntl.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "runtime/vps_runtime.h"
+#include "tests/cli/program.h"
+
+namespace vps::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What the program says of the cache in its report; the run has to succeed.
+std::string use_of_cache(const TemporaryFolder& folder, const std::string& arguments, const std::string& cache = "") {
+  const Outcome run = vpsbake(folder, arguments + " --json", cache);
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  return run.code == 0 ? nlohmann::json::parse(run.out)["cache"].get<std::string>() : "";
+}
+
+// Every file of a cache is whole: each asset verifies and has its report.
+void expect_sound(const fs::path& cache) {
+  for (const auto& entry : fs::directory_iterator(cache)) {
+    if (entry.path().extension() != ".hdf") continue;
+    Asset asset;
+    EXPECT_EQ(Asset::open(entry.path().c_str(), asset), Status::ok) << entry.path();
+    EXPECT_EQ(asset.verify(), Status::ok) << entry.path();
+  }
+}
+
+// Runs the program without waiting for it, and without its output.
+pid_t start(const TemporaryFolder& folder, const std::string& output) {
+  const std::string mesh = sample("cube");
+  const std::string path = folder / output;
+  const std::string cache = folder / "cache";
+  const char* const arguments[] = {VPSBAKE,      mesh.c_str(), "--voxel",     "10mm", "-o",
+                                   path.c_str(), "--cache",    cache.c_str(), nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  EXPECT_EQ(::posix_spawn(&child, VPSBAKE, &actions, nullptr, const_cast<char**>(arguments), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  return child;
+}
+
+int status_of(pid_t child) {
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return status;
+}
+
+TEST(CliCache, TheSecondBakeIsAHitWithTheSameBytesAndTheSameReport) {
+  const TemporaryFolder folder;
+  const std::string plate = sample("thin_plate") + " --voxel 1mm --cache deep/cache";  // has a note: thin walls
+  const auto report = [&](const std::string& output) {
+    const Outcome run = vpsbake(folder, plate + " --json -o " + output);
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    return nlohmann::ordered_json::parse(run.out);
+  };
+  EXPECT_EQ(use_of_cache(folder, sample("thin_plate") + " --voxel 1mm -o fresh.vps.hdf"), "off");
+  auto first = report("first.vps.hdf");
+  auto second = report("second.vps.hdf");
+  EXPECT_EQ(first["cache"], "miss");
+  EXPECT_EQ(second["cache"], "hit");
+  const std::string fresh = read_file(folder / "fresh.vps.hdf");
+  EXPECT_EQ(read_file(folder / "first.vps.hdf"), fresh);
+  EXPECT_EQ(read_file(folder / "second.vps.hdf"), fresh);
+  EXPECT_FALSE(second["seconds"].contains("voxelize"));
+  EXPECT_EQ(second["notes"].size(), 1U);
+  for (auto* j : {&first, &second})
+    for (const char* key : {"cache", "output", "seconds"}) j->erase(key);
+  EXPECT_EQ(second, first);
+
+  const Outcome hit = vpsbake(folder, plate + " -o third.vps.hdf");
+  EXPECT_TRUE(hit.out.ends_with(" s (cache: hit)\n")) << hit.out;
+  EXPECT_NE(hit.out.find("grid of "), std::string::npos) << hit.out;
+  EXPECT_NE(hit.out.find("note: "), std::string::npos) << hit.out;
+  // An output of one's own: changing it leaves the cache alone.
+  write_file(folder / "third.vps.hdf", "changed");
+  fs::remove(folder / "third.vps.hdf");
+  EXPECT_EQ(use_of_cache(folder, plate + " -o third.vps.hdf"), "hit");
+}
+
+TEST(CliCache, BytesAndSettingsMakeAMissNamesAndTimesDoNot) {
+  const TemporaryFolder folder;
+  fs::copy_file(sample("cube"), folder / "cube.obj");
+  const auto use = [&](const std::string& arguments) {
+    return use_of_cache(folder, arguments + " -o a.vps.hdf --cache cache");
+  };
+  EXPECT_EQ(use("cube.obj --voxel 10mm"), "miss");
+  fs::last_write_time(folder / "cube.obj", fs::file_time_type() + std::chrono::hours(1));
+  EXPECT_EQ(use("cube.obj --voxel 10mm --memory 1GB --import-timeout 60s"), "hit");
+  fs::rename(folder / "cube.obj", folder / "other.obj");
+  EXPECT_EQ(use("other.obj --voxel 10mm"), "hit");
+  EXPECT_EQ(use("other.obj --voxel 0.01m"), "hit");
+  for (const char* changed :
+       {"--voxel 4mm", "--resolution 20", "--max-error 1mm", "--voxel 10mm --scale 2", "--voxel 10mm --fields layers",
+        "--voxel 10mm --parts voxelmap", "--voxel 10mm --repair none", "--voxel 10mm --open-surface thicken=2mm"}) {
+    EXPECT_EQ(use(std::string("other.obj ") + changed), "miss") << changed;
+    EXPECT_EQ(use(std::string("other.obj ") + changed), "hit") << changed;
+  }
+  write_file(folder / "other.obj", read_file(folder / "other.obj") + "\n");
+  EXPECT_EQ(use("other.obj --voxel 10mm"), "miss");
+}
+
+TEST(CliCache, TheOptionWinsOverTheEnvironment) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " --voxel 10mm -o a.vps.hdf";
+  EXPECT_EQ(use_of_cache(folder, cube, "one"), "miss");
+  EXPECT_EQ(use_of_cache(folder, cube, "one"), "hit");
+  EXPECT_EQ(use_of_cache(folder, cube + " --cache two", "one"), "miss");
+  EXPECT_EQ(use_of_cache(folder, cube + " --no-cache", "one"), "off");
+  EXPECT_EQ(use_of_cache(folder, cube), "off");
+  EXPECT_EQ(vpsbake(folder, cube, "").out.find("cache"), std::string::npos);
+  EXPECT_EQ(vpsbake(folder, "info a.vps.hdf", "one").code, 0);
+  EXPECT_EQ(vpsbake(folder, "check " + sample("cube"), "one").code, 0);
+  expect_refusal(folder, cube + " --cache ''", 1, "is empty");
+  expect_refusal(folder, cube + " --cache two --no-cache", 1, "excludes");
+}
+
+TEST(CliCache, ADamagedEntryIsBakedAgainAndReplaced) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " --voxel 10mm -o a.vps.hdf --cache cache";
+  ASSERT_EQ(use_of_cache(folder, cube), "miss");
+  const std::string whole = read_file(folder / "a.vps.hdf");
+  for (const auto& entry : fs::directory_iterator(folder / "cache")) {
+    const std::string bytes = read_file(entry.path());
+    std::string flipped = bytes;
+    flipped[bytes.size() * 3 / 4] = static_cast<char>(flipped[bytes.size() * 3 / 4] ^ 1);
+    for (const std::string& damaged : {flipped, bytes.substr(0, bytes.size() / 2), std::string()}) {
+      write_file(entry.path(), damaged);
+      EXPECT_EQ(use_of_cache(folder, cube), "miss") << entry.path();
+      EXPECT_EQ(read_file(folder / "a.vps.hdf"), whole);
+      EXPECT_EQ(read_file(entry.path()), bytes);
+    }
+  }
+}
+
+TEST(CliCache, AFolderThatCannotBeUsedCostsOneLine) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " --voxel 10mm";
+  ASSERT_EQ(vpsbake(folder, cube + " -o fresh.vps.hdf").code, 0);
+  write_file(folder / "file", "");
+  fs::create_directory(folder / "locked");
+  fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+  for (const char* cache : {"file", "file/below", "/proc/none", "locked"}) {
+    if (cache == std::string("locked") && ::geteuid() == 0) continue;  // nothing is locked for root
+    const Outcome run = vpsbake(folder, cube + " -o a.vps.hdf --cache " + cache);
+    EXPECT_EQ(run.code, 0);
+    EXPECT_TRUE(run.err.starts_with(std::string("vpsbake: warning: ") + cache + ": ")) << run.err;
+    EXPECT_TRUE(run.err.ends_with("; the asset is not kept there\n")) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_EQ(read_file(folder / "a.vps.hdf"), read_file(folder / "fresh.vps.hdf"));
+  }
+  fs::permissions(folder / "locked", fs::perms::owner_all);
+}
+
+TEST(CliCache, AnEntryThatCannotBeWrittenCostsOneLine) {
+  const TemporaryFolder folder;
+  const std::string cube = sample("cube") + " --voxel 10mm -o a.vps.hdf --cache cache";
+  ASSERT_EQ(use_of_cache(folder, cube), "miss");
+  const std::string whole = read_file(folder / "a.vps.hdf");
+  for (const auto& entry : fs::directory_iterator(folder / "cache")) {
+    fs::remove(entry.path());
+    fs::create_directory(entry.path());
+  }
+  const Outcome run = vpsbake(folder, cube);
+  EXPECT_EQ(run.code, 0);
+  EXPECT_TRUE(run.err.starts_with("vpsbake: warning: cache: ")) << run.err;
+  EXPECT_EQ(read_file(folder / "a.vps.hdf"), whole);
+}
+
+TEST(CliCache, AHitIsNotWrittenOverOtherFiles) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(use_of_cache(folder, sample("cube") + " --voxel 10mm -o a.vps.hdf --cache cache"), "miss");
+  write_file(folder / "notes.txt", "mine");
+  const std::string again = sample("cube") + " --voxel 10mm --cache cache -o ";
+  expect_refusal(folder, again + "notes.txt", 2, "exists and is not an asset");
+  expect_refusal(folder, again + "nofolder/a.vps.hdf", 2, "the folder does not exist");
+  expect_refusal(folder, "absent.obj --voxel 10mm --cache cache", 2, "absent.obj: the file does not exist");
+}
+
+TEST(CliCache, ProcessesMayUseItAtTheSameTime) {
+  const TemporaryFolder folder;
+  std::vector<pid_t> children;
+  for (int i = 0; i < 6; ++i) children.push_back(start(folder, "a" + std::to_string(i) + ".vps.hdf"));
+  for (const pid_t child : children) EXPECT_EQ(status_of(child), 0);
+  for (int i = 1; i < 6; ++i)
+    EXPECT_EQ(read_file(folder / ("a" + std::to_string(i) + ".vps.hdf")), read_file(folder / "a0.vps.hdf"));
+  expect_sound(folder / "cache");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "cache"), {}), 2);
+  EXPECT_EQ(use_of_cache(folder, sample("cube") + " --voxel 10mm -o b.vps.hdf --cache cache"), "hit");
+}
+
+TEST(CliCache, AKilledBakeLeavesNothingHalfWritten) {
+  const TemporaryFolder folder;
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  ASSERT_EQ(status_of(start(folder, "whole.vps.hdf")), 0);
+  const auto whole_run = Clock::now() - begin;
+  const std::string whole = read_file(folder / "whole.vps.hdf");
+  int killed = 0;
+  for (int i = 0; i < 20; ++i) {
+    fs::remove_all(folder / "cache");
+    fs::remove(folder / "a.vps.hdf");
+    const pid_t child = start(folder, "a.vps.hdf");
+    // Spread over the run, most of them over its second half, where files are written.
+    std::this_thread::sleep_for(whole_run * (i < 5 ? 2 * i : 5 + i) / 20);
+    ::kill(child, SIGKILL);
+    killed += WIFSIGNALED(status_of(child)) ? 1 : 0;
+    if (fs::exists(folder / "cache")) expect_sound(folder / "cache");
+    EXPECT_TRUE(!fs::exists(folder / "a.vps.hdf") || read_file(folder / "a.vps.hdf") == whole) << i;
+    // Whatever is there, the next bake gives the right asset.
+    EXPECT_EQ(vpsbake(folder, sample("cube") + " --voxel 10mm -o a.vps.hdf --cache cache").code, 0);
+    EXPECT_EQ(read_file(folder / "a.vps.hdf"), whole);
+  }
+  EXPECT_GT(killed, 5);
+}
+
+}  // namespace
+}  // namespace vps::test
