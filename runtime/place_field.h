@@ -169,4 +169,22 @@ inline float rounding(const PointshellView& shell, const Affine& nodes, float un
   return kRounding * largest;
 }
 
+/// No point of the shell lies farther at one pose than this from where it is at the other. [m]
+inline double motion(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+  double turned = 0;
+  double moved = 0;
+  for (int i = 0; i < 3; ++i) {
+    double along = to.translation[i] - from.translation[i];
+    for (int k = 0; k < 3; ++k) {
+      const double change = to.rotation[3 * i + k] - from.rotation[3 * i + k];
+      along += change * shell.sphere[k][0];
+      turned += change * change;
+    }
+    moved += along * along;
+  }
+  // The difference of two rotations stretches by its Frobenius norm over sqrt(2).
+  constexpr double kRounding = 1 + 1e-6;
+  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell.sphere[3][0]);
+}
+
 }  // namespace vps::detail

@@ -102,9 +102,9 @@ class Traverse {
   std::uint32_t hit_remembered(ContactCache& cache) noexcept {
     const bool same =
         cache.shell == shell_.position[0] && cache.shell_points == shell_.points && cache.field == facts_.id;
-    const double spent = same ? motion(cache.reference) : 0;
+    const double spent = same ? detail::motion(shell_, cache.reference, pose_) : 0;
     const double needed = options_.contact_distance + 2.0 * facts_.error;
-    const double step = same ? motion(cache.last) : 0;
+    const double step = same ? detail::motion(shell_, cache.last, pose_) : 0;
     cache.last = pose_;
     if (same && cache.reach >= needed + spent) {
       detail::test_list(field_, d_,
@@ -155,24 +155,6 @@ class Traverse {
       cache.codes[axis].resize(count + detail::kLanePadding);
       for (std::size_t i = 0; i < count; ++i) cache.codes[axis][i] = shell_.position[axis][d_.hits[i]];
     }
-  }
-
-  // No point of the shell lies farther than this from where it was at another pose. [m]
-  double motion(const Pose& from) const noexcept {
-    double turned = 0;
-    double moved = 0;
-    for (int i = 0; i < 3; ++i) {
-      double along = pose_.translation[i] - from.translation[i];
-      for (int k = 0; k < 3; ++k) {
-        const double change = pose_.rotation[3 * i + k] - from.rotation[3 * i + k];
-        along += change * shell_.sphere[k][0];
-        turned += change * change;
-      }
-      moved += along * along;
-    }
-    // The difference of two rotations stretches by its Frobenius norm over sqrt(2).
-    constexpr double kRounding = 1 + 1e-6;
-    return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell_.sphere[3][0]);
   }
 
   // Sec. 2.4: clusters of the segmentation level are found once; each is then traversed alone and keeps its deepest

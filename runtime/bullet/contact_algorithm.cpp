@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // The collision algorithm that Bullet's dispatcher calls for each pair with a Shape. Paper: Secs. 2.4 and 3.2.
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
@@ -160,11 +162,17 @@ void register_algorithm(btCollisionDispatcher& dispatcher) {
   static CreateContactAlgorithm<LookAhead::yes> create;
   static CreateContactAlgorithm<LookAhead::no> create_for_tests;
   for (int partner = 0; partner < CONCAVE_SHAPES_END_HERE; ++partner) {
-    if (partner != kProxyType && !is_partner_field(partner)) continue;
+    if (partner != kProxyType && !is_partner_field(partner) && !is_triangle_mesh(partner)) continue;
     dispatcher.registerCollisionCreateFunc(kProxyType, partner, &create);
     dispatcher.registerCollisionCreateFunc(partner, kProxyType, &create);
     dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create_for_tests);
     dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create_for_tests);
+  }
+  // GImpact's algorithm would meet the surfels of Shapes in compounds: Bullet's own asks again for each child.
+  btCollisionConfiguration* const stock = dispatcher.getCollisionConfiguration();
+  for (const auto& [first, second] : {std::pair{COMPOUND_SHAPE_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE},
+                                      std::pair{GIMPACT_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE}}) {
+    dispatcher.registerCollisionCreateFunc(first, second, stock->getCollisionAlgorithmCreateFunc(first, second));
   }
 }
 

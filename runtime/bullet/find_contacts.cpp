@@ -70,6 +70,11 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   Status status{};
   if (pair.field.vps != nullptr) {
     status = query(pair.field.vps->voxelmap(), pair.field.asset_frame());
+  } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
+    std::uint32_t count = 0;
+    status = find_triangle_contacts(pair, options, memory.triangles, space.contacts, count);
+    found.contacts = {space.contacts.data(), count};
+    found.frame = pair.shell.world * pair.shell.asset_frame();
   } else {
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     status = on_partner(*pair.field.shape, from, memory.planes, [&](const auto& field, const btTransform& frame) {

@@ -4,6 +4,7 @@
 
 #include "runtime/bullet/convex_planes.h"
 #include "runtime/bullet/pair.h"
+#include "runtime/bullet/triangle_contacts.h"
 
 namespace vps::bullet {
 
@@ -11,6 +12,7 @@ namespace vps::bullet {
 struct PairMemory {
   ContactCache cache;
   ConvexPlanes planes;
+  TriangleMemory triangles;
 };
 
 /// Working memory of a thread: pairs may run in parallel, assets are immutable.

@@ -60,9 +60,18 @@ inline btScalar contact_distance(const Pair& pair) {
   return btScalar(0.1) * voxel_size(pair);
 }
 
+/// Bullet's concave shapes that hand out triangles.
+inline bool is_triangle_mesh(int type) {
+  return type == TRIANGLE_MESH_SHAPE_PROXYTYPE || type == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE ||
+         type == MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE ||
+         type == GIMPACT_SHAPE_PROXYTYPE;
+}
+
 /// By how much both shapes are thickened. [m]
 inline float margin_of(const Pair& pair) {
-  const btScalar field = pair.field.vps != nullptr ? pair.field.vps->getMargin() : btScalar(0);
+  // Fields of Bullet's convex shapes have theirs already.
+  const bool thick = pair.field.vps != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
+  const btScalar field = thick ? pair.field.shape->getMargin() : btScalar(0);
   return static_cast<float>(pair.shell.vps->getMargin() + field);
 }
 

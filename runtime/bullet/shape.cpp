@@ -135,7 +135,8 @@ void Shape::report(Status status) const {
     case Status::missing_part:
       return tell(Notice::missing_part,
                   "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
-                  "convex shape or plane of Bullet's; bake the missing part, or use Part::mixed");
+                  "convex shape, plane or mesh of Bullet's, not a GImpact compound; bake the missing part, or use "
+                  "Part::mixed");
     case Status::bad_pose:
       return tell(Notice::bad_pose,
                   "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");

@@ -7,8 +7,9 @@
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
 /// Answered: Shape against Shape, both may move; against every convex shape and plane of Bullet's, by their distance;
-/// children of compounds, ghost objects and contact tests as Bullet has them. For rays, convex sweeps and debug drawing
-/// see processAllTriangles.
+/// against its triangle meshes, terrain and btGImpactMeshShape, moving or not, as sheets without a solid side: a Shape
+/// is pushed to the side that it comes from. Children of compounds, ghost objects and contact tests as Bullet has them.
+/// For rays, convex sweeps and debug drawing see processAllTriangles.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -176,7 +177,9 @@ void set_message_handler(MessageHandler handler);
 /// there.
 inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 
-/// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration.
+/// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration,
+/// which takes entries away. Compounds against GImpact's shapes are given back to Bullet's own algorithm, which asks
+/// for each child.
 void register_algorithm(btCollisionDispatcher& dispatcher);
 
 }  // namespace vps::bullet

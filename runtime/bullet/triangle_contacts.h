@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Zlib
+/// @file A pointshell against Bullet's triangle meshes and terrain. Internal.
+#pragma once
+
+#include <vector>
+
+#include "runtime/bullet/pair.h"
+
+namespace vps::bullet {
+
+/// What a pair remembers: where the sheet can be in touch while the body moves little. A changed mesh is noticed.
+struct TriangleMemory {
+  struct Place {
+    std::uint32_t leaf, segment;  ///< nodes
+  };
+  std::vector<Place> places;  ///< in tree order: all where a contact can be before the body has moved by `room`
+  double room = 0;            ///< 0: remembers nothing. [m]
+  Pose reference, last;       ///< of the shell in the mesh: when `places` were found, and in the last query
+  float distance = 0;         ///< contact distance of `places`. [m]
+  std::uint32_t level = 0;    ///< of the segments
+  const void* shell = nullptr;
+  btVector3 low{0, 0, 0}, high{0, 0, 0};  ///< the box that was searched, mesh's frame
+  std::uint64_t mesh = 0;                 ///< hash of the triangles in it
+};
+
+/// Contacts of the shell with a mesh's triangles, in the shell's asset frame, in tree order.
+///
+/// Triangles are sheets without a solid side, and are wound as they please: the body that gives the shell decides to
+/// which side it is pushed, the nearer way out. With a voxelmap the body's own field says where the material is; where
+/// the sheet ends or bends inside the body, which no point of the shell tells well, the contact is the deepest place of
+/// the sheet there, and the direction is the field's. Without one the points' normals and the centre of mass decide:
+/// right for bodies that are roughly convex near the contact.
+///
+/// @param options  contact_distance with the margins, and segment_level; the rest is not used
+/// @param contacts  grows with the contacts
+/// @param count     how many of them are contacts
+/// @return missing_part for a mesh without triangles to hand out (btGImpactCompoundShape) or a shape without points
+Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
+                              std::vector<Contact>& contacts, std::uint32_t& count);
+
+}  // namespace vps::bullet
