@@ -128,7 +128,7 @@ int scene(const Options& options) {
   verdict.expect(descent > thread.slowest * free && descent < free + 2 * thread.play,
                  fmt::format("the nut descends, by more than {} of the frictionless fall and no more than all of it",
                              thread.slowest));
-  verdict.expect(run.deepest() < voxel / 2, "no point is deeper than half a voxel");
+  verdict.expect(run.deepest().in_parts < voxel / 2, "no point is deeper than half a voxel");
   verdict.expect(run.energy_gain() < 0.01 * mass * kGravity * thread.pitch,
                  "energy never exceeds what was put in by 1 % of what a turn releases");
   return verdict.exit_code();

@@ -124,7 +124,7 @@ btRigidBody& Run::add_box(const btVector3& half_extents, const btVector3& at, Lo
 }
 
 double Run::depth_of(const Body& a, const Body& b) const {
-  double deepest = -1;
+  double deepest = 0;
   if (a.part == nullptr) return deepest;
   const btTransform to_other = b.body->getWorldTransform().inverseTimes(a.body->getWorldTransform());
   if (b.part == nullptr) {
@@ -141,8 +141,8 @@ double Run::depth_of(const Body& a, const Body& b) const {
   return deepest;
 }
 
-double Run::depth_now() const {
-  double deepest = -1;
+Run::Depth Run::depth_now() const {
+  Depth deepest;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
       const Body& a = bodies_[i];
@@ -153,7 +153,8 @@ double Run::depth_now() const {
       b.body->getAabb(low[1], high[1]);
       if (!TestAabbAgainstAabb2(low[0], high[0], low[1], high[1])) continue;
       // Both ways: an edge of either may be what is inside.
-      deepest = std::max({deepest, depth_of(a, b), depth_of(b, a)});
+      double& kept = a.part != nullptr && b.part != nullptr ? deepest.in_parts : deepest.in_boxes;
+      kept = std::max({kept, depth_of(a, b), depth_of(b, a)});
     }
   }
   return deepest;
@@ -202,7 +203,11 @@ void Run::step() {
   ++steps_;
   energies_.push_back(energy());
   gain_ = std::max(gain_, energies_.back() - start_energy_ - work_);
-  if (steps_ % depth_every_ == 0) deepest_ = std::max(deepest_, depth_now());
+  if (steps_ % depth_every_ == 0) {
+    const Depth now = depth_now();
+    deepest_.in_parts = std::max(deepest_.in_parts, now.in_parts);
+    deepest_.in_boxes = std::max(deepest_.in_boxes, now.in_boxes);
+  }
   if (trajectory_ != nullptr && steps_ % frame_every_ == 0) write_frame();
 }
 
@@ -211,16 +216,17 @@ void Run::print(const std::string& title) const {
   fmt::print("{}, {} bodies, {}, {} steps of {:.3g} ms\n", title, bodies_.size(), shapes, steps_, 1000 * step_);
   fmt::print("  narrowphase / whole step, median / 99 %  {} / {} us\n", median_and_99(narrow_us_),
              median_and_99(whole_us_));
-  fmt::print("  deepest point  {:.4f} mm\n  energy  ", 1000 * deepest_);
+  fmt::print("  deepest point  {:.4f} mm in another part, {:.4f} mm in a box\n  energy  ", 1000 * deepest_.in_parts,
+             1000 * deepest_.in_boxes);
   for (std::size_t k = 0; k <= 4; ++k) {
     const std::size_t at = k * (energies_.size() - 1) / 4;
     fmt::print("{:.4g} J at {:.2f} s{}", energies_[at], double(at) * step_, k < 4 ? ", " : "");
   }
   fmt::print("; at most {:.2g} J above what was put in\n", gain_);
   // Energies as changes: heights have no zero of their own.
-  fmt::print("row | {} | {} | {:.3g} ms | {} | {} | {:.3f} mm | {:+.2g} J | {:.1g} J |\n", title, shapes, 1000 * step_,
-             median_and_99(narrow_us_), median_and_99(whole_us_), 1000 * std::max(0.0, deepest_),
-             energies_.back() - start_energy_ - work_, gain_);
+  fmt::print("row | {} | {} | {:.3g} ms | {} | {} | {:.3f} / {:.3f} mm | {:+.2g} J | {:.1g} J |\n", title, shapes,
+             1000 * step_, median_and_99(narrow_us_), median_and_99(whole_us_), 1000 * deepest_.in_parts,
+             1000 * deepest_.in_boxes, energies_.back() - start_energy_ - work_, gain_);
 }
 
 void Verdict::expect(bool holds, const std::string& sentence) {

@@ -59,20 +59,22 @@ class Run {
   /// Pose of the mesh's frame, not of the centre of mass. @param density  [kg/m^3]; 0: static
   btRigidBody& add(const Part& part, double density, const btTransform& mesh_at);
   btRigidBody& add_mass(const Part& part, double mass, const btTransform& mesh_at);  ///< [kg]
-  /// Static; not in depths between parts, but in `deepest`. Hidden boxes are not in pictures.
+  /// Static. Hidden boxes are not in pictures.
   enum class Look { shown, hidden };
   btRigidBody& add_box(const btVector3& half_extents, const btVector3& at, Look look);
 
-  /// Deepest shell point of any part in any other part or box, point by point: what the contact list must not hide. [m]
-  /// Measured every this many steps, and kept.
+  /// Deepest shell point of any part in any other, and in boxes, point by point: what the contact list must not hide.
+  struct Depth {
+    double in_parts = 0, in_boxes = 0;  ///< [m]; 0: nothing touches
+  };
+  [[nodiscard]] Depth depth_now() const;
   void measure_depth_every(int steps) { depth_every_ = steps; }
-  [[nodiscard]] double depth_now() const;
   void frame_every(int steps) { frame_every_ = steps; }
   void add_work(double joules) { work_ += joules; }  ///< of torques from outside
   void step();
 
   [[nodiscard]] double time() const { return steps_ * step_; }
-  [[nodiscard]] double deepest() const { return deepest_; }  ///< [m]
+  [[nodiscard]] const Depth& deepest() const { return deepest_; }  ///< of all steps measured
   /// Kinetic and potential energy; z = 0 counts as no height. [J]
   [[nodiscard]] double energy() const;
   /// Most that energy has ever been above its start and the work done. [J]
@@ -98,7 +100,8 @@ class Run {
   std::vector<std::unique_ptr<btBoxShape>> boxes_;
   std::FILE* trajectory_ = nullptr;
   int depth_every_ = 10, frame_every_ = 20, steps_ = 0;
-  double deepest_ = -1, start_energy_ = 0, work_ = 0, gain_ = 0;
+  Depth deepest_;
+  double start_energy_ = 0, work_ = 0, gain_ = 0;
   std::vector<double> narrow_us_, whole_us_, energies_;
 };
 
