@@ -13,7 +13,8 @@ namespace {
 using namespace vps;
 using namespace vps::scenes;
 
-constexpr double kStep = 1.0 / 240;  // [s]
+// With 240 Hz a step of the fall is 15 mm; bodies that start so deep in each other do not come apart under a load.
+constexpr double kStep = 0.001;  // [s]
 
 int scene(const Options& options) {
   const bool torus = options.variant == "tori";
@@ -28,8 +29,8 @@ int scene(const Options& options) {
 
   test::World world;
   Run run(world, kStep, options);
-  run.measure_depth_every(48);
-  run.frame_every(12);
+  run.measure_depth_every(200);
+  run.frame_every(50);
   const double half = 0.55 * size * across;
   const double wall = size;
   run.add_box({btScalar(half + 2 * wall), btScalar(half + 2 * wall), btScalar(wall)}, {0, 0, btScalar(-wall)},

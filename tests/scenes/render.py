@@ -23,7 +23,7 @@ SCENES = [
     ("bunnies", "bunnies", (0.4, 4.0), (0.5, -1, 0.5)),
 ]
 COLOURS = [(0.75, 0.77, 0.8), (0.88, 0.62, 0.25), (0.35, 0.6, 0.8), (0.5, 0.72, 0.45), (0.8, 0.45, 0.42)]
-SIZE = 480  # pixels
+SIZE = 400  # pixels
 
 
 def read_trajectory(path):
@@ -139,7 +139,6 @@ def render(bodies, frames, times, view, stem):
             camera.SetFocalPoint(0, 0, 0)
             camera.SetPosition(*view)
             renderer.ResetCamera(box)
-            camera.Zoom(1.2)
         renderer.ResetCameraClippingRange()
         window.Render()
         grab = vtk.vtkWindowToImageFilter()
