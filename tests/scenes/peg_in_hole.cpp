@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A peg falls into a hole 0.1 mm wider on every side, entering aside and tilted, and comes to rest on the ground below.
+// A peg falls into a hole 0.06 to 0.1 mm wider on every side, entering aside and tilted, and comes to rest on the
+// ground below.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -25,7 +26,6 @@ struct Fit {
 Fit fit_of(const std::string& variant) {
   const std::string folder = "scenes/factory/mesh/factory_insertion/";
   if (variant == "sample") return {sample_mesh("peg.obj"), sample_mesh("hole.obj"), 0.0001, 0.02, 0.0001};
-  // Their holes are blind in the file's lower part or through: the ground is put where the peg would stand anyway.
   if (variant == "round") {
     return {shared_file(folder + "factory_round_peg_8mm_loose.obj"),
             shared_file(folder + "factory_round_hole_8mm_subdiv_3x.obj"), 0.000057, 0.0089916, 0.0001};
@@ -38,7 +38,6 @@ int scene(const Options& options) {
   const Fit fit = fit_of(options.variant);
   Part peg = bake_part(fit.peg, fit.voxel);
   Part hole = bake_part(fit.hole, fit.voxel);
-
   if (options.hulls) {
     use_hacd(peg, 4);
     use_hacd(hole, 16);
@@ -48,14 +47,14 @@ int scene(const Options& options) {
   run.measure_depth_every(5);
   run.add(hole, 0, btTransform::getIdentity());
   run.add_box({btScalar(0.05), btScalar(0.05), btScalar(0.005)}, {0, 0, btScalar(-0.005)}, Run::Look::shown);
-  // Half the clearance aside, and tilted by a quarter of what the hole allows at full depth.
-  constexpr double kTilt = 0.007;
+  // Half the clearance aside, and tilted by 0.4 degrees.
+  constexpr double kTilt = 0.007;  // [rad]
   const btTransform at(btQuaternion({0, 1, 0}, btScalar(kTilt)),
                        {btScalar(fit.clearance / 2), 0, btScalar(fit.hole_height + 0.001)});
   btRigidBody& body = run.add(peg, kSteel, at);
   for (const auto& b : world.bodies) b->setFriction(btScalar(std::sqrt(0.2)));
   double z = 0;
-  for (int i = 0; run.time() < 1.0; ++i) {
+  while (run.time() < 1.0) {
     run.step();
     const btTransform mesh =
         body.getWorldTransform() * btTransform(btQuaternion::getIdentity(), -peg.baked->centre_of_mass());

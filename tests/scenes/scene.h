@@ -81,7 +81,7 @@ class Run {
   [[nodiscard]] double energy_gain() const { return gain_; }
   [[nodiscard]] double kinetic() const;  ///< [J]
   [[nodiscard]] double fastest() const;  ///< of the moving bodies, now. [m/s]
-  /// What was measured, and the row of docs/scenes.md.
+  /// Writes what was measured, and the row of docs/scenes.md.
   void print(const std::string& title) const;
 
  private:
@@ -115,12 +115,12 @@ class Verdict {
   bool failed_ = false;
 };
 
-/// Parses the command line, runs the scene, reports exceptions. A scene whose variant needs an absent file is skipped.
-/// @param needs  files below the shared folder, by variant
 struct Variant {
   std::string name;
-  std::vector<std::string> needs;
+  std::vector<std::string> needs;  ///< files below the shared folder
 };
+/// Parses the command line, runs the scene, reports exceptions; skips a variant that needs an absent file.
+/// @return the exit code of the program
 int run_scene(int argc, char** argv, const std::vector<Variant>& variants,
               const std::function<int(const Options&)>& scene);
 
