@@ -15,6 +15,8 @@ BENCH_PACKAGES := libbenchmark-dev libfcl-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
+# For `make scenes` alone: pictures.
+SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
@@ -22,7 +24,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
+.PHONY: all install deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-runtime-only test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -51,6 +53,14 @@ demo: deps $(BUNNY)
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
+
+# Plays every scene, prints what each measured and the table of docs/scenes.md, writes its pictures. Those of ../shared are left
+# out where that is absent. Takes minutes.
+scenes: PACKAGES += $(SCENE_PACKAGES)
+scenes: deps
+	cmake --preset release -DVPS_BUILD_SCENES=ON
+	cmake --build --preset release -j $(JOBS) --target bunnies gears nut_on_bolt peg_in_hole tabletop
+	xvfb-run -a /usr/bin/python3 -B tests/scenes/render.py --programs build/release/tests/scenes --work build/scenes --pictures docs/scenes
 
 # Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, the fields' errors, overruns of
 # budgets, and the sizes of the libraries; prints Markdown tables. The first run takes minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.

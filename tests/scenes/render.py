@@ -1,0 +1,183 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Plays the scenes, writes pictures of their trajectories and the table of docs/scenes.md. Needs python3-vtk9."""
+import argparse
+import pathlib
+import subprocess
+
+import vtk
+
+# Program, variant, times of the pictures in seconds, direction from which the camera looks; no times: no pictures.
+SCENES = [
+    ("nut_on_bolt", "sample", (0.0, 0.3, 0.5), (1, -1.6, 0.7)),
+    ("nut_on_bolt", "fine", (), None),
+    ("nut_on_bolt", "factory", (0.0, 1.0), (1, -1.6, 0.7)),
+    ("gears", "sample", (0.0, 0.4, 0.8), (0.2, -0.6, 1)),
+    ("gears", "factory", (0.0, 0.8), (0.2, -0.6, 1)),
+    ("peg_in_hole", "sample", (0.0, 0.06, 1.0), (1, -1.6, 0.9)),
+    ("peg_in_hole", "round", (), None),
+    ("peg_in_hole", "rectangular", (), None),
+    ("tabletop", "layout", (0.0, 3.0), (0.4, -1, 0.8)),
+    ("tabletop", "bin", (0.5, 5.0), (0.4, -1, 0.8)),
+    ("bunnies", "tori", (0.3, 2.0), (0.5, -1, 0.6)),
+    ("bunnies", "bunnies", (0.4, 4.0), (0.5, -1, 0.5)),
+]
+COLOURS = [(0.75, 0.77, 0.8), (0.88, 0.62, 0.25), (0.35, 0.6, 0.8), (0.5, 0.72, 0.45), (0.8, 0.45, 0.42)]
+SIZE = 400  # pixels
+
+
+def read_trajectory(path):
+    """Bodies as (kind, numbers, word), frames as (time, poses)."""
+    bodies, frames = [], []
+    for line in pathlib.Path(path).read_text().splitlines():
+        words = line.split()
+        if words[0] in ("mesh", "box"):
+            bodies.append((words[0], [float(w) for w in words[1:4]], " ".join(words[4:])))
+        elif words[0] == "frame":
+            frames.append((float(words[1]), []))
+        else:
+            frames[-1][1].append([float(w) for w in words])
+    return bodies, frames
+
+
+def read_mesh(path):
+    """OBJ with vtk, OFF by hand."""
+    if path.endswith(".obj"):
+        reader = vtk.vtkOBJReader()
+        reader.SetFileName(path)
+        reader.Update()
+        return reader.GetOutput()
+    words = pathlib.Path(path).read_text().split()
+    vertices, faces = int(words[1]), int(words[2])
+    points, cells, at = vtk.vtkPoints(), vtk.vtkCellArray(), 4
+    for _ in range(vertices):
+        points.InsertNextPoint(*map(float, words[at:at + 3]))
+        at += 3
+    for _ in range(faces):
+        cells.InsertNextCell(3, [int(w) for w in words[at + 1:at + 4]])
+        at += 4
+    mesh = vtk.vtkPolyData()
+    mesh.SetPoints(points)
+    mesh.SetPolys(cells)
+    return mesh
+
+
+def make_actors(bodies):
+    """One for each body that is shown; meshes with their centre of mass at the origin."""
+    actors, meshes = [], {}
+    for number, (kind, numbers, word) in enumerate(bodies):
+        if word == "hidden" or (kind == "mesh" and not word):
+            actors.append(None)
+            continue
+        if kind == "box":
+            source = vtk.vtkCubeSource()
+            source.SetXLength(2 * numbers[0]), source.SetYLength(2 * numbers[1]), source.SetZLength(2 * numbers[2])
+            source.Update()
+            shape = source.GetOutput()
+        else:
+            if word not in meshes:
+                shift = vtk.vtkTransform()
+                shift.Translate(*[-x for x in numbers])
+                moved = vtk.vtkTransformPolyDataFilter()
+                moved.SetInputData(read_mesh(word))
+                moved.SetTransform(shift)
+                normals = vtk.vtkPolyDataNormals()
+                normals.SetInputConnection(moved.GetOutputPort())
+                normals.SetFeatureAngle(30)
+                normals.Update()
+                meshes[word] = normals.GetOutput()
+            shape = meshes[word]
+        mapper = vtk.vtkPolyDataMapper()
+        mapper.SetInputData(shape)
+        mapper.ScalarVisibilityOff()
+        actor = vtk.vtkActor()
+        actor.SetMapper(mapper)
+        colour = (0.93, 0.93, 0.92) if kind == "box" else COLOURS[number % len(COLOURS)]
+        actor.GetProperty().SetColor(*colour)
+        actor.GetProperty().SetSpecular(0.2)
+        actors.append(actor)
+    return actors
+
+
+def render(bodies, frames, times, view, stem):
+    actors = make_actors(bodies)
+    renderer = vtk.vtkRenderer()
+    renderer.SetBackground(1, 1, 1)
+    for actor in actors:
+        if actor:
+            renderer.AddActor(actor)
+    window = vtk.vtkRenderWindow()
+    window.SetOffScreenRendering(1)
+    window.SetMultiSamples(4)
+    window.SetSize(SIZE, SIZE)
+    window.AddRenderer(renderer)
+    for index, time in enumerate(times):
+        _, poses = min(frames, key=lambda frame: abs(frame[0] - time))
+        for actor, (x, y, z, qx, qy, qz, qw) in zip(actors, poses):
+            if not actor:
+                continue
+            pose = vtk.vtkTransform()
+            pose.Translate(x, y, z)
+            matrix = [[0.0] * 3 for _ in range(3)]
+            vtk.vtkMath.QuaternionToMatrix3x3([qw, qx, qy, qz], matrix)
+            turn = vtk.vtkMatrix4x4()
+            for i in range(3):
+                for j in range(3):
+                    turn.SetElement(i, j, matrix[i][j])
+            pose.Concatenate(turn)
+            actor.SetUserTransform(pose)
+        if index == 0:
+            # Framed on the meshes, not on the ground.
+            bounds = vtk.vtkBoundingBox()
+            for actor, (kind, _, _) in zip(actors, bodies):
+                if actor and kind == "mesh":
+                    bounds.AddBounds(actor.GetBounds())
+            box = [0.0] * 6
+            bounds.GetBounds(box)
+            camera = renderer.GetActiveCamera()
+            camera.SetViewUp(0, 0, 1)
+            camera.SetFocalPoint(0, 0, 0)
+            camera.SetPosition(*view)
+            renderer.ResetCamera(box)
+        renderer.ResetCameraClippingRange()
+        window.Render()
+        grab = vtk.vtkWindowToImageFilter()
+        grab.SetInput(window)
+        grab.ReadFrontBufferOff()
+        writer = vtk.vtkPNGWriter()
+        writer.SetFileName(f"{stem}_{index + 1}.png")
+        writer.SetInputConnection(grab.GetOutputPort())
+        writer.SetCompressionLevel(9)
+        writer.Write()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--programs", type=pathlib.Path, required=True, help="folder of the scenes' programs")
+    parser.add_argument("--work", type=pathlib.Path, required=True, help="folder for trajectories")
+    parser.add_argument("--pictures", type=pathlib.Path, required=True)
+    parser.add_argument("--only", help="one program")
+    options = parser.parse_args()
+    options.work.mkdir(parents=True, exist_ok=True)
+    options.pictures.mkdir(parents=True, exist_ok=True)
+    rows, failed = [], False
+    for program, variant, times, view in SCENES:
+        if options.only and program != options.only:
+            continue
+        trajectory = options.work / f"{program}_{variant}.txt"
+        run = subprocess.run([options.programs / program, variant, "--trajectory", trajectory],
+                             capture_output=True, text=True, check=False)
+        print(run.stdout + run.stderr, flush=True)
+        if run.returncode == 77:
+            continue
+        failed = failed or run.returncode != 0
+        verdict = "holds" if run.returncode == 0 else "FAILS"
+        rows += [line[4:] + f" {verdict} |" for line in run.stdout.splitlines() if line.startswith("row ")]
+        if times:
+            render(*read_trajectory(trajectory), times, view, options.pictures / f"{program}_{variant}")
+    print("\n".join(rows))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
