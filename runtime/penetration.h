@@ -13,6 +13,9 @@ namespace vps::detail {
 inline Vec3 operator+(Vec3 a, Vec3 b) noexcept {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
+inline Vec3 operator*(float by, Vec3 a) noexcept {
+  return {by * a.x, by * a.y, by * a.z};
+}
 inline Vec3 operator-(Vec3 a, Vec3 b) noexcept {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }

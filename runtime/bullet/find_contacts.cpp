@@ -11,7 +11,9 @@
 
 namespace vps::bullet {
 
+using detail::operator+;
 using detail::operator-;
+using detail::operator*;
 
 Workspace& Workspace::of_this_thread(const PointshellView& shell) {
   thread_local Workspace space;
@@ -20,6 +22,8 @@ Workspace& Workspace::of_this_thread(const PointshellView& shell) {
 }
 
 namespace {
+
+constexpr float kSameNormal = 0.966F;  // 15 degrees
 
 // Shell points lie so far apart that the faces of an edge are told apart no better.
 constexpr btScalar kAlikeFaces_vx = btScalar(0.5);
@@ -34,14 +38,32 @@ std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
            {{0, 0, -1}, half.z}}};
 }
 
-// Once a contact has its direction: what it presses on is its area as seen along it. Beside an edge of the field the
-// shell's points are near without being about to touch: their contacts would stop a body that slides by.
-// @return whether it is such a one
-bool weigh(Contact& contact, Vec3 into_shell) {
+// Beside an edge of the field the shell's points are near without being about to touch: their contacts would stop a
+// body that slides by.
+bool grazes(const Contact& contact, Vec3 into_shell) {
   constexpr float kGrazing = 0.3F;
-  const float agreement = detail::dot(contact.inward_normal, into_shell);
-  contact.area *= std::max(agreement, 0.0F);
-  return contact.penetration < 0 && agreement < kGrazing;
+  return contact.penetration < 0 && detail::dot(contact.inward_normal, into_shell) < kGrazing;
+}
+
+// Whether the field ends beside a contact: an edge of it meets the shell there. A face of the shell then says which way
+// is out, not one of the faces that meet in the edge.
+// @param v  V at a place
+// @param h  how far beside. [m]
+template <class V>
+bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v) {
+  const Vec3 out = contact.inward_normal;
+  const float agreement = detail::dot(out, into_shell);
+  const Vec3 across = into_shell - agreement * out;
+  const float size = detail::length(across);
+  if (!(size > 0.05F)) return false;
+  const Vec3 p = contact.position;
+  const Vec3 step = (h / size) * across;
+  return std::min(v(p + step), v(p - step)) - v(p) < -0.25F * h;
+}
+
+// What a contact presses on is its area as seen along it.
+void weigh(Contact& contact, Vec3 into_shell) {
+  contact.area *= std::max(detail::dot(contact.inward_normal, into_shell), 0.0F);
 }
 
 }  // namespace
@@ -94,7 +116,12 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
         } else {
           contact.inward_normal = outward_normal(field, contact.position);
         }
-        return weigh(contact, into_shell);
+        if (grazes(contact, into_shell)) return true;
+        if (is_at_edge(contact, into_shell, alike, [&](Vec3 p) { return penetration(field, p); })) {
+          contact.inward_normal = into_shell;
+        }
+        weigh(contact, into_shell);
+        return false;
       };
       const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
       found.contacts = {found.contacts.begin(), last};
@@ -118,16 +145,23 @@ std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts) {
     ClosestPoint closest;
     if (contact.penetration - margin < -0.75F * map.band_outer &&
         closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
-      const Vec3 away = contact.position - closest.position;
-      contact.inward_normal = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
+      contact.inward_normal = (1 / closest.distance) * (contact.position - closest.position);
       contact.penetration = margin - closest.distance;
-      return weigh(contact, into_shell) || contact.penetration < -reach;
+      weigh(contact, into_shell);
+      return grazes(contact, into_shell) || contact.penetration < -reach;
     }
     const Vec3 outward = outward_normal(map, contact.position);
     if (!(detail::dot(outward, outward) > 0)) return false;
     contact.inward_normal = outward;
     contact.penetration = penetration(map, contact.position, outward) + margin;
-    return weigh(contact, into_shell);
+    if (grazes(contact, into_shell)) return true;
+    // The map's normals are differences of rounded samples: where the two agree, the shell's is the finer one.
+    const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
+    if (detail::dot(outward, into_shell) > kSameNormal || is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) {
+      contact.inward_normal = into_shell;
+    }
+    weigh(contact, into_shell);
+    return false;
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }

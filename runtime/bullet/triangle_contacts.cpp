@@ -179,15 +179,15 @@ class Search {
     const float along = dot(inward, triangle->normal);
     // The most frequent answer, without a look at the field: a face that looks at the sheet from afar.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    const float above = depth(p + times(triangle->normal, voxel_));
-    const float below = depth(p - times(triangle->normal, voxel_));
+    const float above = depth(p + voxel_ * triangle->normal);
+    const float below = depth(p - voxel_ * triangle->normal);
     // A face, edge or corner of the body that points to one side of the sheet has nothing of the body there.
     if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
       return climb(place.at, contact);
     }
     const float side = above > below ? 1 : -1;
     contact.area *= std::max(side * along, 0.0F);  // as seen along the direction
-    emit_on_face(contact, times(triangle->normal, side), -side * height);
+    emit_on_face(contact, side * triangle->normal, -side * height);
   }
 
   // @param direction  into the body at the point
@@ -196,7 +196,7 @@ class Search {
     remember();
     if (penetration < -distance_) return;
     // The body's far side sees the sheet through the body: then the way out is shorter the other way.
-    if (penetration > 0 && depth(contact.position + times(direction, 2 * penetration)) < -0.1F * voxel_) return;
+    if (penetration > 0 && depth(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
     emit(contact);
@@ -207,11 +207,11 @@ class Search {
     if (!place.on_face) {
       const Vec3 apart = place.at - contact.position;
       const float size = length(apart);
-      if (size > 1e-3F * voxel_) direction = times(apart, 1 / size);
+      if (size > 1e-3F * voxel_) direction = (1 / size) * apart;
     }
     const float along = dot(direction, inward);
     if (!(std::abs(along) > 0.5F * kAligned)) return;
-    if (along < 0) direction = times(direction, -1);
+    if (along < 0) direction = -1 * direction;
     contact.inward_normal = direction;
     contact.penetration = dot(direction, place.at - contact.position);
     if (contact.penetration < -relevant_) return;
@@ -249,7 +249,7 @@ class Search {
     float step = voxel_;
     NearestPlace place;
     for (int i = 0; i < 16 && step > 0.1F * voxel_ && dot(out, out) > 0; ++i) {
-      const bool found = nearest(at - times(out, step), 2 * step, place) != nullptr;
+      const bool found = nearest(at - step * out, 2 * step, place) != nullptr;
       const float there = found ? depth(place.at) : v;
       if (!(there > v + gain)) {
         step /= 2;
@@ -268,11 +268,11 @@ class Search {
     const float across = dot(triangle->normal, out);
     constexpr float kFlat = 0.9F;
     if (!(std::abs(across) < kFlat)) return;
-    const Vec3 along = times(triangle->normal, across) - out;
-    const Vec3 next = at + times(along, voxel_ / length(along));
+    const Vec3 along = across * triangle->normal - out;
+    const Vec3 next = at + (voxel_ / length(along)) * along;
     if (nearest(next, 0.3F * voxel_, place) != nullptr) return;  // it goes on
-    contact.position = at + times(out, v);
-    contact.inward_normal = times(out, -1);
+    contact.position = at + v * out;
+    contact.inward_normal = -1 * out;
     contact.penetration = v;
     emit(contact);
   }

@@ -19,6 +19,7 @@ struct Collect final : btTriangleCallback {
 bool Triangle::set(const double (&p)[3][3]) noexcept {
   using detail::operator+;
   using detail::operator-;
+  using detail::operator*;
   const auto minus = [](const double(&a)[3], const double(&b)[3], double(&out)[3]) {
     for (int i = 0; i < 3; ++i) out[i] = a[i] - b[i];
   };
@@ -57,7 +58,7 @@ bool Triangle::set(const double (&p)[3][3]) noexcept {
     side[i] = to_float(inwards);
     side_offset[i] = static_cast<float>(dot(inwards, p[i]));
   }
-  centre = times(corners[0] + corners[1] + corners[2], 1.0F / 3);
+  centre = (1.0F / 3) * (corners[0] + corners[1] + corners[2]);
   for (const Vec3& corner : corners) radius = std::max(radius, detail::length(corner - centre));
   radius *= 1 + 1e-6F;
   return true;
@@ -66,12 +67,12 @@ bool Triangle::set(const double (&p)[3][3]) noexcept {
 NearestPlace Triangle::nearest(Vec3 p) const noexcept {
   using namespace detail;
   const float h = height(p);
-  if (beyond(p) <= 0) return {p - times(normal, h), h * h, true};
+  if (beyond(p) <= 0) return {p - h * normal, h * h, true};
   NearestPlace best;
   for (int i = 0; i < 3; ++i) {
     const Vec3 edge = corners[(i + 1) % 3] - corners[i];
     const float along = std::clamp(dot(p - corners[i], edge) / dot(edge, edge), 0.0F, 1.0F);
-    const Vec3 at = corners[i] + times(edge, along);
+    const Vec3 at = corners[i] + along * edge;
     const Vec3 apart = p - at;
     const float squared = dot(apart, apart);
     if (squared < best.squared) best = {at, squared, false};

@@ -52,10 +52,6 @@ struct Triangle {
   [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
 };
 
-inline Vec3 times(Vec3 a, float by) noexcept {
-  return {a.x * by, a.y * by, a.z * by};
-}
-
 /// A triangle as a mesh hands it out; without padding, to be hashed.
 struct MeshTriangle {
   btScalar corners[3][3];
