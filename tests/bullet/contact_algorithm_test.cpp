@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <thread>
+#include <type_traits>
 
 #include "tests/bullet/world.h"
 
@@ -356,12 +357,14 @@ TEST(ContactAlgorithm, WorldsInSeveralThreadsShareAShape) {
   for (const btScalar height : heights) EXPECT_EQ(height, heights[0]);
 }
 
-TEST(ContactAlgorithm, AKilometreFromTheOriginBodiesStillRest) {
+// A kilometre in single precision, a million kilometres in double.
+TEST(ContactAlgorithm, FarFromTheOriginBodiesStillRest) {
+  const auto far = btScalar(std::is_same_v<btScalar, float> ? 1 << 10 : 1 << 30);
   World scene;
   bullet::Shape shape(brick());
   btBoxShape box({1, 1, btScalar(0.5)});
-  scene.add(box, 0, {1024, 1024, btScalar(-0.5)});
-  btRigidBody& body = scene.add(shape, 1, {1024, 1024, btScalar(0.06)});
+  scene.add(box, 0, {far, far, btScalar(-0.5)});
+  btRigidBody& body = scene.add(shape, 1, {far, far, btScalar(0.06)});
   scene.step(480);
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
 }

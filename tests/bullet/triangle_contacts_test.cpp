@@ -103,12 +103,12 @@ class Ground {
         for (int j = 0; j <= n; ++j) {
           for (int i = 0; i <= n; ++i) {
             const double z = height(half * (2.0 * i / n - 1), half * (2.0 * j / n - 1));
-            heights_.push_back(static_cast<float>(z));
+            heights_.push_back(btScalar(z));
             least = std::min(least, z);
             most = std::max(most, z);
           }
         }
-        // Terrain is centred on the middle of its range.
+        // Terrain is centred on the middle of its range; PHY_FLOAT means btScalar.
         const auto range = btScalar(std::max({-least, most, 0.001}));
         auto terrain = std::make_unique<btHeightfieldTerrainShape>(n + 1, n + 1, heights_.data(), btScalar(1), -range,
                                                                    range, 2, PHY_FLOAT, winding == Winding::down);
@@ -128,7 +128,7 @@ class Ground {
 
  private:
   btTriangleMesh triangles_;
-  std::vector<float> heights_;
+  std::vector<btScalar> heights_;
   std::unique_ptr<btBvhTriangleMeshShape> inner_;
   std::unique_ptr<btConcaveShape> shape_;
 };
@@ -598,19 +598,19 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
 TEST(TriangleContacts, AMeshThatChangesUnderABodyAtRestIsNoticed) {
   MeshWorld scene;
   bullet::Shape shape(brick());
-  std::vector<float> heights(41 * 41, 0.0F);
-  const auto lift = [&](std::size_t half, float height) {
+  std::vector<btScalar> heights(41 * 41, 0);
+  const auto lift = [&](std::size_t half, double height) {
     for (std::size_t i = 20 - half; i <= 20 + half; ++i)
-      std::fill_n(&heights[41 * i + 20 - half], 2 * half + 1, height);
+      std::fill_n(&heights[41 * i + 20 - half], 2 * half + 1, btScalar(height));
   };
-  lift(3, -0.02F);  // the body rests on the rim of a pit
+  lift(3, -0.02);  // the body rests on the rim of a pit
   btHeightfieldTerrainShape terrain(41, 41, heights.data(), 1, -1, 1, 2, PHY_FLOAT, false);
   terrain.setLocalScaling({btScalar(0.01), btScalar(0.01), 1});
   scene.add(terrain, 0, {0, 0, 0});
   btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.0501)});
   scene.step(240);
   ASSERT_LT(deepest(scene.points()), 0.0005);
-  lift(1, 0.002F);
+  lift(1, 0.002);
   scene.world.performDiscreteCollisionDetection();
   EXPECT_NEAR(deepest(scene.points()), 0.002, 0.0005);
   scene.step(240);

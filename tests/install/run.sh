@@ -22,20 +22,39 @@ cp -r "$here/c" "$work/c"
 make -s -C "$work/c"
 "$work/c/deepest" "$work/bolt.vps.hdf"
 
+# configure SOURCE BUILD [OPTION]
 configure() {
-  cmake -S "$here/$1" -B "$work/$1" >"$work/$1.log" 2>&1
+  cmake -S "$here/$1" -B "$work/$2" ${3:-} >"$work/$2.log" 2>&1
 }
+# run SOURCE BUILD PROGRAM [OPTION]
 run() {
-  configure "$1" || { cat "$work/$1.log"; exit 1; }
-  cmake --build "$work/$1" >"$work/$1.log" || { cat "$work/$1.log"; exit 1; }
-  "$work/$1/$2" "$work/bolt.vps.hdf"
+  configure "$1" "$2" ${4:-} || { cat "$work/$2.log"; exit 1; }
+  cmake --build "$work/$2" >"$work/$2.log" || { cat "$work/$2.log"; exit 1; }
+  "$work/$2/$3" "$work/bolt.vps.hdf"
 }
-run runtime overlap
-if [ -f "$PKG_CONFIG_PATH/vps-bullet.pc" ]; then
-  run bullet drop
-  c++ $CXXFLAGS -std=c++20 "$here/bullet/drop.cpp" -o "$work/drop" $(pkg-config --cflags --libs vps-bullet)
-  "$work/drop" "$work/bolt.vps.hdf"
-elif configure bullet || ! grep -q 'vps was built without Bullet' "$work/bullet.log"; then
-  echo 'find_package does not say that vps was built without Bullet'
-  exit 1
+# drop FLAGS_OF LIBRARIES_OF: pkg-config modules
+drop() {
+  c++ $CXXFLAGS -std=c++20 "$here/bullet/drop.cpp" -o "$work/drop" $(pkg-config --cflags "$1") $(pkg-config --libs "$2")
+}
+run runtime runtime overlap
+for bullet in bullet bullet_float64; do
+  pc=vps-$(echo $bullet | tr _ -)
+  if [ -f "$PKG_CONFIG_PATH/$pc.pc" ]; then
+    run bullet $bullet drop -DBULLET=$bullet
+    drop $pc $pc
+    "$work/drop" "$work/bolt.vps.hdf"
+  elif configure bullet $bullet -DBULLET=$bullet || ! grep -q 'vps was built without Bullet' "$work/$bullet.log"; then
+    echo 'find_package does not say that vps was built without Bullet'
+    exit 1
+  fi
+done
+if [ -f "$PKG_CONFIG_PATH/vps-bullet-float64.pc" ]; then
+  for one in '' -float64; do
+    other=$([ -n "$one" ] || echo -float64)
+    if drop vps-bullet$one vps-bullet$other 2>"$work/mixed.log" || ! grep -q 'vps::bullet::float' "$work/mixed.log"; then
+      cat "$work/mixed.log"
+      echo "a program for vps-bullet$one links with vps-bullet$other"
+      exit 1
+    fi
+  done
 fi
