@@ -71,6 +71,13 @@ double length(const double* v) noexcept {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+// Of all points about the centre of mass, which need not be near the root sphere's centre. [m]
+double turning_radius(const PointshellView& tool) noexcept {
+  double apart[3];
+  for (int i = 0; i < 3; ++i) apart[i] = double{tool.sphere[i][0]} - double{tool.centre_of_mass[i]};
+  return length(apart) + double{tool.sphere[3][0]};
+}
+
 Status check(const CouplingOptions& options) noexcept {
   const auto positive = [](double x) { return x > 0 && std::isfinite(x); };
   const bool good = positive(options.linear_stiffness) && positive(options.angular_stiffness) &&
@@ -153,7 +160,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
     if (cycle.iterations == options_.max_iterations) break;
     Vector6 move = constrained(difference(*tool_, pose_, device), cycle);
     // No farther than where contacts were looked for.
-    const double way = length(move.data()) + length(move.data() + 3) * double{tool_->sphere[3][0]};
+    const double way = length(move.data()) + length(move.data() + 3) * turning_radius(*tool_);
     if (way > free_way) {
       for (double& x : move) x *= free_way / way;
     }

@@ -76,14 +76,16 @@ std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
   return copy;
 }
 
-// By Newell's sum over the corners, which does not mind slivers.
-bool face_normal(const btConvexHullComputer& hull, int face, btVector3& normal) {
+// By Newell's sum over the corners, which does not mind slivers. The computer's own copies of them are rounded to a
+// grid of 1e-4 of the hull.
+bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners, btVector3& normal) {
+  const auto corner = [&](int vertex) { return corners[static_cast<std::size_t>(hull.original_vertex_index[vertex])]; };
   const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
   const btConvexHullComputer::Edge* edge = first;
-  const btVector3 base = hull.vertices[first->getSourceVertex()];
+  const btVector3 base = corner(first->getSourceVertex());
   normal.setZero();
   do {
-    normal += (hull.vertices[edge->getSourceVertex()] - base).cross(hull.vertices[edge->getTargetVertex()] - base);
+    normal += (corner(edge->getSourceVertex()) - base).cross(corner(edge->getTargetVertex()) - base);
     edge = edge->getNextEdgeOfFace();
   } while (edge != first);
   const btScalar size = normal.length();
@@ -127,7 +129,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
     hull.compute(&corners[0][0], sizeof(btVector3), static_cast<int>(corners.size()), 0, 0);
     btVector3 normal;
     for (int face = 0; face < hull.faces.size(); ++face) {
-      if (face_normal(hull, face, normal)) planes_.push_back(touching(shape, to_vec3(normal)));
+      if (face_normal(hull, face, corners, normal)) planes_.push_back(touching(shape, to_vec3(normal)));
     }
   }
   faces_ = planes_.size();

@@ -310,5 +310,19 @@ TEST_P(GroundPartner, StopsOurBrickAt3MetresPerSecond) {
 
 INSTANTIATE_TEST_SUITE_P(All, GroundPartner, testing::ValuesIn(cases(kGround)), case_name);
 
+// The planes of its faces must not be rounded at the size of the hull.
+TEST(Partners, ALargeTurnedHullIsAsHighAsItsCorners) {
+  const btMatrix3x3 turn(btQuaternion(btVector3(1, btScalar(0.7), btScalar(0.3)).normalized(), btScalar(0.6)));
+  btConvexHullShape ground;
+  for (int i = 0; i < 8; ++i) ground.addPoint(turn * vec(i & 1 ? 25 : -25, i & 2 ? 25 : -25, i & 4 ? 0 : -0.2));
+  ground.setMargin(0);
+  World scene;
+  scene.add(ground, 0, btTransform(turn.transpose()));
+  bullet::Shape shape(brick());
+  const btRigidBody& body = scene.add(shape, 1, vec(7, 5, 0.0501));
+  scene.step(240);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 1e-4);
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -134,6 +134,27 @@ TEST(VirtualTool, TheFeltForceIsNoMoreThanTheDeviceGivesAndJumpsDoNotPassWalls) 
   EXPECT_GT(cycle.tool.translation[2], 0.0185);
 }
 
+// A hammer: its centre of mass lies in the head, far from the middle of the root sphere, and its tip swings far.
+TEST(VirtualTool, ATurningHandleDoesNotPassWalls) {
+  const TriangleMesh hammer = joined(make_box({0.03, 0.03, 0.03}), make_box({0.13, 0.003, 0.003}, {0.1605, 0, 0}));
+  const Bench s(hammer, make_box({0.002, 0.2, 0.2}), 0.002);
+  const auto turned = [](double angle) {
+    Pose pose = at(-0.18, -0.15, 0);
+    pose.rotation[0] = pose.rotation[4] = std::cos(angle);
+    pose.rotation[1] = -std::sin(angle);
+    pose.rotation[3] = std::sin(angle);
+    return pose;
+  };
+  const double upright = std::acos(0.0);
+  VirtualTool tool(s.tool, s.map, turned(upright), {});
+  HapticCycle cycle;
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_EQ(tool.step(turned(upright - 1), cycle), Status::ok);
+    EXPECT_LT(cycle.penetration, 1e-4);
+    EXPECT_LT(cycle.tool.translation[0] + 0.29 * cycle.tool.rotation[0], 0);  // tip
+  }
+}
+
 TEST(VirtualTool, BadUseGetsAStatusAndTheToolStays) {
   const Bench s = box_on_slab();
   CouplingOptions options;
