@@ -140,6 +140,14 @@ VirtualTool::Vector6 VirtualTool::constrained(const Vector6& wish, HapticCycle& 
     }
     if (worst < fine) break;
   }
+  // Sweeps may end early where a turn is far softer than a shift: as far as no contact gets deeper.
+  double share = 1;
+  for (const Constraint& c : constraints_) {
+    const double deeper = -dot(c.out, move);
+    const double room = std::max(-c.penetration, 0.0) + 10 * fine;
+    if (deeper > room) share = std::min(share, room / deeper);
+  }
+  for (double& x : move) x *= share;
   cycle.contacts = static_cast<std::uint32_t>(
       std::count_if(constraints_.begin(), constraints_.end(), [](const Constraint& c) { return c.force > 0; }));
   return move;

@@ -16,9 +16,9 @@
 namespace vps {
 
 struct CouplingOptions {
-  double linear_stiffness = 2000;    ///< of the spring. [Limits: value > 0] [Units: N/m]
-  double angular_stiffness = 1;      ///< [Limits: value > 0] [Units: N m/rad]
-  double max_force = 20;             ///< of the device: the wrench is scaled down. [Limits: value > 0] [Units: N]
+  double linear_stiffness = 2000;  ///< of the spring. [Limits: value > 0] [Units: N/m]
+  double angular_stiffness = 1;    ///< [Limits: value > 0] [Units: N m/rad]
+  double max_force = 20;  ///< of the device: force and torque are scaled down together. [Limits: value > 0] [Units: N]
   std::uint32_t max_iterations = 4;  ///< moves a cycle, of a voxel at most near contacts. [Limits: value >= 1]
   float max_microseconds = 0;        ///< of each query, see QueryOptions. 0: no limit. [Limits: value >= 0]
 };
@@ -36,7 +36,7 @@ struct HapticCycle {
 /// One tool against one map. Views must outlive it; it allocates in the constructor and while its contacts grow.
 class VirtualTool {
  public:
-  /// @param start  where tool and handle are at first, shell_to_map
+  /// @param start  where tool and handle are at first, shell_to_map; a tool that starts inside the map may stay there
   VirtualTool(const PointshellView& tool, const VoxelmapView& map, const Pose& start, const CouplingOptions& options);
 
   /// One cycle.

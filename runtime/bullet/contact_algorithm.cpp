@@ -3,12 +3,12 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
-#include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
 #include <memory>
 #include <utility>
 
+#include "runtime/bullet/arriving_contacts.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partner_field.h"
@@ -49,27 +49,6 @@ static_assert(sizeof(ContactAlgorithm) <= 192);
 // Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
 constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
 
-// How far the surfaces may approach each other in a step, where that is more than a voxel: contacts are looked for as
-// far ahead, so that the solver stops a body at the surface and not behind it. Else, and where restitution is wanted,
-// which a contact ahead would lose: 0.
-btScalar approach(const Pair& pair, btScalar step) {
-  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return 0;
-  btVector3 velocity(0, 0, 0);
-  btScalar spin = 0;
-  for (const Side* const side : {&pair.shell, &pair.field}) {
-    const btRigidBody* const body = btRigidBody::upcast(side->object);
-    if (body == nullptr || body->isStaticObject()) continue;
-    const btVector3 next = body->getLinearVelocity() + step * body->getInvMass() * body->getTotalForce();
-    velocity += side == &pair.shell ? next : -next;
-    btVector3 centre;
-    btScalar radius = 0;
-    body->getCollisionShape()->getBoundingSphere(centre, radius);
-    spin += body->getAngularVelocity().length() * (centre.length() + radius);
-  }
-  const btScalar way = step * (velocity.length() + spin);
-  return way > voxel_size(pair) ? way : 0;
-}
-
 // A body that lands needs contacts wherever it may touch first.
 constexpr std::uint32_t kLandingSegments = 64;
 
@@ -83,7 +62,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
-  if (const btScalar way = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : 0; way > 0) {
+  const btScalar way = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : 0;
+  if (way > 0) {
     options.contact_distance += static_cast<float>(way);
     if (options.segment_level == 0 && !(foundation_of(pair).stiffness > 0)) {
       options.segment_level = segment_level_for(pair.shell.vps->pointshell(), kLandingSegments);
@@ -97,6 +77,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     manifolds_.clear_from(0);
     return;
   }
+  if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
   if (options.segment_level == 0) {
     fill_regular(pair, found, result);
   } else {
@@ -111,7 +92,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
   const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
-  manifolds_.fill(0, pair, {few.data(), refine(pair, found.reach, {few.data(), count})}, found, result);
+  manifolds_.fill(0, pair, {few.data(), refine(pair, found, {few.data(), count})}, found, result);
   manifolds_.clear_from(1);
 }
 
@@ -122,7 +103,7 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
   const auto presses = [](const Contact& contact) { return contact.penetration >= 0; };
   const auto last = std::stable_partition(found.contacts.begin(), found.contacts.end(), presses);
   std::span<Contact> pressing(found.contacts.begin(), last);
-  pressing = pressing.first(refine(pair, found.reach, pressing));
+  pressing = pressing.first(refine(pair, found, pressing));
   const Vec3 centre = to_vec3(found.frame.invXform(pair.shell.world.getOrigin()));
   Reduction reduction;
   if (vps::reduce_contacts(pressing, centre, few, scratch, reduction) != Status::ok) reduction.kept = 0;
@@ -135,7 +116,7 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
   int next = 0;
-  for (Contact& contact : found.contacts.first(refine(pair, found.reach, found.contacts))) {
+  for (Contact& contact : found.contacts.first(refine(pair, found, found.contacts))) {
     const int slot = static_cast<int>(contact.node - base);
     for (; next < slot; ++next) manifolds_.clear(next);
     manifolds_.fill(slot, pair, {&contact, 1}, found, result);

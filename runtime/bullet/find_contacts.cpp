@@ -135,11 +135,12 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts) {
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts) {
   if (pair.field.vps == nullptr) return contacts.size();
   const VoxelmapView& map = pair.field.vps->voxelmap();
   const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
+    if (contact.penetration < -found.final_beyond) return false;
     const Vec3 into_shell = contact.inward_normal;
     // Beyond the band V and its gradient are rough.
     ClosestPoint closest;
@@ -148,7 +149,7 @@ std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts) {
       contact.inward_normal = (1 / closest.distance) * (contact.position - closest.position);
       contact.penetration = margin - closest.distance;
       weigh(contact, into_shell);
-      return grazes(contact, into_shell) || contact.penetration < -reach;
+      return grazes(contact, into_shell) || contact.penetration < -found.reach;
     }
     const Vec3 outward = outward_normal(map, contact.position);
     if (!(detail::dot(outward, outward) > 0)) return false;

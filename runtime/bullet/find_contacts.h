@@ -2,6 +2,8 @@
 /// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
+#include <limits>
+
 #include "runtime/bullet/convex_planes.h"
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/triangle_contacts.h"
@@ -26,8 +28,9 @@ struct FoundContacts {
   /// In tree order. Their `inward_normal` is what the shell's body is pushed along, and their area as seen from there;
   /// against a voxelmap both are still the shell's, see `refine`.
   std::span<Contact> contacts;
-  btTransform frame;  ///< takes the contacts' frame to the world
-  float reach = 0;    ///< how far off the surface they may be. [m]
+  btTransform frame;                                            ///< takes the contacts' frame to the world
+  float reach = 0;                                              ///< how far off the surface they may be. [m]
+  float final_beyond = std::numeric_limits<float>::infinity();  ///< farther off they are as they should be. [m]
 };
 
 /// @param options  of the query; the cache is set here, and the margins are added
@@ -37,8 +40,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 /// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is
 /// left where the map has none. Contacts that would stop a body sliding past an edge are taken out. Contacts of other
 /// fields are as they should be.
-/// @param reach  FoundContacts::reach
+/// @param contacts  some of those that were found
 /// @return how many are left, in front
-std::size_t refine(const Pair& pair, float reach, std::span<Contact> contacts);
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts);
 
 }  // namespace vps::bullet

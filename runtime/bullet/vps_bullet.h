@@ -132,7 +132,7 @@ struct ContinuousMotionOptions {
 /// Keeps fast bodies from passing through walls, which Bullet does for convex bodies only: after each step a body that
 /// would have gone through or into another is put back to where they touch, by conservative advancement (Mirtich 1996);
 /// its velocity is left for the next step's contact. For pairs with a Shape, both may move and turn; against Bullet's
-/// triangle meshes it does nothing.
+/// triangle meshes it does nothing, and the motion of kinematic bodies is not followed.
 ///
 ///     vps::bullet::ContinuousMotion continuous;
 ///     world->addAction(&continuous);          // removeAction switches it off

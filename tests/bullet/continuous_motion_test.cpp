@@ -147,6 +147,45 @@ TEST(ContactAlgorithm, ABodyThatLandsIsStoppedAtTheSurfaceAtAnyRate) {
   }
 }
 
+// Past a box's edge, and past each other: what is near but not met must not deflect.
+TEST(ContactAlgorithm, BodiesThatFlyPastAreNotDeflected) {
+  bullet::Shape brick(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
+  const bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  btBoxShape box({btScalar(0.3), btScalar(0.3), btScalar(0.1)});
+  btConvexHullShape hull;
+  for (int i = 0; i < 8; ++i) {
+    hull.addPoint({btScalar(i & 1 ? 0.3 : -0.3), btScalar(i & 2 ? 0.3 : -0.3), btScalar(i & 4 ? 0.1 : -0.1)});
+  }
+  hull.setMargin(0);
+  for (btCollisionShape* const obstacle : {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&hull),
+                                           static_cast<btCollisionShape*>(const_cast<bullet::Shape*>(&slab))}) {
+    for (const double speed : {1.0, 10.0, 30.0}) {
+      for (int phase = 0; phase < 5; ++phase) {
+        World scene;
+        scene.world.setGravity({0, 0, 0});
+        scene.add(*obstacle, 0, {0, 0, btScalar(-0.1)});
+        const double start = -0.5 - speed / 60 * (1 + 0.2 * phase);
+        btRigidBody& body = scene.add(brick, 1, {btScalar(start), 0, btScalar(0.052)});
+        body.setLinearVelocity({btScalar(speed), 0, 0});
+        const int steps = static_cast<int>((1 - start) / speed * 60);
+        scene.step(steps, btScalar(1.0 / 60));
+        EXPECT_NEAR(body.getLinearVelocity().z(), 0, 0.01 * speed) << obstacle->getName() << ' ' << speed;
+        EXPECT_NEAR(body.getLinearVelocity().x(), speed, 0.01 * speed) << obstacle->getName() << ' ' << speed;
+      }
+    }
+  }
+  World scene;
+  scene.world.setGravity({0, 0, 0});
+  bullet::Shape shape(ball());
+  btRigidBody& left = scene.add(shape, 1, {btScalar(-0.45), 0, 0});
+  btRigidBody& right = scene.add(shape, 1, {btScalar(0.45), 0, btScalar(0.11)});
+  left.setLinearVelocity({20, 0, 0});
+  right.setLinearVelocity({-20, 0, 0});
+  scene.step(10, btScalar(1.0 / 60));
+  EXPECT_EQ(left.getLinearVelocity().x(), 20);
+  EXPECT_EQ(right.getLinearVelocity().z(), 0);
+}
+
 TEST(ContinuousMotion, RestingAndSlidingBodiesAreLeftAlone) {
   Scene scene;
   scene.world.setGravity({0, 0, btScalar(-9.81)});

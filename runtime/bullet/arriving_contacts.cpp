@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Zlib
+#include "runtime/bullet/arriving_contacts.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+
+#include "runtime/bullet/partner_field.h"
+#include "runtime/penetration.h"
+
+namespace vps::bullet {
+namespace {
+
+using detail::operator+;
+using detail::operator-;
+using detail::operator*;
+
+// How a body is about to move, by the forces of the step as well.
+struct Course {
+  btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
+
+  Course(const Side& side, btScalar step) {
+    const btRigidBody* const body = btRigidBody::upcast(side.object);
+    if (body == nullptr || body->isStaticObject()) return;
+    linear = body->getLinearVelocity() + step * body->getInvMass() * body->getTotalForce();
+    angular = body->getAngularVelocity();
+    centre = body->getWorldTransform().getOrigin();
+  }
+  [[nodiscard]] btVector3 at(const btVector3& place) const { return linear + angular.cross(place - centre); }
+};
+
+// A voxelmap, asked as analytic fields are.
+struct MapField {
+  const VoxelmapView& map;
+};
+float penetration(const MapField& field, Vec3 p) {
+  return vps::penetration(field.map, p, {});
+}
+Vec3 outward_normal(const MapField& field, Vec3 p) {
+  return vps::outward_normal(field.map, p);
+}
+
+// Follows a point by steps that are as long as it is far from the field (sphere tracing; Hart 1996).
+// @param way     in the step, contacts' frame. [m]
+// @param margin  by which the bodies are thickened, and the field is not. [m]
+// @param near    from where on it has arrived. [m]
+// @return whether it arrives; grazing points, which take many steps, do not
+template <class Field>
+bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float near) {
+  constexpr int kSteps = 256;
+  const float length = detail::length(way);
+  float t = 0;
+  for (int i = 0; i < kSteps && t < 1; ++i) {
+    const Vec3 p = contact.position + t * way;
+    using vps::outward_normal;
+    using vps::penetration;
+    const float gap = -penetration(field, p) - margin;
+    if (gap <= near) {
+      const Vec3 normal = outward_normal(field, p);
+      if (!(detail::dot(normal, normal) > 0)) return true;
+      contact.inward_normal = normal;
+      contact.penetration = -std::max(0.0F, detail::dot(normal, contact.position - p) + gap);
+      return true;
+    }
+    t += gap / length;
+  }
+  return false;
+}
+
+}  // namespace
+
+btScalar approach(const Pair& pair, btScalar step) {
+  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return 0;
+  const Course shell(pair.shell, step);
+  const Course field(pair.field, step);
+  btScalar spin = 0;
+  for (const Side* const side : {&pair.shell, &pair.field}) {
+    btVector3 centre;
+    btScalar radius = 0;
+    const btScalar turn = (side == &pair.shell ? shell : field).angular.length();
+    if (turn == 0) continue;
+    side->object->getCollisionShape()->getBoundingSphere(centre, radius);
+    spin += turn * (centre.length() + radius);
+  }
+  const btScalar way = step * ((shell.linear - field.linear).length() + spin);
+  constexpr btScalar kFarthest = 1000;  // a body that goes farther in a step has come off its world
+  return way > voxel_size(pair) && way < kFarthest ? way : 0;
+}
+
+void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found) {
+  const Course shell(pair.shell, step);
+  const Course partner(pair.field, step);
+  const auto near = static_cast<float>(contact_distance(pair));
+  const auto keep = [&](const auto& field, float margin) {
+    const auto is_none = [&](Contact& contact) {
+      if (contact.penetration >= -near) return false;
+      const btVector3 place = found.frame * to_bt(contact.position);
+      const btVector3 way = step * (shell.at(place) - partner.at(place));
+      return !arrives(field, contact, to_vec3(found.frame.getBasis().transpose() * way), margin, near);
+    };
+    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+    found.contacts = {found.contacts.begin(), last};
+    return Status::ok;
+  };
+  found.final_beyond = near;
+  if (pair.field.vps != nullptr) {
+    (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));
+  } else if (!is_triangle_mesh(pair.field.shape->getShapeType())) {
+    // Of Bullet's own shapes the fields have theirs.
+    const auto margin = static_cast<float>(pair.shell.vps->getMargin());
+    const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
+    (void)on_partner(*pair.field.shape, from, memory.planes,
+                     [&](const auto& field, const btTransform&) { return keep(field, margin); });
+  }
+}
+
+}  // namespace vps::bullet
