@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 #include "runtime/bullet/convex_planes.h"
 
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
@@ -12,7 +13,9 @@
 #include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
 #include <LinearMath/btConvexHullComputer.h>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/penetration.h"
@@ -45,9 +48,21 @@ std::vector<btVector3> corners_of(const btConvexShape& shape) {
   return corners;
 }
 
-int count_corners(const btConvexShape& shape) {
+// Changes when the corners do; of shapes that cannot change theirs in place only their number counts.
+std::uint64_t fingerprint(const btConvexShape& shape) {
+  const auto hash = [](const btVector3* points, int count) {
+    return hash_bytes(std::as_bytes(std::span(points, static_cast<std::size_t>(count))));
+  };
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    return hash(hull.getUnscaledPoints(), hull.getNumPoints());
+  }
+  if (shape.getShapeType() == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
+    const auto& cloud = static_cast<const btConvexPointCloudShape&>(shape);
+    return hash(cloud.getUnscaledPoints(), cloud.getNumPoints());
+  }
   const auto* const polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape);
-  return polyhedron != nullptr ? polyhedron->getNumVertices() : 0;
+  return polyhedron != nullptr ? static_cast<std::uint64_t>(polyhedron->getNumVertices()) : 0;
 }
 
 // Fibonacci's spiral: with 162 directions the planes round a ball are 2 % of its radius off at most.
@@ -105,7 +120,7 @@ HalfSpaceField touching(const btConvexShape& shape, Vec3 outward_normal) {
 
 PolytopeField ConvexPlanes::of(const btConvexShape& shape, const btVector3& from) {
   if (shape_ != &shape || scaling_ != shape.getLocalScaling() || margin_ != shape.getMargin() ||
-      corners_ != count_corners(shape)) {
+      corners_ != fingerprint(shape)) {
     build(shape);
   }
   if (has_faces()) return {planes_};
@@ -119,7 +134,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
   shape_ = &shape;
   scaling_ = shape.getLocalScaling();
   margin_ = shape.getMargin();
-  corners_ = count_corners(shape);
+  corners_ = fingerprint(shape);
   thinner_.reset();
   if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
   planes_.clear();
@@ -150,8 +165,50 @@ bool ConvexPlanes::find_nearest(Contact& contact) const {
   btPointCollector found;
   gjk.getClosestPoints(input, found, nullptr);
   if (!found.m_hasResult) return false;
+  if (has_faces() && !is_nearest(contact.position, found.m_normalOnBInWorld, found.m_distance + margin_)) {
+    return find_nearest_of_faces(contact);
+  }
   contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
   contact.penetration = static_cast<float>(-found.m_distance);
+  return true;
+}
+
+// GJK may end too early beside edges. What it found is right when the plane there touches the core, and the place is
+// the core's.
+bool ConvexPlanes::is_nearest(Vec3 p, const btVector3& normal, btScalar distance) const {
+  const btScalar tolerance = btScalar(1e-5) + btScalar(1e-3) * btFabs(distance);
+  const btScalar to_plane = normal.dot(to_bt(p) - shape_->localGetSupportingVertexWithoutMargin(normal));
+  const Vec3 place = to_vec3(to_bt(p) - distance * normal);
+  const PolytopeField faces{{planes_.data(), faces_}};
+  return btFabs(to_plane - distance) < tolerance && btScalar(penetration(faces, place)) - margin_ > -tolerance;
+}
+
+// Hildreth's method: the nearest place within all planes of faces, a plane at a time.
+bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
+  constexpr int kSweeps = 2000;
+  const double p[3] = {double{contact.position.x}, double{contact.position.y}, double{contact.position.z}};
+  double at[3] = {p[0], p[1], p[2]};
+  std::vector<double> pulled(faces_, 0);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double largest = 0;
+    for (std::size_t i = 0; i < faces_; ++i) {
+      const Vec3& n = planes_[i].outward_normal;
+      const double normal[3] = {double{n.x}, double{n.y}, double{n.z}};
+      const double beyond =
+          normal[0] * at[0] + normal[1] * at[1] + normal[2] * at[2] - (double{planes_[i].offset} - double(margin_));
+      const double change = std::max(-pulled[i], beyond);
+      pulled[i] += change;
+      for (int axis = 0; axis < 3; ++axis) at[axis] -= change * normal[axis];
+      largest = std::max(largest, std::abs(change));
+    }
+    if (largest < 1e-8) break;
+  }
+  const double away[3] = {p[0] - at[0], p[1] - at[1], p[2] - at[2]};
+  const double distance = std::sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
+  if (!(distance > 0)) return false;
+  contact.inward_normal = {static_cast<float>(away[0] / distance), static_cast<float>(away[1] / distance),
+                           static_cast<float>(away[2] / distance)};
+  contact.penetration = static_cast<float>(double(margin_) - distance);
   return true;
 }
 

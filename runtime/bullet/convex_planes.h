@@ -33,11 +33,13 @@ class ConvexPlanes {
   void build(const btConvexShape& shape);
   // By GJK, from outside the core. `contact`: its position says where; gets depth and direction.
   bool find_nearest(Contact& contact) const;
+  bool is_nearest(Vec3 p, const btVector3& normal, btScalar distance) const;
+  bool find_nearest_of_faces(Contact& contact) const;
 
   const btConvexShape* shape_ = nullptr;
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;
-  int corners_ = 0;
+  std::uint64_t corners_ = 0;
   std::size_t faces_ = 0;  // planes of faces come first
   std::vector<HalfSpaceField> planes_;
   std::unique_ptr<btMultiSphereShape> thinner_;  // a copy for GJK, whose margin is no larger than its spheres

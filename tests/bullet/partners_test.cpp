@@ -8,7 +8,9 @@
 #include <cmath>
 #include <functional>
 
+#include "runtime/bullet/convex_planes.h"
 #include "tests/bullet/world.h"
+#include "tests/support/random.h"
 
 namespace vps::test {
 namespace {
@@ -322,6 +324,44 @@ TEST(Partners, ALargeTurnedHullIsAsHighAsItsCorners) {
   const btRigidBody& body = scene.add(shape, 1, vec(7, 5, 0.0501));
   scene.step(240);
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 1e-4);
+}
+
+TEST(Partners, AHullWhosePointsMoveIsNoticed) {
+  std::vector<btVector3> points = corners(btScalar(0.3), btScalar(0.1));
+  btConvexPointCloudShape cloud(points.data(), 8, btVector3(1, 1, 1));
+  cloud.setMargin(0);
+  bullet::Shape shape(brick());
+  World scene;
+  scene.add(cloud, 0, {0, 0, btScalar(-0.1)});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.055)});
+  scene.step(120);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
+  for (btVector3& point : points) point.setZ(point.z() - btScalar(0.05));
+  cloud.recalcLocalAabb();
+  scene.step(240);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0, 0.001);
+}
+
+// Places beside the edges and tips of needles, where GJK ends too early.
+TEST(Partners, NeedlesAreAsFarAsTheyAre) {
+  const std::vector<btVector3> points = corners(btScalar(0.001), btScalar(0.1));
+  btConvexHullShape needle(&points[0][0], 8, int{sizeof(btVector3)});
+  needle.setMargin(btScalar(0.04));
+  bullet::ConvexPlanes planes;
+  const PolytopeField field = planes.of(needle, btVector3(0, 0, 0));
+  const BoxField box{{0.001F, 0.001F, 0.1F}};
+  Random random;
+  for (int n = 0; n < 2000; ++n) {
+    Contact contact;
+    contact.position = {static_cast<float>(random.between(-0.05, 0.05)),
+                        static_cast<float>(random.between(-0.05, 0.05)),
+                        static_cast<float>(random.between(-0.15, 0.15))};
+    const float exact = penetration(box, contact.position) + 0.04F;
+    if (exact > 0.039F) continue;
+    contact.penetration = penetration(field, contact.position);
+    planes.finish(contact, 0);
+    ASSERT_NEAR(contact.penetration, exact, 5e-5) << n;
+  }
 }
 
 }  // namespace
