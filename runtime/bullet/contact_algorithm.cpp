@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <algorithm>
+#include <atomic>
 #include <memory>
 #include <utility>
 
@@ -125,6 +126,8 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
   manifolds_.clear_from(next);
 }
 
+std::atomic<bool> registered{false};
+
 template <LookAhead looks_ahead>
 struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
   btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
@@ -137,7 +140,12 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
 
 }  // namespace
 
+bool any_dispatcher_knows() {
+  return registered.load(std::memory_order_relaxed);
+}
+
 void register_algorithm(btCollisionDispatcher& dispatcher) {
+  registered.store(true, std::memory_order_relaxed);
   // Without state, so one serves every dispatcher and outlives them all. The algorithm tells the bodies' roles by their
   // shapes: it needs no swapped twin.
   static CreateContactAlgorithm<LookAhead::yes> create;

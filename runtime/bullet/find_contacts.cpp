@@ -26,7 +26,9 @@ namespace {
 constexpr float kSameNormal = 0.966F;  // 15 degrees
 
 // Shell points lie so far apart that the faces of an edge are told apart no better.
-constexpr btScalar kAlikeFaces_vx = btScalar(0.5);
+float alike_faces(const Pair& pair) {
+  return static_cast<float>(voxel_size(pair) / 2);
+}
 
 std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
   const Vec3 half = box.half_extents;
@@ -66,13 +68,45 @@ void weigh(Contact& contact, Vec3 into_shell) {
   contact.area *= std::max(detail::dot(contact.inward_normal, into_shell), 0.0F);
 }
 
+// A contact with an analytic field that has its direction.
+// @return whether it only grazes
+template <class Field>
+bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact) {
+  if (grazes(contact, into_shell)) return true;
+  if (is_at_edge(contact, into_shell, beside, [&](Vec3 p) { return penetration(field, p); })) {
+    contact.inward_normal = into_shell;
+  }
+  weigh(contact, into_shell);
+  return false;
+}
+
+// @return how many are left, in front
+template <class Field>
+std::size_t refine_analytic(const Pair& pair, const Field& field, float final_beyond, std::span<Contact> contacts) {
+  const float alike = alike_faces(pair);
+  [[maybe_unused]] const float margin = margin_of(pair);
+  const auto is_none = [&](Contact& contact) {
+    if (contact.penetration < -final_beyond) return false;
+    const Vec3 into_shell = contact.inward_normal;
+    bool has_face = false;
+    if constexpr (std::is_same_v<Field, BoxField>) {
+      // Faces are the field's, without margins.
+      contact.penetration -= margin;
+      has_face = contact.penetration >= 0 && face_shell(faces_of(field), alike, contact);
+      contact.penetration += margin;
+    }
+    if (!has_face) contact.inward_normal = outward_normal(field, contact.position);
+    return settle(field, alike, into_shell, contact);
+  };
+  return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
+}
+
 }  // namespace
 
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found) {
   const PointshellView& shell = pair.shell.vps->pointshell();
   Workspace& space = Workspace::of_this_thread(shell);
   const float margin = margin_of(pair);
-  const auto alike = static_cast<float>(kAlikeFaces_vx * voxel_size(pair));
   options.contact_distance += margin;
   options.cache = &memory.cache;
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -97,34 +131,24 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     status = find_triangle_contacts(pair, options, memory.triangles, space.contacts, count);
     found.contacts = {space.contacts.data(), count};
     found.frame = pair.shell.world * pair.shell.asset_frame();
+    found.final_beyond = -std::numeric_limits<float>::infinity();
   } else {
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     status = on_partner(*pair.field.shape, from, memory.planes, [&](const auto& field, const btTransform& frame) {
       const Status queried = query(field, frame);
-      if (queried != Status::ok) return queried;
-      using Field = std::remove_cvref_t<decltype(field)>;
-      const auto is_none = [&](Contact& contact) {
-        const Vec3 into_shell = contact.inward_normal;
-        if constexpr (std::is_same_v<Field, PolytopeField>) {
-          memory.planes.finish(contact, alike);
-          // The planes may have said more than there is.
-          if (!(contact.penetration >= -options.contact_distance)) return true;
-        } else if constexpr (std::is_same_v<Field, BoxField>) {
-          if (contact.penetration < 0 || !face_shell(faces_of(field), alike, contact)) {
-            contact.inward_normal = outward_normal(field, contact.position);
-          }
-        } else {
-          contact.inward_normal = outward_normal(field, contact.position);
-        }
-        if (grazes(contact, into_shell)) return true;
-        if (is_at_edge(contact, into_shell, alike, [&](Vec3 p) { return penetration(field, p); })) {
-          contact.inward_normal = into_shell;
-        }
-        weigh(contact, into_shell);
-        return false;
-      };
-      const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
-      found.contacts = {found.contacts.begin(), last};
+      if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
+        if (queried != Status::ok) return queried;
+        found.final_beyond = -std::numeric_limits<float>::infinity();
+        const auto is_none = [&](Contact& contact) {
+          const Vec3 into_shell = contact.inward_normal;
+          memory.planes.finish(contact, alike_faces(pair));
+          // The planes may have said more of it than there is.
+          return !(contact.penetration >= -options.contact_distance) ||
+                 settle(field, alike_faces(pair), into_shell, contact);
+        };
+        const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+        found.contacts = {found.contacts.begin(), last};
+      }
       return queried;
     });
   }
@@ -136,7 +160,16 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 }
 
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts) {
-  if (pair.field.vps == nullptr) return contacts.size();
+  if (found.final_beyond < 0) return contacts.size();
+  if (pair.field.vps == nullptr) {
+    std::size_t left = contacts.size();
+    ConvexPlanes unused;
+    (void)on_partner(*pair.field.shape, btVector3(0, 0, 0), unused, [&](const auto& field, const btTransform&) {
+      left = refine_analytic(pair, field, found.final_beyond, contacts);
+      return Status::ok;
+    });
+    return left;
+  }
   const VoxelmapView& map = pair.field.vps->voxelmap();
   const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {

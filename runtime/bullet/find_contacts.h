@@ -25,8 +25,7 @@ struct Workspace {
 };
 
 struct FoundContacts {
-  /// In tree order. Their `inward_normal` is what the shell's body is pushed along, and their area as seen from there;
-  /// against a voxelmap both are still the shell's, see `refine`.
+  /// In tree order. Their `inward_normal` and area are the shell's, until `refine`.
   std::span<Contact> contacts;
   btTransform frame;                                            ///< takes the contacts' frame to the world
   float reach = 0;                                              ///< how far off the surface they may be. [m]
@@ -36,10 +35,10 @@ struct FoundContacts {
 /// @param options  of the query; the cache is set here, and the margins are added
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 
-/// At edges and corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in
-/// Eq. (4), by which layers answer, it misjudges the depth. The map's own normal serves both better; the shell's is
-/// left where the map has none. Contacts that would stop a body sliding past an edge are taken out. Contacts of other
-/// fields are as they should be.
+/// Gives contacts the direction that the shell's body is pushed along, and their area as seen from there. At edges and
+/// corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in Eq. (4), by
+/// which layers answer, it misjudges the depth. The field's own serves both better; but at its edges, and where it has
+/// none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
 /// @param contacts  some of those that were found
 /// @return how many are left, in front
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts);

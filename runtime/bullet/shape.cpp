@@ -9,6 +9,7 @@
 #include <cstdio>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/bullet/lint.h"
 #include "runtime/bullet/messages.h"
 #include "runtime/vps_queries.h"
 
@@ -150,10 +151,33 @@ void Shape::tell(Notice notice, const std::string& text) const {
   if ((told_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
 }
 
+void Shape::tell_not_registered() const {
+  tell(Notice::not_registered,
+       "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
+       "step");
+}
+
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
+  // Where Shapes meet none but Shapes, Bullet asks them for nothing else: once when a body is added, and again, before
+  // it has moved, in the first step.
+  if (!any_dispatcher_knows()) {
+    if (!seen_.exchange(true)) {
+      first_seen_ = transform;
+    } else if (first_seen_ == transform) {
+      tell_not_registered();
+    }
+  }
   const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
   const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
   btTransformAabb(from, to, getMargin(), transform, low, high);
+}
+
+void Shape::getBoundingSphere(btVector3& centre, btScalar& radius) const {
+  const AssetInfo& info = asset_->info();
+  const btVector3 from = vector3(info.bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(info.bounds_max) - centre_of_mass_;
+  centre = (from + to) / 2;
+  radius = (to - from).length() / 2 + getMargin();
 }
 
 void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
@@ -181,11 +205,7 @@ void Shape::setLocalScaling(const btVector3& scaling) {
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
   // With the algorithm registered Bullet's own never sees a Shape.
-  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) {
-    tell(Notice::not_registered,
-         "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
-         "step");
-  }
+  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) tell_not_registered();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
     if (hit_by_field(map_, centre_of_mass_, *ray)) return;
   }

@@ -91,6 +91,7 @@ class Shape final : public btConcaveShape {
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
+  void getBoundingSphere(btVector3& centre, btScalar& radius) const override;
   /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
   /// Bullet has no place for them. Says so when mass and volume do not go together, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
@@ -111,6 +112,7 @@ class Shape final : public btConcaveShape {
  private:
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
   void tell(Notice notice, const std::string& text) const;
+  void tell_not_registered() const;
 
   std::shared_ptr<const Asset> asset_;
   VoxelmapView map_;
@@ -122,6 +124,8 @@ class Shape final : public btConcaveShape {
   std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
   mutable std::atomic<std::uint32_t> told_{0};  // messages that were sent
+  mutable std::atomic<bool> seen_{false};       // by a world, before any dispatcher was registered
+  mutable btTransform first_seen_;
 };
 
 struct ContinuousMotionOptions {
