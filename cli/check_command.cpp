@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <memory>
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
@@ -85,9 +86,7 @@ void print_text(const std::string& path, const MeshReport& r, bool voxel_size_gi
   print_walls(r, voxel_size_given);
 }
 
-}  // namespace
-
-int run_check(const BakeArguments& arguments) {
+int run(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
     const MeshReport report = inspect_mesh(import_with(arguments), arguments.options);
     if (arguments.json) {
@@ -99,6 +98,18 @@ int run_check(const BakeArguments& arguments) {
     if (report.usable) return int{kOk};
     return fail(kBadInput, arguments.mesh, report.refusal);
   });
+}
+
+}  // namespace
+
+Command add_check_command(CLI::App& app) {
+  CLI::App* const check = app.add_subcommand("check", "Say what is wrong with a mesh and whether it would bake");
+  const auto arguments = std::make_shared<BakeArguments>();
+  add_mesh_options(*check, *arguments)->required();
+  add_import_options(*check, *arguments);
+  add_grid_options(*check, *arguments);
+  check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
+  return {check, [arguments] { return run(*arguments); }};
 }
 
 }  // namespace vps::cli

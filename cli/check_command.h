@@ -2,11 +2,11 @@
 /// @file `vpsbake check MESH`: says what is wrong with a mesh and whether it would bake.
 #pragma once
 
-#include "cli/bake_command.h"
+#include "cli/options.h"
 
 namespace vps::cli {
 
-/// Uses the mesh, grid and repair options of a bake. @return 0 when the mesh would bake, 3 when not
-[[nodiscard]] int run_check(const BakeArguments& arguments);
+/// Takes the mesh, grid and repair options of a bake. Exits with 0 when the mesh would bake, with 3 when not.
+[[nodiscard]] Command add_check_command(CLI::App& app);
 
 }  // namespace vps::cli

@@ -6,12 +6,12 @@
 
 #include <cctype>
 #include <cstdio>
-#include <filesystem>
+#include <memory>
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
-#include "runtime/vps_runtime.h"
+#include "cli/open_asset.h"
 
 namespace vps::cli {
 namespace {
@@ -59,19 +59,22 @@ void print_text(const std::string& path, const Directory& directory) {
 
 }  // namespace
 
-int run_info(const std::string& path, bool json) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return fail(kIo, path, "this is a folder; give a .vps.hdf file");
-  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    return fail(kIo, path, "this is not a regular file; give a .vps.hdf file");
-  }
-  Asset asset;
-  Status status = Asset::open(path.c_str(), asset);
-  if (status == Status::cannot_open || status == Status::cannot_map) return fail(kIo, path, describe(status));
-  if (status == Status::ok) status = asset.verify();
-  if (status != Status::ok) return fail(kBadInput, path, describe(status));
-  json ? print_json(path, asset.directory()) : print_text(path, asset.directory());
-  return kOk;
+Command add_info_command(CLI::App& app) {
+  CLI::App* const info = app.add_subcommand("info", "Check an asset and print what it holds");
+  struct Arguments {
+    std::string path;
+    bool json = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  info->add_option("file", arguments->path, "Asset")->required()->option_text("FILE");
+  info->add_flag("--json", arguments->json, "Print JSON");
+  return {info, [arguments] {
+            Asset asset;
+            if (const int code = open_asset(arguments->path, asset); code != kOk) return code;
+            arguments->json ? print_json(arguments->path, asset.directory())
+                            : print_text(arguments->path, asset.directory());
+            return int{kOk};
+          }};
 }
 
 }  // namespace vps::cli

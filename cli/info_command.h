@@ -2,11 +2,10 @@
 /// @file `vpsbake info FILE`: prints what an asset holds.
 #pragma once
 
-#include <string>
+#include "cli/options.h"
 
 namespace vps::cli {
 
-/// @return the exit code of the program
-[[nodiscard]] int run_info(const std::string& path, bool json);
+[[nodiscard]] Command add_info_command(CLI::App& app);
 
 }  // namespace vps::cli

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Assets that commands are given.
+#pragma once
+
+#include <string>
+
+#include "runtime/vps_runtime.h"
+
+namespace vps::cli {
+
+/// Opens an asset and checks every hash; what is wrong is said in one line. @return kOk, kIo or kBadInput
+[[nodiscard]] int open_asset(const std::string& path, Asset& asset);
+
+}  // namespace vps::cli
