@@ -2,8 +2,8 @@
 # A thin front for CMake: `make demo` and `make test` work on a Debian 12 machine that has only git, make and apt.
 
 PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
-  libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev libhwy-dev \
-  libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
+  libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
+  libhwy-dev libjs-chart.js libjs-three libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
 # For `make fuzz` alone.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
@@ -11,7 +11,7 @@ FUZZ_SECONDS ?= 600
 ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
   bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
 # For `make bench` alone: the peers.
-BENCH_PACKAGES := libbenchmark-dev libfcl-dev libopenvdb-dev
+BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3

@@ -16,6 +16,7 @@
 #include "cli/exit_code.h"
 #include "cli/info_command.h"
 #include "cli/options.h"
+#include "cli/provenance.h"
 #include "version.h"
 
 namespace vps::cli {
@@ -165,6 +166,7 @@ int main(int argc, char** argv) {
   } while (null >= 0 && null <= STDERR_FILENO);
   ::close(null);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of writing, not a crash
+  vps::cli::remember_command(argc, argv);
   int code = 0;
   try {
     code = vps::cli::run(argc, argv);

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Files that are part of the program, so that it needs none of them where it runs: see vps_embed in
+/// CMakeLists.txt.
+#pragma once
+
+#include <cstddef>
+#include <string_view>
+
+namespace vps::cli {
+
+struct Embedded {
+  const char* begin;
+  const char* end;
+  [[nodiscard]] std::string_view text() const { return {begin, static_cast<std::size_t>(end - begin)}; }
+};
+
+extern const Embedded kChart;          ///< Chart.js
+extern const Embedded kThree;          ///< three.js
+extern const Embedded kOrbitControls;  ///< of three.js
+
+}  // namespace vps::cli

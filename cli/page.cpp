@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/page.h"
+
+#include <stdexcept>
+
+namespace vps::cli {
+namespace {
+
+void replace_mark(std::string& page, std::string_view mark, std::string_view text) {
+  const std::size_t at = page.find(mark);
+  if (at == std::string::npos) throw std::logic_error("a page without " + std::string(mark));
+  page.replace(at, mark.size(), text);
+}
+
+// A script ends at the first end tag, wherever it stands.
+std::string without_tags(std::string json) {
+  for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
+    json.replace(at, 1, "\\u003c");
+  return json;
+}
+
+}  // namespace
+
+std::string make_page(std::string_view page, std::span<const Embedded> libraries, const nlohmann::ordered_json& data) {
+  std::string scripts;
+  for (const Embedded& library : libraries) {
+    scripts += "<script>";
+    scripts += library.text();
+    scripts += "</script>\n";
+  }
+  std::string out(page);
+  replace_mark(out, "<!-- data -->",
+               R"(<script type="application/json" id="data">)" +
+                   without_tags(data.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) +
+                   "</script>");
+  replace_mark(out, "<!-- libraries -->", scripts);
+  return out;
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Where measured numbers come from: what is needed to repeat them.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json.hpp>
+
+namespace vps::cli {
+
+/// Keeps the command line for `provenance`, as a shell would take it again.
+void remember_command(int argc, char** argv);
+
+/// `machine` (processor, cores, instruction set of the queries, memory, load of the last minute, system; no name),
+/// `versions`, `seed` and `command`.
+[[nodiscard]] nlohmann::ordered_json provenance(std::uint64_t seed);
+
+}  // namespace vps::cli
