@@ -11,15 +11,17 @@
 #include <functional>
 
 #include "bake/vps_bake.h"
+#include "cli/evaluate/ours.h"
+#include "cli/evaluate/pair.h"
+#include "cli/evaluate/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/vps_queries.h"
 #include "tests/bench/query_assets.h"
-#include "tests/bench/query_ours.h"
-#include "tests/bench/query_pair.h"
-#include "tests/bench/query_poses.h"
 
 namespace vps::bench {
 namespace {
+
+using namespace evaluate;
 
 struct Options {
   std::string mesh;

@@ -8,18 +8,18 @@
 #include <exception>
 #include <span>
 
+#include "cli/evaluate/bullet.h"
+#include "cli/evaluate/hacd.h"
+#include "cli/evaluate/ours.h"
+#include "cli/evaluate/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bench/query_assets.h"
-#include "tests/bench/query_bullet.h"
-#include "tests/bench/query_ours.h"
-#include "tests/bench/query_poses.h"
 #include "tests/bench/query_report.h"
-#ifdef VPS_BENCH_HACD
-#include "tests/bench/query_hacd.h"
-#endif
 
 namespace vps::bench {
 namespace {
+
+using namespace evaluate;
 
 constexpr double kLongestSide = 310 * kVoxelSize;  // [m]
 constexpr double kWideBand = 7;                    // [vx]
@@ -87,11 +87,9 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
   ask(body, "separation", our_separation(asset));
   ask(body, fmt::format("traverse, band {} vx", kWideBand), our_traverse(wide_asset));
   ask(body, fmt::format("separation, band {} vx", kWideBand), our_separation(wide_asset));
-#ifdef VPS_BENCH_HACD
   const std::vector<Hull> hulls = hacd_hulls(mesh, {}, folder);
   body.hulls = hulls.size();
   ask(body, "HACD", bullet_pair(compound_of(hulls, asset->info().centre_of_mass, kHullMargin)));
-#endif
   ask(body, "hull of 42", bullet_pair(hull_of_42(about_centre, kHullMargin)));
   return body;
 }

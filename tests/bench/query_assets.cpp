@@ -1,40 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/bench/query_assets.h"
 
-#include <stdexcept>
-
 #include "sample_meshes/shapes.h"
 
 namespace vps::bench {
 
-BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
-  const BakedAsset baked = bake(mesh, options);
-  write_asset(path, baked.info, baked.sections);
-  auto asset = std::make_shared<Asset>();
-  if (const Status status = Asset::open(path.c_str(), *asset); status != Status::ok) {
-    throw std::runtime_error(path.string() + ": " + describe(status));
-  }
-  return {path, asset};
-}
-
-BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path) {
+evaluate::BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path) {
   options.voxel_size = kVoxelSize;
-  return bake_file(mesh, options, path);
+  return evaluate::bake_file(mesh, options, path);
 }
 
-BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
+evaluate::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
   BakeOptions options;
   options.voxel_size = kVoxelSize;
   options.pointshell = false;
-  return bake_file(samples::make_box(half_extents), options, path);
-}
-
-TriangleMesh centred(TriangleMesh mesh, const Asset& asset) {
-  const std::array<double, 3>& centre = asset.info().centre_of_mass;
-  for (auto& v : mesh.vertices) {
-    for (std::size_t axis = 0; axis < 3; ++axis) v[axis] -= centre[axis];
-  }
-  return mesh;
+  return evaluate::bake_file(samples::make_box(half_extents), options, path);
 }
 
 }  // namespace vps::bench

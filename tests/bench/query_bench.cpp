@@ -10,19 +10,19 @@
 #include <fstream>
 #include <thread>
 
+#include "cli/evaluate/bullet.h"
+#include "cli/evaluate/fcl.h"
+#include "cli/evaluate/hacd.h"
+#include "cli/evaluate/ours.h"
+#include "cli/evaluate/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bench/query_assets.h"
-#include "tests/bench/query_bullet.h"
-#include "tests/bench/query_fcl.h"
-#include "tests/bench/query_ours.h"
-#include "tests/bench/query_poses.h"
 #include "tests/bench/query_report.h"
-#ifdef VPS_BENCH_HACD
-#include "tests/bench/query_hacd.h"
-#endif
 
 namespace vps::bench {
 namespace {
+
+using namespace evaluate;
 
 const std::vector<Target> kTargets{
     {"on a box", "HACD", 0.25},     {"on a box", "hull of 42", 1}, {"on a plane", "HACD", 2},
@@ -79,19 +79,13 @@ Bodies make_bodies(const Options& options) {
   }
   out.box = bake_box(kBakedBoxHalfExtents, folder / "query_box.vps.hdf");
 
-#ifdef VPS_BENCH_HACD
   const std::vector<Hull> hulls = hacd_hulls(out.mesh, {}, folder);
-#endif
   const Asset& asset = *out.ours[0].file.asset;
   out.mesh = centred(std::move(out.mesh), asset);
   for (const auto& v : out.mesh.vertices) out.lowest = std::min(out.lowest, v[1]);
   out.peers.emplace_back("hull of 42", hull_of_42(out.mesh, kPeerMargin));
-#ifdef VPS_BENCH_HACD
   out.peers.emplace_back("HACD", compound_of(hulls, asset.info().centre_of_mass, kPeerMargin));
   out.peers.emplace_back("HACD, margin 4 cm", compound_of(hulls, asset.info().centre_of_mass, kBulletMargin));
-#else
-  fmt::print("HACD: libbullet-extras-dev was absent when this was built; skipped.\n");
-#endif
   out.gimpact = gimpact_of(out.mesh);
   return out;
 }

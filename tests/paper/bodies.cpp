@@ -3,17 +3,15 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
+#include "cli/evaluate/hacd.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "sample_meshes/shapes.h"
-#ifdef VPS_BENCH_HACD
-#include "tests/bench/query_hacd.h"
-#endif
 
 namespace vps::paper {
 namespace {
 
-using bench::BakedFile;
+using evaluate::BakedFile;
 
 constexpr double kCoarseVoxel = 0.005;  // of the paper's plane. [m]
 constexpr double kFloorHalfWidth = 3;   // so that whatever rolls stays on it. [m]
@@ -44,7 +42,7 @@ Balls make_balls(const std::filesystem::path& folder) {
     BakeOptions options;
     options.voxel_size = kCoarseVoxel;
     options.alpha = alpha;
-    return bench::bake_file(mesh, options, folder / name);
+    return evaluate::bake_file(mesh, options, folder / name);
   };
   const TriangleMesh sphere = samples::make_sphere(kBallRadius, 6);
   return {bake(sphere, kBallLowAlpha, "paper_ball_low.vps.hdf"),
@@ -69,15 +67,13 @@ Bunnies make_bunnies(const std::filesystem::path& mesh, double scale, const std:
   out.low_k4 = bake(kBunnyLowAlpha, kPaperBranching, "paper_bunny_low_k4.vps.hdf");
   out.fine_k4 = bake(kBunnyFineAlpha, kPaperBranching, "paper_bunny_fine_k4.vps.hdf");
   const Asset& asset = *out.fine.asset;
-  const TriangleMesh centred = bench::centred(body, asset);
+  const TriangleMesh centred = evaluate::centred(body, asset);
   out.triangles = centred.triangles.size();
   out.corners = hull_corners(centred);
-  out.hull = {"hull", bench::hull_of_42(centred, bench::kPeerMargin)};
-#ifdef VPS_BENCH_HACD
-  out.hacd.push_back({"HACD", bench::compound_of(bench::hacd_hulls(body, {}, folder), asset.info().centre_of_mass,
-                                                 bench::kPeerMargin)});
-#endif
-  out.gimpact = {"GImpact", bench::gimpact_of(centred)};
+  out.hull = {"hull", evaluate::hull_of_42(centred, evaluate::kPeerMargin)};
+  out.hacd.push_back({"HACD", evaluate::compound_of(evaluate::hacd_hulls(body, {}, folder), asset.info().centre_of_mass,
+                                                    evaluate::kPeerMargin)});
+  out.gimpact = {"GImpact", evaluate::gimpact_of(centred)};
   return out;
 }
 
@@ -111,11 +107,11 @@ std::vector<Floor> make_floors(const std::filesystem::path& folder) {
   BakeOptions options;
   options.voxel_size = kCoarseVoxel;
   options.pointshell = false;
-  const BakedFile slab = bench::bake_file(samples::make_box({kFloorHalfWidth, 0.25, kFloorHalfWidth}), options,
-                                          folder / "paper_slab.vps.hdf");
-  return {{"plane", bench::plane_ground()},
-          {"box", bench::box_ground({kFloorHalfWidth, 0.5, kFloorHalfWidth})},
-          {"baked", bench::baked_ground(slab.asset)}};
+  const BakedFile slab = evaluate::bake_file(samples::make_box({kFloorHalfWidth, 0.25, kFloorHalfWidth}), options,
+                                             folder / "paper_slab.vps.hdf");
+  return {{"plane", evaluate::plane_ground()},
+          {"box", evaluate::box_ground({kFloorHalfWidth, 0.5, kFloorHalfWidth})},
+          {"baked", evaluate::baked_ground(slab.asset)}};
 }
 
 }  // namespace vps::paper

@@ -70,16 +70,12 @@ Part bake_part(const std::filesystem::path& mesh, double voxel_size) {
   return part;
 }
 
-void use_hacd([[maybe_unused]] Part& part, [[maybe_unused]] std::size_t hulls) {
-#ifdef VPS_BENCH_HACD
-  bench::HacdOptions options;
+void use_hacd(Part& part, std::size_t hulls) {
+  evaluate::HacdOptions options;
   options.hulls = hulls;
-  const std::vector<bench::Hull> pieces = bench::hacd_hulls(import_mesh(part.mesh), options, VPS_SCENES_CACHE);
+  const std::vector<evaluate::Hull> pieces = evaluate::hacd_hulls(import_mesh(part.mesh), options, VPS_SCENES_CACHE);
   const std::array<double, 3>& centre = part.baked->asset().info().centre_of_mass;
-  part.hulls = bench::compound_of(pieces, centre, 0);
-#else
-  throw std::runtime_error("built without HACD; install libbullet-extras-dev");
-#endif
+  part.hulls = evaluate::compound_of(pieces, centre, 0);
 }
 
 Run::Run(test::World& scene, double step, const Options& options) : scene_(scene), step_(step), options_(options) {

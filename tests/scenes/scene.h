@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bake/vps_bake.h"
-#include "tests/bench/query_bullet.h"
+#include "cli/evaluate/bullet.h"
 #include "tests/support/bullet_world.h"
 
 namespace vps::scenes {
@@ -34,7 +34,7 @@ struct Options {
 struct Part {
   std::filesystem::path mesh;
   std::unique_ptr<bullet::Shape> baked;
-  bench::BulletShape hulls;  ///< empty: `baked` plays
+  evaluate::BulletShape hulls;  ///< empty: `baked` plays
   [[nodiscard]] btCollisionShape& shape() const {
     return hulls.shape != nullptr ? *hulls.shape : static_cast<btCollisionShape&>(*baked);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/bench/query_cache.h"
+#include "cli/evaluate/numbers_file.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,7 @@
 
 #include "formats/vps_format.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name, const TriangleMesh& mesh,
                                  std::span<const double> options) {
@@ -35,4 +35,4 @@ void write_numbers(const std::filesystem::path& file, std::span<const double> nu
   std::filesystem::rename(unfinished, file);
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

@@ -10,7 +10,7 @@
 
 #include "formats/triangle_mesh.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 /// `folder`/`name`_HASH.txt, with the hash of the mesh and the options.
 [[nodiscard]] std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name,
@@ -23,4 +23,4 @@ namespace vps::bench {
 /// @throw std::runtime_error
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file All that the query benchmark asks of the library itself, past Bullet.
+/// @file The library itself, past Bullet.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 
-#include "tests/bench/query_pair.h"
+#include "cli/evaluate/pair.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 /// `traverse` alone, all contacts: the asset's pointshell against its voxelmap.
 /// @throw std::runtime_error when the asset lacks one of them
@@ -29,4 +29,4 @@ struct Opening {
 /// @throw std::runtime_error
 [[nodiscard]] Opening open_once(const std::filesystem::path& asset, const Pose& first_in_second);
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

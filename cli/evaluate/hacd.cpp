@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/bench/query_hacd.h"
+#include "cli/evaluate/hacd.h"
 
 #include <HACD/hacdHACD.h>
 #include <fmt/format.h>
@@ -9,9 +9,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "tests/bench/query_cache.h"
+#include "cli/evaluate/numbers_file.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 namespace {
 
 std::vector<Hull> decompose(const TriangleMesh& mesh, const HacdOptions& options) {
@@ -101,4 +101,4 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
   return hulls;
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

@@ -16,7 +16,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 struct PairPose {
   Pose first_in_second;
@@ -40,4 +40,4 @@ struct PoseOptions {
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

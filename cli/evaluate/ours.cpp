@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/bench/query_ours.h"
+#include "cli/evaluate/ours.h"
 
 #include <stdexcept>
 #include <string>
@@ -7,7 +7,7 @@
 
 #include "runtime/vps_queries.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 Pose in_asset_frame(const Asset& asset, Pose pose) {
   const auto& c = asset.info().centre_of_mass;
@@ -111,4 +111,4 @@ Opening open_once(const std::filesystem::path& asset, const Pose& first_in_secon
   return opening;
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

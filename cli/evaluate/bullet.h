@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "cli/evaluate/hacd.h"
+#include "cli/evaluate/pair.h"
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
-#include "tests/bench/query_hacd.h"
-#include "tests/bench/query_pair.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 /// A collision shape and what it refers to. Frame: the origin is the body's centre of mass.
 struct BulletShape {
@@ -63,4 +63,4 @@ struct DropResult {
 /// Two bodies of one shape; the whole narrowphase. Depth: of the deepest contact in a manifold.
 [[nodiscard]] std::unique_ptr<PairPeer> bullet_pair(const BulletShape& shape);
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The only test source with CGAL's mesh processing: it takes long to compile.
-#include "tests/support/oracle.h"
+#include "cli/evaluate/oracle.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>
 #include <CGAL/AABB_traits.h>
@@ -19,7 +19,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace vps::test {
+namespace vps::evaluate {
 namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
@@ -140,4 +140,4 @@ bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const
   return CGAL::do_intersect(Exact::Triangle_3(exact(triangle[0]), exact(triangle[1]), exact(triangle[2])), cube);
 }
 
-}  // namespace vps::test
+}  // namespace vps::evaluate

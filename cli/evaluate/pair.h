@@ -8,7 +8,7 @@
 
 #include "runtime/vps_runtime.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 using Clock = std::chrono::steady_clock;
 
@@ -31,4 +31,4 @@ class PairPeer {
   virtual PairAnswer query(const Pose& first_in_second) = 0;
 };
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

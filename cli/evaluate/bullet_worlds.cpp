@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "cli/evaluate/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
-#include "tests/bench/query_bullet.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 namespace {
 
 // Times the whole narrowphase: every pair, from its algorithm to its manifolds.
@@ -120,4 +120,4 @@ std::unique_ptr<PairPeer> bullet_pair(const BulletShape& shape) {
   return std::make_unique<BulletPair>(shape);
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

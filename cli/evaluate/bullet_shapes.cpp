@@ -2,10 +2,10 @@
 #include <BulletCollision/CollisionShapes/btShapeHull.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include "cli/evaluate/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
-#include "tests/bench/query_bullet.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 namespace {
 
 btVector3 vector3(const std::array<double, 3>& v) {
@@ -76,4 +76,4 @@ Ground baked_ground(const std::shared_ptr<const Asset>& box) {
   return {ours_of(box), {0, btScalar(box->info().centre_of_mass[1] - box->info().bounds_max[1]), 0}};
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

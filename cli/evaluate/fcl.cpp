@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/bench/query_fcl.h"
+#include "cli/evaluate/fcl.h"
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-namespace vps::bench {
+namespace vps::evaluate {
 namespace {
 
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
@@ -83,4 +83,4 @@ std::unique_ptr<PairPeer> fcl_distance(const TriangleMesh& body) {
   return std::make_unique<Distance>(body);
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

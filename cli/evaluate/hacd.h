@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The peer of the query benchmark that decomposes into convex hulls: HACD of Bullet's extras, kept in a file.
+/// @file The peer that decomposes into convex hulls: HACD of Bullet's extras, kept in a file.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "formats/triangle_mesh.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 
 using Hull = std::vector<std::array<double, 3>>;  ///< vertices of a convex hull. [m]
 
@@ -25,4 +25,4 @@ struct HacdOptions {
 [[nodiscard]] std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& options,
                                            const std::filesystem::path& folder);
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

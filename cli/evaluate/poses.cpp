@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/bench/query_poses.h"
+#include "cli/evaluate/poses.h"
 
 #include <fmt/format.h>
 
@@ -8,12 +8,12 @@
 #include <memory>
 #include <stdexcept>
 
-#include "tests/bench/query_cache.h"
-#include "tests/bench/query_fcl.h"
-#include "tests/support/oracle.h"
-#include "tests/support/random.h"
+#include "cli/evaluate/fcl.h"
+#include "cli/evaluate/numbers_file.h"
+#include "cli/evaluate/oracle.h"
+#include "cli/evaluate/random.h"
 
-namespace vps::bench {
+namespace vps::evaluate {
 namespace {
 
 using Point = std::array<double, 3>;
@@ -165,14 +165,14 @@ class DeepestPoint {
     for (const std::size_t i : {deeper, 1 - deeper}) visit(halves[i], values[i], search);
   }
 
-  test::Oracle oracle_;
+  Oracle oracle_;
   std::unique_ptr<PairPeer> distance_;
   std::vector<Patch> patches_;
   std::vector<Ball> balls_;
 };
 
 // One approach; false when it does not get there, or only by many steps because it grazes.
-bool approach(const DeepestPoint& deepest, double wanted, double tolerance, test::Random& random, PairPose& out) {
+bool approach(const DeepestPoint& deepest, double wanted, double tolerance, Random& random, PairPose& out) {
   constexpr double kClose = 1e-6;
   constexpr int kSteps = 60;
   const std::array<double, 9> rotation = random.rotation();
@@ -191,7 +191,7 @@ bool approach(const DeepestPoint& deepest, double wanted, double tolerance, test
 
 std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
   const DeepestPoint deepest(body);
-  test::Random random;
+  Random random;
   std::vector<PairPose> poses;
   for (const DepthRange& range : options.ranges) {
     for (std::size_t i = 0; i < range.count; ++i) {
@@ -241,4 +241,4 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
   return poses;
 }
 
-}  // namespace vps::bench
+}  // namespace vps::evaluate

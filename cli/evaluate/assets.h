@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Assets to measure, baked anew.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "bake/vps_bake.h"
+#include "formats/triangle_mesh.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps::evaluate {
+
+struct BakedFile {
+  std::filesystem::path path;
+  std::shared_ptr<const Asset> asset;
+};
+
+/// Bakes, writes and opens again.
+/// @throw BakeError, std::runtime_error
+[[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options,
+                                  const std::filesystem::path& path);
+
+/// The mesh with its origin at the asset's centre of mass, where all peers have it.
+[[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);
+
+}  // namespace vps::evaluate

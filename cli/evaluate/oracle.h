@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Independent truth about a mesh, by CGAL: distance, side, and exact triangle-cube overlap.
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "formats/triangle_mesh.h"
+
+namespace vps::evaluate {
+
+class Oracle {
+ public:
+  /// @pre a closed mesh without self-intersections, wound outward
+  explicit Oracle(const TriangleMesh& mesh);
+  ~Oracle();
+  /// Unsigned distance to the surface. [m]
+  [[nodiscard]] double distance(const std::array<double, 3>& p) const;
+  /// +1 inside, 0 on the surface, -1 outside.
+  [[nodiscard]] int side(const std::array<double, 3>& p) const;
+  /// The paper's V: positive inside. [m]
+  [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
+  /// No point of a triangle that is inside is deeper: the distance to one face is convex, and largest at a corner. [m]
+  [[nodiscard]] double depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Distance to triangles of any quality and connection, in double.
+class SoupOracle {
+ public:
+  explicit SoupOracle(const TriangleMesh& mesh);
+  ~SoupOracle();
+  /// [m]
+  [[nodiscard]] double distance(const std::array<double, 3>& p) const;
+  /// A point of the triangles nearest to p.
+  [[nodiscard]] std::array<double, 3> closest(const std::array<double, 3>& p) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Distance to the mesh in rational arithmetic, rounded once at the end: the judge when two answers in double differ.
+/// Triangles whose boxes are farther than `at_most` are left out. [m]
+/// @return infinity when no triangle is within `at_most`
+[[nodiscard]] double exact_distance(const TriangleMesh& mesh, const std::array<double, 3>& p, double at_most);
+
+/// Overlap of a closed triangle and a closed cube in rational arithmetic: no rounding at all.
+[[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle,
+                                   const std::array<double, 3>& low, double edge);
+
+}  // namespace vps::evaluate
