@@ -125,6 +125,15 @@ bool may_collide(btCollisionWorld& world, btCollisionObject& a, btCollisionObjec
          world.getPairCache()->needsBroadphaseCollision(a.getBroadphaseHandle(), b.getBroadphaseHandle());
 }
 
+// Back to where the body was at `end`, with the velocity of that time: the forces of the rest of the step have not
+// acted. No more than they gave is taken, for contacts may have held against them.
+void put_back(const Mover& mover, btScalar step) {
+  mover.body->setCenterOfMassTransform(mover.at(mover.end));
+  const btVector3 given = (step - mover.end) * mover.body->getInvMass() * mover.body->getTotalForce();
+  const btScalar left = given.length2() > 0 ? mover.velocity.dot(given) / given.length2() : 0;
+  mover.body->setLinearVelocity(mover.velocity - btClamped(left, btScalar(0), btScalar(1)) * given);
+}
+
 void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterations) {
   for_each_leaf(*fast.object, [&](const Leaf& a) {
     for_each_leaf(*other.object, [&](const Leaf& b) {
@@ -176,9 +185,9 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
       advance(fast[i], other, step, options_.max_iterations);
     }
   }
-  for (Mover& mover : fast) {
+  for (const Mover& mover : fast) {
     if (!(mover.end < step)) continue;
-    mover.body->setCenterOfMassTransform(mover.at(mover.end));
+    put_back(mover, step);
     ++stops_;
   }
 }

@@ -85,6 +85,10 @@ class Lint {
     }
     if ((solver.m_solverMode & SOLVER_USE_WARMSTARTING) == 0) {
       add(nullptr, "m_solverMode", "impulses are not carried over from step to step: set SOLVER_USE_WARMSTARTING");
+    } else if ((solver.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS) == 0) {
+      add(nullptr, "m_solverMode",
+          "with friction along one direction bodies at rest creep, by 0.2 mm/s at 240 Hz and by centimetres at 60 Hz: "
+          "set SOLVER_USE_2_FRICTION_DIRECTIONS too");
     }
     gravity_ = double(world_.getGravity().length());
     if (gravity_ > 100) {

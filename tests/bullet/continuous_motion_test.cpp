@@ -201,5 +201,29 @@ TEST(ContinuousMotion, RestingAndSlidingBodiesAreLeftAlone) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().x(), 1, 0.02);
 }
 
+double energy(const btRigidBody& body) {
+  return kinetic_energy(body) + 9.81 * double(body.getWorldTransform().getOrigin().z()) / double(body.getInvMass());
+}
+
+// Being put back must not leave a body with the fall of the time that was taken from it.
+TEST(ContinuousMotion, ABarThatBouncesGainsNoEnergy) {
+  bullet::Shape bar(baked_at(make_box({0.05, 0.03, 0.02}), 0.001));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  for (const int rate : {30, 60, 120, 240}) {
+    Scene scene;
+    scene.world.setGravity({0, 0, btScalar(-9.81)});
+    scene.add(plane, 0, {0, 0, 0}).setRestitution(1);
+    btRigidBody& body = scene.add(bar, 1, btTransform(btQuaternion({1, 2, 0}, btScalar(0.7)), {0, 0, btScalar(0.3)}));
+    body.setRestitution(1);
+    const double first = energy(body);
+    double most = 0;
+    for (int i = 0; i < 5 * rate; ++i) {
+      scene.step(1, btScalar(1.0 / rate));
+      most = std::max(most, energy(body));
+    }
+    EXPECT_LT(most, 1.01 * first) << rate;
+  }
+}
+
 }  // namespace
 }  // namespace vps::test

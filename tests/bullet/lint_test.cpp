@@ -24,6 +24,7 @@ std::string advice_after(Change change, btScalar step = kStep) {
   btBoxShape box({1, 1, btScalar(0.5)});
   scene.add(box, 0, {0, 0, btScalar(-0.5)});
   scene.add(shape, 1, {0, 0, btScalar(0.05)});
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   change(scene);
   std::string settings;
   for (const bullet::Advice& advice : bullet::lint(scene.world, step)) settings += advice.setting + ' ';
@@ -44,6 +45,9 @@ TEST(Lint, EachSettingThatHurtsIsNamed) {
             "m_splitImpulsePenetrationThreshold ");
   EXPECT_EQ(advice_after([](World& scene) { scene.world.getSolverInfo().m_solverMode &= ~SOLVER_USE_WARMSTARTING; }),
             "m_solverMode ");
+  EXPECT_EQ(
+      advice_after([](World& scene) { scene.world.getSolverInfo().m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS; }),
+      "m_solverMode ");
   EXPECT_EQ(advice_after([](World&) {}, btScalar(1.0 / 30)), "stepSimulation ");
   EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->setLinearVelocity({20, 0, 0}); }), "ContinuousMotion ");
   EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->forceActivationState(ACTIVE_TAG); }),
@@ -71,6 +75,7 @@ TEST(Lint, ADispatcherWithoutTheAlgorithmIsNamed) {
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   bullet::Shape shape(brick());
   btCollisionObject object;
   object.setCollisionShape(&shape);
@@ -86,6 +91,7 @@ TEST(Lint, ADispatcherWithoutTheAlgorithmIsNamed) {
 
 TEST(Lint, MarginsAndMissingPartsAreNamedWithTheirBody) {
   World scene;
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   bullet::Shape map(brick(), bullet::Part::voxelmap);
   btConvexHullShape hull;
   for (int i = 0; i < 8; ++i) hull.addPoint({btScalar(i & 1), btScalar(i & 2), btScalar(i & 4)});
