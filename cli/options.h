@@ -20,6 +20,8 @@ struct Command {
 
 /// "5mm" to 0.005. [m]
 [[nodiscard]] double parse_length(const std::string& text);
+/// "-5mm" to -0.005: a length with a sign. [m]
+[[nodiscard]] double parse_place(const std::string& text);
 /// "4GB" to 4e9.
 [[nodiscard]] std::size_t parse_size(const std::string& text);
 /// "20us" to 2e-5. [s]

@@ -10,6 +10,7 @@
 #include "bake/plan.h"
 #include "cli/field_surface.h"
 #include "cli/pack_array.h"
+#include "cli/stored_field.h"
 
 namespace vps::cli {
 namespace {
@@ -71,9 +72,11 @@ class Layers {
     return std::abs(map_.coarse_layers[brick]) > reach + 0.9 * kBrickEdge;
   }
   [[nodiscard]] std::int8_t at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
-    const double v = double(penetration(map_, voxel_centre(info_, x, y, z), Vec3{})) / info_.voxel_size;
-    const bool far = v > double(map_.band_inner) / info_.voxel_size || -v > double(map_.band_outer) / info_.voxel_size;
-    return far && !stored_ ? kNone : static_cast<std::int8_t>(std::clamp(std::round(v), -127.0, 127.0));
+    const double v = double(stored_penetration(map_, voxel_centre(info_, x, y, z))) / info_.voxel_size;
+    const bool far =
+        std::isinf(v) ||
+        (!stored_ && (v > info_.band_inner / info_.voxel_size || -v > info_.band_outer / info_.voxel_size));
+    return far ? kNone : static_cast<std::int8_t>(std::clamp(std::round(v), -127.0, 127.0));
   }
   [[nodiscard]] const VoxelmapView& map() const { return map_; }
 
@@ -123,17 +126,12 @@ Json pack_voxels(const Asset& asset) {
           {"layers", pack_array(out)}};
 }
 
-const char* field_name(Field field) {
-  return field == Field::real ? "real" : field == Field::scaled ? "scaled" : "layers";
-}
-
 Json pack_field(const Asset& asset) {
   VoxelmapView map;
   if (asset.voxelmap(map) != Status::ok) return missing("This asset has no voxelmap.");
   const AssetInfo& info = asset.info();
   const PageGrid grid = page_grid(info);
-  // Half a voxel less: just beyond the band the field may claim no more.
-  const double reach = std::max(info.band_inner, info.band_outer) - 0.5 * info.voxel_size;
+  const double reach = std::max(info.band_inner, info.band_outer);
   const double scale = reach / 120;
   std::vector<std::int8_t> out;
   out.reserve(grid.cells());
@@ -142,7 +140,7 @@ Json pack_field(const Asset& asset) {
     for (std::uint32_t y = 0; y < grid.dims[1]; ++y) {
       for (std::uint32_t x = 0; x < grid.dims[0]; ++x) {
         const Vec3 at = voxel_centre(info, x * grid.merge + offset, y * grid.merge + offset, z * grid.merge + offset);
-        const double v = double(penetration(map, at, Vec3{})) / scale;
+        const double v = double(stored_penetration(map, at)) / scale;
         out.push_back(static_cast<std::int8_t>(std::clamp(std::round(v), -127.0, 127.0)));
       }
     }

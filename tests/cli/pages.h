@@ -7,6 +7,17 @@
 
 namespace vps::test {
 
+/// The page in a small window; sound.
+inline PageVisit visit_small(const std::filesystem::path& page, const std::string& script) {
+  VisitOptions options;
+  options.width = 800;
+  options.height = 500;
+  options.script = script;
+  PageVisit visit = visit_page(page, options);
+  expect_sound(visit, 0.05);
+  return visit;
+}
+
 /// The page as a desktop in light and a phone in dark show it; sound on both.
 inline PageVisit visit_everywhere(const std::filesystem::path& page, const std::string& script) {
   VisitOptions phone;
