@@ -54,7 +54,11 @@ demo: deps $(BUNNY)
 	cmake --preset release -DVPS_BUILD_SCENES=ON
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
-	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
+	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
+	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
+	build/release/cli/vpsbake view --motion build/demo/bunny_drop.json
+	@echo
+	@echo "Open in a browser: build/demo/bunny_drop.html plays what was just computed, build/demo/bunny.html shows the asset."
 
 # Plays every scene, prints what each measured and the table of docs/scenes.md, writes its pictures. Those of ../shared are left
 # out where that is absent. Takes minutes.

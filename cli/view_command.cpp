@@ -8,6 +8,7 @@
 
 #include "bake/plan.h"
 #include "cli/exit_code.h"
+#include "cli/motion_data.h"
 #include "cli/open_asset.h"
 #include "cli/output_file.h"
 #include "cli/page.h"
@@ -18,6 +19,7 @@ namespace {
 
 struct Arguments {
   std::string asset;
+  std::string motion;  ///< instead of an asset
   BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is that of the page
 };
 
@@ -63,7 +65,18 @@ int view_asset(const Arguments& arguments) {
   return write_output(output, make_view_page(kViewPage, data));
 }
 
+int view_motion(const Arguments& arguments) {
+  std::filesystem::path output = arguments.mesh.output;
+  if (output.empty()) output = std::filesystem::path(arguments.motion).replace_extension(".html");
+  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+    return fail(kIo, output.string(), reason);
+  return write_output(output, make_view_page(kMotionPage, motion_data(arguments.motion)));
+}
+
 int run(const Arguments& arguments) {
+  if (!arguments.motion.empty()) return guarded(arguments.motion, [&] { return view_motion(arguments); });
+  if (arguments.asset.empty())
+    return fail(kCommandLine, "command line", "view needs an asset or --motion; run vpsbake view --help");
   return guarded(arguments.mesh.mesh.empty() ? arguments.asset : arguments.mesh.mesh,
                  [&] { return view_asset(arguments); });
 }
@@ -74,13 +87,20 @@ Command add_view_command(CLI::App& app) {
   CLI::App* const view =
       app.add_subcommand("view", "Write a page that shows an asset: surface, voxels, field, points, tree");
   const auto arguments = std::make_shared<Arguments>();
-  view->add_option("asset", arguments->asset, "Asset")->required()->option_text("ASSET");
+  auto* const asset = view->add_option("asset", arguments->asset, "Asset");
+  asset->option_text("ASSET");
+  view->add_option("--motion", arguments->motion, "Play a recorded motion instead, docs/motion.md")
+      ->check(not_empty())
+      ->excludes(asset)
+      ->option_text("FILE.json");
   view->add_option("-o,--output", arguments->mesh.output, "Page to write [default: NAME.html beside the asset]")
       ->check(not_empty())
       ->option_text("FILE");
+  auto* const motion = view->get_option("--motion");
   view->add_option("--mesh", arguments->mesh.mesh,
                    "Show this mesh, which the asset was baked from [default: the surface of its field]")
       ->check(not_empty())
+      ->excludes(motion)
       ->option_text("MESH")
       ->group("Mesh");
   add_unit_options(*view, arguments->mesh);

@@ -102,13 +102,22 @@ class View {
     this.look({x: [0.2, 0.3, 1], y: [0.5, 0.35, 1], z: [0.55, -1, 0.4]}[up]);
   }
 
-  // From this side, the whole of the scene in the picture.
+  // From this side, the whole of the box in the picture, with room for labels.
   look(from) {
-    const centre = this.low.clone().add(this.high).multiplyScalar(0.5);
-    const aspect = Math.min(1, this.camera.aspect);
-    const distance = (aspect < 1 ? 0.64 : 0.57) * this.size / Math.sin(this.camera.fov * Math.PI / 360) / aspect;
+    const {low, high, camera} = this;
+    const centre = low.clone().add(high).multiplyScalar(0.5);
+    const back = new THREE.Vector3(...from).normalize();
+    const right = new THREE.Vector3().crossVectors(camera.up, back).normalize();
+    const up = new THREE.Vector3().crossVectors(back, right);
+    const tangent = Math.tan(camera.fov * Math.PI / 360) / 1.25;
+    let distance = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = new THREE.Vector3(...[0, 1, 2].map(k => (corner >> k & 1 ? high : low).getComponent(k))).sub(centre);
+      distance = Math.max(distance, p.dot(back) + Math.abs(p.dot(up)) / tangent,
+          p.dot(back) + Math.abs(p.dot(right)) / (tangent * camera.aspect));
+    }
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(new THREE.Vector3(...from).normalize(), distance);
+    camera.position.copy(centre).addScaledVector(back, distance);
     this.controls.update();
     this.paint();
   }
