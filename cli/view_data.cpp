@@ -20,6 +20,7 @@ using Json = nlohmann::ordered_json;
 constexpr double kPageCells = 1.5e6;  // of the volumes of layers and of V
 constexpr std::uint32_t kPagePoints = 150'000;
 constexpr std::uint32_t kPageSpheres = 20'000;  // of a level
+constexpr std::uint32_t kPageSegments = 1'000;  // of a level, whose points are told apart by colour
 constexpr std::int8_t kNone = -128;
 
 Json missing(const char* reason) {
@@ -159,6 +160,25 @@ Json pack_field(const Asset& asset) {
           {"values", pack_array(out)}};
 }
 
+// For each level of few nodes the first drawn point of every node: the points below a node follow each other.
+Json pack_segments(const PointshellView& shell, const std::vector<std::uint32_t>& drawn_before) {
+  std::vector<std::uint32_t> first(shell.nodes);
+  for (std::uint32_t node = shell.nodes; node-- > 0;) {
+    const std::uint32_t child = shell.children[2 * std::size_t{node}];
+    first[node] = node >= shell.level_offsets[shell.levels - 1] ? child : first[child];
+  }
+  Json segments = Json::array();
+  for (std::uint32_t l = 0; l < shell.levels; ++l) {
+    const std::uint32_t count = shell.level_offsets[l + 1] - shell.level_offsets[l];
+    if (count > kPageSegments) break;
+    std::vector<std::uint32_t> begins;
+    for (std::uint32_t node = shell.level_offsets[l]; node < shell.level_offsets[l + 1]; ++node)
+      begins.push_back(drawn_before[first[node]]);
+    segments.push_back(begins);
+  }
+  return segments;
+}
+
 Json pack_points(const PointshellView& shell) {
   // The level at which a point first stands for a node; those that never do come last.
   std::vector<std::uint8_t> level(shell.points, static_cast<std::uint8_t>(shell.levels));
@@ -171,7 +191,9 @@ Json pack_points(const PointshellView& shell) {
   const std::uint32_t stride = shell.points / kPagePoints + 1;
   std::vector<std::uint16_t> codes;
   std::vector<std::uint8_t> levels;
+  std::vector<std::uint32_t> drawn_before(shell.points);
   for (std::uint32_t i = 0; i < shell.points; ++i) {
+    drawn_before[i] = static_cast<std::uint32_t>(levels.size());
     if (level[i] == shell.levels && i % stride != 0) continue;
     for (const auto* const row : shell.position) codes.push_back(row[i]);
     levels.push_back(level[i]);
@@ -184,6 +206,7 @@ Json pack_points(const PointshellView& shell) {
           {"origin", std::vector<float>(shell.position_origin, shell.position_origin + 3)},
           {"step", shell.position_step},
           {"counts", counts},
+          {"segments", pack_segments(shell, drawn_before)},
           {"positions", pack_array(codes)},
           {"levels", pack_array(levels)}};
 }

@@ -34,7 +34,7 @@ function mixStops(stops, t) {
 }
 // Outside blue, surface white, inside red: told apart with every common colour blindness.
 const kDiverging = [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
-const kSequential = [[253, 200, 39], [237, 121, 83], [189, 55, 134], [114, 1, 168], [30, 20, 130]];
+const kSequential = [[253, 200, 39], [237, 121, 83], [189, 55, 134], [128, 40, 190], [70, 84, 214]];
 const cssColour = c => `rgb(${c.map(Math.round).join(',')})`;
 const threeColour = c => new THREE.Color(c[0] / 255, c[1] / 255, c[2] / 255);
 
@@ -63,7 +63,10 @@ function textSprite(text, height) {
 
 // A view of a scene that fills `holder`, painted only when something changed.
 class View {
-  constructor(holder, low, high, up) {
+  // margin: how much larger than the box the picture is.
+  constructor(holder, low, high, up, margin) {
+    this.margin = margin;
+    this.labels = [];
     this.low = new THREE.Vector3(...low);
     this.high = new THREE.Vector3(...high);
     this.size = this.high.distanceTo(this.low);
@@ -99,23 +102,29 @@ class View {
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     this.controls.enableKeys = false;
     this.controls.addEventListener('change', () => this.paint());
+    this.controls.addEventListener('start', () => this.moved = true);
     this.look({x: [0.2, 0.3, 1], y: [0.5, 0.35, 1], z: [0.55, -1, 0.4]}[up]);
   }
 
   // From this side, the whole of the box in the picture, with room for labels.
   look(from) {
+    this.from = from;
+    this.moved = false;
     const {low, high, camera} = this;
     const centre = low.clone().add(high).multiplyScalar(0.5);
     const back = new THREE.Vector3(...from).normalize();
     const right = new THREE.Vector3().crossVectors(camera.up, back).normalize();
     const up = new THREE.Vector3().crossVectors(back, right);
-    const tangent = Math.tan(camera.fov * Math.PI / 360) / 1.25;
+    const tangent = Math.tan(camera.fov * Math.PI / 360) / this.margin;
     let distance = 0;
-    for (let corner = 0; corner < 8; ++corner) {
-      const p = new THREE.Vector3(...[0, 1, 2].map(k => (corner >> k & 1 ? high : low).getComponent(k))).sub(centre);
-      distance = Math.max(distance, p.dot(back) + Math.abs(p.dot(up)) / tangent,
-          p.dot(back) + Math.abs(p.dot(right)) / (tangent * camera.aspect));
-    }
+    const fit = (place, room) => {
+      const p = place.clone().sub(centre);
+      distance = Math.max(distance, p.dot(back) + (Math.abs(p.dot(up)) + 0.3 * room) / tangent,
+          p.dot(back) + (Math.abs(p.dot(right)) + room) / (tangent * camera.aspect));
+    };
+    for (let corner = 0; corner < 8; ++corner)
+      fit(new THREE.Vector3(...[0, 1, 2].map(k => (corner >> k & 1 ? high : low).getComponent(k))), 0);
+    for (const label of this.labels) fit(label.position, label.scale.x / 2);
     this.controls.target.copy(centre);
     camera.position.copy(centre).addScaledVector(back, distance);
     this.controls.update();
@@ -127,6 +136,7 @@ class View {
     const zoom = {'+': 0.9, '=': 0.9, '-': 1 / 0.9}[event.key];
     if (!turn && !zoom) return;
     event.preventDefault();
+    this.moved = true;
     const offset = this.camera.position.clone().sub(this.controls.target);
     const toY = new THREE.Quaternion().setFromUnitVectors(this.camera.up, new THREE.Vector3(0, 1, 0));
     const around = new THREE.Spherical().setFromVector3(offset.applyQuaternion(toY));
@@ -145,12 +155,10 @@ class View {
   resize() {
     const {clientWidth: width, clientHeight: height} = this.holder;
     if (width === 0 || height === 0) return;
-    const first = !this.fitted;
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.renderer.setSize(width, height);
-    if (first) this.setUp(this.up);
-    this.fitted = true;
+    if (!this.moved) this.look(this.from);
     this.paint();
   }
 
@@ -186,7 +194,9 @@ class View {
       const label = textSprite(`${name} ${lengthText(high.getComponent(i) - low.getComponent(i))}`, 0.045 * size);
       label.position.copy(low).addScaledVector(direction, reach * 1.12 + 0.04 * size);
       this.scene.add(label);
+      this.labels.push(label);
     }
+    this.setUp(this.up);
   }
 }
 

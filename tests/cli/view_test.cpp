@@ -104,6 +104,36 @@ TEST(View, APageOfAPointshellAloneSaysThatItHasNoVoxelmap) {
   EXPECT_NE(with_mesh.text.find("The mesh that was given"), std::string::npos) << with_mesh.text;
 }
 
+TEST(View, SlidersListsAndKeysChangeWhatIsShown) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "gear", "--voxel 0.5mm --fields layers,scaled");
+  view(folder);
+  const PageVisit visit = visit_small(
+      folder / "a.html",
+      "(async () => {"
+      "const set = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('input')); };"
+      "const press = key => dispatchEvent(new KeyboardEvent('keydown', {key}));"
+      "const picture = async () => {"
+      "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
+      "  return document.querySelector('#view canvas').toDataURL(); };"
+      "const pictures = [await picture()];"
+      "const all = async () => pictures.push(await picture());"
+      "press('1'); await all();"                                // nothing
+      "press('2'); await all(); set('layer', 0); await all();"  // the outermost layer
+      "press('2'); press('3'); await all(); set('at', 0.9); await all();"
+      "document.querySelector('[name=axis][value=\"0\"]').click(); await all();"
+      "press('3'); press('4'); await all(); set('colouring', 1); await all();"
+      "press('4'); press('5'); await all(); set('lower', 0); await all();"
+      "press('x'); await all(); press('u'); await all();"
+      "return [new Set(pictures).size, pictures.length, $('layer-text').textContent, $('at-text').textContent,"
+      "        $('up').textContent]; })()");
+  EXPECT_EQ(visit.value[0], visit.value[1]) << "some change is not seen";
+  EXPECT_TRUE(visit.value[2].get<std::string>().starts_with("Layer -")) << visit.value[2];
+  EXPECT_TRUE(visit.value[3].get<std::string>().starts_with("At x = ")) << visit.value[3];
+  EXPECT_EQ(visit.value[4], "z is up");
+}
+
 TEST(View, ThePageHoldsTheSurfaceWithoutTheBrowser) {
   const TemporaryFolder folder;
   bake_sample(folder, "icosphere", "--voxel 2mm");
