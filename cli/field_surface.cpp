@@ -14,6 +14,7 @@ namespace vps::cli {
 namespace {
 
 constexpr std::int64_t kBlock = 16;  // cells along a block's edge
+constexpr double kMostSteps = 1024;  // along the longest side
 constexpr std::size_t kEdges = 12;   // of a cell: number 4 axis + place among the four along that axis
 
 using Index = std::array<std::int64_t, 3>;
@@ -243,7 +244,10 @@ FieldSurface make_field_surface(const VoxelmapView& map, double step) {
 
 double step_for(const AssetInfo& info, double triangles) {
   // A surface meets about 1.5 grid edges for each square of the grid, and each gives two triangles.
-  return std::max(info.voxel_size, std::sqrt(3 * info.surface_area / triangles));
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
+  return std::max({info.voxel_size, std::sqrt(3 * info.surface_area / triangles), longest / kMostSteps});
 }
 
 }  // namespace vps::cli

@@ -20,7 +20,8 @@ struct FieldSurface {
 /// @throw std::invalid_argument for a smaller one
 [[nodiscard]] FieldSurface make_field_surface(const VoxelmapView& map, double step);
 
-/// The step, no less than a voxel, with which about `triangles` come out.
+/// The step, no less than a voxel nor a 1024th of the longest side, with which about `triangles` come out, or fewer.
+/// [m]
 [[nodiscard]] double step_for(const AssetInfo& info, double triangles);
 
 }  // namespace vps::cli

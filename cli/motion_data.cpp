@@ -126,7 +126,8 @@ class Reader {
     const auto [found, is_new] = assets_.try_emplace(name, assets_.size());
     if (is_new) {
       opened_.emplace_back();
-      const Status status = Asset::open((folder_ / name).string().c_str(), opened_.back());
+      Status status = Asset::open((folder_ / name).string().c_str(), opened_.back());
+      if (status == Status::ok) status = opened_.back().verify();
       if (status != Status::ok)
         throw ImportError(status == Status::cannot_open ? ImportError::Kind::io : ImportError::Kind::bad_input,
                           fmt::format("{}: asset {}: {}", what, name, vps::describe(status)));

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -29,6 +28,7 @@ struct Arguments {
 
 constexpr Colour kInk = {20, 22, 26};
 constexpr int kTop = 44, kLeft = 96, kRight = 150, kBottom = 58;  // round the plot, for numbers. [px]
+constexpr int kLeastRows = 120, kMostRows = 3000;
 
 // The unit in which a length of this size is read best.
 struct Unit {
@@ -70,10 +70,13 @@ class Slice {
         low_{low(info, right_), low(info, up_)},
         extent_{high(info, right_) - low_[0], high(info, up_) - low_[1]},
         columns_(width - kLeft - kRight),
-        step_(extent_[0] / columns_),
-        // Of a long thin body the numbers still have room.
-        rows_(std::clamp(static_cast<int>(std::ceil(extent_[1] / step_)), 120, 10000)),
-        picture_(width, kTop + rows_ + kBottom) {}
+        // A tall body is drawn narrower, and of a flat one the numbers still have room.
+        step_(std::max(extent_[0] / columns_, extent_[1] / kMostRows)),
+        rows_(std::clamp(static_cast<int>(std::ceil(extent_[1] / step_)), kLeastRows, kMostRows)),
+        picture_(width, kTop + rows_ + kBottom) {
+    low_[0] -= (columns_ * step_ - extent_[0]) / 2;
+    low_[1] -= (rows_ * step_ - extent_[1]) / 2;
+  }
 
   /// Range of places that can be drawn: the body and the band round it. [m]
   static double low(const AssetInfo& info, std::size_t axis) { return info.bounds_min[axis] - margin(info); }
@@ -119,17 +122,25 @@ class Slice {
     }
   }
 
+  // Multiples of `tick` within so many pixels from `low`. [m]
+  [[nodiscard]] std::vector<double> ticks(double low, int pixels, double tick) const {
+    std::vector<double> out;
+    const double first = std::ceil(low / tick);
+    for (int i = 0; (first + i) * tick < low + pixels * step_ && i < pixels; ++i) out.push_back((first + i) * tick);
+    return out;
+  }
+
   void draw_axes() {
     const Unit unit(std::max(extent_[0], extent_[1]));
     const double tick = nice_step(90 * step_);
-    for (double t = std::ceil(low_[0] / tick) * tick; t <= low_[0] + columns_ * step_; t += tick) {
+    for (const double t : ticks(low_[0], columns_, tick)) {
       const int x = kLeft + static_cast<int>((t - low_[0]) / step_);
       picture_.fill(x, kTop + rows_, 1, 7, kInk);
       const std::string text = unit.text(t);
       picture_.write(x - Picture::width_of(text) / 2, kTop + rows_ + 10, text);
     }
     const double tick_up = nice_step(50 * step_);
-    for (double t = std::ceil(low_[1] / tick_up) * tick_up; t <= low_[1] + rows_ * step_; t += tick_up) {
+    for (const double t : ticks(low_[1], rows_, tick_up)) {
       const int y = kTop + rows_ - 1 - static_cast<int>((t - low_[1]) / step_);
       picture_.fill(kLeft - 7, y, 7, 1, kInk);
       const std::string text = unit.text(t);

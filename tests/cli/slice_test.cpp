@@ -8,6 +8,7 @@
 
 #include "tests/cli/program.h"
 #include "tests/support/image.h"
+#include "tests/support/shapes.h"
 
 namespace vps::test {
 namespace {
@@ -68,6 +69,16 @@ std::array<double, 2> zero_radii(const Plot& plot) {
   return {double(high[0] - low[0]) / 2 * plot.pixel, double(high[1] - low[1]) / 2 * plot.pixel};
 }
 
+// A box round the origin, of these half extents.
+std::string box_obj(double x, double y, double z) {
+  std::string text;
+  for (const auto& p : samples::make_box({x, y, z}).vertices)
+    text += "v " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+  for (const auto& [a, b, c] : samples::make_box({x, y, z}).triangles)
+    text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
+  return text;
+}
+
 class Slice : public ::testing::Test {
  protected:
   static constexpr double kRadius = 0.05;  // of the sample's icosphere
@@ -118,6 +129,16 @@ TEST_F(Slice, ThePictureIsAsWideAsAsked) {
   EXPECT_EQ(plot_of(folder_, "--width 1400").image.width, 1400U);
   EXPECT_EQ(vpsbake(folder_, "slice a.vps.hdf --axis y").code, 0);
   EXPECT_EQ(read_file(folder_ / "a_y.png").substr(0, 4), "\x89PNG");
+}
+
+TEST_F(Slice, ATallBodyIsDrawnWhole) {
+  write_file(folder_ / "rod.obj", box_obj(0.001, 0.001, 0.1));
+  ASSERT_EQ(vpsbake(folder_, "rod.obj --voxel 0.2mm -o a.vps.hdf").code, 0);
+  const Plot plot = plot_of(folder_, "--axis x");
+  EXPECT_LE(plot.image.height, 3200U);
+  const std::array<double, 2> half = zero_radii(plot);
+  EXPECT_NEAR(half[0], 0.001, 0.0001);
+  EXPECT_NEAR(half[1], 0.1, 0.0002);
 }
 
 TEST_F(Slice, WhatCannotBeDrawnIsRefusedInOneLine) {

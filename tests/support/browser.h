@@ -20,9 +20,9 @@ struct VisitOptions {
   int width = 1280;  ///< of the window, a phone has 390 x 844. [px]
   int height = 800;
   Theme theme = Theme::light;
-  std::string script;   ///< JavaScript run in the loaded page, such as "document.querySelector('button').click(), 3";
-                        ///< its value, or what its promise gives, becomes PageVisit::value
-  double timeout = 60;  ///< of the whole visit, the browser is killed then. [s]
+  std::string script;    ///< JavaScript run in the loaded page, such as "document.querySelector('button').click(), 3";
+                         ///< its value, or what its promise gives, becomes PageVisit::value
+  double timeout = 120;  ///< of the whole visit, the browser is killed then. [s]
 };
 
 struct PageVisit {
