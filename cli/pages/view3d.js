@@ -119,7 +119,7 @@ class View {
     let distance = 0;
     const fit = (place, room) => {
       const p = place.clone().sub(centre);
-      distance = Math.max(distance, p.dot(back) + (Math.abs(p.dot(up)) + 0.3 * room) / tangent,
+      distance = Math.max(distance, p.dot(back) + (Math.abs(p.dot(up)) + 0.8 * room) / tangent,
           p.dot(back) + (Math.abs(p.dot(right)) + room) / (tangent * camera.aspect));
     };
     for (let corner = 0; corner < 8; ++corner)
