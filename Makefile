@@ -3,7 +3,7 @@
 
 PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
   libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
-  libhwy-dev libjs-chart.js libjs-three libmpfr-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
+  libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libtbb-dev libxxhash-dev nlohmann-json3-dev python3 python3-h5py hdf5-tools
 # For `make fuzz` alone.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
@@ -15,6 +15,8 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
+# For the tests of pages.
+TEST_PACKAGES := chromium fonts-dejavu-core python3-jsonschema
 # For `make scenes` alone: pictures.
 SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -52,7 +54,11 @@ demo: deps $(BUNNY)
 	cmake --preset release -DVPS_BUILD_SCENES=ON
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
-	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf
+	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
+	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
+	build/release/cli/vpsbake view --motion build/demo/bunny_drop.json
+	@echo
+	@echo "Open in a browser: build/demo/bunny_drop.html plays what was just computed, build/demo/bunny.html shows the asset."
 
 # Plays every scene, prints what each measured and the table of docs/scenes.md, writes its pictures. Those of ../shared are left
 # out where that is absent. Takes minutes.
@@ -120,12 +126,14 @@ fuzz: deps
 
 test: test-dev test-tsan test-sanitize test-runtime-only
 
+test-dev: PACKAGES += $(TEST_PACKAGES)
 test-dev: deps
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
 	cd build/dev && $(CTEST) -LE slow
 
 # The same tests under AddressSanitizer and UndefinedBehaviorSanitizer.
+test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)

@@ -6,17 +6,15 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include "bake/cache.h"
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
+#include "cli/output_file.h"
 
 namespace vps::cli {
 namespace {
@@ -49,20 +47,8 @@ fs::path output_path(const BakeArguments& arguments) {
   return path.replace_extension(".vps.hdf");
 }
 
-// Why an output cannot be written, as far as that can be told beforehand; empty when it can.
-std::string output_refusal(const fs::path& output) {
-  std::error_code ignored;
-  const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
-  if (fs::is_directory(output, ignored)) return "this is a folder; give a file name with -o";
-  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
-  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
-  if (!fs::exists(output, ignored)) return "";
-  if (!fs::is_regular_file(output, ignored)) return "this is not a regular file; choose another output";
-  // Not the mesh itself, nor a buffer or material that it refers to.
-  std::ifstream file(output, std::ios::binary);
-  std::array<char, kMagic.size()> magic{};
-  if (file.read(magic.data(), magic.size()) && std::memcmp(magic.data(), kMagic.data(), magic.size()) == 0) return "";
-  return "the file exists and is not an asset; remove it or choose another output";
+std::string refusal(const fs::path& output) {
+  return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
 }
 
 ImportOptions complete_import(const BakeArguments& arguments) {
@@ -196,7 +182,7 @@ int bake_file(const BakeArguments& arguments) {
   };
   if (with_cache) run.cache = timed(run, "cache", look_up) ? "hit" : "miss";
   if (hit.is_open()) {
-    if (const std::string reason = output_refusal(run.output); !reason.empty()) return fail_output(run, reason);
+    if (const std::string reason = refusal(run.output); !reason.empty()) return fail_output(run, reason);
     print_plan(run);
     return deliver(run, hit.info(), [&] {
       write_whole(run.output, hit.bytes());
@@ -207,7 +193,7 @@ int bake_file(const BakeArguments& arguments) {
   const ImportedMesh mesh = timed(run, "import", [&] { return import_mesh(arguments.mesh, settings.import); });
   if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
   // Better now than after the bake.
-  if (const std::string reason = output_refusal(run.output); !reason.empty()) return fail_output(run, reason);
+  if (const std::string reason = refusal(run.output); !reason.empty()) return fail_output(run, reason);
   const BakedAsset asset = bake_mesh(run, settings, mesh);
   if (with_cache) {
     run.progress.show("store", 1);

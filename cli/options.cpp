@@ -19,13 +19,17 @@ double unit_size(const std::string& unit, const std::map<std::string, double>& u
   throw CLI::ValidationError("unknown unit '" + unit + "'; use one of " + names);
 }
 
-// A quantity on the command line: a positive number with a unit.
+// A quantity on the command line: a number with a unit.
 struct Quantity {
   const char* kind;     // "a length"
   const char* example;  // "5mm"
   std::vector<const char*> usual;
   std::map<std::string, double> units;
+  enum class Sign { positive, any } sign = Sign::positive;
 };
+
+const std::map<std::string, double> kLengthUnits = {{"km", 1e3},  {"m", 1},     {"cm", 1e-2},
+                                                    {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}};
 
 // "5mm" to 0.005. CLI11's AsNumberWithUnit would do, but its errors do not say what to write instead.
 double parse(const std::string& text, const Quantity& quantity) {
@@ -44,7 +48,9 @@ double parse(const std::string& text, const Quantity& quantity) {
     throw CLI::ValidationError(kind + " needs a unit; write " + forms);
   }
   const double size = unit_size(unit, quantity.units);
-  if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive " + kind.substr(2));
+  const bool positive = quantity.sign == Quantity::Sign::positive;
+  if (!std::isfinite(number) || (positive && !(number > 0)))
+    throw CLI::ValidationError(text + " is not a " + (positive ? "positive " : "") + kind.substr(2));
   return number * size;
 }
 
@@ -58,10 +64,11 @@ Repair parse_repair(const std::string& text) {
 }  // namespace
 
 double parse_length(const std::string& text) {
-  return parse(text, {"a length",
-                      "5mm",
-                      {"mm", "m"},
-                      {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}});
+  return parse(text, {"a length", "5mm", {"mm", "m"}, kLengthUnits});
+}
+
+double parse_place(const std::string& text) {
+  return parse(text, {"a length", "-5mm", {"mm", "m"}, kLengthUnits, Quantity::Sign::any});
 }
 
 std::size_t parse_size(const std::string& text) {
@@ -91,10 +98,7 @@ CLI::Validator not_empty() {
   return {[](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""};
 }
 
-CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
-  auto* const mesh =
-      app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
-  mesh->option_text("MESH");
+void add_unit_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option_function<std::string>(
          "--unit",
          [&](const std::string& unit) {
@@ -108,6 +112,13 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Enlarge the mesh by this factor [default: 1]")
       ->option_text("X")
       ->group("Mesh");
+}
+
+CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
+  auto* const mesh =
+      app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
+  mesh->option_text("MESH");
+  add_unit_options(app, arguments);
   app.add_option_function<std::string>(
          "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
          "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that suffices, but "

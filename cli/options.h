@@ -20,6 +20,8 @@ struct Command {
 
 /// "5mm" to 0.005. [m]
 [[nodiscard]] double parse_length(const std::string& text);
+/// "-5mm" to -0.005: a length with a sign. [m]
+[[nodiscard]] double parse_place(const std::string& text);
 /// "4GB" to 4e9.
 [[nodiscard]] std::size_t parse_size(const std::string& text);
 /// "20us" to 2e-5. [s]
@@ -51,6 +53,8 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 
 /// The mesh, and how to read and repair it. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
+/// What a mesh's numbers mean.
+void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// Limits of reading a mesh.
 void add_import_options(CLI::App& app, BakeArguments& arguments);
 /// The voxel size, as a length or by resolution.

@@ -37,4 +37,11 @@ std::string make_page(std::string_view page, std::span<const Embedded> libraries
   return out;
 }
 
+std::string make_view_page(const Embedded& page, const nlohmann::ordered_json& data) {
+  std::string styled(page.text());
+  replace_mark(styled, "<!-- style -->", "<style>" + std::string(kView3dStyle.text()) + "</style>");
+  const Embedded libraries[] = {kThree, kOrbitControls, kView3d};
+  return make_page(styled, libraries, data);
+}
+
 }  // namespace vps::cli

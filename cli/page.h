@@ -17,4 +17,8 @@ namespace vps::cli {
 [[nodiscard]] std::string make_page(std::string_view page, std::span<const Embedded> libraries,
                                     const nlohmann::ordered_json& data);
 
+/// The same for pages with a three-dimensional view, with their libraries, and their style where the template says
+/// `<!-- style -->`.
+[[nodiscard]] std::string make_view_page(const Embedded& page, const nlohmann::ordered_json& data);
+
 }  // namespace vps::cli

@@ -7,10 +7,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
 #include "tests/support/bullet_world.h"
+#include "tests/support/motion_file.h"
 
 namespace {
 
@@ -22,6 +24,7 @@ double microseconds_since(Clock::time_point begin) {
 constexpr btScalar kStep = btScalar(1.0 / 200);
 constexpr int kFirstTimed = 200;  // the steps whose narrowphase is reported, as in the paper
 constexpr int kLastTimed = 600;
+constexpr int kStepsPerFrame = 2;  // of a recorded motion
 
 // Depth of the deepest shell point, point by point: what the contact list must not hide.
 class Depth {
@@ -71,6 +74,7 @@ struct Outcome {
   double deepest_other = -1e30;
   double fastest = 0;
   bool broken = false;
+  bool recorded = true;  ///< false: the file could not be written
   btTransform rest;
   double rest_speed = 0;
   double rest_spin = 0;
@@ -78,7 +82,12 @@ struct Outcome {
 
 enum class Partner { box, itself };
 
-Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps) {
+// Where to record a motion, and of which asset's file; nowhere when `file` is empty.
+struct Recording {
+  std::filesystem::path file, asset;
+};
+
+Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps, const Recording& recording = {}) {
   vps::test::World scene;
   scene.world.setGravity({0, btScalar(-9.81), 0});
   const auto& info = shape.asset().info();
@@ -98,10 +107,17 @@ Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps) {
   }
   btRigidBody& body = scene.add(shape, 1, start);
 
+  vps::test::MotionFile motion;
+  motion.add("dropped", body, shape, recording.asset);
+  if (fixed != nullptr) motion.add("standing", *fixed, shape, recording.asset);
+  motion.add("floor", floor, ground);
+  motion.record(0, {});
+
   const Depth depth(shape, ground, floor.getWorldTransform());
   Outcome out;
   for (int step = 1; step <= steps; ++step) {
     scene.world.stepSimulation(kStep, 0);
+    if (!recording.file.empty() && step % kStepsPerFrame == 0) motion.record(step * double(kStep), scene.points());
     if (step >= kFirstTimed && step <= kLastTimed) out.step_us.push_back(scene.dispatcher.last_us);
     const double speed = double(body.getLinearVelocity().length());
     out.fastest = std::max(out.fastest, speed);
@@ -116,6 +132,7 @@ Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps) {
           std::max(out.deepest_other, depth.in_other(body.getWorldTransform(), fixed->getWorldTransform()));
     }
   }
+  if (!recording.file.empty()) out.recorded = motion.write(recording.file, "Dropped on a copy of itself", 'y');
   out.rest = body.getWorldTransform();
   out.rest_speed = double(body.getLinearVelocity().length());
   out.rest_spin = double(body.getAngularVelocity().length());
@@ -140,7 +157,7 @@ void print(const char* title, Outcome& out, Partner partner, int steps) {
 }
 
 int usage() {
-  std::fprintf(stderr, "usage: bunny_drop ASSET [--steps N]\n");
+  std::fprintf(stderr, "usage: bunny_drop ASSET [--steps N] [--motion FILE.json]\n");
   return 1;
 }
 
@@ -148,8 +165,14 @@ int usage() {
 
 int main(int argc, char** argv) {
   int steps = 2000;
-  if (argc != 2 && !(argc == 4 && std::strcmp(argv[2], "--steps") == 0 && (steps = std::atoi(argv[3])) > 0))
-    return usage();
+  Recording recording;
+  if (argc < 2 || argc % 2 != 0) return usage();
+  recording.asset = argv[1];
+  for (int i = 2; i < argc; i += 2) {
+    if (std::strcmp(argv[i], "--steps") == 0 && (steps = std::atoi(argv[i + 1])) > 0) continue;
+    if (std::strcmp(argv[i], "--motion") != 0) return usage();
+    recording.file = argv[i + 1];
+  }
   auto asset = std::make_shared<vps::Asset>();
   const auto begin = Clock::now();
   const vps::Status status = vps::Asset::open(argv[1], *asset);
@@ -176,9 +199,13 @@ int main(int argc, char** argv) {
   vps::bullet::Shape shape(asset);
   Outcome on_box = drop(shape, Partner::box, steps);
   print("dropped from 0.5 m on a box, 1 kg, 200 Hz", on_box, Partner::box, steps);
-  Outcome on_itself = drop(shape, Partner::itself, steps);
+  Outcome on_itself = drop(shape, Partner::itself, steps, recording);
   print("dropped from 0.5 m on a fixed copy of itself that stands on the box", on_itself, Partner::itself, steps);
 
+  if (!on_itself.recorded) {
+    std::fprintf(stderr, "bunny_drop: error: %s: it cannot be written\n", recording.file.c_str());
+    return 2;
+  }
   for (const Outcome* out : {&on_box, &on_itself}) {
     if (out->broken || out->rest_speed > 0.01 || shape.status() != vps::Status::ok) {
       std::fprintf(stderr, "bunny_drop: error: the body %s\n",

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/motion_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+
+#include "bake/plan.h"
+#include "cli/output_file.h"
+#include "cli/pack_array.h"
+#include "cli/view_data.h"
+#include "formats/mesh/mesh_import.h"
+
+namespace vps::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::size_t kMaxBodies = 10'000;
+constexpr double kDrawnTriangles = 1.5e6;  // of all bodies together
+constexpr double kFarthest = 1e12;         // [m]
+
+[[noreturn]] void refuse(const std::string& reason) {
+  throw ImportError(ImportError::Kind::bad_input, reason + "; see docs/motion.md");
+}
+
+double number(const Json& value, const std::string& what) {
+  if (!value.is_number()) refuse(what + " is not a number");
+  const double x = value.get<double>();
+  if (!(std::abs(x) <= kFarthest)) refuse(what + " is not a number below 1e12");
+  return x;
+}
+
+const Json& member(const Json& object, const char* key, Json::value_t type) {
+  const auto found = object.find(key);
+  if (found == object.end() || found->type() != type)
+    refuse(fmt::format("it has no {} \"{}\"", type == Json::value_t::array ? "array" : "text", key));
+  return *found;
+}
+
+Json read_json(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path, ignored))
+    throw ImportError(ImportError::Kind::io, "it cannot be read; check the path");
+  Json json = Json::parse(file, nullptr, false);
+  if (json.is_discarded()) refuse("it is not JSON");
+  if (!json.is_object() || json.value("format", Json()) != "vps-motion 1")
+    refuse("it is not a motion: \"format\" is not \"vps-motion 1\"");
+  return json;
+}
+
+struct Box {
+  std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  void add(const std::array<double, 3>& centre, double radius) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], centre[k] - radius);
+      high[k] = std::max(high[k], centre[k] + radius);
+    }
+  }
+};
+
+// A body's shape: a sphere that holds it, for the camera, in its own frame.
+struct Body {
+  std::array<double, 3> centre{};
+  double radius = 0;
+  bool frames_view = true;  ///< boxes are mostly floors and walls
+};
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& path) : folder_(path.parent_path()), in_(read_json(path)) {}
+
+  Json read() {
+    const Json& bodies = member(in_, "bodies", Json::value_t::array);
+    if (bodies.empty() || bodies.size() > kMaxBodies) refuse(fmt::format("it has not 1 to {} bodies", kMaxBodies));
+    out_["title"] = in_.contains("title") ? member(in_, "title", Json::value_t::string).get<std::string>() : "Motion";
+    out_["about"] = "";
+    out_["facts"] = Json::array();
+    const std::string up = in_.contains("up") ? member(in_, "up", Json::value_t::string).get<std::string>() : "z";
+    if (up != "x" && up != "y" && up != "z") refuse("\"up\" is not x, y or z");
+    out_["up"] = up;
+    for (std::size_t i = 0; i < bodies.size(); ++i) read_body(bodies[i], fmt::format("body {}", i + 1));
+    read_frames();
+    read_contacts();
+    make_surfaces();
+    describe();
+    return std::move(out_);
+  }
+
+ private:
+  void read_body(const Json& body, const std::string& what) {
+    if (!body.is_object()) refuse(what + " is not an object");
+    Body shape;
+    Json& out = out_["bodies"].emplace_back(Json::object());
+    out["name"] = body.contains("name") ? member(body, "name", Json::value_t::string).get<std::string>() : what;
+    if (body.contains("asset") + body.contains("box") + body.contains("sphere") != 1)
+      refuse(what + " has not one of \"asset\", \"box\" and \"sphere\"");
+    if (body.contains("box")) {
+      const Json& half = member(body, "box", Json::value_t::array);
+      if (half.size() != 3) refuse(what + ": a box is three half extents");
+      std::array<double, 3> extents;
+      for (std::size_t k = 0; k < 3; ++k) extents[k] = number(half[k], what + ": a half extent");
+      if (!(std::min({extents[0], extents[1], extents[2]}) > 0)) refuse(what + ": a half extent is not positive");
+      shape.radius = std::hypot(extents[0], extents[1], extents[2]);
+      shape.frames_view = false;
+      out["box"] = extents;
+      out["kind"] = fmt::format("box of {} x {} x {}", format_length(2 * extents[0]), format_length(2 * extents[1]),
+                                format_length(2 * extents[2]));
+    } else if (body.contains("sphere")) {
+      shape.radius = number(body["sphere"], what + ": the radius");
+      if (!(shape.radius > 0)) refuse(what + ": the radius is not positive");
+      out["sphere"] = shape.radius;
+      out["kind"] = fmt::format("sphere of radius {}", format_length(shape.radius));
+    } else {
+      read_asset(member(body, "asset", Json::value_t::string).get<std::string>(), what, shape);
+    }
+    bodies_.push_back(shape);
+  }
+
+  void read_asset(const std::string& name, const std::string& what, Body& shape) {
+    const auto [found, is_new] = assets_.try_emplace(name, assets_.size());
+    if (is_new) {
+      opened_.emplace_back();
+      Status status = Asset::open((folder_ / name).string().c_str(), opened_.back());
+      if (status == Status::ok) status = opened_.back().verify();
+      if (status != Status::ok)
+        throw ImportError(status == Status::cannot_open ? ImportError::Kind::io : ImportError::Kind::bad_input,
+                          fmt::format("{}: asset {}: {}", what, name, vps::describe(status)));
+      if (!opened_.back().has_voxelmap()) refuse(fmt::format("{}: asset {} has no voxelmap to draw", what, name));
+    }
+    const AssetInfo& info = opened_[found->second].info();
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      shape.centre[k] = (info.bounds_min[k] + info.bounds_max[k]) / 2;
+      squared += std::pow((info.bounds_max[k] - info.bounds_min[k]) / 2, 2);
+    }
+    shape.radius = std::sqrt(squared);
+    Json& out = out_["bodies"].back();
+    out["surface"] = found->second;
+    out["kind"] = asset_name(name);
+  }
+
+  void read_frames() {
+    const Json& times = member(in_, "times", Json::value_t::array);
+    const Json& poses = member(in_, "poses", Json::value_t::array);
+    if (times.empty() || times.size() != poses.size()) refuse("\"times\" and \"poses\" have not as many frames");
+    for (std::size_t f = 0; f < times.size(); ++f) {
+      const std::string frame = fmt::format("frame {}", f + 1);
+      times_.push_back(number(times[f], frame + ": the time"));
+      if (f > 0 && !(times_[f] > times_[f - 1])) refuse(frame + ": its time is not after the one before");
+      if (!poses[f].is_array() || poses[f].size() != bodies_.size()) refuse(frame + " has not a pose for each body");
+      for (std::size_t b = 0; b < bodies_.size(); ++b)
+        read_pose(poses[f][b], fmt::format("{}, body {}", frame, b + 1), b);
+    }
+    out_["times"] = pack_array(times_);
+    out_["poses"] = pack_array(poses_);
+    const std::size_t row = 7 * bodies_.size();
+    for (std::size_t b = 0; b < bodies_.size(); ++b) {
+      bool fixed = times_.size() > 1;
+      for (std::size_t f = 1; f < times_.size() && fixed; ++f) {
+        const auto first = poses_.begin() + std::ptrdiff_t(7 * b);
+        fixed = std::equal(first, first + 7, first + std::ptrdiff_t(f * row));
+      }
+      out_["bodies"][b]["fixed"] = fixed;
+    }
+    const Box& box = seen_.low[0] < 1e300 ? seen_ : all_;
+    out_["bounds_min"] = box.low;
+    out_["bounds_max"] = box.high;
+  }
+
+  void read_pose(const Json& pose, const std::string& what, std::size_t body) {
+    if (!pose.is_array() || pose.size() != 7) refuse(what + ": a pose is seven numbers, x y z qx qy qz qw");
+    std::array<double, 7> p;
+    for (std::size_t k = 0; k < 7; ++k) p[k] = number(pose[k], what + ": a pose");
+    const double length = std::sqrt(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6]);
+    if (!(std::abs(length - 1) <= 1e-3)) refuse(what + ": the quaternion is not of unit length");
+    for (std::size_t k = 0; k < 7; ++k) poses_.push_back(static_cast<float>(k < 3 ? p[k] : p[k] / length));
+    // Rotated by the quaternion: c + 2 w (u x c) + 2 u x (u x c).
+    const auto& c = bodies_[body].centre;
+    const auto cross = [&](const std::array<double, 3>& a) {
+      return std::array<double, 3>{p[4] * a[2] - p[5] * a[1], p[5] * a[0] - p[3] * a[2], p[3] * a[1] - p[4] * a[0]};
+    };
+    const std::array<double, 3> once = cross(c), twice = cross(once);
+    std::array<double, 3> at;
+    for (std::size_t k = 0; k < 3; ++k) at[k] = p[k] + c[k] + 2 * (p[6] * once[k] + twice[k]);
+    all_.add(at, bodies_[body].radius);
+    if (bodies_[body].frames_view) seen_.add(at, bodies_[body].radius);
+  }
+
+  void read_contacts() {
+    if (!in_.contains("contacts")) return;
+    const Json& contacts = member(in_, "contacts", Json::value_t::array);
+    if (contacts.size() != times_.size()) refuse("\"contacts\" has not as many frames as \"times\"");
+    std::vector<std::uint32_t> first = {0};
+    std::vector<float> places;
+    for (std::size_t f = 0; f < contacts.size(); ++f) {
+      const std::string what = fmt::format("frame {}: a contact", f + 1);
+      if (!contacts[f].is_array()) refuse(fmt::format("frame {} has no array of contacts", f + 1));
+      for (const Json& contact : contacts[f]) {
+        if (!contact.is_array() || contact.size() != 3) refuse(what + " is three numbers");
+        for (const Json& x : contact) places.push_back(static_cast<float>(number(x, what)));
+      }
+      first.push_back(static_cast<std::uint32_t>(places.size() / 3));
+      most_contacts_ = std::max<std::size_t>(most_contacts_, contacts[f].size());
+    }
+    out_["contacts"] = {{"first", pack_array(first)}, {"places", pack_array(places)}};
+  }
+
+  void make_surfaces() {
+    out_["surfaces"] = Json::array();
+    if (opened_.empty()) return;
+    std::size_t drawn = 0;
+    for (const Json& body : out_["bodies"]) drawn += body.contains("surface") ? 1 : 0;
+    const double triangles = std::min(double(kPageTriangles) / double(opened_.size()), kDrawnTriangles / double(drawn));
+    for (const Asset& asset : opened_)
+      out_["surfaces"].push_back(pack_field_surface(asset, static_cast<std::size_t>(std::max(triangles, 2000.0))));
+  }
+
+  void describe() {
+    const double length = times_.back() - times_.front();
+    const std::size_t bodies = bodies_.size();
+    out_["about"] =
+        fmt::format("{} bod{} over {:.4g} s, recorded from a simulation.", bodies, bodies == 1 ? "y" : "ies", length);
+    Json& facts = out_["facts"];
+    facts.push_back({"Length", fmt::format("{:.4g} s", length)});
+    facts.push_back({"Frames", fmt::format("{}", times_.size())});
+    if (in_.contains("contacts")) facts.push_back({"Contacts", fmt::format("{} at most in a frame", most_contacts_)});
+    for (const Json& surface : out_["surfaces"]) facts.push_back({"Surface", surface["note"]});
+  }
+
+  std::filesystem::path folder_;
+  Json in_, out_;
+  std::map<std::string, std::size_t> assets_;
+  std::vector<Asset> opened_;
+  std::vector<Body> bodies_;
+  std::vector<double> times_;
+  std::vector<float> poses_;
+  Box seen_, all_;
+  std::size_t most_contacts_ = 0;
+};
+
+}  // namespace
+
+Json motion_data(const std::filesystem::path& motion) {
+  return Reader(motion).read();
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Files that commands write.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace vps::cli {
+
+/// Why an output cannot be written, as far as that can be told beforehand; empty when it can.
+/// @param beginning  bytes that files of its kind begin with: what begins otherwise is not overwritten
+/// @param kind       of file, such as "an asset"
+[[nodiscard]] std::string output_refusal(const std::filesystem::path& output, std::string_view beginning,
+                                         const char* kind);
+
+/// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html.
+[[nodiscard]] std::filesystem::path beside(const std::filesystem::path& asset, const char* ending);
+
+/// What an asset is called: its file's name without .vps.hdf.
+[[nodiscard]] std::string asset_name(const std::filesystem::path& asset);
+
+/// Writes the text whole or not at all, and prints its name and size; what is wrong is said in one line. @return kOk or
+/// kIo
+[[nodiscard]] int write_output(const std::filesystem::path& output, std::string_view bytes);
+
+}  // namespace vps::cli

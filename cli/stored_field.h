@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What a field holds at a point, for pictures: queries may claim less distance where nothing is stored.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include "runtime/penetration.h"
+
+namespace vps::cli {
+
+/// V, where it is stored, of layers those of the voxel; elsewhere infinite with the right sign. [m]
+inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
+  const float v = penetration(map, point, Vec3{});
+  bool stored = false;
+  if (map.field == Field::layers) {
+    const detail::Voxel found = detail::find_voxel(map, point);
+    stored = found.in_grid && map.brick_index[found.brick] != kNoBrick;
+  } else {
+    stored = detail::find_cell(map, point).entry < kNodeFlag;
+  }
+  return stored ? v : std::copysign(std::numeric_limits<float>::infinity(), v);
+}
+
+/// As the command line and docs/format.md call it.
+[[nodiscard]] inline const char* field_name(Field field) {
+  return field == Field::real ? "real" : field == Field::scaled ? "scaled" : "layers";
+}
+
+}  // namespace vps::cli

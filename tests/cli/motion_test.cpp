@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `vpsbake view --motion`: the page that plays a recorded motion.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/pages.h"
+#include "tests/cli/schema.h"
+
+namespace vps::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// A gear that rises by 20 mm and turns half round about z within a second, a ball and a floor that stay.
+Json sample_motion() {
+  Json motion = {{"format", "vps-motion 1"},
+                 {"title", "A gear </script> rises"},
+                 {"up", "z"},
+                 {"bodies",
+                  {{{"name", "gear"}, {"asset", "a.vps.hdf"}},
+                   {{"name", "ball"}, {"sphere", 0.005}},
+                   {{"name", "floor"}, {"box", {0.1, 0.1, 0.01}}}}}};
+  constexpr int kFrames = 11;
+  for (int i = 0; i < kFrames; ++i) {
+    const double t = i / 10.0, half_angle = 0.5 * 3.14159265358979 * t;
+    motion["times"].push_back(5 + t);
+    motion["poses"].push_back({{0, 0, 0.02 * t, 0, 0, std::sin(half_angle), std::cos(half_angle)},
+                               {0.03, 0, 0.005, 0, 0, 0, 1},
+                               {0, 0, -0.01, 0, 0, 0, 1}});
+    motion["contacts"].push_back(i < 5 ? Json::array() : Json::array({{0.03, 0, 0}, {0.01, 0.01, 0}}));
+  }
+  return motion;
+}
+
+class Motion : public ::testing::Test {
+ protected:
+  void SetUp() override { ASSERT_EQ(vpsbake(folder_, sample("gear") + " --voxel 1mm -o a.vps.hdf").code, 0); }
+  void write(const Json& motion) { write_file(folder_ / "motion.json", motion.dump()); }
+  // The motion with one place replaced is refused with these words.
+  void expect_refused(const char* place, const Json& value, const std::string& why) {
+    Json motion = sample_motion();
+    motion[Json::json_pointer(place)] = value;
+    write(motion);
+    expect_refusal(folder_, "view --motion motion.json", 3, why);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Motion, ThePageShowsEveryBodyWhereItWasAtAnyTime) {
+  VPS_BROWSER_OR_SKIP();
+  write(sample_motion());
+  const Outcome run = vpsbake(folder_, "view --motion motion.json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("motion.html"), std::string::npos);
+  // Between frames too: a quarter of a second is between the third and the fourth.
+  const PageVisit visit =
+      visit_everywhere(folder_ / "motion.html",
+                       "(state.go(0.25), state.meshes.map(m => [...m.position.toArray(), ...m.quaternion.toArray()]))");
+  ASSERT_EQ(visit.value.size(), 3U);
+  const double half_angle = 0.5 * 3.14159265358979 * 0.25;
+  EXPECT_NEAR(visit.value[0][2].get<double>(), 0.005, 1e-6);
+  EXPECT_NEAR(visit.value[0][5].get<double>(), std::sin(half_angle), 1e-4);
+  EXPECT_NEAR(visit.value[0][6].get<double>(), std::cos(half_angle), 1e-4);
+  EXPECT_NEAR(visit.value[1][0].get<double>(), 0.03, 1e-6);
+  EXPECT_NE(visit.text.find("A gear </script> rises"), std::string::npos) << visit.text;
+  EXPECT_NE(visit.text.find("0.250 s"), std::string::npos) << visit.text;
+  EXPECT_NE(visit.text.find("floor: box of 200 mm × 200 mm × 20 mm, fixed"), std::string::npos) << visit.text;
+  EXPECT_NE(visit.text.find("contact points\n(0)"), std::string::npos) << visit.text;
+}
+
+TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
+  VPS_BROWSER_OR_SKIP();
+  write(sample_motion());
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  VisitOptions options;
+  options.width = 800;
+  options.height = 500;
+  options.script =
+      "(async () => { const seen = new Set(); document.getElementById('speed').value = '0.25'; state.go(0); "
+      "state.play(true);"
+      "while (playing) { seen.add(now); await new Promise(requestAnimationFrame); }"
+      "return [seen.size, now, document.getElementById('play').textContent]; })()";
+  const PageVisit visit = visit_page(folder_ / "motion.html", options);
+  expect_sound(visit, 0.05);
+  EXPECT_GT(visit.value[0], 3);
+  EXPECT_NEAR(visit.value[1].get<double>(), 1, 1e-9);
+  EXPECT_EQ(visit.value[2], "Again");
+  EXPECT_NE(visit.text.find("contact points\n(2)"), std::string::npos) << visit.text;
+}
+
+TEST_F(Motion, TheExampleOfTheDocumentationFollowsTheSchemaAndMakesAPage) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  const std::string page = read_file(std::string(VPS_SCHEMAS) + "/../motion.md");
+  const std::size_t begin = page.find("```json\n") + 8;
+  write_file(folder_ / "motion.json", page.substr(begin, page.find("```", begin) - begin));
+  std::filesystem::rename(folder_ / "a.vps.hdf", folder_ / "gear.vps.hdf");
+  EXPECT_TRUE(follows_schema(folder_ / "motion.json", "motion.schema.json"));
+  const Outcome run = vpsbake(folder_, "view --motion motion.json");
+  EXPECT_EQ(run.code, 0) << run.err;
+}
+
+TEST_F(Motion, TheSchemaRefusesWhatTheProgramRefuses) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  write(sample_motion());
+  EXPECT_TRUE(follows_schema(folder_ / "motion.json", "motion.schema.json"));
+  for (const char* const place : {"/format", "/bodies/1/sphere", "/poses/2/1", "/times/3"}) {
+    Json motion = sample_motion();
+    motion[Json::json_pointer(place)] = "x";
+    write(motion);
+    EXPECT_FALSE(follows_schema(folder_ / "motion.json", "motion.schema.json")) << place;
+  }
+}
+
+TEST_F(Motion, WhatCannotBePlayedIsRefusedInOneLine) {
+  expect_refused("/format", "vps-motion 2", "\"vps-motion 1\"");
+  expect_refused("/up", "w", "not x, y or z");
+  expect_refused("/bodies", Json::array(), "has not 1 to 10000 bodies");
+  expect_refused("/bodies/1", 7, "body 2 is not an object");
+  expect_refused("/bodies/1/box", Json::array({1, 1, 1}), "body 2 has not one of");
+  expect_refused("/bodies/1/sphere", -1, "not positive");
+  expect_refused("/bodies/2/box", Json::array({1, 1}), "three half extents");
+  expect_refused("/times/3", 5.0, "frame 4: its time is not after");
+  expect_refused("/times", Json::array({1}), "not as many frames");
+  expect_refused("/poses/2", Json::array(), "frame 3 has not a pose for each body");
+  expect_refused("/poses/2/1", Json::array({0, 0, 0}), "frame 3, body 2: a pose is seven numbers");
+  expect_refused("/poses/2/1/0", nullptr, "frame 3, body 2: a pose is not a number");
+  expect_refused("/poses/2/1/6", 2, "not of unit length");
+  expect_refused("/contacts/6/1", Json::array({1}), "frame 7: a contact is three numbers");
+  expect_refused("/contacts", Json::array(), "not as many frames");
+  expect_refused("/bodies/0/asset", "motion.json", "body 1: asset motion.json");
+  Json motion = sample_motion();
+  motion["bodies"][0]["asset"] = "absent.vps.hdf";
+  write(motion);
+  expect_refusal(folder_, "view --motion motion.json", 2, "absent.vps.hdf");
+  ASSERT_EQ(vpsbake(folder_, sample("gear") + " --voxel 1mm --parts pointshell -o a.vps.hdf").code, 0);
+  write(sample_motion());
+  expect_refusal(folder_, "view --motion motion.json", 3, "no voxelmap");
+  expect_refusal(folder_, "view --motion motion.json -o .", 2, "folder");
+  expect_refusal(folder_, "view --motion absent.json", 2, "absent.json");
+  expect_refusal(folder_, "view --motion .", 2, "cannot be read");
+  expect_refusal(folder_, "view --motion a.vps.hdf", 3, "not JSON");
+  expect_refusal(folder_, "view a.vps.hdf --motion motion.json", 1, "excludes");
+  expect_refusal(folder_, "view --motion motion.json --mesh x.obj", 1, "excludes");
+}
+
+}  // namespace
+}  // namespace vps::test

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `vpsbake slice`: its pictures against the shapes that were baked.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "tests/cli/program.h"
+#include "tests/support/image.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+namespace {
+
+constexpr std::array<int, 3> kBlack = {0, 0, 0};
+
+// The numbers of the plot: inside its frame, which is the first dark line from the left and from above.
+struct Plot {
+  Image image;
+  std::size_t left = 0, top = 0, right = 0, bottom = 0;
+  double pixel = 0;  // [m]
+
+  [[nodiscard]] std::array<int, 3> centre() const { return image.at((left + right) / 2, (top + bottom) / 2); }
+};
+
+constexpr std::array<int, 3> kInk = {20, 22, 26};
+
+Plot plot_of(const TemporaryFolder& folder, const std::string& arguments) {
+  const Outcome run = vpsbake(folder, "slice a.vps.hdf -o slice.png " + arguments);
+  EXPECT_EQ(run.code, 0) << run.err;
+  Plot plot{decode_png(read_file(folder / "slice.png"))};
+  // The frame's left side is the first long line of ink.
+  for (std::size_t x = 0; plot.left == 0; ++x) {
+    std::size_t first = 0, count = 0;
+    for (std::size_t y = plot.image.height; y-- > 0;) {
+      if (plot.image.at(x, y) != kInk) continue;
+      first = y;
+      ++count;
+    }
+    if (count < plot.image.height / 2) continue;
+    plot.left = x + 1;
+    plot.top = first + 1;
+  }
+  plot.right = plot.left;
+  while (plot.image.at(plot.right, plot.top) != kInk) ++plot.right;
+  plot.bottom = plot.top;
+  while (plot.image.at(plot.left, plot.bottom) != kInk) ++plot.bottom;
+  std::istringstream words(run.out.substr(run.out.find("a pixel is ") + 11));
+  std::string unit;
+  words >> plot.pixel >> unit;
+  plot.pixel *= unit.starts_with("um") ? 1e-6 : 1e-3;
+  return plot;
+}
+
+// Half the width and height of what is black in the plot. [m]
+std::array<double, 2> zero_radii(const Plot& plot) {
+  std::size_t low[2] = {plot.right, plot.bottom}, high[2] = {0, 0};
+  for (std::size_t y = plot.top; y < plot.bottom; ++y) {
+    for (std::size_t x = plot.left; x < plot.right; ++x) {
+      if (plot.image.at(x, y) != kBlack) continue;
+      low[0] = std::min(low[0], x);
+      low[1] = std::min(low[1], y);
+      high[0] = std::max(high[0], x);
+      high[1] = std::max(high[1], y);
+    }
+  }
+  // A pixel of the line is the first beyond the change.
+  return {double(high[0] - low[0]) / 2 * plot.pixel, double(high[1] - low[1]) / 2 * plot.pixel};
+}
+
+// A box round the origin, of these half extents.
+std::string box_obj(double x, double y, double z) {
+  std::string text;
+  for (const auto& p : samples::make_box({x, y, z}).vertices)
+    text += "v " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
+  for (const auto& [a, b, c] : samples::make_box({x, y, z}).triangles)
+    text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
+  return text;
+}
+
+class Slice : public ::testing::Test {
+ protected:
+  static constexpr double kRadius = 0.05;  // of the sample's icosphere
+  void SetUp() override {
+    const Outcome run = vpsbake(folder_, sample("icosphere") + " --voxel 2mm --fields layers,scaled,real -o a.vps.hdf");
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Slice, TheZeroLineOfASphereHasItsRadiusAtEveryPlace) {
+  for (const char* const axis : {"x", "y", "z"}) {
+    for (const char* const field : {"scaled", "real"}) {
+      for (const double at_mm : {0.0, 11.0, -30.0}) {
+        const Plot plot = plot_of(
+            folder_, std::string("--axis ") + axis + " --field " + field + " --at " + std::to_string(at_mm) + "mm");
+        const double expected = std::sqrt(kRadius * kRadius - at_mm * at_mm * 1e-6);
+        for (const double radius : zero_radii(plot))
+          EXPECT_NEAR(radius, expected, 0.0004 + 1.5 * plot.pixel) << axis << field << at_mm;
+      }
+    }
+  }
+  // Layers count the voxels that the surface touches as inside.
+  for (const double radius : zero_radii(plot_of(folder_, "--field layers"))) EXPECT_NEAR(radius, kRadius, 0.003);
+}
+
+TEST_F(Slice, OutsideIsBlueInsideIsRedAndEachVoxelOfDistanceHasItsColour) {
+  const Plot plot = plot_of(folder_, "");
+  const std::array<int, 3> corner = plot.image.at(plot.left, plot.top);
+  EXPECT_GT(corner[2], corner[0] + 100);
+  EXPECT_GT(plot.centre()[0], plot.centre()[2] + 100);
+  // Along the middle row: the steps of colour lie where the distance is a whole number of voxels.
+  const std::size_t y = (plot.top + plot.bottom) / 2;
+  int steps = 0;
+  for (std::size_t x = plot.left + 1; x < (plot.left + plot.right) / 2; ++x) {
+    const auto before = plot.image.at(x - 1, y), here = plot.image.at(x, y);
+    if (before == here || before == kBlack || here == kBlack) continue;
+    const double from_centre = (double(plot.left + plot.right) / 2 - double(x)) * plot.pixel;
+    const double voxels = (kRadius - from_centre) / 0.002;
+    EXPECT_NEAR(voxels, std::round(voxels), 0.3) << x;
+    ++steps;
+  }
+  EXPECT_GE(steps, 3);
+}
+
+TEST_F(Slice, ThePictureIsAsWideAsAsked) {
+  EXPECT_EQ(plot_of(folder_, "--width 600").image.width, 600U);
+  EXPECT_EQ(plot_of(folder_, "--width 1400").image.width, 1400U);
+  EXPECT_EQ(vpsbake(folder_, "slice a.vps.hdf --axis y").code, 0);
+  EXPECT_EQ(read_file(folder_ / "a_y.png").substr(0, 4), "\x89PNG");
+}
+
+TEST_F(Slice, ATallBodyIsDrawnWhole) {
+  write_file(folder_ / "rod.obj", box_obj(0.001, 0.001, 0.1));
+  ASSERT_EQ(vpsbake(folder_, "rod.obj --voxel 0.2mm -o a.vps.hdf").code, 0);
+  const Plot plot = plot_of(folder_, "--axis x");
+  EXPECT_LE(plot.image.height, 3200U);
+  const std::array<double, 2> half = zero_radii(plot);
+  EXPECT_NEAR(half[0], 0.001, 0.0001);
+  EXPECT_NEAR(half[1], 0.1, 0.0002);
+}
+
+TEST_F(Slice, WhatCannotBeDrawnIsRefusedInOneLine) {
+  ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 2mm --parts pointshell -o shell.vps.hdf").code, 0);
+  ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 2mm -o scaled.vps.hdf").code, 0);
+  write_file(folder_ / "junk.vps.hdf", "no asset");
+  write_file(folder_ / "notes.png", "mine");
+  expect_refusal(folder_, "slice a.vps.hdf --at 1m", 1, "from -55mm to 55mm");
+  expect_refusal(folder_, "slice a.vps.hdf --at -56mm", 1, "from -55mm to 55mm");
+  expect_refusal(folder_, "slice a.vps.hdf --at 12", 1, "needs a unit");
+  expect_refusal(folder_, "slice a.vps.hdf --at nanmm", 1, "is not a");
+  expect_refusal(folder_, "slice a.vps.hdf --at 12furlongs", 1, "unknown unit");
+  expect_refusal(folder_, "slice a.vps.hdf --axis w", 1, "axis");
+  expect_refusal(folder_, "slice a.vps.hdf --width 10", 1, "600 to 8000");
+  expect_refusal(folder_, "slice scaled.vps.hdf --field real", 3, "--fields real");
+  expect_refusal(folder_, "slice shell.vps.hdf", 3, "no voxelmap");
+  expect_refusal(folder_, "slice junk.vps.hdf", 3, "junk.vps.hdf");
+  expect_refusal(folder_, "slice absent.vps.hdf", 2, "absent.vps.hdf");
+  expect_refusal(folder_, "slice .", 2, "folder");
+  expect_refusal(folder_, "slice a.vps.hdf -o .", 2, "folder");
+  expect_refusal(folder_, "slice a.vps.hdf -o notes.png", 2, "not a PNG");
+  expect_refusal(folder_, "slice a.vps.hdf -o a.vps.hdf", 2, "not a PNG");
+  EXPECT_EQ(read_file(folder_ / "notes.png"), "mine");
+}
+
+}  // namespace
+}  // namespace vps::test
