@@ -31,7 +31,8 @@ const T* section_data(const std::byte* data, const Section* section) noexcept {
 Asset::Asset(Asset&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)),
       bytes_(std::exchange(other.bytes_, 0)),
-      directory_(std::exchange(other.directory_, Directory{})) {}
+      directory_(std::exchange(other.directory_, Directory{})),
+      use_(other.use_) {}
 
 Asset& Asset::operator=(Asset&& other) noexcept {
   if (this != &other) {
@@ -39,6 +40,7 @@ Asset& Asset::operator=(Asset&& other) noexcept {
     data_ = std::exchange(other.data_, nullptr);
     bytes_ = std::exchange(other.bytes_, 0);
     directory_ = std::exchange(other.directory_, Directory{});
+    use_ = other.use_;
   }
   return *this;
 }
@@ -54,7 +56,7 @@ void Asset::release() noexcept {
   directory_ = {};
 }
 
-Status Asset::open(const char* path, Asset& out) noexcept {
+Status Asset::open(const char* path, Asset& out, Use use) noexcept {
   out.release();
   if (path == nullptr) return Status::bad_argument;
   // O_NONBLOCK: opening a FIFO by mistake must not hang.
@@ -69,9 +71,10 @@ Status Asset::open(const char* path, Asset& out) noexcept {
   Asset asset;
   asset.data_ = static_cast<const std::byte*>(mapped);
   asset.bytes_ = bytes;
+  asset.use_ = use;
   const std::span<const std::byte> all(asset.data_, bytes);
   if (const Status status = decode_directory(all, asset.directory_); status != Status::ok) return status;
-  if (const Status status = validate_indices(all, asset.directory_); status != Status::ok) return status;
+  if (const Status status = validate_indices(all, asset.directory_, use); status != Status::ok) return status;
   out = std::move(asset);
   return Status::ok;
 }
@@ -82,20 +85,26 @@ Status Asset::verify() const noexcept {
 }
 
 bool Asset::has_voxelmap() const noexcept {
-  return directory_.find(SectionKind::coarse_layers) != nullptr;
+  VoxelmapView ignored;
+  return voxelmap(ignored) == Status::ok;
 }
 bool Asset::has_pointshell() const noexcept {
-  return directory_.find(SectionKind::point_positions) != nullptr;
+  return overlap(use_, Use::pointshell) && directory_.find(SectionKind::point_positions) != nullptr;
 }
 
 Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   out = {};
-  if (!has_voxelmap()) return Status::missing_part;
-  constexpr std::pair<Field, SectionKind> kFinestFirst[] = {
-      {Field::real, SectionKind::real}, {Field::scaled, SectionKind::scaled}, {Field::layers, SectionKind::layers}};
+  struct Candidate {
+    Field field;
+    SectionKind kind;
+    Use use;
+  };
+  constexpr Candidate kFinestFirst[] = {{Field::real, SectionKind::real, Use::real},
+                                        {Field::scaled, SectionKind::scaled, Use::scaled},
+                                        {Field::layers, SectionKind::layers, Use::layers}};
   const Section* values = nullptr;
-  for (const auto& [candidate, kind] : kFinestFirst) {
-    if (values == nullptr && (field == Field::none || field == candidate)) {
+  for (const auto& [candidate, kind, use] : kFinestFirst) {
+    if (values == nullptr && overlap(use_, use) && (field == Field::none || field == candidate)) {
       values = directory_.find(kind);
       out.field = values == nullptr ? Field::none : candidate;
     }
