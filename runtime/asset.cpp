@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "runtime/vps_runtime.h"
@@ -24,6 +25,62 @@ struct FileDescriptor {
 template <class T>
 const T* section_data(const std::byte* data, const Section* section) noexcept {
   return section == nullptr ? nullptr : reinterpret_cast<const T*>(data + section->offset);
+}
+
+// What has to be in use for a section to be read.
+Use readers_of(SectionKind kind) noexcept {
+  switch (kind) {
+    case SectionKind::brick_index:
+    case SectionKind::layers:
+      return Use::layers;
+    case SectionKind::field_roots:
+    case SectionKind::field_nodes:
+      return Use::scaled | Use::real;
+    case SectionKind::coarse_layers:
+      return Use::voxelmap;
+    case SectionKind::scaled:
+      return Use::scaled;
+    case SectionKind::real:
+    case SectionKind::real_gradient:
+      return Use::real;
+    case SectionKind::point_positions:
+    case SectionKind::point_inward_normals:
+    case SectionKind::point_areas:
+    case SectionKind::spheres:
+    case SectionKind::children:
+    case SectionKind::parent_points:
+    case SectionKind::level_offsets:
+      return Use::pointshell;
+  }
+  return Use{};
+}
+
+const std::byte* map_whole(int fd, std::size_t bytes) noexcept {
+  void* const mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, fd, 0);
+  return mapped == MAP_FAILED ? nullptr : static_cast<const std::byte*>(mapped);
+}
+
+// Linux maps up to 2 MB round a page that is read, where the file's cache has it in one piece. Ranges with advice of
+// their own are left out of that, so that what nobody reads takes no memory of the process.
+void keep_apart(const std::byte* data, std::size_t bytes, const Directory& directory, Use use) noexcept {
+#ifdef MADV_NOHUGEPAGE
+  std::array<const Section*, kMaxSections> used{};
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    if (overlap(readers_of(directory.sections[i].kind), use)) used[count++] = &directory.sections[i];
+  }
+  std::sort(used.begin(), used.begin() + count, [](auto* a, auto* b) { return a->offset < b->offset; });
+  const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  std::uint64_t end = kUserBlockBytes;
+  for (std::size_t i = 0; i <= count; ++i) {
+    const std::uint64_t next = i < count ? used[i]->offset : bytes;
+    const std::uint64_t first = (end + page - 1) / page * page;
+    const std::uint64_t last = next / page * page;
+    // Without the kernel's help there is no harm done: pages are mapped that nobody asks for.
+    if (first < last) (void)::madvise(const_cast<std::byte*>(data) + first, last - first, MADV_NOHUGEPAGE);
+    if (i < count) end = used[i]->offset + used[i]->bytes;
+  }
+#endif
 }
 
 }  // namespace
@@ -65,15 +122,21 @@ Status Asset::open(const char* path, Asset& out, Use use) noexcept {
   if (file.fd < 0 || ::fstat(file.fd, &facts) != 0 || !S_ISREG(facts.st_mode)) return Status::cannot_open;
   const auto bytes = static_cast<std::size_t>(facts.st_size);
   if (bytes < kUserBlockBytes) return Status::too_short;
-  void* mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.fd, 0);
-  if (mapped == MAP_FAILED) return Status::cannot_map;
 
   Asset asset;
-  asset.data_ = static_cast<const std::byte*>(mapped);
+  asset.data_ = map_whole(file.fd, bytes);
+  if (!asset.is_open()) return Status::cannot_map;
   asset.bytes_ = bytes;
   asset.use_ = use;
-  const std::span<const std::byte> all(asset.data_, bytes);
-  if (const Status status = decode_directory(all, asset.directory_); status != Status::ok) return status;
+  if (const Status status = decode_directory(asset.bytes(), asset.directory_); status != Status::ok) return status;
+  if (use != Use::everything) {
+    // Afresh: the directory's page may have brought others with it.
+    ::munmap(const_cast<std::byte*>(asset.data_), bytes);
+    asset.data_ = map_whole(file.fd, bytes);
+    if (!asset.is_open()) return Status::cannot_map;
+    keep_apart(asset.data_, bytes, asset.directory_, use);
+  }
+  const std::span<const std::byte> all = asset.bytes();
   if (const Status status = validate_indices(all, asset.directory_, use); status != Status::ok) return status;
   out = std::move(asset);
   return Status::ok;
