@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 #include <string_view>
 
 namespace vps::cli {
@@ -19,7 +20,9 @@ double unit_size(const std::string& unit, const std::map<std::string, double>& u
   throw CLI::ValidationError("unknown unit '" + unit + "'; use one of " + names);
 }
 
-// A quantity on the command line: a positive number with a unit.
+enum class Sign : std::uint8_t { positive, any };
+
+// A quantity on the command line: a number with a unit.
 struct Quantity {
   const char* kind;     // "a length"
   const char* example;  // "5mm"
@@ -28,7 +31,7 @@ struct Quantity {
 };
 
 // "5mm" to 0.005. CLI11's AsNumberWithUnit would do, but its errors do not say what to write instead.
-double parse(const std::string& text, const Quantity& quantity) {
+double parse(const std::string& text, const Quantity& quantity, Sign sign = Sign::positive) {
   const std::string kind = quantity.kind;
   std::size_t used = 0;
   double number = 0;
@@ -44,9 +47,13 @@ double parse(const std::string& text, const Quantity& quantity) {
     throw CLI::ValidationError(kind + " needs a unit; write " + forms);
   }
   const double size = unit_size(unit, quantity.units);
-  if (!(number > 0 && std::isfinite(number))) throw CLI::ValidationError(text + " is not a positive " + kind.substr(2));
+  const bool good = std::isfinite(number) && (sign == Sign::any || number > 0);
+  if (!good) throw CLI::ValidationError(text + " is not a positive " + kind.substr(2));
   return number * size;
 }
+
+const Quantity kLength = {
+    "a length", "5mm", {"mm", "m"}, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}};
 
 Repair parse_repair(const std::string& text) {
   for (const Repair repair : {Repair::none, Repair::weld, Repair::stitch, Repair::fill, Repair::wrap}) {
@@ -58,10 +65,36 @@ Repair parse_repair(const std::string& text) {
 }  // namespace
 
 double parse_length(const std::string& text) {
-  return parse(text, {"a length",
-                      "5mm",
-                      {"mm", "m"},
-                      {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}});
+  return parse(text, kLength);
+}
+
+double parse_coordinate(const std::string& text) {
+  return parse(text, kLength, Sign::any);
+}
+
+double parse_velocity(const std::string& text) {
+  return parse(text,
+               {"a speed",
+                "3m/s",
+                {"m/s", "mm/s"},
+                {{"m/s", 1}, {"cm/s", 1e-2}, {"mm/s", 1e-3}, {"km/h", 1 / 3.6}, {"in/s", 0.0254}}},
+               Sign::any);
+}
+
+double parse_acceleration(const std::string& text) {
+  return parse(text, {"an acceleration", "9.81m/s2", {"m/s2"}, {{"m/s2", 1}, {"m/s^2", 1}}}, Sign::any);
+}
+
+double parse_angle(const std::string& text) {
+  return parse(text, {"an angle", "90deg", {"deg", "rad"}, {{"deg", std::numbers::pi / 180}, {"rad", 1}}}, Sign::any);
+}
+
+double parse_mass(const std::string& text) {
+  return parse(text, {"a mass", "20g", {"g", "kg"}, {{"mg", 1e-6}, {"g", 1e-3}, {"kg", 1}, {"t", 1e3}}});
+}
+
+double parse_unit(const std::string& unit) {
+  return unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}});
 }
 
 std::size_t parse_size(const std::string& text) {
@@ -84,7 +117,8 @@ double parse_voxels(const std::string& text, const char* example) {
 }
 
 double parse_time(const std::string& text) {
-  return parse(text, {"a time", "120s", {"s", "min"}, {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
+  return parse(text,
+               {"a time", "120s", {"s", "min"}, {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
 }
 
 CLI::Validator not_empty() {
@@ -96,10 +130,7 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
       app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
   mesh->option_text("MESH");
   app.add_option_function<std::string>(
-         "--unit",
-         [&](const std::string& unit) {
-           arguments.unit = unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}});
-         },
+         "--unit", [&](const std::string& unit) { arguments.unit = parse_unit(unit); },
          "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
       ->option_text("UNIT")
       ->group("Mesh");
