@@ -141,6 +141,11 @@ int run_scene(const SceneArguments& arguments) {
       bake_scene(run);
       manifest = write_scene(run, folder);
     }
+    // Of a full bake the plan is what it is compared with.
+    if (arguments.full) {
+      run.everything = std::move(run.baked);
+      run.baked.assign(run.plan.assets.size(), {});
+    }
     const SceneReport report{run.scene, run.meshes, run.plan, run.baked, run.everything, arguments.scene, manifest};
     fmt::print("{}", arguments.json ? to_text(to_json(report)) : to_text(report));
     if (!arguments.json && !manifest.empty()) fmt::print("{}\n", manifest);

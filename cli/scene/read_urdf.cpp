@@ -216,7 +216,9 @@ class Reader {
         continue;
       }
       const std::size_t next = start(*child, composed(world, offset), false);
-      joined_.emplace_back(rigid, next);
+      // As Bullet's importer has it: parent and child do not collide, grandparents do.
+      const bool holds = joint->type != urdf::Joint::FLOATING && !link.collision_array.empty();
+      if (holds) joined_.emplace_back(rigid, next);
       visit(*child, next, {}, composed(world, offset));
     }
   }
