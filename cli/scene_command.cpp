@@ -71,9 +71,8 @@ BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions
 // How much finer an asset has to be for its share of the wished error; 1 when it is fine enough.
 double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
   double worst = 1;
-  // A quarter of it is the field's, as in plan_scene.
-  if (asset.options.voxelmap) worst = std::max(worst, info.scaled_error.bound / (0.25 * error));
-  if (asset.options.pointshell) worst = std::max(worst, info.covering_radius / (0.75 * error));
+  if (asset.options.voxelmap) worst = std::max(worst, info.scaled_error.bound / (kFieldShare * error));
+  if (asset.options.pointshell) worst = std::max(worst, info.covering_radius / ((1 - kFieldShare) * error));
   return worst;
 }
 

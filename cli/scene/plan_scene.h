@@ -12,6 +12,9 @@
 
 namespace vps::cli {
 
+/// Of a wished error, for the bound of the field's certificate; the rest is for the shell's covering radius.
+inline constexpr double kFieldShare = 0.25;
+
 /// A mesh of the scene, in metres. Bodies with the same file and unit share it.
 struct SceneMesh {
   std::filesystem::path file;

@@ -31,11 +31,25 @@ class Listener final : public console_bridge::OutputHandler {
   std::string first_;
 };
 
+// tinyxml calls itself for each element in an element: a file of nothing but opening tags would exhaust the stack.
+void refuse_deep(const std::string& file, const std::string& text) {
+  constexpr int kDeepest = 1000;  // a URDF has 6
+  int depth = 0;
+  int line = 1;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text[i] == '\n') ++line;
+    if (text[i] == '<' && text[i + 1] != '!' && text[i + 1] != '?') depth += text[i + 1] == '/' ? -1 : 1;
+    if (text[i] == '/' && text[i + 1] == '>') --depth;
+    if (depth > kDeepest) throw SceneError({file, line}, "the elements are nested too deeply for a URDF");
+  }
+}
+
 // Lines of links and of their meshes, which urdfdom does not keep.
 class Lines {
  public:
   // @throw SceneError when this is not XML, or has no robot
   Lines(const std::string& file, const std::string& text) : file_(file) {
+    refuse_deep(file, text);
     document_.Parse(text.c_str());
     if (document_.Error()) {
       throw SceneError({file, std::max(1, document_.ErrorRow())},

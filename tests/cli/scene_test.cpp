@@ -252,6 +252,9 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   };
   expect_urdf_refused("", "r.urdf:1: this is not XML");
   expect_urdf_refused("<robot name=\"a\">\n<link name=\"b\">\n</robot>", "r.urdf:3: this is not XML");
+  std::string deep;
+  for (int i = 0; i < 1'000'000; ++i) deep += "<a>";
+  expect_urdf_refused(deep, "r.urdf:1: the elements are nested too deeply");
   expect_urdf_refused("<html/>", "r.urdf:1: this is not a URDF: it has no <robot>");
   expect_urdf_refused("<robot name=\"a\"/>", "r.urdf:1: this is not a URDF");
   expect_urdf_refused("<robot name=\"a\"><link name=\"b\"/></robot>", "no link has collision geometry");
