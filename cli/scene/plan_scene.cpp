@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <tuple>
 
 #include "bake/plan.h"
 #include "formats/mesh/mesh_import.h"
@@ -178,9 +179,9 @@ BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& 
   }
 }
 
-// Assets for the shapes, one for each mesh and voxel size.
+// Assets for the shapes, one for each mesh and way of baking it.
 void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
-  std::map<std::pair<std::size_t, double>, std::size_t> known;
+  std::map<std::tuple<std::size_t, double, Repair, double>, std::size_t> known;
   std::set<std::string> files;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     plan.first_shape.push_back(plan.shapes.size());
@@ -192,7 +193,8 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
             std::find_if(meshes.begin(), meshes.end(),
                          [&](const SceneMesh& m) { return m.file == shape.mesh && m.unit == shape.unit; }) -
             meshes.begin());
-        const auto [it, is_new] = known.emplace(std::pair(mesh, shape.voxel_size), plan.assets.size());
+        const auto [it, is_new] =
+            known.emplace(std::tuple(mesh, shape.voxel_size, shape.repair, shape.sheet_thickness), plan.assets.size());
         planned.asset = it->second;
         if (is_new) {
           PlannedAsset asset;
@@ -201,6 +203,8 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
           const std::string stem = shape.mesh.stem().string();
           asset.file = stem + ".vps.hdf";
           for (int n = 2; !files.insert(asset.file).second; ++n) asset.file = fmt::format("{}-{}.vps.hdf", stem, n);
+          asset.options.repair = shape.repair;
+          asset.options.sheet_thickness = shape.sheet_thickness;
           choose_grid(scene, shape, meshes[mesh].longest(), resolution, asset.options);
           plan.assets.push_back(std::move(asset));
         }

@@ -28,7 +28,7 @@ struct SceneMesh {
 /// Reads every mesh once. @throw SceneError naming the line that names the mesh
 [[nodiscard]] std::vector<SceneMesh> read_meshes(const Scene& scene);
 
-/// One asset to bake, for all shapes with the same mesh and voxel size.
+/// One asset to bake, for all shapes whose mesh is the same and is baked alike.
 struct PlannedAsset {
   std::size_t mesh = 0;
   std::string file;        ///< name of the asset, without folders

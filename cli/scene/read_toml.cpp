@@ -186,7 +186,6 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
     double scale = 1;
     table.number("scale", 1e-9, 1e9, scale);
     shape.unit *= scale;
-    table.quantity("voxel", parse_length, shape.voxel_size);
     return shape;
   }
   if (table.has("urdf")) return std::nullopt;
@@ -211,6 +210,25 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
     }
   }
   return shape;
+}
+
+// How the meshes of a body are baked.
+void read_baking(Table& table, SceneBody& body) {
+  SceneShape as_said;
+  table.quantity("voxel", parse_length, as_said.voxel_size);
+  table.quantity("thicken", parse_length, as_said.sheet_thickness);
+  as_said.repair = table.choice<Repair>("repair",
+                                        {{"none", Repair::none},
+                                         {"weld", Repair::weld},
+                                         {"stitch", Repair::stitch},
+                                         {"fill", Repair::fill},
+                                         {"wrap", Repair::wrap}},
+                                        Repair::automatic);
+  for (SceneShape& shape : body.shapes) {
+    shape.voxel_size = as_said.voxel_size;
+    shape.sheet_thickness = as_said.sheet_thickness;
+    shape.repair = as_said.repair;
+  }
 }
 
 // What a TOML body says of how it moves and whom it meets, over what a URDF has said.
@@ -295,6 +313,7 @@ void read_body(Table table, const std::string& file, Scene& scene) {
   for (SceneBody& one : bodies) {
     one.pose = composed(pose, one.pose);
     read_motion(table, one, !shape);
+    if (!table.has("shape")) read_baking(table, one);
     scene.bodies.push_back(std::move(one));
   }
   table.finish();

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "formats/vps_format.h"
+#include "bake/vps_bake.h"
 
 namespace vps::cli {
 
@@ -43,6 +43,8 @@ struct SceneShape {
   std::filesystem::path mesh;  ///< as it can be opened
   double unit = 1;             ///< metres per unit of the mesh's numbers, a scale included
   double voxel_size = 0;       ///< 0: as planned. [Units: m]
+  Repair repair = Repair::automatic;
+  double sheet_thickness = 0;  ///< of open surfaces; 0: as `repair` says. [Units: m]
   Triple half_extents{};       ///< of a box. [m]
   double radius = 0;           ///< [m]
   double half_height = 0;      ///< along z; of a capsule without its caps. [m]

@@ -83,6 +83,22 @@ TEST(Scene, KeptPartsAreBakedWhetherAPairNeedsThemOrNot) {
   EXPECT_EQ(plays(report, 1), "mixed");
 }
 
+TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
+  const TemporaryFolder folder;
+  // A tetrahedron without one of its faces.
+  write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
+  expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
+  EXPECT_EQ(plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled")["assets"].size(), 1U);
+  EXPECT_EQ(plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick")["assets"].size(), 1U);
+  Asset filled;
+  Asset thick;
+  ASSERT_EQ(Asset::open((folder / "filled/open.vps.hdf").c_str(), filled), Status::ok);
+  ASSERT_EQ(Asset::open((folder / "thick/open.vps.hdf").c_str(), thick), Status::ok);
+  EXPECT_NEAR(filled.info().volume, 1e-3 / 6, 1e-9);
+  EXPECT_GT(thick.info().bounds_max[0], 0.103);
+}
+
 TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
   const TemporaryFolder folder;
   const auto bands = [&](const char* speed, const char* restitution, const char* step) {
