@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Manifests of `vpsbake scene`, schema in docs/schemas/scene_manifest.schema.json. Nothing of a manifest is trusted.
+// Manifests of `vpsbake scene` become bodies. Nothing of a manifest is trusted.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -10,14 +10,12 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <tuple>
 #include <utility>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/bullet/manifest.h"
 #include "runtime/bullet/vps_scene.h"
 
 namespace vps::bullet {
@@ -27,7 +25,7 @@ struct Scene::Contents {
   btDiscreteDynamicsWorld* world = nullptr;
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
-  std::vector<btVector3> centres;  // of mass, in the bodies' own frames. [m]
+  std::map<const btRigidBody*, btVector3> centres;  // of mass, in the bodies' own frames. [m]
   std::map<std::string, std::size_t, std::less<>> numbers;
   btScalar step = 0;
 
@@ -57,9 +55,12 @@ btRigidBody* Scene::find(std::string_view name) const {
   return it == contents_->numbers.end() ? nullptr : contents_->bodies[it->second].get();
 }
 btTransform Scene::origin(const btRigidBody& body) const {
-  const auto number = static_cast<std::size_t>(body.getUserIndex());
-  const bool ours = contents_ && number < contents_->bodies.size() && contents_->bodies[number].get() == &body;
-  return body.getWorldTransform() * translation(ours ? -contents_->centres[number] : btVector3(0, 0, 0));
+  btVector3 centre(0, 0, 0);
+  if (contents_) {
+    const auto it = contents_->centres.find(&body);
+    if (it != contents_->centres.end()) centre = it->second;
+  }
+  return body.getWorldTransform() * translation(-centre);
 }
 btScalar Scene::step() const {
   return contents_ ? contents_->step : btScalar(0);
@@ -68,104 +69,11 @@ btScalar Scene::step() const {
 namespace {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
-
-// Stays in this file.
-struct Refusal {
-  std::string reason;
-};
-
-// Far beyond what anyone simulates, and far below what floats hold when multiplied.
-constexpr double kFarthest = 1e9;
-constexpr double kLeast = 1e-9;
-
-// A value of the manifest and its name for messages, such as bodies[3].mass.
-class Value {
- public:
-  Value(const Json& json, std::string name) : json_(&json), name_(std::move(name)) {}
-
-  [[noreturn]] void refuse(const std::string& what) const { throw Refusal{name_ + " " + what}; }
-
-  [[nodiscard]] bool has(const char* key) const { return json_->is_object() && json_->contains(key); }
-  [[nodiscard]] Value operator[](const char* key) const {
-    const std::string inner = name_.empty() ? key : name_ + "." + key;
-    if (!has(key)) throw Refusal{inner + " is missing"};
-    return {json_->at(key), inner};
-  }
-  [[nodiscard]] std::vector<Value> list() const {
-    if (!json_->is_array()) refuse("is not a list");
-    std::vector<Value> values;
-    for (const Json& one : *json_) values.emplace_back(one, name_ + "[" + std::to_string(values.size()) + "]");
-    return values;
-  }
-  [[nodiscard]] std::string text() const {
-    if (!json_->is_string()) refuse("is not a text");
-    return json_->get<std::string>();
-  }
-  [[nodiscard]] double number(double low, double high) const {
-    const double x = json_->is_number() ? json_->get<double>() : std::nan("");
-    if (!(x >= low && x <= high)) refuse("is not a number in its range");
-    return x;
-  }
-  [[nodiscard]] std::int64_t integer(std::int64_t low, std::int64_t high) const {
-    if (!json_->is_number_integer()) refuse("is not a whole number");
-    const auto x = json_->get<std::int64_t>();
-    if (x < low || x > high || (json_->is_number_unsigned() && x < 0)) refuse("is out of its range");
-    return x;
-  }
-  [[nodiscard]] btVector3 vector(double low, double high) const {
-    const std::vector<Value> values = list();
-    if (values.size() != 3) refuse("has not three numbers");
-    btVector3 v;
-    for (int axis = 0; axis < 3; ++axis)
-      v[axis] = static_cast<btScalar>(values[static_cast<std::size_t>(axis)].number(low, high));
-    return v;
-  }
-  [[nodiscard]] btQuaternion orientation() const {
-    const std::vector<Value> values = list();
-    if (values.size() != 4) refuse("is not a quaternion x, y, z, w");
-    double q[4];
-    double squares = 0;
-    for (std::size_t i = 0; i < 4; ++i) {
-      q[i] = values[i].number(-2, 2);
-      squares += q[i] * q[i];
-    }
-    if (!(std::abs(squares - 1) < 1e-3)) refuse("is not of unit length");
-    const double scale = 1 / std::sqrt(squares);
-    const auto at = [&](int i) { return static_cast<btScalar>(scale * q[i]); };
-    return {at(0), at(1), at(2), at(3)};
-  }
-  [[nodiscard]] btTransform pose() const {
-    return btTransform(has("orientation") ? (*this)["orientation"].orientation() : btQuaternion::getIdentity(),
-                       has("position") ? (*this)["position"].vector(-kFarthest, kFarthest) : btVector3(0, 0, 0));
-  }
-
- private:
-  const Json* json_;
-  std::string name_;
-};
-
-template <class T>
-T choose(const Value& value, std::initializer_list<std::pair<const char*, T>> choices) {
-  const std::string text = value.text();
-  for (const auto& [name, choice] : choices) {
-    if (text == name) return choice;
-  }
-  value.refuse("is none of what it may be");
-}
-
-Json read_json(const std::string& path) {
-  std::error_code failed;
-  if (!fs::is_regular_file(path, failed)) throw Refusal{"the manifest does not exist or is not a file"};
-  constexpr std::uintmax_t kLargest = 1u << 28;
-  if (fs::file_size(path, failed) > kLargest || failed) throw Refusal{"the manifest is too large"};
-  std::ifstream file(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file) throw Refusal{"the manifest cannot be read"};
-  Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object()) throw Refusal{"the manifest is not JSON"};
-  return json;
-}
+using manifest::choose;
+using manifest::kFarthest;
+using manifest::kLeast;
+using manifest::Refusal;
+using manifest::Value;
 
 // A shape, and its centre of mass in its own frame: where Bullet's origin has to be.
 struct Placed {
@@ -176,9 +84,9 @@ struct Placed {
 
 class Loader {
  public:
-  Loader(const Value& manifest, fs::path folder, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
+  Loader(const Value& root, fs::path folder, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
       : folder_(std::move(folder)), shapes_(shapes) {
-    for (const Value& asset : manifest["assets"].list()) assets_.push_back(open(asset));
+    for (const Value& asset : root["assets"].list()) assets_.push_back(open(asset));
   }
 
   Placed placed(const Value& value) {
@@ -349,37 +257,36 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world) {
   };
   try {
     Contents& contents = *scene.contents_;
-    const Json json = read_json(path);
-    const Value manifest(json, "");
-    if (manifest["format"].text() != "vps-scene") manifest["format"].refuse("is not vps-scene");
-    if (manifest["version"].integer(0, 1000) != 1) manifest["version"].refuse("is not 1; plan the scene again");
+    const nlohmann::json json = manifest::read_json(path);
+    const Value root(json, "");
+    if (root["format"].text() != "vps-scene") root["format"].refuse("is not vps-scene");
+    if (root["version"].integer(0, 1000) != 1) root["version"].refuse("is not 1; plan the scene again");
     auto* const dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher());
     if (dispatcher == nullptr) throw Refusal{"the world's dispatcher is not a btCollisionDispatcher"};
-    contents.step = static_cast<btScalar>(manifest["step"].number(1e-6, 10));
+    contents.step = static_cast<btScalar>(root["step"].number(1e-6, 10));
 
-    Loader loader(manifest, fs::path(path).parent_path(), contents.shapes);
+    Loader loader(root, fs::path(path).parent_path(), contents.shapes);
     std::vector<std::pair<int, int>> filters;
-    for (const Value& value : manifest["bodies"].list()) {
+    for (const Value& value : root["bodies"].list()) {
       const std::size_t number = contents.bodies.size();
       if (!contents.numbers.emplace(value["name"].text(), number).second)
         value["name"].refuse("is that of another body");
       MadeBody made = make_body(value, loader);
-      made.body->setUserIndex(static_cast<int>(number));
+      contents.centres.emplace(made.body.get(), made.centre);
       contents.bodies.push_back(std::move(made.body));
-      contents.centres.push_back(made.centre);
       const auto bits = [&](const char* key) {
         return static_cast<int>(value[key].integer(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
       };
       filters.emplace_back(bits("group"), bits("mask"));
     }
-    for (const Value& pair : manifest["apart"].list()) {
+    for (const Value& pair : root["apart"].list()) {
       const std::vector<Value> names = pair.list();
       btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
       btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
       if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
       first->setIgnoreCollisionCheck(second, true);
     }
-    if (manifest.has("gravity")) world.setGravity(manifest["gravity"].vector(-1e6, 1e6));
+    if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
 
     // Nothing fails from here on.
     register_algorithm(*dispatcher);

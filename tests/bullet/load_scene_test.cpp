@@ -48,7 +48,7 @@ void bake_scene(const TemporaryFolder& folder, const std::string& arguments) {
   ASSERT_EQ(run.code, 0) << run.err;
 }
 
-// Every number of every contact point, by the bodies' names' order.
+// Every number of every contact point.
 std::string contacts_of(World& world) {
   std::string bytes;
   const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -80,6 +80,7 @@ Played play(const std::string& manifest) {
   World world;
   const bullet::Scene scene = bullet::load_scene(manifest, world.world);
   EXPECT_EQ(scene.error(), "");
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) scene.bodies()[i]->setUserIndex(static_cast<int>(i));
   Played played;
   for (int i = 0; i < 300; ++i) {
     world.step(1);
