@@ -28,7 +28,7 @@ std::string scene_text() {
   return "[world]\ngravity = [\"0m/s2\", \"0m/s2\", \"-9.81m/s2\"]\n"
          "[[body]]\nname = \"floor\"\nshape = \"box\"\nsize = [\"1m\", \"1m\", \"2cm\"]\ntype = \"static\"\n"
          "position = [\"0m\", \"0m\", \"-1cm\"]\n" +
-         body("ring", "torus", "voxel = \"0.8mm\"\ntype = \"static\"\nposition = [\"0m\", \"0m\", \"2cm\"]") +
+         body("ring", "torus", "voxel = \"1mm\"\ntype = \"static\"\nposition = [\"0m\", \"0m\", \"2cm\"]") +
          body("gear", "gear",
               "voxel = \"0.5mm\"\nmass = \"50g\"\nposition = [\"3cm\", \"0m\", \"6cm\"]\n"
               "rotation = [\"20deg\", \"10deg\", \"0deg\"]") +
