@@ -83,21 +83,46 @@ double predict_field_bricks(const Extent& mesh, double s, const BakeOptions& opt
   return at_defaults * std::max(1.0, wider) * finer;
 }
 
+// Bricks of 8x8x8 voxels with distances of their own.
+double predict_bricks(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
+  const double edge = kBrickEdge * grid.voxel_size;
+  // A plane in any direction cuts 3/2 bricks per face of one on average.
+  const double band = 1.5 * 7 / kBrickEdge + (options.band_inside + options.band_outside + 2) / kBrickEdge;
+  return std::min(static_cast<double>(grid.brick_count()), mesh.area / (edge * edge) * band + 27);
+}
+
+double limit_field_bricks(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
+  if (!options.voxelmap || !(options.scaled || options.real)) return 0;
+  const double most = predict_bricks(mesh, grid, options) * 64;  // 60 in a bevel gear
+  return std::min(predict_field_bricks(mesh, grid.voxel_size, options), most);
+}
+
+// Sections of docs/format.md, each by its count.
+std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const BakeOptions& options) {
+  constexpr double kHeader = 20e3;  // user block and HDF5's own
+  const Grid& grid = planned.grid;
+  double bytes = kHeader;
+  if (options.voxelmap) {
+    const double scaled = scaled_limit(options, grid.voxel_size, planned.lambda) <= 127 ? 1 : 2;
+    const double sample = (options.scaled ? scaled : 0) + (options.real ? 8 + 3 * 4 : 0);
+    constexpr double kNode = 8;  // an octree's node of eight entries for four bricks
+    bytes += limit_field_bricks(mesh, grid, options) * (kFieldStride * sample + kNode);
+    const auto grid_bricks = static_cast<double>(grid.brick_count());
+    bytes += 2 * grid_bricks + grid_bricks / 2;
+    if (options.layers) bytes += 4 * grid_bricks + predict_bricks(mesh, grid, options) * kBrickVoxels;
+  }
+  constexpr double kPoint = 12 + 28.0 / 12;  // and its share of the tree
+  return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
+}
+
 // Resident bytes at the peak, from above: at 200 voxels 1.04 to 2 times what was measured over the corpus (see
 // predict_field_bricks), 1.5 times for the bunny at 2048. Not foreseen: exact arithmetic while crossing shells are
 // united, up to 100 MB there.
 std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
-  const double s = grid.voxel_size;
-  const double edge = kBrickEdge * s;
-  const double area = mesh.area / (s * s);
+  const double area = mesh.area / (grid.voxel_size * grid.voxel_size);
   const auto grid_bricks = static_cast<double>(grid.brick_count());
-  // A plane in any direction cuts 3/2 bricks per face of one on average.
-  const double band = 1.5 * 7 / kBrickEdge + (options.band_inside + options.band_outside + 2) / kBrickEdge;
-  const double bricks = std::min(grid_bricks, mesh.area / (edge * edge) * band + 27);
-  const double most_field_bricks = bricks * 64;  // 60 in a bevel gear
-  const double field_bricks = options.voxelmap && (options.scaled || options.real)
-                                  ? std::min(predict_field_bricks(mesh, s, options), most_field_bricks)
-                                  : 0;
+  const double bricks = predict_bricks(mesh, grid, options);
+  const double field_bricks = limit_field_bricks(mesh, grid, options);
 
   // Held throughout: the program, the mesh with CGAL's tree, distances and triangles of the band, an index of bricks
   // for each sparse set, scanlines and lists of triangles.
@@ -221,6 +246,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   plan.predicted_points =
       options.pointshell ? static_cast<std::uint64_t>(0.81 * mesh.area / (spacing * spacing)) + 1 : 0;
   plan.predicted_memory_bytes = predict_memory(mesh, grid, options);
+  plan.predicted_asset_bytes = predict_asset(mesh, result, options);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
     refuse(fmt::format(
         "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "

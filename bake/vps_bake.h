@@ -61,6 +61,7 @@ struct BakePlan {
   std::uint64_t voxels = 0;
   std::uint64_t predicted_points = 0;
   std::size_t predicted_memory_bytes = 0;  ///< peak while baking
+  std::size_t predicted_asset_bytes = 0;   ///< of the file: from above, 1.2 to 4 times what it will be
 };
 
 /// Seconds spent per stage, in order.

@@ -17,6 +17,7 @@
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/provenance.h"
+#include "cli/scene_command.h"
 #include "cli/slice_command.h"
 #include "cli/view_command.h"
 #include "version.h"
@@ -133,8 +134,8 @@ int run(int argc, char** argv) {
   add_content_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
-  const Command commands[] = {add_check_command(app), add_info_command(app), add_slice_command(app),
-                              add_view_command(app)};
+  const Command commands[] = {add_check_command(app), add_info_command(app), add_scene_command(app),
+                              add_slice_command(app), add_view_command(app)};
   const Command* command = nullptr;
 
   try {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <map>
+#include <numbers>
 #include <string_view>
 
 namespace vps::cli {
@@ -19,20 +20,18 @@ double unit_size(const std::string& unit, const std::map<std::string, double>& u
   throw CLI::ValidationError("unknown unit '" + unit + "'; use one of " + names);
 }
 
+enum class Sign : std::uint8_t { positive, any };
+
 // A quantity on the command line: a number with a unit.
 struct Quantity {
   const char* kind;     // "a length"
   const char* example;  // "5mm"
   std::vector<const char*> usual;
   std::map<std::string, double> units;
-  enum class Sign { positive, any } sign = Sign::positive;
 };
 
-const std::map<std::string, double> kLengthUnits = {{"km", 1e3},  {"m", 1},     {"cm", 1e-2},
-                                                    {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}};
-
 // "5mm" to 0.005. CLI11's AsNumberWithUnit would do, but its errors do not say what to write instead.
-double parse(const std::string& text, const Quantity& quantity) {
+double parse(const std::string& text, const Quantity& quantity, Sign sign = Sign::positive) {
   const std::string kind = quantity.kind;
   std::size_t used = 0;
   double number = 0;
@@ -48,11 +47,14 @@ double parse(const std::string& text, const Quantity& quantity) {
     throw CLI::ValidationError(kind + " needs a unit; write " + forms);
   }
   const double size = unit_size(unit, quantity.units);
-  const bool positive = quantity.sign == Quantity::Sign::positive;
-  if (!std::isfinite(number) || (positive && !(number > 0)))
-    throw CLI::ValidationError(text + " is not a " + (positive ? "positive " : "") + kind.substr(2));
+  if (!std::isfinite(number) || (sign == Sign::positive && !(number > 0)))
+    throw CLI::ValidationError(text + " is not " +
+                               (sign == Sign::positive ? "a positive " + kind.substr(kind.find(' ') + 1) : kind));
   return number * size;
 }
+
+const Quantity kLength = {
+    "a length", "5mm", {"mm", "m"}, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}};
 
 Repair parse_repair(const std::string& text) {
   for (const Repair repair : {Repair::none, Repair::weld, Repair::stitch, Repair::fill, Repair::wrap}) {
@@ -64,11 +66,36 @@ Repair parse_repair(const std::string& text) {
 }  // namespace
 
 double parse_length(const std::string& text) {
-  return parse(text, {"a length", "5mm", {"mm", "m"}, kLengthUnits});
+  return parse(text, kLength);
 }
 
-double parse_place(const std::string& text) {
-  return parse(text, {"a length", "-5mm", {"mm", "m"}, kLengthUnits, Quantity::Sign::any});
+double parse_coordinate(const std::string& text) {
+  return parse(text, kLength, Sign::any);
+}
+
+double parse_velocity(const std::string& text) {
+  return parse(text,
+               {"a speed",
+                "3m/s",
+                {"m/s", "mm/s"},
+                {{"m/s", 1}, {"cm/s", 1e-2}, {"mm/s", 1e-3}, {"km/h", 1 / 3.6}, {"in/s", 0.0254}}},
+               Sign::any);
+}
+
+double parse_acceleration(const std::string& text) {
+  return parse(text, {"an acceleration", "9.81m/s2", {"m/s2"}, {{"m/s2", 1}, {"m/s^2", 1}}}, Sign::any);
+}
+
+double parse_angle(const std::string& text) {
+  return parse(text, {"an angle", "90deg", {"deg", "rad"}, {{"deg", std::numbers::pi / 180}, {"rad", 1}}}, Sign::any);
+}
+
+double parse_mass(const std::string& text) {
+  return parse(text, {"a mass", "20g", {"g", "kg"}, {{"mg", 1e-6}, {"g", 1e-3}, {"kg", 1}, {"t", 1e3}}});
+}
+
+double parse_unit(const std::string& unit) {
+  return unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}});
 }
 
 std::size_t parse_size(const std::string& text) {
@@ -91,7 +118,8 @@ double parse_voxels(const std::string& text, const char* example) {
 }
 
 double parse_time(const std::string& text) {
-  return parse(text, {"a time", "120s", {"s", "min"}, {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
+  return parse(text,
+               {"a time", "120s", {"s", "min"}, {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
 }
 
 CLI::Validator not_empty() {
@@ -100,10 +128,7 @@ CLI::Validator not_empty() {
 
 void add_unit_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option_function<std::string>(
-         "--unit",
-         [&](const std::string& unit) {
-           arguments.unit = unit_size(unit, {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}});
-         },
+         "--unit", [&](const std::string& unit) { arguments.unit = parse_unit(unit); },
          "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
       ->option_text("UNIT")
       ->group("Mesh");

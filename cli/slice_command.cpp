@@ -238,7 +238,7 @@ Command add_slice_command(CLI::App& app) {
       ->option_text("AXIS");
   slice
       ->add_option_function<std::string>(
-          "--at", [arguments](const std::string& text) { arguments->at = parse_place(text); },
+          "--at", [arguments](const std::string& text) { arguments->at = parse_coordinate(text); },
           "Where on that axis, such as 12mm or -0.5in [default: the middle of the body]")
       ->option_text("LENGTH");
   slice->add_option("--field", arguments->field, "Field: layers, scaled or real [default: the finest stored]")

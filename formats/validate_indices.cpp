@@ -84,22 +84,24 @@ bool all_below(std::span<const std::uint32_t> values, std::uint64_t limit) noexc
 
 }  // namespace
 
-Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept {
+Status validate_indices(std::span<const std::byte> file, const Directory& directory, Use use) noexcept {
   if (directory.info.dims[0] != 0) {
-    if (const Section* const layers = directory.find(SectionKind::layers)) {
+    const Section* const layers = directory.find(SectionKind::layers);
+    if (layers != nullptr && overlap(use, Use::layers)) {
       const Status status =
           check_bricks(section<std::uint32_t>(file, directory, SectionKind::brick_index), layers->shape[0]);
       if (status != Status::ok) return status;
     }
     const Section* const scaled = directory.find(SectionKind::scaled);
-    if (const Section* const field = scaled != nullptr ? scaled : directory.find(SectionKind::real)) {
+    const Section* const field = scaled != nullptr ? scaled : directory.find(SectionKind::real);
+    if (field != nullptr && overlap(use, Use::scaled | Use::real)) {
       const Status status =
           check_octree(section<std::uint32_t>(file, directory, SectionKind::field_roots),
                        section<std::uint32_t>(file, directory, SectionKind::field_nodes), field->shape[0]);
       if (status != Status::ok) return status;
     }
   }
-  if (directory.info.points == 0) return Status::ok;
+  if (directory.info.points == 0 || !overlap(use, Use::pointshell)) return Status::ok;
   const std::uint64_t points = directory.info.points;
   const Status status = check_tree(section<std::uint32_t>(file, directory, SectionKind::level_offsets),
                                    section<std::uint32_t>(file, directory, SectionKind::children), points);

@@ -196,12 +196,30 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 /// @param file  all bytes of the file; need not be aligned
 [[nodiscard]] Status decode_directory(std::span<const std::byte> file, Directory& out) noexcept;
 
+/// What of an asset will be asked for. Values combine with `|`.
+enum class Use : std::uint8_t {
+  layers = 1,
+  scaled = 2,
+  real = 4,
+  voxelmap = 7,  ///< whichever fields there are
+  pointshell = 8,
+  everything = 15,
+};
+[[nodiscard]] constexpr Use operator|(Use a, Use b) noexcept {
+  return static_cast<Use>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
+}
+/// Whether two sets have a value in common.
+[[nodiscard]] constexpr bool overlap(Use a, Use b) noexcept {
+  return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
+}
+
 /// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
 /// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
-/// once. The points need no check: every code of theirs is a value.
+/// once, and none that `use` does without. The points need no check: every code of theirs is a value.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
 /// kSectionAlignment.
-[[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory) noexcept;
+[[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,
+                                      Use use = Use::everything) noexcept;
 
 /// Hash of the bytes between and after the sections, HDF5's own, in file order.
 /// @pre the sections lie inside the file and do not overlap

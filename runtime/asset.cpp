@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "runtime/vps_runtime.h"
@@ -26,12 +27,69 @@ const T* section_data(const std::byte* data, const Section* section) noexcept {
   return section == nullptr ? nullptr : reinterpret_cast<const T*>(data + section->offset);
 }
 
+// What has to be in use for a section to be read.
+Use readers_of(SectionKind kind) noexcept {
+  switch (kind) {
+    case SectionKind::brick_index:
+    case SectionKind::layers:
+      return Use::layers;
+    case SectionKind::field_roots:
+    case SectionKind::field_nodes:
+      return Use::scaled | Use::real;
+    case SectionKind::coarse_layers:
+      return Use::voxelmap;
+    case SectionKind::scaled:
+      return Use::scaled;
+    case SectionKind::real:
+    case SectionKind::real_gradient:
+      return Use::real;
+    case SectionKind::point_positions:
+    case SectionKind::point_inward_normals:
+    case SectionKind::point_areas:
+    case SectionKind::spheres:
+    case SectionKind::children:
+    case SectionKind::parent_points:
+    case SectionKind::level_offsets:
+      return Use::pointshell;
+  }
+  return Use{};
+}
+
+const std::byte* map_whole(int fd, std::size_t bytes) noexcept {
+  void* const mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, fd, 0);
+  return mapped == MAP_FAILED ? nullptr : static_cast<const std::byte*>(mapped);
+}
+
+// Linux maps up to 2 MB round a page that is read, where the file's cache has it in one piece. Ranges with advice of
+// their own are left out of that, so that what nobody reads takes no memory of the process.
+void keep_apart(const std::byte* data, std::size_t bytes, const Directory& directory, Use use) noexcept {
+#ifdef MADV_NOHUGEPAGE
+  std::array<const Section*, kMaxSections> used{};
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    if (overlap(readers_of(directory.sections[i].kind), use)) used[count++] = &directory.sections[i];
+  }
+  std::sort(used.begin(), used.begin() + count, [](auto* a, auto* b) { return a->offset < b->offset; });
+  const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  std::uint64_t end = kUserBlockBytes;
+  for (std::size_t i = 0; i <= count; ++i) {
+    const std::uint64_t next = i < count ? used[i]->offset : bytes;
+    const std::uint64_t first = (end + page - 1) / page * page;
+    const std::uint64_t last = next / page * page;
+    // Without the kernel's help there is no harm done: pages are mapped that nobody asks for.
+    if (first < last) (void)::madvise(const_cast<std::byte*>(data) + first, last - first, MADV_NOHUGEPAGE);
+    if (i < count) end = used[i]->offset + used[i]->bytes;
+  }
+#endif
+}
+
 }  // namespace
 
 Asset::Asset(Asset&& other) noexcept
     : data_(std::exchange(other.data_, nullptr)),
       bytes_(std::exchange(other.bytes_, 0)),
-      directory_(std::exchange(other.directory_, Directory{})) {}
+      directory_(std::exchange(other.directory_, Directory{})),
+      use_(other.use_) {}
 
 Asset& Asset::operator=(Asset&& other) noexcept {
   if (this != &other) {
@@ -39,6 +97,7 @@ Asset& Asset::operator=(Asset&& other) noexcept {
     data_ = std::exchange(other.data_, nullptr);
     bytes_ = std::exchange(other.bytes_, 0);
     directory_ = std::exchange(other.directory_, Directory{});
+    use_ = other.use_;
   }
   return *this;
 }
@@ -54,7 +113,7 @@ void Asset::release() noexcept {
   directory_ = {};
 }
 
-Status Asset::open(const char* path, Asset& out) noexcept {
+Status Asset::open(const char* path, Asset& out, Use use) noexcept {
   out.release();
   if (path == nullptr) return Status::bad_argument;
   // O_NONBLOCK: opening a FIFO by mistake must not hang.
@@ -63,15 +122,22 @@ Status Asset::open(const char* path, Asset& out) noexcept {
   if (file.fd < 0 || ::fstat(file.fd, &facts) != 0 || !S_ISREG(facts.st_mode)) return Status::cannot_open;
   const auto bytes = static_cast<std::size_t>(facts.st_size);
   if (bytes < kUserBlockBytes) return Status::too_short;
-  void* mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file.fd, 0);
-  if (mapped == MAP_FAILED) return Status::cannot_map;
 
   Asset asset;
-  asset.data_ = static_cast<const std::byte*>(mapped);
+  asset.data_ = map_whole(file.fd, bytes);
+  if (!asset.is_open()) return Status::cannot_map;
   asset.bytes_ = bytes;
-  const std::span<const std::byte> all(asset.data_, bytes);
-  if (const Status status = decode_directory(all, asset.directory_); status != Status::ok) return status;
-  if (const Status status = validate_indices(all, asset.directory_); status != Status::ok) return status;
+  asset.use_ = use;
+  if (const Status status = decode_directory(asset.bytes(), asset.directory_); status != Status::ok) return status;
+  if (use != Use::everything) {
+    // Afresh: the directory's page may have brought others with it.
+    ::munmap(const_cast<std::byte*>(asset.data_), bytes);
+    asset.data_ = map_whole(file.fd, bytes);
+    if (!asset.is_open()) return Status::cannot_map;
+    keep_apart(asset.data_, bytes, asset.directory_, use);
+  }
+  const std::span<const std::byte> all = asset.bytes();
+  if (const Status status = validate_indices(all, asset.directory_, use); status != Status::ok) return status;
   out = std::move(asset);
   return Status::ok;
 }
@@ -82,20 +148,26 @@ Status Asset::verify() const noexcept {
 }
 
 bool Asset::has_voxelmap() const noexcept {
-  return directory_.find(SectionKind::coarse_layers) != nullptr;
+  VoxelmapView ignored;
+  return voxelmap(ignored) == Status::ok;
 }
 bool Asset::has_pointshell() const noexcept {
-  return directory_.find(SectionKind::point_positions) != nullptr;
+  return overlap(use_, Use::pointshell) && directory_.find(SectionKind::point_positions) != nullptr;
 }
 
 Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   out = {};
-  if (!has_voxelmap()) return Status::missing_part;
-  constexpr std::pair<Field, SectionKind> kFinestFirst[] = {
-      {Field::real, SectionKind::real}, {Field::scaled, SectionKind::scaled}, {Field::layers, SectionKind::layers}};
+  struct Candidate {
+    Field field;
+    SectionKind kind;
+    Use use;
+  };
+  constexpr Candidate kFinestFirst[] = {{Field::real, SectionKind::real, Use::real},
+                                        {Field::scaled, SectionKind::scaled, Use::scaled},
+                                        {Field::layers, SectionKind::layers, Use::layers}};
   const Section* values = nullptr;
-  for (const auto& [candidate, kind] : kFinestFirst) {
-    if (values == nullptr && (field == Field::none || field == candidate)) {
+  for (const auto& [candidate, kind, use] : kFinestFirst) {
+    if (values == nullptr && overlap(use_, use) && (field == Field::none || field == candidate)) {
       values = directory_.find(kind);
       out.field = values == nullptr ? Field::none : candidate;
     }

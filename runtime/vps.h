@@ -62,6 +62,19 @@ typedef struct VpsScratch VpsScratch;
 
 /// Maps a file read-only and checks its directory and every index. On failure *asset is NULL.
 VpsStatus vps_asset_open(const char* path, VpsAsset** asset);
+/// What of an asset will be asked for: bits.
+typedef int32_t VpsUse;
+enum {
+  vps_use_layers = 1,
+  vps_use_scaled = 2,
+  vps_use_real = 4,
+  vps_use_voxelmap = 7,  ///< whichever fields there are
+  vps_use_pointshell = 8,
+  vps_use_everything = 15
+};
+/// As vps_asset_open; sections that only the rest needs are never read, so that they take no memory, and the rest is
+/// `vps_missing_part`. Bits that mean nothing are `vps_bad_argument`.
+VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset);
 /// Unmaps the file. NULL is allowed.
 VpsStatus vps_asset_close(VpsAsset* asset);
 /// Compares all hashes with the mapped bytes: reads the whole file.

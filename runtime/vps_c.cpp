@@ -111,11 +111,17 @@ const char* vps_status_text(VpsStatus status) {
 }
 
 VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {
+  return vps_asset_open_for(path, vps_use_everything, asset);
+}
+
+VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset) {
   if (asset == nullptr) return vps_bad_argument;
   *asset = nullptr;
+  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
   auto* const opened = new (std::nothrow) VpsAsset;
   if (opened == nullptr) return vps_no_memory;
-  if (const vps::Status status = vps::Asset::open(path, opened->asset); status != vps::Status::ok) {
+  if (const vps::Status status = vps::Asset::open(path, opened->asset, static_cast<vps::Use>(use));
+      status != vps::Status::ok) {
     delete opened;
     return to_c(status);
   }

@@ -117,9 +117,11 @@ class Asset {
 
   /// Maps a file read-only and validates its directory and every index before it returns. Payload hashes are checked
   /// only by `verify`. On failure `out` is left empty.
-  [[nodiscard]] static Status open(const char* path, Asset& out) noexcept;
+  /// @param use  what will be asked for: sections that only the rest needs are never read, so that they take no memory,
+  /// and the asset answers `missing_part` for it
+  [[nodiscard]] static Status open(const char* path, Asset& out, Use use = Use::everything) noexcept;
 
-  /// Compares all section hashes with the mapped bytes; reads the whole file.
+  /// Compares all section hashes with the mapped bytes; reads the whole file, whatever its use.
   [[nodiscard]] Status verify() const noexcept;
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
@@ -130,7 +132,8 @@ class Asset {
   [[nodiscard]] bool has_voxelmap() const noexcept;
   [[nodiscard]] bool has_pointshell() const noexcept;
 
-  /// Fills `out`; `Field::none` picks the finest stored (real, scaled, layers). `missing_part` when there is none.
+  /// Fills `out`; `Field::none` picks the finest stored and in use (real, scaled, layers). `missing_part` when there is
+  /// none.
   [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none) const noexcept;
   [[nodiscard]] Status pointshell(PointshellView& out) const noexcept;
 
@@ -139,6 +142,7 @@ class Asset {
   const std::byte* data_ = nullptr;
   std::size_t bytes_ = 0;
   Directory directory_{};
+  Use use_ = Use::everything;
 };
 
 /// Which body of a pair plays the pointshell; the other plays the voxelmap.

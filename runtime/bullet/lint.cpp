@@ -29,6 +29,15 @@ format(const char* pattern, ...) {
   return text;
 }
 
+bool can_meet(const btCollisionObject& a, const btCollisionObject& b) {
+  if (&a == &b || (a.isStaticOrKinematicObject() && b.isStaticOrKinematicObject())) return false;
+  const btBroadphaseProxy* const first = a.getBroadphaseHandle();
+  const btBroadphaseProxy* const second = b.getBroadphaseHandle();
+  if (first == nullptr || second == nullptr) return true;
+  return (first->m_collisionFilterGroup & second->m_collisionFilterMask) != 0 &&
+         (second->m_collisionFilterGroup & first->m_collisionFilterMask) != 0;
+}
+
 class Lint {
  public:
   Lint(btDiscreteDynamicsWorld& world, double step) : world_(world), step_(step) {}
@@ -106,6 +115,17 @@ class Lint {
     }
   }
 
+  // Whether Bullet's own shapes are among those that an object can meet.
+  [[nodiscard]] bool meets_others(const btCollisionObject& object) const {
+    bool found = false;
+    for (int i = 0; i < world_.getNumCollisionObjects() && others_ && !found; ++i) {
+      const btCollisionObject& other = *world_.getCollisionObjectArray()[i];
+      if (!can_meet(object, other)) continue;
+      for_each_leaf(other, [&](const Leaf& leaf) { found = found || as_vps(leaf.shape) == nullptr; });
+    }
+    return found;
+  }
+
   void look_at_shape(const btCollisionObject& object, const btCollisionShape& shape) {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
@@ -114,7 +134,7 @@ class Lint {
       }
       const bool has_shell = vps->pointshell().points > 0;
       const bool has_map = vps->voxelmap().field != Field::none;
-      if (!has_shell && (others_ || !shells_)) {
+      if (!has_shell && (meets_others(object) || !shells_)) {
         add(&object, "Part::voxelmap",
             "without a pointshell it meets nothing of Bullet's own, and no other voxelmap; bake one, or use "
             "Part::mixed");

@@ -106,5 +106,26 @@ TEST(Lint, MarginsAndMissingPartsAreNamedWithTheirBody) {
   EXPECT_EQ(advice[1].object, &lacking);
 }
 
+TEST(Lint, AVoxelmapThatCannotMeetBulletsOwnShapesNeedsNoPointshell) {
+  World scene;
+  bullet::Shape map(brick(), bullet::Part::voxelmap);
+  bullet::Shape shell(brick(), bullet::Part::pointshell);
+  btBoxShape box({1, 1, 1});
+  scene.add(box, 0, {0, 0, -5});
+  scene.add(map, 0, {0, 0, -4});
+  scene.add(shell, 1, {0, 0, -3});
+  const auto told = [&] {
+    for (const auto& advice : bullet::lint(scene.world, kStep)) {
+      if (advice.setting == "Part::voxelmap") return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(told());  // both are static
+  scene.add(box, 1, {5, 0, 0});
+  EXPECT_TRUE(told());
+  scene.bodies.back()->getBroadphaseProxy()->m_collisionFilterMask = 0;
+  EXPECT_FALSE(told());
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -91,7 +91,7 @@ TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
 
 TEST_F(Motion, TheExampleOfTheDocumentationFollowsTheSchemaAndMakesAPage) {
   VPS_SCHEMA_CHECK_OR_SKIP();
-  const std::string page = read_file(std::string(VPS_SCHEMAS) + "/../motion.md");
+  const std::string page = read_file(std::string(VPS_DOCS) + "/motion.md");
   const std::size_t begin = page.find("```json\n") + 8;
   write_file(folder_ / "motion.json", page.substr(begin, page.find("```", begin) - begin));
   std::filesystem::rename(folder_ / "a.vps.hdf", folder_ / "gear.vps.hdf");

@@ -20,7 +20,7 @@ inline bool follows_schema(const std::filesystem::path& json, const std::string&
   const std::string command =
       "/usr/bin/python3 -c 'import json, jsonschema, sys; jsonschema.Draft202012Validator(json.load(open(sys.argv[2])))"
       ".validate(json.load(open(sys.argv[1])))' " +
-      json.string() + " " + VPS_SCHEMAS + "/" + schema + " >/dev/null 2>&1";
+      json.string() + " " + VPS_DOCS + "/schemas/" + schema + " >/dev/null 2>&1";
   return std::system(command.c_str()) == 0;
 }
 

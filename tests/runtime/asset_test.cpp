@@ -58,6 +58,54 @@ TEST(Asset, AMissingPartOrFieldIsAStatus) {
   EXPECT_EQ(map_view.field, Field::none);
 }
 
+TEST(Asset, WhatItWasNotOpenedForIsMissing) {
+  const TemporaryFolder folder;
+  write_sphere(folder / "s.vps.hdf", all_fields(0.01));
+  const std::string path = folder / "s.vps.hdf";
+  VoxelmapView map;
+  PointshellView shell;
+  Asset asset;
+  ASSERT_EQ(Asset::open(path.c_str(), asset, Use::pointshell), Status::ok);
+  EXPECT_TRUE(asset.has_pointshell() && !asset.has_voxelmap());
+  EXPECT_EQ(asset.pointshell(shell), Status::ok);
+  for (const Field field : {Field::none, Field::layers, Field::scaled, Field::real})
+    EXPECT_EQ(asset.voxelmap(map, field), Status::missing_part);
+  ASSERT_EQ(Asset::open(path.c_str(), asset, Use::scaled), Status::ok);
+  const Asset moved = std::move(asset);
+  EXPECT_TRUE(moved.has_voxelmap() && !moved.has_pointshell());
+  EXPECT_EQ(moved.pointshell(shell), Status::missing_part);
+  ASSERT_EQ(moved.voxelmap(map), Status::ok);
+  EXPECT_EQ(map.field, Field::scaled);  // not the finest stored
+  EXPECT_EQ(moved.voxelmap(map, Field::real), Status::missing_part);
+  ASSERT_EQ(Asset::open(path.c_str(), asset, Use::layers | Use::pointshell), Status::ok);
+  EXPECT_TRUE(asset.has_pointshell());
+  ASSERT_EQ(asset.voxelmap(map), Status::ok);
+  EXPECT_EQ(map.field, Field::layers);
+}
+
+TEST(Asset, IndicesAreCheckedWhereTheyAreInUse) {
+  const TemporaryFolder folder;
+  write_sphere(folder / "s.vps.hdf", all_fields(0.02));
+  const std::string bytes = read_file(folder / "s.vps.hdf");
+  Asset asset;
+  ASSERT_EQ(Asset::open((folder / "s.vps.hdf").c_str(), asset), Status::ok);
+  const std::pair<SectionKind, Use> users[] = {{SectionKind::brick_index, Use::layers},
+                                               {SectionKind::field_roots, Use::scaled},
+                                               {SectionKind::field_roots, Use::real},
+                                               {SectionKind::children, Use::pointshell}};
+  for (const auto& [kind, user] : users) {
+    std::string wrong = bytes;
+    for (std::uint64_t i = 0; i < 4; ++i) wrong[asset.directory().find(kind)->offset + i] = char(0x7F);
+    write_file(folder / "wrong.vps.hdf", wrong);
+    for (const Use use : {Use::layers, Use::scaled, Use::real, Use::pointshell}) {
+      Asset opened;
+      const bool shares = kind == SectionKind::field_roots && (use == Use::scaled || use == Use::real);
+      EXPECT_EQ(Asset::open((folder / "wrong.vps.hdf").c_str(), opened, use),
+                use == user || shares ? Status::bad_index : Status::ok);
+    }
+  }
+}
+
 TEST(Asset, WhatIsNoAssetIsRefused) {
   const TemporaryFolder folder;
   const auto status = [&](const std::string& name) {

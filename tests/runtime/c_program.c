@@ -153,6 +153,13 @@ static int misuse_assets(const char* path, const char* no_map, const char* no_sh
   EXPECT(vps_asset_voxelmap(asset, vps_field_scaled, &map) == vps_ok);
   EXPECT(vps_asset_voxelmap(asset, vps_field_real, &map) == vps_missing_part && map == NULL);
   EXPECT(vps_asset_close(asset) == vps_ok);
+
+  EXPECT(vps_asset_open_for(path, vps_use_pointshell, &asset) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_missing_part && map == NULL);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  REFUSED(vps_asset_open_for(path, 2 * vps_use_everything, &asset));
+  REFUSED(vps_asset_open_for(path, -1, &asset));
   return 0;
 }
 

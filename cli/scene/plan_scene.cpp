@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene/plan_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "bake/plan.h"
+#include "formats/mesh/mesh_import.h"
+
+namespace vps::cli {
+namespace {
+
+// Voxels along a body's longest side where nothing is wished, and the fewest that are sensible.
+constexpr double kUsualResolution = 200;
+constexpr double kLeastResolution = 32;
+
+// What a wished error asks for: see docs/decisions.md.
+constexpr double kFieldBound_vx = 0.24;    // of certificates: 0.22 where samples were laid for 0.1 voxel
+constexpr double kCoverPerSpacing = 1.12;  // covering radius: 1.05 for the bunny
+
+// Narrowphase of a pair that is in touch, on the machine of docs/benchmarks/query.md: 99 % of 400 poses of two bunnies,
+// of 36,296 and 74,236 points, took less than 31.6 and 48.7 us, and of their steps on a plane less than 3 us.
+constexpr double kPair = 5e-6;
+constexpr double kPairPerRootPoint = 0.16e-6;
+constexpr double kPrimitive = 1e-6;
+constexpr double kPrimitivePerRootPoint = 0.01e-6;
+constexpr std::size_t kNeighbours = 12;  // that bodies of about the same size touch at once
+
+// A single manifold keeps the paper's bunny on its plane down to 30 Hz, segments down to 10 Hz (Sec. 4).
+constexpr double kLongStep = 1.0 / 30;
+constexpr std::uint32_t kSegments = 15;
+
+bool is_mesh(const SceneShape& shape) {
+  return shape.solid == Solid::mesh;
+}
+
+bool masks_allow(const SceneBody& a, const SceneBody& b) {
+  return (a.group & b.mask) != 0 && (b.group & a.mask) != 0;
+}
+
+void find_pairs(const Scene& scene, ScenePlan& plan) {
+  const std::set<std::pair<std::size_t, std::size_t>> joined = [&] {
+    std::set<std::pair<std::size_t, std::size_t>> pairs;
+    for (const auto& [a, b] : scene.joined) pairs.insert(std::minmax(a, b));
+    return pairs;
+  }();
+  plan.partners.resize(scene.bodies.size());
+  for (std::size_t a = 0; a < scene.bodies.size(); ++a) {
+    for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
+      const SceneBody& first = scene.bodies[a];
+      const SceneBody& second = scene.bodies[b];
+      if (!masks_allow(first, second)) continue;
+      const bool moves = first.motion == Motion::dynamic || second.motion == Motion::dynamic;
+      if (moves && joined.count({a, b}) == 0) {
+        plan.meeting.emplace(a, b);
+        plan.partners[a].push_back(b);
+        plan.partners[b].push_back(a);
+      } else if (first.motion != Motion::fixed || second.motion != Motion::fixed) {
+        plan.apart.emplace_back(a, b);  // of two static bodies Bullet knows it
+      }
+    }
+  }
+}
+
+[[noreturn]] void refuse_wish(const Wish& wish, const std::string& reason) {
+  throw SceneError(wish.place, reason);
+}
+
+void choose_grid(const Scene& scene, const SceneShape& shape, double longest, double resolution, BakeOptions& options) {
+  options.voxel_size = shape.voxel_size > 0 ? shape.voxel_size : longest / resolution;
+  if (scene.error.value == 0) return;
+  const double field = kFieldShare * scene.error.value / kFieldBound_vx;
+  const double spacing = (1 - kFieldShare) * scene.error.value / kCoverPerSpacing;
+  const BakeOptions defaults;
+  constexpr double kLeastAlpha = 0.25;
+  if (shape.voxel_size > field) {
+    throw SceneError(shape.place, fmt::format("voxels of {} are coarser than the {} that the wished error needs; leave "
+                                              "voxel out",
+                                              format_length(shape.voxel_size), format_length(field)));
+  }
+  if (shape.voxel_size == 0) options.voxel_size = std::min(field, longest / kLeastResolution);
+  options.alpha = std::clamp(spacing / options.voxel_size, kLeastAlpha, defaults.alpha);
+}
+
+// Bands of the asset's voxelmap: what moves slowly comes no farther in or out than it moves in a step.
+void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, BakeOptions& options) {
+  double travel = 0;
+  bool bounces = false;
+  bool known = true;
+  bool meets = false;
+  for (const PlannedShape& shape : plan.shapes) {
+    if (shape.asset != asset) continue;
+    meets = meets || !plan.partners[shape.body].empty();
+    for (const std::size_t other : plan.partners[shape.body]) {
+      const SceneBody& a = scene.bodies[shape.body];
+      const SceneBody& b = scene.bodies[other];
+      const auto speed = [&](const SceneBody& body) {
+        if (body.speed) return *body.speed;
+        known = known && body.motion == Motion::fixed;
+        return 0.0;
+      };
+      travel = std::max(travel, scene.step * (speed(a) + speed(b)) / options.voxel_size);
+      bounces = bounces || a.restitution * b.restitution > 0;
+    }
+  }
+  if (!known || !meets) return;
+  const BakeOptions defaults;
+  // Contacts ahead hold bodies at the surface, but where restitution is wanted. Beyond the band they are followed by
+  // the closest point.
+  options.band_inside = std::clamp(travel, 2.0, bounces ? 8.0 : defaults.band_inside);
+  options.band_outside = std::clamp(travel, 2.0, defaults.band_outside);
+}
+
+// Calls visit(first, second) for the shapes of each pair of bodies that can meet.
+template <class Visit>
+void for_each_pair(ScenePlan& plan, const Visit& visit) {
+  for (const auto& [a, b] : plan.meeting) {
+    for (std::size_t i = plan.first_shape[a]; i < plan.first_shape[a + 1]; ++i) {
+      for (std::size_t j = plan.first_shape[b]; j < plan.first_shape[b + 1]; ++j) visit(plan.shapes[i], plan.shapes[j]);
+    }
+  }
+}
+
+std::uint64_t points_of(const ScenePlan& plan, const PlannedShape& shape) {
+  return plan.assets[shape.asset].predicted_everything.predicted_points;
+}
+
+// Of two meshes the one with fewer points gives the pointshell, as at run time; against Bullet's own shapes the mesh.
+void choose_parts(const Scene& scene, ScenePlan& plan) {
+  const auto add = [&](PlannedShape& shape, Use part) { shape.parts = shape.parts | part; };
+  for (PlannedShape& shape : plan.shapes) {
+    if (shape.asset != PlannedShape::kNone) add(shape, scene.bodies[shape.body].keep);
+  }
+  for_each_pair(plan, [&](PlannedShape& a, PlannedShape& b) {
+    if (a.asset == PlannedShape::kNone || b.asset == PlannedShape::kNone) {
+      if (a.asset != PlannedShape::kNone) add(a, Use::pointshell);
+      if (b.asset != PlannedShape::kNone) add(b, Use::pointshell);
+    } else if (a.asset == b.asset) {
+      // Bullet decides which of the two comes first.
+      add(a, Use::scaled | Use::pointshell);
+      add(b, Use::scaled | Use::pointshell);
+    } else {
+      const bool first = points_of(plan, a) <= points_of(plan, b);
+      add(first ? a : b, Use::pointshell);
+      add(first ? b : a, Use::scaled);
+    }
+  });
+}
+
+// Seconds of baking, fitted to 60 bakes of ten meshes on two cores: three in four within a factor of 1.5, the
+// worst 4.4.
+// @param all  with every part and field: scaled samples are a byte of 22 of its voxelmap
+double predict_seconds(const BakePlan& all, const BakeOptions& options, std::size_t triangles) {
+  if (!options.voxelmap && !options.pointshell) return 0;
+  const auto points = static_cast<double>(all.predicted_points);
+  const double surface_voxels = points * options.alpha * options.alpha / 0.81;
+  const double samples = std::max(0.0, static_cast<double>(all.predicted_asset_bytes) - 14.3 * points) / 22;
+  double seconds = 0.03 + 35e-9 * surface_voxels + 18e-6 * static_cast<double>(triangles);
+  if (options.voxelmap) seconds += 340e-9 * surface_voxels + 0.25e-6 * samples;
+  if (options.real) seconds += 0.26e-6 * samples;
+  if (options.pointshell) seconds += 11e-6 * points;
+  return seconds;
+}
+
+BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& asset, const BakeOptions& options) {
+  try {
+    return plan_bake(mesh.mesh, options);
+  } catch (const BakeError& error) {
+    if (scene.error.value == 0) throw SceneError(asset.place, error.what());
+    refuse_wish(scene.error, fmt::format("an error of {} cannot be had with '{}': {}", format_length(scene.error.value),
+                                         mesh.file.string(), error.what()));
+  }
+}
+
+// Assets for the shapes, one for each mesh and way of baking it.
+void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
+  std::map<std::tuple<std::size_t, double, Repair, double>, std::size_t> known;
+  std::set<std::string> files;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    plan.first_shape.push_back(plan.shapes.size());
+    for (std::size_t s = 0; s < scene.bodies[b].shapes.size(); ++s) {
+      const SceneShape& shape = scene.bodies[b].shapes[s];
+      PlannedShape planned{b, s};
+      if (is_mesh(shape)) {
+        const auto mesh = static_cast<std::size_t>(
+            std::find_if(meshes.begin(), meshes.end(),
+                         [&](const SceneMesh& m) { return m.file == shape.mesh && m.unit == shape.unit; }) -
+            meshes.begin());
+        const auto [it, is_new] =
+            known.emplace(std::tuple(mesh, shape.voxel_size, shape.repair, shape.sheet_thickness), plan.assets.size());
+        planned.asset = it->second;
+        if (is_new) {
+          PlannedAsset asset;
+          asset.mesh = mesh;
+          asset.place = shape.place;
+          const std::string stem = shape.mesh.stem().string();
+          asset.file = stem + ".vps.hdf";
+          for (int n = 2; !files.insert(asset.file).second; ++n) asset.file = fmt::format("{}-{}.vps.hdf", stem, n);
+          asset.options.repair = shape.repair;
+          asset.options.sheet_thickness = shape.sheet_thickness;
+          choose_grid(scene, shape, meshes[mesh].longest(), resolution, asset.options);
+          plan.assets.push_back(std::move(asset));
+        }
+      }
+      plan.shapes.push_back(planned);
+    }
+  }
+  plan.first_shape.push_back(plan.shapes.size());
+}
+
+double estimate_step(ScenePlan& plan) {
+  std::vector<double> pairs;
+  std::set<std::size_t> bodies;
+  for_each_pair(plan, [&](const PlannedShape& a, const PlannedShape& b) {
+    const bool first = a.asset != PlannedShape::kNone;
+    const bool second = b.asset != PlannedShape::kNone;
+    if (!first && !second) return;
+    const std::uint64_t points =
+        first && second ? std::min(points_of(plan, a), points_of(plan, b)) : points_of(plan, first ? a : b);
+    const double root = std::sqrt(static_cast<double>(points));
+    pairs.push_back(first && second ? kPair + kPairPerRootPoint * root : kPrimitive + kPrimitivePerRootPoint * root);
+    bodies.insert({a.body, b.body});
+  });
+  std::sort(pairs.begin(), pairs.end(), std::greater<>());
+  const std::size_t at_once = std::min(pairs.size(), kNeighbours * bodies.size() / 2);
+  return std::accumulate(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(at_once), 0.0);
+}
+
+ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution) {
+  ScenePlan plan;
+  find_pairs(scene, plan);
+  list_assets(scene, meshes, resolution, plan);
+  for (std::size_t i = 0; i < plan.assets.size(); ++i) {
+    PlannedAsset& asset = plan.assets[i];
+    choose_bands(scene, plan, i, asset.options);
+    asset.everything = asset.options;
+    asset.everything.layers = asset.everything.real = true;
+    asset.predicted_everything = predict(scene, meshes[asset.mesh], asset, asset.everything);
+  }
+  choose_parts(scene, plan);
+  for (PlannedAsset& asset : plan.assets) asset.options.voxelmap = asset.options.pointshell = false;
+  for (PlannedShape& shape : plan.shapes) {
+    if (shape.asset == PlannedShape::kNone) continue;
+    BakeOptions& options = plan.assets[shape.asset].options;
+    options.voxelmap = options.voxelmap || overlap(shape.parts, Use::voxelmap);
+    options.pointshell = options.pointshell || overlap(shape.parts, Use::pointshell);
+    if (overlap(shape.parts, Use::pointshell)) {
+      shape.segments = scene.bodies[shape.body].segments.value_or(scene.step > kLongStep ? kSegments : 0);
+    }
+  }
+  for (PlannedAsset& asset : plan.assets) {
+    const std::size_t triangles = meshes[asset.mesh].mesh.triangles.size();
+    asset.seconds_everything = predict_seconds(asset.predicted_everything, asset.everything, triangles);
+    asset.seconds = predict_seconds(asset.predicted_everything, asset.options, triangles);
+    if (!asset.is_needed()) continue;
+    asset.predicted = predict(scene, meshes[asset.mesh], asset, asset.options);
+    plan.bytes += asset.predicted.predicted_asset_bytes;
+  }
+  plan.seconds_per_step = estimate_step(plan);
+  return plan;
+}
+
+}  // namespace
+
+double SceneMesh::longest() const {
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, bounds_max[axis] - bounds_min[axis]);
+  return longest;
+}
+
+std::vector<SceneMesh> read_meshes(const Scene& scene) {
+  std::vector<SceneMesh> meshes;
+  std::set<std::pair<std::filesystem::path, double>> known;
+  for (const SceneBody& body : scene.bodies) {
+    for (const SceneShape& shape : body.shapes) {
+      if (!is_mesh(shape) || !known.emplace(shape.mesh, shape.unit).second) continue;
+      SceneMesh one;
+      one.file = shape.mesh;
+      one.unit = shape.unit;
+      try {
+        ImportedMesh imported = import_mesh(shape.mesh, {.unit = shape.unit});
+        one.notes = imported.notes;
+        one.mesh = std::move(imported);
+      } catch (const ImportError& error) {
+        throw SceneError(shape.place, fmt::format("mesh '{}': {}", shape.mesh.string(), error.what()));
+      }
+      constexpr double kInfinity = std::numeric_limits<double>::infinity();
+      one.bounds_min = {kInfinity, kInfinity, kInfinity};
+      one.bounds_max = {-kInfinity, -kInfinity, -kInfinity};
+      for (const auto& p : one.mesh.vertices) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          one.bounds_min[axis] = std::min(one.bounds_min[axis], p[axis]);
+          one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
+        }
+      }
+      meshes.push_back(std::move(one));
+    }
+  }
+  return meshes;
+}
+
+ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
+  bool is_free = scene.error.value == 0;  // to be made coarser
+  if (is_free) {
+    is_free = false;
+    for (const SceneBody& body : scene.bodies) {
+      for (const SceneShape& shape : body.shapes) is_free = is_free || (is_mesh(shape) && shape.voxel_size == 0);
+    }
+  }
+  constexpr double kCoarser = 1.25;
+  for (double resolution = kUsualResolution;; resolution = std::max(kLeastResolution, resolution / kCoarser)) {
+    ScenePlan plan = plan_at(scene, meshes, resolution);
+    const bool fits_memory = scene.memory.value == 0 || static_cast<double>(plan.bytes) <= scene.memory.value;
+    const bool fits_time = scene.time.value == 0 || plan.seconds_per_step <= scene.time.value;
+    if (fits_memory && fits_time) return plan;
+    if (is_free && resolution > kLeastResolution) continue;
+    const std::string why =
+        scene.error.value > 0
+            ? fmt::format("with the error of {} that is wished", format_length(scene.error.value))
+            : (is_free ? fmt::format("with {} voxels along each body, the fewest that are sensible", kLeastResolution)
+                       : "with the voxels that are stated");
+    if (!fits_memory) {
+      refuse_wish(scene.memory,
+                  fmt::format("the assets would take {} of memory (predicted, from above) {}, more than "
+                              "the {} wished; wish more memory{}",
+                              format_bytes(static_cast<double>(plan.bytes)), why, format_bytes(scene.memory.value),
+                              is_free ? " or leave bodies out" : " or coarser voxels"));
+    }
+    refuse_wish(scene.time, fmt::format("contacts would take {:.3g} us a step (estimated) {}, more than the {:.3g} us "
+                                        "wished; wish more time or keep bodies apart by their masks",
+                                        1e6 * plan.seconds_per_step, why, 1e6 * scene.time.value));
+  }
+}
+
+void refine(PlannedAsset& asset, double by) {
+  asset.options.voxel_size /= by;
+  asset.everything.voxel_size = asset.options.voxel_size;
+}
+
+}  // namespace vps::cli

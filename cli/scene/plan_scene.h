@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Works out what a scene needs: who can meet whom, who plays which part, and how fine. Bakes nothing.
+#pragma once
+
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bake/vps_bake.h"
+#include "cli/scene/scene.h"
+
+namespace vps::cli {
+
+/// Of a wished error, for the bound of the field's certificate; the rest is for the shell's covering radius.
+inline constexpr double kFieldShare = 0.25;
+
+/// A mesh of the scene, in metres. Bodies with the same file and unit share it.
+struct SceneMesh {
+  std::filesystem::path file;
+  double unit = 1;
+  TriangleMesh mesh;
+  Triple bounds_min{}, bounds_max{};  ///< [m]
+  std::vector<std::string> notes;
+  [[nodiscard]] double longest() const;
+};
+
+/// Reads every mesh once. @throw SceneError naming the line that names the mesh
+[[nodiscard]] std::vector<SceneMesh> read_meshes(const Scene& scene);
+
+/// One asset to bake, for all shapes whose mesh is the same and is baked alike.
+struct PlannedAsset {
+  std::size_t mesh = 0;
+  std::string file;        ///< name of the asset, without folders
+  BakeOptions options;     ///< neither voxelmap nor pointshell: nothing is baked
+  BakeOptions everything;  ///< both parts and all fields, as fine
+  BakePlan predicted, predicted_everything;
+  double seconds = 0, seconds_everything = 0;  ///< predicted, on a machine as in docs/scene.md. [s]
+  Place place;                                 ///< of the first shape
+  [[nodiscard]] bool is_needed() const { return options.voxelmap || options.pointshell; }
+};
+
+struct PlannedShape {
+  std::size_t body = 0, shape = 0;
+  std::size_t asset = kNone;  ///< kNone: one of Bullet's own
+  Use parts{};                ///< scaled, pointshell, both, or none
+  std::uint32_t segments = 0;
+  static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+};
+
+struct ScenePlan {
+  std::vector<PlannedAsset> assets;
+  std::vector<PlannedShape> shapes;                        ///< of all bodies, in their order
+  std::vector<std::size_t> first_shape;                    ///< of each body, and the number of all
+  std::set<std::pair<std::size_t, std::size_t>> meeting;   ///< bodies that can ever meet, the smaller number first
+  std::vector<std::pair<std::size_t, std::size_t>> apart;  ///< that Bullet has to be told to keep apart
+  double seconds_per_step = 0;                             ///< estimated narrowphase. [s]
+  std::size_t bytes = 0;                                   ///< predicted, of all assets
+  std::vector<std::vector<std::size_t>> partners;          ///< of each body: whom it can meet
+};
+
+/// @throw SceneError naming the line of a wish that cannot be met
+[[nodiscard]] ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes);
+
+/// Makes an asset finer by what a bake has shown, so that a wished error is met.
+/// @param by  above 1
+void refine(PlannedAsset& asset, double by);
+
+}  // namespace vps::cli

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenes in TOML: docs/scene.md has the keys. Whatever is not understood is an error that names its line.
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <functional>
+#include <limits>
+#include <set>
+#include <sstream>
+
+#include "cli/options.h"
+#include "cli/scene/scene.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Edits that make one word of another (Levenshtein 1966).
+std::size_t edits_between(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+// A table whose keys are taken one by one; those that nobody asked for are errors.
+class Table {
+ public:
+  Table(const toml::table& table, std::string file, std::string name)
+      : table_(table), file_(std::move(file)), name_(std::move(name)) {}
+
+  [[nodiscard]] Place place() const { return place_of(table_); }
+  [[nodiscard]] Place place_of(const toml::node& node) const {
+    return {file_, static_cast<int>(node.source().begin.line)};
+  }
+  [[noreturn]] void refuse(const toml::node& node, const std::string& reason) const {
+    throw SceneError(place_of(node), reason);
+  }
+
+  // Null when the key is absent.
+  const toml::node* take(const char* key) {
+    known_.insert(key);
+    return table_.get(key);
+  }
+  [[nodiscard]] bool has(const char* key) const { return table_.contains(key); }
+
+  std::string text(const char* key, const std::string& otherwise) {
+    const toml::node* const node = take(key);
+    return node == nullptr ? otherwise : text_of(key, *node);
+  }
+
+  using Parser = double (*)(const std::string&);
+  // @return false, and nothing done, when the key is absent
+  bool quantity(const char* key, Parser parse, double& out) {
+    const toml::node* const node = take(key);
+    if (node != nullptr) out = parsed(key, *node, parse);
+    return node != nullptr;
+  }
+  bool quantities(const char* key, Parser parse, Triple& out) {
+    const toml::node* const node = take(key);
+    if (node == nullptr) return false;
+    const toml::array* const list = node->as_array();
+    if (list == nullptr || list->size() != 3) refuse(*node, fmt::format("{} is a list of three, for x, y and z", key));
+    for (std::size_t i = 0; i < 3; ++i) out[i] = parsed(key, *list->get(i), parse);
+    return true;
+  }
+  bool number(const char* key, double low, double high, double& out) {
+    const toml::node* const node = take(key);
+    if (node == nullptr) return false;
+    const auto value = node->is_number() ? node->value<double>() : std::nullopt;
+    if (!value || !(*value >= low && *value <= high))
+      refuse(*node, fmt::format("{} is a number from {} to {}, without quotes", key, low, high));
+    out = *value;
+    return true;
+  }
+  template <class Integer>
+  bool integer(const char* key, std::int64_t low, std::int64_t high, Integer& out) {
+    const toml::node* const node = take(key);
+    if (node == nullptr) return false;
+    const auto* const value = node->as_integer();
+    if (value == nullptr || value->get() < low || value->get() > high)
+      refuse(*node, fmt::format("{} is a whole number from {} to {}", key, low, high));
+    out = static_cast<Integer>(value->get());
+    return true;
+  }
+  template <class T>
+  T choice(const char* key, std::initializer_list<std::pair<const char*, T>> choices, T otherwise) {
+    const toml::node* const node = take(key);
+    return node == nullptr ? otherwise : chosen(key, *node, choices);
+  }
+  template <class T>
+  T chosen(const char* key, const toml::node& node, std::initializer_list<std::pair<const char*, T>> choices) {
+    const std::string text = text_of(key, node);
+    std::string names;
+    for (const auto& [name, value] : choices) {
+      if (text == name) return value;
+      names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
+    }
+    refuse(node, fmt::format("{} is one of {}, not \"{}\"", key, names, text));
+  }
+
+  void finish() const {
+    for (const auto& [key, node] : table_) {
+      const std::string name(key.str());
+      if (known_.count(name) > 0) continue;
+      const auto nearest = std::min_element(known_.begin(), known_.end(), [&](const auto& a, const auto& b) {
+        return edits_between(name, a) < edits_between(name, b);
+      });
+      const bool alike = nearest != known_.end() && edits_between(name, *nearest) <= 1 + nearest->size() / 3;
+      const std::string help = alike ? fmt::format("did you mean '{}'?", *nearest) : "see docs/scene.md for the keys";
+      throw SceneError({file_, static_cast<int>(key.source().begin.line)},
+                       fmt::format("{} has no key '{}' here; {}", name_, name, help));
+    }
+  }
+
+ private:
+  std::string text_of(const char* key, const toml::node& node) const {
+    const auto* const value = node.as_string();
+    if (value == nullptr) refuse(node, fmt::format("{} is a text, in quotes, with a unit where it is a quantity", key));
+    return value->get();
+  }
+  double parsed(const char* key, const toml::node& node, Parser parse) const {
+    try {
+      return parse(text_of(key, node));
+    } catch (const CLI::ValidationError& error) {
+      refuse(node, fmt::format("{}: {}", key, error.what()));
+    }
+  }
+
+  const toml::table& table_;
+  std::string file_, name_;
+  std::set<std::string> known_;
+};
+
+void read_wishes(Table table, Scene& scene) {
+  const auto wish = [&](const char* key, Table::Parser parse, Wish& out) {
+    if (table.quantity(key, parse, out.value)) out.place = table.place_of(*table.take(key));
+  };
+  wish("error", parse_length, scene.error);
+  wish("time_budget", parse_time, scene.time);
+  wish(
+      "memory", [](const std::string& text) { return static_cast<double>(parse_size(text)); }, scene.memory);
+  if (table.quantity("step", parse_time, scene.step) && !(scene.step >= 1e-6 && scene.step <= 1))
+    table.refuse(*table.take("step"), "step is a time from 1us to 1s");
+  table.finish();
+}
+
+void read_world(Table table, Scene& scene) {
+  Triple gravity{};
+  if (table.quantities("gravity", parse_acceleration, gravity)) scene.gravity = gravity;
+  table.finish();
+}
+
+fs::path beside(const std::string& file, const std::string& name) {
+  return (fs::path(file).parent_path() / name).lexically_normal();
+}
+
+// A mesh or a shape of Bullet's; nothing when the body is a URDF's.
+std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
+  SceneShape shape;
+  shape.place = table.place();
+  const int sources = int{table.has("mesh")} + int{table.has("shape")} + int{table.has("urdf")};
+  if (sources != 1) {
+    throw SceneError(table.place(), "a body has one of mesh = \"FILE\", shape = \"box\" or another, urdf = \"FILE\"");
+  }
+  if (const toml::node* const mesh = table.take("mesh")) {
+    shape.place = table.place_of(*mesh);
+    shape.mesh = beside(file, table.text("mesh", ""));
+    const std::string unit = table.text("unit", "m");
+    try {
+      shape.unit = parse_unit(unit);
+    } catch (const CLI::ValidationError& error) {
+      table.refuse(*table.take("unit"), std::string("unit: ") + error.what());
+    }
+    double scale = 1;
+    table.number("scale", 1e-9, 1e9, scale);
+    shape.unit *= scale;
+    return shape;
+  }
+  if (table.has("urdf")) return std::nullopt;
+  shape.solid = table.choice<Solid>("shape",
+                                    {{"box", Solid::box},
+                                     {"sphere", Solid::sphere},
+                                     {"capsule", Solid::capsule},
+                                     {"cylinder", Solid::cylinder},
+                                     {"plane", Solid::plane}},
+                                    Solid::box);
+  const auto need = [&](bool there, const char* key) {
+    if (!there) throw SceneError(table.place(), fmt::format("this shape needs {}", key));
+  };
+  if (shape.solid == Solid::box) {
+    need(table.quantities("size", parse_length, shape.half_extents), "size = [\"1m\", \"1m\", \"5cm\"]");
+    for (double& x : shape.half_extents) x /= 2;
+  } else if (shape.solid != Solid::plane) {
+    need(table.quantity("radius", parse_length, shape.radius), "radius = \"5mm\"");
+    if (shape.solid != Solid::sphere) {
+      need(table.quantity("length", parse_length, shape.half_height), "length = \"5mm\"");
+      shape.half_height /= 2;
+    }
+  }
+  return shape;
+}
+
+// How the meshes of a body are baked.
+void read_baking(Table& table, SceneBody& body) {
+  SceneShape as_said;
+  table.quantity("voxel", parse_length, as_said.voxel_size);
+  table.quantity("thicken", parse_length, as_said.sheet_thickness);
+  as_said.repair = table.choice<Repair>("repair",
+                                        {{"none", Repair::none},
+                                         {"weld", Repair::weld},
+                                         {"stitch", Repair::stitch},
+                                         {"fill", Repair::fill},
+                                         {"wrap", Repair::wrap}},
+                                        Repair::automatic);
+  for (SceneShape& shape : body.shapes) {
+    shape.voxel_size = as_said.voxel_size;
+    shape.sheet_thickness = as_said.sheet_thickness;
+    shape.repair = as_said.repair;
+  }
+}
+
+// What a TOML body says of how it moves and whom it meets, over what a URDF has said.
+void read_motion(Table& table, SceneBody& body, bool from_urdf) {
+  const bool has_type = table.has("type");
+  body.motion = table.choice<Motion>(
+      "type", {{"static", Motion::fixed}, {"kinematic", Motion::kinematic}, {"dynamic", Motion::dynamic}}, body.motion);
+  const bool has_mass = table.quantity("mass", parse_mass, body.mass);
+  if (has_mass && !has_type) body.motion = Motion::dynamic;
+  if (has_mass) body.inertia.reset();  // was of another mass
+  if (!has_type && !has_mass && !from_urdf) {
+    throw SceneError(table.place(), fmt::format("body '{}' needs type = \"static\", or mass = \"0.1kg\"", body.name));
+  }
+  if (body.motion == Motion::dynamic && !(body.mass > 0))
+    throw SceneError(table.place(), fmt::format("body '{}' is dynamic and needs mass = \"0.1kg\"", body.name));
+  if (body.motion != Motion::dynamic && has_mass)
+    table.refuse(*table.take("mass"), "mass is for dynamic bodies; leave it out or set type = \"dynamic\"");
+  if (body.motion == Motion::dynamic) {
+    table.quantities("velocity", parse_velocity, body.velocity);
+    body.group = 1;
+    body.mask = -1;
+  } else {
+    // Bullet's own groups: what does not move by forces does not meet its like.
+    body.group = 2;
+    body.mask = ~2;
+    body.mass = 0;
+  }
+  constexpr std::int64_t kLow = std::numeric_limits<std::int32_t>::min();
+  constexpr std::int64_t kHigh = std::numeric_limits<std::int32_t>::max();
+  table.integer("group", kLow, kHigh, body.group);
+  table.integer("mask", kLow, kHigh, body.mask);
+  double speed = 0;
+  if (table.quantity("speed", parse_velocity, speed)) {
+    if (speed < 0) table.refuse(*table.take("speed"), "speed is the largest expected, and not negative");
+    body.speed = speed;
+  }
+  table.number("friction", 0, 1000, body.friction);
+  table.number("restitution", 0, 1, body.restitution);
+  std::uint32_t segments = 0;
+  if (table.integer("segments", 0, 4096, segments)) body.segments = segments;
+  if (const toml::node* const keep = table.take("keep")) {
+    if (keep->as_array() == nullptr) table.refuse(*keep, "keep is a list, such as [\"voxelmap\"]");
+    for (const toml::node& part : *keep->as_array()) {
+      body.keep =
+          body.keep | table.chosen<Use>("keep", part, {{"voxelmap", Use::scaled}, {"pointshell", Use::pointshell}});
+    }
+  }
+}
+
+void read_body(Table table, const std::string& file, Scene& scene) {
+  SceneBody body;
+  body.place = table.place();
+  body.name = table.text("name", "");
+  if (body.name.empty()) throw SceneError(body.place, "a body needs a name, such as name = \"nut\"");
+  Placement pose;
+  Triple angles{};
+  table.quantities("position", parse_coordinate, pose.position);
+  if (table.quantities("rotation", parse_angle, angles)) pose.orientation = from_roll_pitch_yaw(angles);
+  const std::optional<SceneShape> shape = read_shape(table, file);
+  std::vector<SceneBody> bodies;
+  const std::size_t first = scene.bodies.size();
+  if (shape) {
+    body.shapes.push_back(*shape);
+    bodies.push_back(std::move(body));
+  } else {
+    const Place place = table.place_of(*table.take("urdf"));
+    const fs::path urdf = beside(file, table.text("urdf", ""));
+    std::error_code ignored;
+    if (!fs::is_regular_file(urdf, ignored))
+      throw SceneError(place, fmt::format("'{}' does not exist; it is sought beside the scene", urdf.string()));
+    Scene robot = read_urdf(urdf);
+    for (SceneBody& link : robot.bodies) {
+      link.name = robot.bodies.size() == 1 ? body.name : body.name + "/" + link.name;
+      bodies.push_back(std::move(link));
+    }
+    for (const auto& [a, b] : robot.joined) scene.joined.emplace_back(first + a, first + b);
+    if (!table.has("type") && !table.has("mass"))
+      scene.notes.insert(scene.notes.end(), robot.notes.begin(), robot.notes.end());
+    if (table.has("mass") && bodies.size() > 1)
+      table.refuse(*table.take("mass"), "mass is for a URDF of one link; this one states its own");
+  }
+  for (SceneBody& one : bodies) {
+    one.pose = composed(pose, one.pose);
+    read_motion(table, one, !shape);
+    if (!table.has("shape")) read_baking(table, one);
+    scene.bodies.push_back(std::move(one));
+  }
+  table.finish();
+}
+
+}  // namespace
+
+Scene read_toml(const fs::path& path) {
+  const std::string file = path.string();
+  toml::table root;
+  try {
+    root = toml::parse(read_text(path), file);
+  } catch (const toml::parse_error& error) {
+    throw SceneError({file, static_cast<int>(error.source().begin.line)},
+                     fmt::format("this is not TOML: {}", error.description()));
+  }
+  Scene scene;
+  Table top(root, file, "a scene");
+  const auto table_at = [&](const char* key, const char* name) -> std::optional<Table> {
+    const toml::node* const node = top.take(key);
+    if (node == nullptr) return std::nullopt;
+    if (node->as_table() == nullptr) top.refuse(*node, fmt::format("write [{}]", key));
+    return Table(*node->as_table(), file, name);
+  };
+  const auto wishes = table_at("wishes", "[wishes]");
+  const auto world = table_at("world", "[world]");
+  const toml::node* const bodies = top.take("body");
+  top.finish();
+  if (wishes) read_wishes(*wishes, scene);
+  if (world) read_world(*world, scene);
+  const toml::array* const list = bodies != nullptr ? bodies->as_array() : nullptr;
+  if (bodies != nullptr && list == nullptr) top.refuse(*bodies, "write [[body]], with two brackets, for each body");
+  if (list == nullptr || list->empty()) throw SceneError({file, 1}, "the scene has no body; write [[body]] for each");
+  for (const toml::node& node : *list) {
+    if (node.as_table() == nullptr) top.refuse(node, "write [[body]] for each body");
+    read_body(Table(*node.as_table(), file, "[[body]]"), file, scene);
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (scene.bodies[i].name != scene.bodies[j].name) continue;
+      throw SceneError(scene.bodies[i].place, fmt::format("two bodies are named '{}', the other on line {}; rename one",
+                                                          scene.bodies[i].name, scene.bodies[j].place.line));
+    }
+  }
+  return scene;
+}
+
+}  // namespace vps::cli

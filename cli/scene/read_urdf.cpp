@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenes in URDF: the collision geometry of a robot's links at its zero configuration. docs/scene.md has the subset.
+#include <console_bridge/console.h>
+#include <fmt/format.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <algorithm>
+#include <map>
+#include <system_error>
+
+#include "cli/scene/scene.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// urdfdom prints what it does not like; here the first sentence of it is the reason of the refusal.
+class Listener final : public console_bridge::OutputHandler {
+ public:
+  Listener() { console_bridge::useOutputHandler(this); }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  ~Listener() override { console_bridge::restorePreviousOutputHandler(); }
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  [[nodiscard]] const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+// tinyxml calls itself for each element in an element: a file of nothing but opening tags would exhaust the stack.
+void refuse_deep(const std::string& file, const std::string& text) {
+  constexpr int kDeepest = 1000;  // a URDF has 6
+  int depth = 0;
+  int line = 1;
+  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
+    if (text[i] == '\n') ++line;
+    if (text[i] == '<' && text[i + 1] != '!' && text[i + 1] != '?') depth += text[i + 1] == '/' ? -1 : 1;
+    if (text[i] == '/' && text[i + 1] == '>') --depth;
+    if (depth > kDeepest) throw SceneError({file, line}, "the elements are nested too deeply for a URDF");
+  }
+}
+
+// Lines of links and of their meshes, which urdfdom does not keep.
+class Lines {
+ public:
+  // @throw SceneError when this is not XML, or has no robot
+  Lines(const std::string& file, const std::string& text) : file_(file) {
+    refuse_deep(file, text);
+    document_.Parse(text.c_str());
+    if (document_.Error()) {
+      throw SceneError({file, std::max(1, document_.ErrorRow())},
+                       fmt::format("this is not XML: {}", document_.ErrorDesc()));
+    }
+    robot_ = document_.FirstChildElement("robot");
+    if (robot_ == nullptr) throw SceneError({file, 1}, "this is not a URDF: it has no <robot>");
+  }
+  [[nodiscard]] Place of_link(const std::string& name) const {
+    const TiXmlElement* const link = find(name);
+    return {file_, link != nullptr ? link->Row() : robot_->Row()};
+  }
+  // @param number  of the collision element in its link
+  [[nodiscard]] Place of_geometry(const std::string& name, std::size_t number) const {
+    const TiXmlElement* const link = find(name);
+    const TiXmlElement* at = link != nullptr ? link->FirstChildElement("collision") : nullptr;
+    for (std::size_t i = 0; i < number && at != nullptr; ++i) at = at->NextSiblingElement("collision");
+    if (at == nullptr) return of_link(name);
+    const TiXmlElement* const geometry = at->FirstChildElement("geometry");
+    const TiXmlElement* const inner = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
+    return {file_, (inner != nullptr ? inner : at)->Row()};
+  }
+
+ private:
+  [[nodiscard]] const TiXmlElement* find(const std::string& name) const {
+    for (const TiXmlElement* e = robot_->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
+      const char* const attribute = e->Attribute("name");
+      if (attribute != nullptr && name == attribute) return e;
+    }
+    return nullptr;
+  }
+  std::string file_;
+  TiXmlDocument document_;
+  const TiXmlElement* robot_ = nullptr;
+};
+
+Placement to_placement(const urdf::Pose& pose) {
+  Placement result{{pose.position.x, pose.position.y, pose.position.z},
+                   {pose.rotation.x, pose.rotation.y, pose.rotation.z, pose.rotation.w}};
+  return result;
+}
+
+// package://NAME/REST is sought as NAME/REST and REST in the folders above the URDF.
+fs::path find_mesh(const fs::path& urdf, const std::string& name) {
+  const fs::path folder = fs::absolute(urdf).lexically_normal().parent_path();
+  constexpr const char* kFile = "file://";
+  constexpr const char* kPackage = "package://";
+  if (name.starts_with(kFile)) return name.substr(std::string(kFile).size());
+  if (!name.starts_with(kPackage)) return (urdf.parent_path() / name).lexically_normal();
+  const fs::path whole = name.substr(std::string(kPackage).size());
+  const fs::path rest = whole.lexically_relative(*whole.begin());
+  std::error_code ignored;
+  for (fs::path at = folder;; at = at.parent_path()) {
+    for (const fs::path& candidate : {at / whole, at / rest}) {
+      if (fs::is_regular_file(candidate, ignored)) return candidate;
+    }
+    if (at == at.parent_path()) return whole;
+  }
+}
+
+SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, const Place& place) {
+  SceneShape shape;
+  shape.place = place;
+  switch (geometry.type) {
+    case urdf::Geometry::MESH: {
+      const auto& mesh = static_cast<const urdf::Mesh&>(geometry);
+      shape.mesh = find_mesh(file, mesh.filename);
+      shape.unit = mesh.scale.x;
+      if (mesh.scale.y != mesh.scale.x || mesh.scale.z != mesh.scale.x)
+        throw SceneError(place, "this mesh is scaled differently along x, y and z; scale the mesh file itself");
+      break;
+    }
+    case urdf::Geometry::BOX: {
+      const auto& box = static_cast<const urdf::Box&>(geometry);
+      shape.solid = Solid::box;
+      shape.half_extents = {box.dim.x / 2, box.dim.y / 2, box.dim.z / 2};
+      break;
+    }
+    case urdf::Geometry::SPHERE:
+      shape.solid = Solid::sphere;
+      shape.radius = static_cast<const urdf::Sphere&>(geometry).radius;
+      break;
+    case urdf::Geometry::CYLINDER: {
+      const auto& cylinder = static_cast<const urdf::Cylinder&>(geometry);
+      shape.solid = Solid::cylinder;
+      shape.radius = cylinder.radius;
+      shape.half_height = cylinder.length / 2;
+      break;
+    }
+  }
+  return shape;
+}
+
+// Links that hold together, with their mass summed.
+struct Rigid {
+  SceneBody body;
+  Triple first_moment{};           // of mass, about the body's origin
+  std::array<double, 9> second{};  // inertia about the body's origin, row-major
+  bool fixed = false;              // to the world
+};
+
+// Of a solid's inertia, moved from its centre of mass to the origin (Huygens and Steiner), or back with a sign of -1.
+void add_moved(std::array<double, 9>& inertia, double mass, const Triple& by) {
+  const double squares = by[0] * by[0] + by[1] * by[1] + by[2] * by[2];
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) inertia[3 * i + j] += mass * ((i == j ? squares : 0) - by[i] * by[j]);
+  }
+}
+
+void add_inertial(Rigid& rigid, const urdf::Inertial& inertial, const Placement& link) {
+  const Placement at = composed(link, to_placement(inertial.origin));
+  const double m = inertial.mass;
+  for (std::size_t axis = 0; axis < 3; ++axis) rigid.first_moment[axis] += m * at.position[axis];
+  rigid.body.mass += m;
+  const double own[9] = {inertial.ixx, inertial.ixy, inertial.ixz, inertial.ixy, inertial.iyy,
+                         inertial.iyz, inertial.ixz, inertial.iyz, inertial.izz};
+  const Triple axes[3] = {rotated(at.orientation, {1, 0, 0}), rotated(at.orientation, {0, 1, 0}),
+                          rotated(at.orientation, {0, 0, 1})};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        for (std::size_t l = 0; l < 3; ++l) rigid.second[3 * i + j] += axes[k][i] * own[3 * k + l] * axes[l][j];
+      }
+    }
+  }
+  add_moved(rigid.second, m, at.position);
+}
+
+class Reader {
+ public:
+  Reader(const urdf::ModelInterface& model, const fs::path& file, const Lines& lines)
+      : model_(model), file_(file), lines_(lines) {}
+
+  Scene read() {
+    const urdf::LinkConstSharedPtr root = model_.getRoot();
+    visit(*root, start(*root, {}, root->name == "world"), {}, {});
+    std::map<std::size_t, std::size_t> number;  // of those that can touch anything
+    for (std::size_t i = 0; i < rigids_.size(); ++i) {
+      if (rigids_[i].body.shapes.empty()) continue;
+      number[i] = scene_.bodies.size();
+      scene_.bodies.push_back(finished(rigids_[i], i == 0));
+    }
+    for (const auto& [a, b] : joined_) {
+      if (number.count(a) > 0 && number.count(b) > 0) scene_.joined.emplace_back(number[a], number[b]);
+    }
+    if (scene_.bodies.empty())
+      throw SceneError(lines_.of_link(root->name), "no link has collision geometry; there is nothing to bake");
+    return std::move(scene_);
+  }
+
+ private:
+  std::size_t start(const urdf::Link& link, const Placement& world, bool fixed) {
+    Rigid rigid;
+    rigid.body.name = link.name;
+    rigid.body.pose = world;
+    rigid.body.place = lines_.of_link(link.name);
+    rigid.fixed = fixed;
+    rigids_.push_back(std::move(rigid));
+    return rigids_.size() - 1;
+  }
+
+  // @param at     the link in its rigid
+  // @param world  the link in the robot
+  void visit(const urdf::Link& link, std::size_t rigid, const Placement& at, const Placement& world) {
+    for (std::size_t i = 0; i < link.collision_array.size(); ++i) {
+      const urdf::Collision& collision = *link.collision_array[i];
+      if (!collision.geometry) continue;
+      SceneShape shape = read_geometry(*collision.geometry, file_, lines_.of_geometry(link.name, i));
+      shape.pose = composed(at, to_placement(collision.origin));
+      rigids_[rigid].body.shapes.push_back(std::move(shape));
+    }
+    if (link.inertial) add_inertial(rigids_[rigid], *link.inertial, at);
+    for (const urdf::JointSharedPtr& joint : link.child_joints) {
+      const urdf::LinkConstSharedPtr child = model_.getLink(joint->child_link_name);
+      const Placement offset = to_placement(joint->parent_to_joint_origin_transform);
+      if (joint->type == urdf::Joint::FIXED) {
+        visit(*child, rigid, composed(at, offset), composed(world, offset));
+        continue;
+      }
+      const std::size_t next = start(*child, composed(world, offset), false);
+      // As Bullet's importer has it: parent and child do not collide, grandparents do.
+      const bool holds = joint->type != urdf::Joint::FLOATING && !link.collision_array.empty();
+      if (holds) joined_.emplace_back(rigid, next);
+      visit(*child, next, {}, composed(world, offset));
+    }
+  }
+
+  SceneBody finished(Rigid& rigid, bool is_root) {
+    SceneBody& body = rigid.body;
+    if (body.mass > 0 && !rigid.fixed) {
+      Triple centre{};
+      for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] = rigid.first_moment[axis] / body.mass;
+      add_moved(rigid.second, -body.mass, centre);
+      body.centre_of_mass = centre;
+      const Triple inertia = {rigid.second[0], rigid.second[4], rigid.second[8]};
+      if (inertia[0] > 0 && inertia[1] > 0 && inertia[2] > 0) body.inertia = inertia;
+    } else {
+      body.mass = 0;
+      body.motion = is_root ? Motion::fixed : Motion::kinematic;
+      body.group = 2;
+      body.mask = ~2;
+      if (!rigid.fixed) {
+        scene_.notes.push_back(fmt::format("link '{}' has no mass: it is {}", body.name,
+                                           is_root ? "static" : "kinematic, moved by the program alone"));
+      }
+    }
+    return std::move(body);
+  }
+
+  const urdf::ModelInterface& model_;
+  const fs::path& file_;
+  const Lines& lines_;
+  Scene scene_;
+  std::vector<Rigid> rigids_;
+  std::vector<std::pair<std::size_t, std::size_t>> joined_;
+};
+
+}  // namespace
+
+Scene read_urdf(const fs::path& file) {
+  const std::string text = read_text(file);
+  const Lines lines(file.string(), text);
+  const Listener listener;
+  urdf::ModelInterfaceSharedPtr model;
+  std::string reason;
+  try {
+    model = urdf::parseURDF(text);
+  } catch (const std::exception& error) {
+    reason = error.what();
+  }
+  if (reason.empty()) reason = listener.first().empty() ? "it has no links" : listener.first();
+  if (!model || !model->getRoot()) {
+    throw SceneError({file.string(), 1}, fmt::format("this is not a URDF that can be used: {}", reason));
+  }
+  // urdfdom leaves out the geometry that it does not understand.
+  if (!listener.first().empty()) throw SceneError({file.string(), 1}, listener.first());
+  return Reader(*model, file, lines).read();
+}
+
+}  // namespace vps::cli

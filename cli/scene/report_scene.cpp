@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene/report_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "bake/plan.h"
+#include "cli/scene/write_manifest.h"
+
+namespace vps::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// What an asset takes, and what it would take with everything in it.
+struct Cost {
+  double bytes = 0, seconds = 0;
+  bool bytes_measured = false, seconds_measured = false;
+};
+
+Cost measured(const BakedPart& part) {
+  return {static_cast<double>(part.asset->bytes().size()), part.seconds, true, !part.from_cache};
+}
+
+Cost cost_of(const SceneReport& report, std::size_t i) {
+  const PlannedAsset& asset = report.plan.assets[i];
+  if (!asset.is_needed()) return {0, 0, true, true};
+  if (report.baked[i].asset == nullptr)
+    return {static_cast<double>(asset.predicted.predicted_asset_bytes), asset.seconds, false, false};
+  Cost cost = measured(report.baked[i]);
+  if (!cost.seconds_measured) cost.seconds = asset.seconds;
+  return cost;
+}
+
+Cost cost_of_everything(const SceneReport& report, std::size_t i) {
+  const PlannedAsset& asset = report.plan.assets[i];
+  if (!report.everything.empty()) return measured(report.everything[i]);
+  const Cost planned = cost_of(report, i);
+  // Voxelmaps are predicted from above; what was baked shows by how much.
+  constexpr double kUsually = 0.45;
+  const auto shared = static_cast<double>(asset.predicted.predicted_asset_bytes);
+  const bool shows = asset.options.voxelmap && report.baked[i].asset != nullptr;
+  const double rest = static_cast<double>(asset.predicted_everything.predicted_asset_bytes) - shared;
+  Cost cost;
+  cost.bytes = planned.bytes + rest * (shows ? std::min(1.0, planned.bytes / shared) : kUsually);
+  cost.seconds = planned.seconds + asset.seconds_everything - asset.seconds;
+  return cost;
+}
+
+std::vector<std::string> left_out(const PlannedAsset& asset) {
+  std::vector<std::string> names;
+  if (!asset.options.voxelmap) names.emplace_back("voxelmap");
+  if (!asset.options.pointshell) names.emplace_back("pointshell");
+  names.insert(names.end(), {"layers", "real"});
+  return names;
+}
+
+// Of the bodies with an asset, each once.
+std::vector<std::size_t> users_of(const ScenePlan& plan, std::size_t asset) {
+  std::vector<std::size_t> bodies;
+  for (const PlannedShape& shape : plan.shapes) {
+    if (shape.asset == asset && (bodies.empty() || bodies.back() != shape.body)) bodies.push_back(shape.body);
+  }
+  return bodies;
+}
+
+std::string names_of(const Scene& scene, const std::vector<std::size_t>& bodies) {
+  constexpr std::size_t kMost = 4;
+  std::string names;
+  for (std::size_t i = 0; i < std::min(kMost, bodies.size()); ++i)
+    names += (i == 0 ? "" : ", ") + scene.bodies[bodies[i]].name;
+  return bodies.size() > kMost ? fmt::format("{} and {} more", names, bodies.size() - kMost) : names;
+}
+
+std::string left_out_to_text(const BakeOptions& options) {
+  std::string text;
+  if (!options.voxelmap) text += "voxelmap (its partners have more points, or are Bullet's own shapes), ";
+  if (!options.pointshell) text += "pointshell (its partners have fewer points), ";
+  return text + "layers and real (scaled answers)";
+}
+
+std::string saving(const Cost& planned, const Cost& everything) {
+  const bool measured = planned.bytes_measured && everything.bytes_measured;
+  return fmt::format("{}{} in {:.2f} s; {} {} and {:.2f} s against everything{}",
+                     planned.bytes_measured ? "" : "about ", format_bytes(planned.bytes), planned.seconds,
+                     measured ? "saves" : "saves about", format_bytes(everything.bytes - planned.bytes),
+                     everything.seconds - planned.seconds, measured ? "" : " (predicted)");
+}
+
+std::string shape_to_text(const SceneReport& report, const PlannedShape& planned) {
+  const SceneBody& body = report.scene.bodies[planned.body];
+  const SceneShape& shape = body.shapes[planned.shape];
+  if (planned.asset == PlannedShape::kNone)
+    return fmt::format("  {}: Bullet's own, nothing baked\n", solid_name(shape.solid));
+  const PlannedAsset& asset = report.plan.assets[planned.asset];
+  const std::string mesh = shape.mesh.filename().string();
+  const Cost everything = cost_of_everything(report, planned.asset);
+  const bool is_first = users_of(report.plan, planned.asset).front() == planned.body;
+  if (!asset.is_needed()) {
+    return fmt::format("  {}: meets nobody, nothing baked{}\n", mesh,
+                       is_first ? fmt::format("; {}", saving(cost_of(report, planned.asset), everything)) : "");
+  }
+  const BakeOptions& o = asset.options;
+  std::string text = fmt::format(
+      "  {}: plays the {}, voxels of {}", mesh,
+      std::string(part_name(planned.parts)) == "mixed" ? "pointshell or the voxelmap" : part_name(planned.parts),
+      format_length(o.voxel_size));
+  if (o.pointshell) text += fmt::format(", points {} apart", format_length(o.alpha * o.voxel_size));
+  if (o.voxelmap) text += fmt::format(", band {:.3g}/{:.3g} vx in/out", o.band_inside, o.band_outside);
+  if (planned.segments > 0) text += fmt::format(", {} segments", planned.segments);
+  if (!is_first) return text + fmt::format("; shares {}\n", asset.file);
+  text += fmt::format("\n    left out: {}\n    {}: {}\n", left_out_to_text(o), asset.file,
+                      saving(cost_of(report, planned.asset), everything));
+  return text;
+}
+
+struct Totals {
+  Cost planned, everything;
+};
+
+Totals totals_of(const SceneReport& report) {
+  Totals totals{{0, 0, true, true}, {0, 0, true, true}};
+  const auto add = [](Cost& sum, const Cost& cost) {
+    sum.bytes += cost.bytes;
+    sum.seconds += cost.seconds;
+    sum.bytes_measured = sum.bytes_measured && cost.bytes_measured;
+    sum.seconds_measured = sum.seconds_measured && cost.seconds_measured;
+  };
+  for (std::size_t i = 0; i < report.plan.assets.size(); ++i) {
+    add(totals.planned, cost_of(report, i));
+    add(totals.everything, cost_of_everything(report, i));
+  }
+  return totals;
+}
+
+bool is_baked(const SceneReport& report) {
+  return std::any_of(report.baked.begin(), report.baked.end(), [](const BakedPart& p) { return p.asset != nullptr; });
+}
+
+std::string wishes_to_text(const SceneReport& report) {
+  const Scene& scene = report.scene;
+  std::string text;
+  if (scene.error.value > 0) {
+    text += fmt::format("error         {} wished", format_length(scene.error.value));
+    if (is_baked(report))
+      text += fmt::format(", {} reached (certificates and covering radii)",
+                          format_length(reached_error(report.plan, report.baked)));
+    text += '\n';
+  }
+  text +=
+      fmt::format("time          about {:.4g} us of contacts a step (estimated)", 1e6 * report.plan.seconds_per_step);
+  text += scene.time.value > 0 ? fmt::format(", {:.4g} us wished\n", 1e6 * scene.time.value) : "\n";
+  const Totals totals = totals_of(report);
+  text += fmt::format("memory        {}{}", totals.planned.bytes_measured ? "" : "about ",
+                      format_bytes(totals.planned.bytes));
+  text += scene.memory.value > 0 ? fmt::format(", {} wished\n", format_bytes(scene.memory.value)) : "\n";
+  return text;
+}
+
+Json cost_to_json(const Cost& cost) {
+  return {{"bytes", static_cast<std::uint64_t>(cost.bytes)},
+          {"seconds", cost.seconds},
+          {"bytes_measured", cost.bytes_measured},
+          {"seconds_measured", cost.seconds_measured}};
+}
+
+Json asset_to_json(const SceneReport& report, std::size_t i) {
+  const PlannedAsset& asset = report.plan.assets[i];
+  const BakeOptions& o = asset.options;
+  Json json = {{"file", asset.is_needed() ? Json(asset.file) : Json()},
+               {"mesh", report.meshes[asset.mesh].file.string()},
+               {"left_out", left_out(asset)},
+               {"voxel_size", o.voxel_size},
+               {"alpha", o.alpha},
+               {"band_inside_vx", o.band_inside},
+               {"band_outside_vx", o.band_outside},
+               {"planned", cost_to_json(cost_of(report, i))},
+               {"everything", cost_to_json(cost_of_everything(report, i))}};
+  for (const std::size_t body : users_of(report.plan, i)) json["bodies"].push_back(report.scene.bodies[body].name);
+  if (report.baked[i].asset != nullptr) {
+    json["from_cache"] = report.baked[i].from_cache;
+    json["notes"] = report.baked[i].notes;
+  }
+  return json;
+}
+
+}  // namespace
+
+double reached_error(const ScenePlan& plan, const std::vector<BakedPart>& baked) {
+  double worst = 0;
+  for (const auto& [a, b] : plan.meeting) {
+    for (std::size_t i = plan.first_shape[a]; i < plan.first_shape[a + 1]; ++i) {
+      for (std::size_t j = plan.first_shape[b]; j < plan.first_shape[b + 1]; ++j) {
+        const PlannedShape* const pair[] = {&plan.shapes[i], &plan.shapes[j]};
+        for (int shell = 0; shell < 2; ++shell) {
+          const PlannedShape& gives = *pair[shell];
+          const PlannedShape& field = *pair[1 - shell];
+          if (!overlap(gives.parts, Use::pointshell)) continue;
+          const bool exact = field.asset == PlannedShape::kNone;
+          if (!exact && !overlap(field.parts, Use::voxelmap)) continue;
+          const double cover = baked[gives.asset].asset->info().covering_radius;
+          worst = std::max(worst, cover + (exact ? 0 : baked[field.asset].asset->info().scaled_error.bound));
+        }
+      }
+    }
+  }
+  return worst;
+}
+
+Json to_json(const SceneReport& report) {
+  const Scene& scene = report.scene;
+  const ScenePlan& plan = report.plan;
+  const Totals totals = totals_of(report);
+  Json json = {{"scene", report.scene_file},
+               {"manifest", report.manifest.empty() ? Json() : Json(report.manifest)},
+               {"pairs", scene.bodies.size() * (scene.bodies.size() - 1) / 2},
+               {"pairs_that_meet", plan.meeting.size()},
+               {"step", scene.step},
+               {"planned", cost_to_json(totals.planned)},
+               {"everything", cost_to_json(totals.everything)}};
+  const auto wish = [](const Wish& one) { return one.value > 0 ? Json(one.value) : Json(); };
+  json["wishes"] = {
+      {"error", wish(scene.error)}, {"time_budget", wish(scene.time)}, {"memory_bytes", wish(scene.memory)}};
+  json["estimated_step_seconds"] = plan.seconds_per_step;
+  json["reached_error"] = is_baked(report) ? Json(reached_error(plan, report.baked)) : Json();
+  json["bodies"] = Json::array();
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    Json body = {
+        {"name", scene.bodies[b].name}, {"type", motion_name(scene.bodies[b].motion)}, {"meets", Json::array()}};
+    for (const std::size_t other : plan.partners[b]) body["meets"].push_back(scene.bodies[other].name);
+    for (std::size_t i = plan.first_shape[b]; i < plan.first_shape[b + 1]; ++i) {
+      const PlannedShape& shape = plan.shapes[i];
+      const bool own = shape.asset == PlannedShape::kNone;
+      body["shapes"].push_back({{"solid", solid_name(scene.bodies[b].shapes[shape.shape].solid)},
+                                {"asset", own ? Json() : Json(shape.asset)},
+                                {"plays", own ? Json() : Json(part_name(shape.parts))},
+                                {"segments", shape.segments}});
+    }
+    json["bodies"].push_back(body);
+  }
+  json["assets"] = Json::array();
+  for (std::size_t i = 0; i < plan.assets.size(); ++i) json["assets"].push_back(asset_to_json(report, i));
+  json["notes"] = scene.notes;
+  return json;
+}
+
+std::string to_text(const SceneReport& report) {
+  const Scene& scene = report.scene;
+  const ScenePlan& plan = report.plan;
+  std::string text;
+  for (const std::string& note : scene.notes) text += fmt::format("note: {}\n", note);
+  for (const SceneMesh& mesh : report.meshes) {
+    for (const std::string& note : mesh.notes)
+      text += fmt::format("note: {}: {}\n", mesh.file.filename().string(), note);
+  }
+  for (std::size_t i = 0; i < plan.assets.size(); ++i) {
+    for (const std::string& note : report.baked[i].notes)
+      text += fmt::format("note: {}: {}\n", plan.assets[i].file, note);
+  }
+  if (plan.meeting.empty()) {
+    text += "note: no two bodies can meet, so nothing is baked; name what else is there in a TOML (docs/scene.md)\n";
+  }
+  const std::size_t count = scene.bodies.size();
+  text += fmt::format("{}: {} {}, {} of {} pairs can meet, steps of {:.3g} ms\n", report.scene_file, count,
+                      count == 1 ? "body" : "bodies", plan.meeting.size(), count * (count - 1) / 2, 1e3 * scene.step);
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const std::string partners =
+        plan.partners[b].empty() ? "meets nobody" : "meets " + names_of(scene, plan.partners[b]);
+    text += fmt::format("{} ({}) {}\n", scene.bodies[b].name, motion_name(scene.bodies[b].motion), partners);
+    for (std::size_t i = plan.first_shape[b]; i < plan.first_shape[b + 1]; ++i) {
+      text += shape_to_text(report, plan.shapes[i]);
+    }
+  }
+  text += wishes_to_text(report);
+  const Totals totals = totals_of(report);
+  text += fmt::format("in all        {}\n", saving(totals.planned, totals.everything));
+  if (report.everything.empty() && is_baked(report))
+    text += "              --compare bakes everything too, and measures it\n";
+  return text;
+}
+
+}  // namespace vps::cli

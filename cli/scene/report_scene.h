@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What was planned and baked, and what was saved, for people and for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "cli/scene/plan_scene.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps::cli {
+
+/// One asset as it was baked.
+struct BakedPart {
+  std::shared_ptr<const Asset> asset;  ///< null: not baked, as in a dry run
+  double seconds = 0;                  ///< of baking; 0 from a cache
+  bool from_cache = false;
+  std::vector<std::string> notes;
+};
+
+struct SceneReport {
+  const Scene& scene;
+  const std::vector<SceneMesh>& meshes;
+  const ScenePlan& plan;
+  std::vector<BakedPart> baked;       ///< one for each asset of the plan
+  std::vector<BakedPart> everything;  ///< with --compare, otherwise empty
+  std::string scene_file, manifest;   ///< manifest: empty in a dry run
+};
+
+/// By docs/schemas/scene_report.schema.json.
+[[nodiscard]] nlohmann::ordered_json to_json(const SceneReport& report);
+[[nodiscard]] std::string to_text(const SceneReport& report);
+
+/// The largest error of a distance between surfaces that the certificates and covering radii of assets leave: the
+/// largest sum over the pairs that can meet. [m]
+[[nodiscard]] double reached_error(const ScenePlan& plan, const std::vector<BakedPart>& baked);
+
+}  // namespace vps::cli

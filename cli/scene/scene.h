@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What a scene has in it, as read from a TOML or URDF file, with the lines that say so.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bake/vps_bake.h"
+
+namespace vps::cli {
+
+using Triple = std::array<double, 3>;
+
+/// Rigid transform, the inner frame to the outer.
+struct Placement {
+  Triple position{};                              ///< [m]
+  std::array<double, 4> orientation{0, 0, 0, 1};  ///< quaternion x, y, z, w of unit length
+};
+
+/// Rotations about the fixed axes x, y and z, in this order. [rad]
+[[nodiscard]] std::array<double, 4> from_roll_pitch_yaw(const Triple& angles);
+[[nodiscard]] Triple rotated(const std::array<double, 4>& by, const Triple& v);
+/// inner, then outer.
+[[nodiscard]] Placement composed(const Placement& outer, const Placement& inner);
+
+/// Where something is said.
+struct Place {
+  std::string file;
+  int line = 0;  ///< 0: nowhere in particular
+};
+
+enum class Solid : std::uint8_t { mesh, box, sphere, capsule, cylinder, plane };
+
+/// One piece of a body: a mesh, or one of Bullet's own shapes, which need no asset.
+struct SceneShape {
+  Solid solid = Solid::mesh;
+  std::filesystem::path mesh;  ///< as it can be opened
+  double unit = 1;             ///< metres per unit of the mesh's numbers, a scale included
+  double voxel_size = 0;       ///< 0: as planned. [Units: m]
+  Repair repair = Repair::automatic;
+  double sheet_thickness = 0;  ///< of open surfaces; 0: as `repair` says. [Units: m]
+  Triple half_extents{};       ///< of a box. [m]
+  double radius = 0;           ///< [m]
+  double half_height = 0;      ///< along z; of a capsule without its caps. [m]
+  Placement pose;              ///< in the body's frame
+  Place place;
+};
+
+enum class Motion : std::uint8_t { fixed, kinematic, dynamic };
+
+struct SceneBody {
+  std::string name;
+  Motion motion = Motion::dynamic;
+  double mass = 0;                       ///< of a dynamic body. [kg]
+  std::optional<Triple> centre_of_mass;  ///< body's frame; as the shape says when empty. [m]
+  std::optional<Triple> inertia;         ///< about it, along the body's axes. [kg m^2]
+  Placement pose;
+  Triple velocity{};            ///< at the start. [m/s]
+  std::optional<double> speed;  ///< the largest that is expected. [m/s]
+  std::int32_t group = 1;       ///< as Bullet has them
+  std::int32_t mask = -1;
+  double friction = 0.5;
+  double restitution = 0;
+  std::optional<std::uint32_t> segments;  ///< wished number of segments (Sec. 2.4)
+  Use keep{};                             ///< parts to bake and use whether a pair needs them or not
+  std::vector<SceneShape> shapes;
+  Place place;
+};
+
+struct Wish {
+  double value = 0;  ///< 0: none
+  Place place;
+};
+
+struct Scene {
+  std::vector<SceneBody> bodies;
+  std::vector<std::pair<std::size_t, std::size_t>> joined;  ///< bodies that a joint holds, which do not collide
+  Wish error;                                               ///< of distances between surfaces. [m]
+  Wish time;                                                ///< for the narrowphase of a step. [s]
+  Wish memory;                                              ///< of all assets. [bytes]
+  double step = 1.0 / 240;                                  ///< [s]
+  std::optional<Triple> gravity;                            ///< [m/s^2]
+  std::vector<std::string> notes;                           ///< what is worth knowing, one sentence each
+};
+
+/// What is wrong with a scene. `what()` is "reason; what to do".
+struct SceneError : std::runtime_error {
+  Place place;
+  SceneError(Place place_in, const std::string& reason) : std::runtime_error(reason), place(std::move(place_in)) {}
+};
+
+/// By its extension: .toml, or .urdf and .xml. @throw SceneError
+[[nodiscard]] Scene read_scene(const std::filesystem::path& file);
+/// @throw SceneError
+[[nodiscard]] Scene read_toml(const std::filesystem::path& file);
+/// Links that fixed joints hold together are one body. @throw SceneError
+[[nodiscard]] Scene read_urdf(const std::filesystem::path& file);
+/// The whole of a text file. @throw SceneError
+[[nodiscard]] std::string read_text(const std::filesystem::path& file);
+
+}  // namespace vps::cli

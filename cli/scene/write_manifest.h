@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The manifest of a planned scene, which vps::bullet::load_scene reads.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "cli/scene/plan_scene.h"
+
+namespace vps::cli {
+
+/// By docs/schemas/scene_manifest.schema.json. Meshes that meet nobody become boxes that touch nothing.
+[[nodiscard]] nlohmann::ordered_json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes,
+                                                 const ScenePlan& plan);
+
+/// "voxelmap", "pointshell", "mixed", or "nothing".
+[[nodiscard]] const char* part_name(Use parts);
+/// "static", "kinematic", "dynamic".
+[[nodiscard]] const char* motion_name(Motion motion);
+/// "mesh", "box" and so on.
+[[nodiscard]] const char* solid_name(Solid solid);
+
+}  // namespace vps::cli

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene_command.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <span>
+
+#include "bake/plan.h"
+#include "bake/vps_load.h"
+#include "cli/describe_asset.h"
+#include "cli/exit_code.h"
+#include "cli/scene/report_scene.h"
+#include "cli/scene/write_manifest.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SceneArguments {
+  std::string scene;
+  std::string output;  // folder; empty: NAME.vps beside the scene
+  std::string cache;   // folder of an AssetCache; empty: none
+  bool dry_run = false, full = false, compare = false, json = false;
+};
+
+struct Run {
+  const SceneArguments& arguments;
+  Scene scene;
+  std::vector<SceneMesh> meshes;
+  ScenePlan plan;
+  std::vector<BakedPart> baked, everything;
+};
+
+// Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
+std::string folder_refusal(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) return "this is a file; name a folder with -o";
+  const fs::path parent = fs::absolute(folder, ignored).lexically_normal().parent_path();
+  const fs::path& first = fs::exists(folder, ignored) ? folder : parent;
+  if (!fs::is_directory(first, ignored)) return "the folder above does not exist; create it or choose another with -o";
+  if (::access(first.c_str(), W_OK) != 0) return "the folder may not be written; choose another with -o";
+  return "";
+}
+
+fs::path output_folder(const SceneArguments& arguments) {
+  if (!arguments.output.empty()) return arguments.output;
+  fs::path folder = arguments.scene;
+  return folder.replace_extension(".vps");
+}
+
+BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions& options, const std::string& cache) {
+  const auto begin = std::chrono::steady_clock::now();
+  BakeSettings settings;
+  settings.options = options;
+  try {
+    LoadedAsset loaded = load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
+    if (!loaded.warning.empty()) complain("warning", cache, loaded.warning + "; the asset is not kept there");
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
+  } catch (const LoadError& error) {
+    if (error.stage == "write") throw WriteError(error.what());
+    throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), error.what()));
+  }
+}
+
+// How much finer an asset has to be for its share of the wished error; 1 when it is fine enough.
+double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
+  double worst = 1;
+  if (asset.options.voxelmap) worst = std::max(worst, info.scaled_error.bound / (kFieldShare * error));
+  if (asset.options.pointshell) worst = std::max(worst, info.covering_radius / ((1 - kFieldShare) * error));
+  return worst;
+}
+
+void bake_asset(Run& run, std::size_t i) {
+  PlannedAsset& asset = run.plan.assets[i];
+  const bool full = run.arguments.full;
+  if (!full && !asset.is_needed()) return;
+  constexpr int kTrials = 5;
+  for (int trial = 1;; ++trial) {
+    run.baked[i] = bake_part(run, asset, full ? asset.everything : asset.options, run.arguments.cache);
+    if (run.scene.error.value == 0) return;
+    const double by = lacking(asset, run.baked[i].asset->info(), run.scene.error.value);
+    if (by <= 1) return;
+    if (trial == kTrials) {
+      throw SceneError(run.scene.error.place,
+                       fmt::format("'{}' does not reach the wished error with voxels of {}; wish "
+                                   "a larger one",
+                                   asset.file, format_length(asset.options.voxel_size)));
+    }
+    refine(asset, 1.03 * by);
+  }
+}
+
+void bake_scene(Run& run) {
+  run.baked.resize(run.plan.assets.size());
+  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
+  if (run.arguments.compare) {
+    for (const PlannedAsset& asset : run.plan.assets)
+      run.everything.push_back(bake_part(run, asset, asset.everything, ""));
+  }
+  double bytes = 0;
+  for (const BakedPart& part : run.baked) bytes += part.asset ? static_cast<double>(part.asset->bytes().size()) : 0;
+  if (!run.arguments.full && run.scene.memory.value > 0 && bytes > run.scene.memory.value) {
+    throw SceneError(run.scene.memory.place,
+                     fmt::format("the assets take {}, more than the {} wished; wish more memory or coarser voxels",
+                                 format_bytes(bytes), format_bytes(run.scene.memory.value)));
+  }
+}
+
+// The manifest comes last: where it is, its assets are.
+std::string write_scene(const Run& run, const fs::path& folder) {
+  std::error_code failed;
+  fs::create_directory(folder, failed);
+  if (failed) throw WriteError("the folder cannot be made; choose another with -o");
+  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) {
+    if (run.baked[i].asset != nullptr) write_whole(folder / run.plan.assets[i].file, run.baked[i].asset->bytes());
+  }
+  const fs::path manifest = folder / (fs::path(run.arguments.scene).stem().string() + ".vps.json");
+  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan));
+  write_whole(manifest, std::as_bytes(std::span(text)));
+  return manifest.string();
+}
+
+int run_scene(const SceneArguments& arguments) {
+  Run run{arguments, {}, {}, {}, {}, {}};
+  const fs::path folder = output_folder(arguments);
+  try {
+    run.scene = read_scene(arguments.scene);
+    run.meshes = read_meshes(run.scene);
+    run.plan = plan_scene(run.scene, run.meshes);
+    run.baked.resize(run.plan.assets.size());
+    std::string manifest;
+    if (!arguments.dry_run) {
+      if (const std::string reason = folder_refusal(folder); !reason.empty()) return fail(kIo, folder.string(), reason);
+      bake_scene(run);
+      manifest = write_scene(run, folder);
+    }
+    // Of a full bake the plan is what it is compared with.
+    if (arguments.full) {
+      run.everything = std::move(run.baked);
+      run.baked.assign(run.plan.assets.size(), {});
+    }
+    const SceneReport report{run.scene, run.meshes, run.plan, run.baked, run.everything, arguments.scene, manifest};
+    fmt::print("{}", arguments.json ? to_text(to_json(report)) : to_text(report));
+    if (!arguments.json && !manifest.empty()) fmt::print("{}\n", manifest);
+    return kOk;
+  } catch (const SceneError& error) {
+    const Place& place = error.place;
+    const bool is_missing = place.line == 0;
+    return fail(is_missing ? kIo : kBadInput, is_missing ? place.file : fmt::format("{}:{}", place.file, place.line),
+                error.what());
+  } catch (const WriteError& error) {
+    return fail(kIo, folder.string(), error.what());
+  }
+}
+
+}  // namespace
+
+Command add_scene_command(CLI::App& app) {
+  CLI::App* const scene =
+      app.add_subcommand("scene", "Bake what the bodies of a scene need of each other, and nothing else");
+  const auto arguments = std::make_shared<SceneArguments>();
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
+  scene->add_option("scene", arguments->scene, "Scene: a .toml or a .urdf file (docs/scene.md)")
+      ->required()
+      ->option_text("SCENE");
+  scene
+      ->add_option("-o,--output", arguments->output,
+                   "Folder for the assets and the manifest NAME.vps.json [default: NAME.vps beside the scene]")
+      ->check(not_empty())
+      ->option_text("DIR");
+  auto* const dry = scene->add_flag("--dry-run", arguments->dry_run, "Print the plan, bake and write nothing");
+  auto* const full = scene->add_flag("--full", arguments->full, "Bake everything: both parts and all fields");
+  auto* const compare =
+      scene->add_flag("--compare", arguments->compare, "Bake everything too, to measure what is saved");
+  dry->excludes(full, compare);
+  full->excludes(compare);
+  scene->add_flag("--json", arguments->json, "Print JSON");
+  scene
+      ->add_option("--cache", arguments->cache,
+                   "Take what was baked before from this folder, and keep there what is new [default: VPSBAKE_CACHE]")
+      ->check(not_empty())
+      ->option_text("DIR");
+  return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }};
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Zlib
+#include "runtime/bullet/manifest.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+namespace vps::bullet::manifest {
+
+namespace fs = std::filesystem;
+
+Json read_json(const std::string& path) {
+  std::error_code failed;
+  if (!fs::is_regular_file(path, failed)) throw Refusal{"the manifest does not exist or is not a file"};
+  constexpr std::uintmax_t kLargest = 1u << 28;
+  if (fs::file_size(path, failed) > kLargest || failed) throw Refusal{"the manifest is too large"};
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file) throw Refusal{"the manifest cannot be read"};
+  Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) throw Refusal{"the manifest is not JSON"};
+  return json;
+}
+
+}  // namespace vps::bullet::manifest

@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Planned scenes in Bullet: the same contacts as with everything baked, unused sections untouched, bad manifests
+// refused.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "runtime/bullet/vps_scene.h"
+#include "tests/cli/program.h"
+#include "tests/support/bullet_world.h"
+
+namespace vps::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// A static map, a shell and a mixed body on a box and a plane: every part, and a body that meets nobody.
+std::string scene_text() {
+  const auto body = [](const char* name, const char* mesh, const char* rest) {
+    return std::string("[[body]]\nname = \"") + name + "\"\nmesh = \"" + VPS_SAMPLE_MESHES + "/" + mesh + ".obj\"\n" +
+           rest + "\n";
+  };
+  return "[world]\ngravity = [\"0m/s2\", \"0m/s2\", \"-9.81m/s2\"]\n"
+         "[[body]]\nname = \"floor\"\nshape = \"box\"\nsize = [\"1m\", \"1m\", \"2cm\"]\ntype = \"static\"\n"
+         "position = [\"0m\", \"0m\", \"-1cm\"]\n" +
+         body("ring", "torus", "voxel = \"1mm\"\ntype = \"static\"\nposition = [\"0m\", \"0m\", \"2cm\"]") +
+         body("gear", "gear",
+              "voxel = \"0.5mm\"\nmass = \"50g\"\nposition = [\"3cm\", \"0m\", \"6cm\"]\n"
+              "rotation = [\"20deg\", \"10deg\", \"0deg\"]") +
+         body("nut", "nut",
+              "voxel = \"0.4mm\"\nmass = \"20g\"\nposition = [\"3.4cm\", \"1mm\", \"9cm\"]\n"
+              "rotation = [\"0deg\", \"40deg\", \"0deg\"]\nvelocity = [\"0m/s\", \"0m/s\", \"-2m/s\"]") +
+         body("twin", "nut", "voxel = \"0.4mm\"\nmass = \"20g\"\nposition = [\"3.2cm\", \"-2mm\", \"12cm\"]") +
+         body("peg", "peg",
+              "voxel = \"0.5mm\"\nmass = \"10g\"\nposition = [\"-4cm\", \"0m\", \"6cm\"]\n"
+              "rotation = [\"0deg\", \"80deg\", \"0deg\"]") +
+         body("shelf", "cube", "voxel = \"5mm\"\ntype = \"static\"\nposition = [\"2m\", \"0m\", \"0m\"]\nmask = 0");
+}
+
+void bake_scene(const TemporaryFolder& folder, const std::string& arguments) {
+  write_file(folder / "scene.toml", scene_text());
+  const Outcome run = vpsbake(folder, "scene scene.toml " + arguments);
+  ASSERT_EQ(run.code, 0) << run.err;
+}
+
+// Every number of every contact point.
+std::string contacts_of(World& world) {
+  std::string bytes;
+  const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  for (int m = 0; m < world.dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold* const manifold = world.dispatcher.getManifoldByIndexInternal(m);
+    add(manifold->getBody0()->getUserIndex());
+    add(manifold->getBody1()->getUserIndex());
+    for (int i = 0; i < manifold->getNumContacts(); ++i) {
+      const btManifoldPoint& point = manifold->getContactPoint(i);
+      for (int axis = 0; axis < 3; ++axis) {
+        add(point.getPositionWorldOnA()[axis]);
+        add(point.getPositionWorldOnB()[axis]);
+        add(point.m_normalWorldOnB[axis]);
+      }
+      add(point.getDistance());
+      add(point.m_index0);
+      add(point.m_index1);
+    }
+  }
+  return bytes;
+}
+
+struct Played {
+  std::vector<std::string> contacts;  // of each step
+  std::size_t touching = 0;           // steps with a contact between two baked bodies
+};
+
+Played play(const std::string& manifest) {
+  World world;
+  const bullet::Scene scene = bullet::load_scene(manifest, world.world);
+  EXPECT_EQ(scene.error(), "");
+  for (std::size_t i = 0; i < scene.bodies().size(); ++i) scene.bodies()[i]->setUserIndex(static_cast<int>(i));
+  Played played;
+  for (int i = 0; i < 300; ++i) {
+    world.step(1);
+    played.contacts.push_back(contacts_of(world));
+    for (int m = 0; m < world.dispatcher.getNumManifolds(); ++m) {
+      const btPersistentManifold* const manifold = world.dispatcher.getManifoldByIndexInternal(m);
+      const bool baked = manifold->getBody0()->getUserIndex() > 0 && manifold->getBody1()->getUserIndex() > 0;
+      if (baked && manifold->getNumContacts() > 0) ++played.touching;
+    }
+  }
+  for (const auto& body : scene.bodies()) {
+    const auto* const shape = dynamic_cast<const bullet::Shape*>(body->getCollisionShape());
+    EXPECT_TRUE(shape == nullptr || shape->status() == Status::ok) << describe(shape->status());
+  }
+  return played;
+}
+
+TEST(LoadScene, APlannedSceneAndAFullOneGiveTheSameContactsToTheBit) {
+  const TemporaryFolder folder;
+  bake_scene(folder, "-o planned");
+  bake_scene(folder, "-o full --full");
+  const Json manifest = Json::parse(read_file(folder / "planned/scene.vps.json"));
+  // Every part is among them.
+  EXPECT_EQ(manifest["bodies"][1]["shapes"][0]["part"], "voxelmap");
+  EXPECT_EQ(manifest["bodies"][2]["shapes"][0]["part"], "mixed");
+  EXPECT_EQ(manifest["bodies"][5]["shapes"][0]["part"], "pointshell");
+  EXPECT_EQ(manifest["bodies"][6]["shapes"][0]["primitive"], "box");
+  EXPECT_FALSE(std::filesystem::exists(folder / "planned/cube.vps.hdf"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "full/cube.vps.hdf"));
+  // Everything in use, and every body ready for any part: what a world of whole assets is.
+  Json whole = Json::parse(read_file(folder / "full/scene.vps.json"));
+  for (Json& asset : whole["assets"]) asset["use"] = {"scaled", "pointshell"};
+  for (Json& body : whole["bodies"]) {
+    for (Json& shape : body["shapes"]) {
+      if (shape.contains("part")) shape["part"] = "mixed";
+    }
+  }
+  write_file(folder / "full/whole.vps.json", whole.dump());
+
+  const Played planned = play(folder / "planned/scene.vps.json");
+  EXPECT_GT(planned.touching, 200U);
+  EXPECT_EQ(planned.contacts, play(folder / "full/scene.vps.json").contacts);
+  EXPECT_EQ(planned.contacts, play(folder / "full/whole.vps.json").contacts);
+}
+
+// Which of the pages from `first` up to `last` this process has in its page table.
+std::size_t resident_pages(const std::byte* first, const std::byte* last) {
+  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const int fd = ::open("/proc/self/pagemap", O_RDONLY | O_CLOEXEC);
+  std::size_t count = 0;
+  for (auto at = (reinterpret_cast<std::uintptr_t>(first) + page - 1) / page;
+       at < reinterpret_cast<std::uintptr_t>(last) / page; ++at) {
+    std::uint64_t entry = 0;
+    if (::pread(fd, &entry, sizeof entry, static_cast<off_t>(at * sizeof entry)) != sizeof entry) break;
+    count += entry >> 63;
+  }
+  ::close(fd);
+  return count;
+}
+
+// @return resident pages of a section, without those that the system maps round a touched one: 16 by default
+std::size_t touched(const Asset& asset, SectionKind kind, std::size_t* all = nullptr) {
+  constexpr std::ptrdiff_t kAround = 65536;
+  const Section* const section = asset.directory().find(kind);
+  EXPECT_NE(section, nullptr);
+  const std::byte* const first = asset.bytes().data() + section->offset;
+  const std::byte* const last = first + section->bytes;
+  if (all != nullptr) *all = resident_pages(first, last);
+  return last - first > 2 * kAround ? resident_pages(first + kAround, last - kAround) : 0;
+}
+
+// Whoever reads a section's pages from now on ends the program.
+void forbid(const Asset& asset, SectionKind kind) {
+  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
+  const Section* const section = asset.directory().find(kind);
+  ASSERT_NE(section, nullptr);
+  const auto at = reinterpret_cast<std::uintptr_t>(asset.bytes().data()) + section->offset;
+  const std::uintptr_t first = (at + page - 1) / page * page;
+  const std::uintptr_t last = (at + section->bytes) / page * page;
+  if (first < last) {
+    ASSERT_EQ(::mprotect(reinterpret_cast<void*>(first), last - first, PROT_NONE), 0);
+  }
+}
+
+TEST(LoadScene, SectionsThatAreNotUsedAreNeverTouched) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.toml",
+             std::string("[[body]]\nname = \"bolt\"\ntype = \"static\"\nvoxel = \"0.15mm\"\nmesh = \"") +
+                 VPS_SAMPLE_MESHES + "/bolt.obj\"\n[[body]]\nname = \"nut\"\nmass = \"20g\"\nvoxel = \"0.2mm\"\n" +
+                 "position = [\"0m\", \"0m\", \"3cm\"]\nmesh = \"" + VPS_SAMPLE_MESHES + "/nut.obj\"\n");
+  ASSERT_EQ(vpsbake(folder, "scene scene.toml -o full --full").code, 0);
+  World world;
+  const bullet::Scene scene = bullet::load_scene(folder / "full/scene.vps.json", world.world);
+  ASSERT_EQ(scene.error(), "");
+  const auto asset = [&](const char* name) -> const Asset& {
+    return static_cast<const bullet::Shape*>(scene.find(name)->getCollisionShape())->asset();
+  };
+  std::size_t contacts = 0;
+  for (int i = 0; i < 240; ++i) {
+    world.step(1);
+    contacts += world.points().size();
+  }
+  ASSERT_GT(contacts, 100U);
+  constexpr SectionKind kShell[] = {SectionKind::point_positions, SectionKind::point_inward_normals,
+                                    SectionKind::spheres};
+  constexpr SectionKind kFields[] = {SectionKind::layers, SectionKind::real, SectionKind::real_gradient};
+  std::size_t large = 0;
+  for (const char* name : {"bolt", "nut"}) {
+    for (const SectionKind kind : kFields) {
+      EXPECT_EQ(touched(asset(name), kind), 0U) << name;
+      large += asset(name).directory().find(kind)->bytes;
+    }
+  }
+  EXPECT_GT(large, 50'000'000U);  // much that could have been touched
+  std::size_t pages = 0;
+  for (const SectionKind kind : kShell) {
+    EXPECT_EQ(touched(asset("bolt"), kind), 0U);
+    (void)touched(asset("nut"), kind, &pages);
+    EXPECT_GT(pages, 0U);
+  }
+  EXPECT_EQ(touched(asset("nut"), SectionKind::scaled), 0U);
+  EXPECT_EQ(touched(asset("nut"), SectionKind::field_nodes), 0U);
+  EXPECT_GT(touched(asset("bolt"), SectionKind::scaled), 0U);
+  (void)touched(asset("bolt"), SectionKind::field_nodes, &pages);
+  EXPECT_GT(pages, 0U);
+
+  // The same by the hardware's judgement.
+  for (const char* name : {"bolt", "nut"}) {
+    for (const SectionKind kind : kFields) forbid(asset(name), kind);
+  }
+  for (const SectionKind kind : kShell) forbid(asset("bolt"), kind);
+  forbid(asset("nut"), SectionKind::scaled);
+  world.step(60);
+
+  // Asked of the same file with everything in use, the same counts are not 0.
+  Asset whole;
+  ASSERT_EQ(Asset::open((folder / "full/bolt.vps.hdf").c_str(), whole), Status::ok);
+  ASSERT_EQ(whole.verify(), Status::ok);
+  for (const SectionKind kind : kFields) EXPECT_GT(touched(whole, kind), 0U);
+}
+
+// A manifest with one plane and one sphere, which needs no asset.
+Json simple() {
+  return Json::parse(R"({"format": "vps-scene", "version": 1, "step": 0.004, "gravity": [0, 0, -10], "assets": [],
+    "bodies": [
+      {"name": "ground", "type": "static", "group": 2, "mask": -3, "shapes": [{"primitive": "plane"}]},
+      {"name": "ball", "type": "dynamic", "mass": 0.5, "group": 1, "mask": -1, "position": [0, 0, 0.1],
+       "shapes": [{"primitive": "sphere", "radius": 0.05}]}],
+    "apart": []})");
+}
+
+TEST(LoadScene, BodiesHaveTheirNamesAndTheirPlaces) {
+  const TemporaryFolder folder;
+  Json manifest = simple();
+  manifest["bodies"].push_back(Json::parse(R"({"name": "bar", "type": "dynamic", "mass": 2, "group": 1, "mask": -1,
+    "position": [1, 0, 1], "orientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
+    "centre_of_mass": [0.1, 0, 0], "inertia": [0.01, 0.02, 0.03], "velocity": [0, 3, 0], "restitution": 0.25,
+    "shapes": [{"primitive": "capsule", "radius": 0.01, "half_height": 0.1},
+               {"primitive": "cylinder", "radius": 0.02, "half_height": 0.05, "position": [0.2, 0, 0]},
+               {"primitive": "box", "half_extents": [0.1, 0.2, 0.3], "position": [-0.2, 0, 0]}]})"));
+  manifest["bodies"].push_back(
+      Json::parse(R"({"name": "lift", "type": "kinematic", "group": 2, "mask": -1, "position": [3, 0, 1],
+    "shapes": [{"primitive": "box", "half_extents": [0.1, 0.1, 0.1]}]})"));
+  manifest["apart"] = Json::parse(R"([["bar", "ball"]])");
+  write_file(folder / "s.json", manifest.dump());
+  World world;
+  bullet::Scene scene = bullet::load_scene(folder / "s.json", world.world);
+  ASSERT_EQ(scene.error(), "");
+  EXPECT_EQ(scene.bodies().size(), 4U);
+  EXPECT_EQ(world.world.getNumCollisionObjects(), 4);
+  EXPECT_NEAR(scene.step(), 0.004, 1e-9);
+  EXPECT_EQ(scene.find("nobody"), nullptr);
+  EXPECT_NEAR(world.world.getGravity().z(), -10, 1e-6);
+  btRigidBody* const bar = scene.find("bar");
+  ASSERT_NE(bar, nullptr);
+  // A quarter turn about z takes the centre of mass to y.
+  EXPECT_LT((bar->getWorldTransform().getOrigin() - btVector3(1, btScalar(0.1), 1)).length(), 1e-6);
+  EXPECT_LT((scene.origin(*bar).getOrigin() - btVector3(1, 0, 1)).length(), 1e-6);
+  EXPECT_LT((bar->getLocalInertia() - btVector3(btScalar(0.01), btScalar(0.02), btScalar(0.03))).length(), 1e-6);
+  EXPECT_NEAR(bar->getLinearVelocity().y(), 3, 1e-6);
+  EXPECT_NEAR(bar->getRestitution(), 0.25, 1e-6);
+  btVector3 low;
+  btVector3 high;
+  bar->getAabb(low, high);
+  EXPECT_NEAR(high.y(), 0.22, 2e-3);  // the cylinder's far side
+  EXPECT_NEAR(low.y(), -0.3, 2e-3);   // the box's
+  EXPECT_NEAR(high.z() - low.z(), 0.6, 5e-3);
+  EXPECT_FALSE(bar->checkCollideWith(scene.find("ball")));
+  EXPECT_TRUE(scene.find("lift")->isKinematicObject());
+  world.step(200);
+  EXPECT_NEAR(scene.find("ball")->getWorldTransform().getOrigin().z(), 0.05, 2e-3);
+  scene = bullet::Scene();
+  EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
+}
+
+TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
+  const TemporaryFolder folder;
+  const auto expect_refused = [&](const std::string& text, const std::string& why) {
+    write_file(folder / "s.json", text);
+    World world;
+    const bullet::Scene scene = bullet::load_scene(folder / "s.json", world.world);
+    EXPECT_NE(scene.error().find(why), std::string::npos) << text << ": " << scene.error();
+    EXPECT_EQ(std::count(scene.error().begin(), scene.error().end(), '\n'), 0);
+    EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
+    EXPECT_TRUE(scene.bodies().empty());
+  };
+  expect_refused("", "not JSON");
+  expect_refused("[]", "not JSON");
+  expect_refused(std::string(100000, '['), "not JSON");
+  expect_refused(std::string("{\"a\":\0}", 7), "not JSON");
+  expect_refused("{}", "format is missing");
+  const auto with = [](const char* path, const Json& value) {
+    Json manifest = simple();
+    manifest[Json::json_pointer(path)] = value;
+    return manifest.dump();
+  };
+  expect_refused(with("/version", 2), "version is not 1");
+  expect_refused(with("/step", 0), "step is not a number");
+  expect_refused(with("/step", "fast"), "step is not a number");
+  expect_refused(with("/assets", 7), "assets is not a list");
+  expect_refused(with("/assets", {{{"file", "none.vps.hdf"}, {"use", {"scaled"}}}}), "none.vps.hdf: ");
+  expect_refused(with("/assets", {{{"file", "s.json"}, {"use", {"scaled"}}}}), "s.json: ");
+  expect_refused(with("/assets", {{{"file", "s.json"}, {"use", {"all"}}}}), "assets[0].use[0] is none");
+  expect_refused(with("/bodies", Json::object()), "bodies is not a list");
+  expect_refused(with("/bodies/0", nullptr), "bodies[0].name is missing");
+  expect_refused(with("/bodies/1/name", "ground"), "bodies[1].name is that of another");
+  expect_refused(with("/assets", {{{"file", "no\nfile\x01"}, {"use", {"scaled"}}}}), "no?file?: ");
+  expect_refused(with("/bodies/1/mass", nullptr), "mass is not a number");
+  expect_refused(with("/bodies/1/mass", -1), "mass is not a number");
+  expect_refused(with("/bodies/1/mass", 1e300), "mass is not a number");
+  expect_refused(with("/bodies/1/type", "flying"), "type is none of");
+  expect_refused(with("/bodies/1/shapes", Json::array()), "shapes is empty");
+  expect_refused(with("/bodies/1/shapes/0/radius", -1), "radius is not a number");
+  expect_refused(with("/bodies/1/shapes/0", {{"asset", 0}, {"part", "mixed"}}), "asset is not the number");
+  expect_refused(with("/bodies/1/shapes/0", {{"asset", -1}, {"part", "mixed"}}), "asset is out of its range");
+  expect_refused(with("/bodies/1/shapes/0", {{"asset", 1e99}, {"part", "mixed"}}), "asset is not a whole");
+  expect_refused(with("/bodies/1/shapes/0/primitive", "plane"), "plane that moves");
+  expect_refused(with("/bodies/1/position", {0, 0}), "position has not three");
+  expect_refused(with("/bodies/1/position", {0, 0, 1e30}), "position[2] is not a number");
+  expect_refused(with("/bodies/1/orientation", {0, 0, 0, 0}), "orientation is not of unit length");
+  expect_refused(with("/bodies/1/group", 4294967296), "group is out of its range");
+  expect_refused(with("/bodies/1/group", 18446744073709551615ull), "group is out of its range");
+  expect_refused(with("/bodies/1/restitution", 2), "restitution is not a number");
+  expect_refused(with("/apart", Json::array({Json::array({"ball", "ball"})})), "apart[0] does not name two");
+  expect_refused(with("/apart", Json::array({Json::array({"ball", 3})})), "apart[0][1] is not a text");
+  expect_refused(with("/gravity", {0, 0, "down"}), "gravity[2]");
+  std::string infinite = simple().dump();
+  infinite.replace(infinite.find("0.004"), 5, "1e999");
+  expect_refused(infinite, "not JSON");
+  // Cut anywhere, a manifest is junk; with any byte changed it is junk or another scene, and nothing crashes.
+  const std::string good = simple().dump();
+  for (std::size_t size = 0; size < good.size(); size += 7) expect_refused(good.substr(0, size), "not JSON");
+  for (std::size_t i = 0; i < good.size(); i += 5) {
+    for (const char c : {'\0', '9', '"', '-'}) {
+      std::string changed = good;
+      changed[i] = c;
+      write_file(folder / "s.json", changed);
+      World world;
+      const bullet::Scene scene = bullet::load_scene(folder / "s.json", world.world);
+      world.step(1);
+    }
+  }
+  World world;
+  EXPECT_NE(bullet::load_scene(folder / "none.json", world.world).error(), "");
+  EXPECT_NE(bullet::load_scene(folder.path(), world.world).error(), "");
+}
+
+}  // namespace
+}  // namespace vps::test

@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Planning of scenes, as a user sees it: who meets whom, who plays what, and what is refused before baking.
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "runtime/vps_runtime.h"
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+#include "tests/support/shared.h"
+
+namespace vps::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// One [[body]] with a sample mesh.
+std::string body(const std::string& name, const char* mesh, const std::string& rest) {
+  return "[[body]]\nname = \"" + name + "\"\nmesh = \"" + sample(mesh) + "\"\n" + rest + "\n";
+}
+
+constexpr const char* kPlane = "[[body]]\nname = \"ground\"\nshape = \"plane\"\ntype = \"static\"\n";
+
+Json plan(const TemporaryFolder& folder, const std::string& text, const std::string& options = "--dry-run") {
+  write_file(folder / "scene.toml", text);
+  const Outcome run = vpsbake(folder, "scene scene.toml --json " + options);
+  EXPECT_EQ(run.code, 0) << run.err;
+  return run.code == 0 ? Json::parse(run.out) : Json();
+}
+
+std::string plays(const Json& report, std::size_t number) {
+  return report["bodies"][number]["shapes"][0]["plays"];
+}
+
+void expect_scene_refused(const TemporaryFolder& folder, const std::string& text, const std::string& why) {
+  write_file(folder / "scene.toml", text);
+  expect_refusal(folder, "scene scene.toml", 3, why);
+}
+
+TEST(Scene, BodiesPlayWhatTheirPairsAskFor) {
+  const TemporaryFolder folder;
+  const Json report =
+      plan(folder, kPlane + body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"") +
+                       body("post", "peg", "type = \"static\"") + body("lift", "cube", "type = \"kinematic\""));
+  // Static and kinematic bodies do not meet each other.
+  EXPECT_EQ(report["pairs"], 10);
+  EXPECT_EQ(report["pairs_that_meet"], 4);
+  EXPECT_EQ(report["bodies"][2]["meets"], Json({"ground", "bolt", "post", "lift"}));
+  // The peg has fewer points than the nut, the others more.
+  EXPECT_EQ(plays(report, 1), "voxelmap");
+  EXPECT_EQ(plays(report, 2), "mixed");
+  EXPECT_EQ(plays(report, 3), "pointshell");
+  EXPECT_EQ(plays(report, 4), "voxelmap");
+  EXPECT_EQ(report["assets"][0]["left_out"], Json({"pointshell", "layers", "real"}));
+  EXPECT_LT(report["planned"]["bytes"], report["everything"]["bytes"]);
+  EXPECT_TRUE(folder.names().size() == 1) << "a dry run writes nothing";
+}
+
+TEST(Scene, MasksDecideWhoMeets) {
+  const TemporaryFolder folder;
+  const Json report = plan(folder, kPlane + body("a", "nut", "mass = \"20g\"\ngroup = 4\nmask = 2") +
+                                       body("b", "gear", "mass = \"20g\"\ngroup = 8\nmask = 2") +
+                                       body("c", "torus", "mass = \"20g\"\nmask = 0"));
+  EXPECT_EQ(report["pairs_that_meet"], 2);
+  EXPECT_EQ(plays(report, 1), "pointshell");
+  EXPECT_EQ(plays(report, 2), "pointshell");
+  EXPECT_EQ(plays(report, 3), "nothing");
+  EXPECT_TRUE(report["assets"][2]["file"].is_null());
+}
+
+TEST(Scene, BodiesWithOneMeshShareAnAssetAndItsTwoParts) {
+  const TemporaryFolder folder;
+  const Json report = plan(folder, body("a", "nut", "mass = \"20g\"") + body("b", "nut", "mass = \"10g\"") +
+                                       body("large", "nut", "mass = \"1kg\"\nscale = 3"));
+  EXPECT_EQ(report["assets"].size(), 2U);
+  EXPECT_EQ(report["assets"][0]["bodies"], Json({"a", "b"}));
+  EXPECT_EQ(report["assets"][1]["file"], "nut-2.vps.hdf");
+  EXPECT_EQ(plays(report, 0), "mixed");
+}
+
+TEST(Scene, KeptPartsAreBakedWhetherAPairNeedsThemOrNot) {
+  const TemporaryFolder folder;
+  const Json report = plan(folder, kPlane + body("nut", "nut", "mass = \"20g\"\nkeep = [\"voxelmap\"]"));
+  EXPECT_EQ(plays(report, 1), "mixed");
+}
+
+TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
+  const TemporaryFolder folder;
+  // A tetrahedron without one of its faces.
+  write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
+  expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
+  EXPECT_EQ(plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled")["assets"].size(), 1U);
+  EXPECT_EQ(plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick")["assets"].size(), 1U);
+  Asset filled;
+  Asset thick;
+  ASSERT_EQ(Asset::open((folder / "filled/open.vps.hdf").c_str(), filled), Status::ok);
+  ASSERT_EQ(Asset::open((folder / "thick/open.vps.hdf").c_str(), thick), Status::ok);
+  EXPECT_NEAR(filled.info().volume, 1e-3 / 6, 1e-9);
+  EXPECT_GT(thick.info().bounds_max[0], 0.103);
+}
+
+TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
+  const TemporaryFolder folder;
+  const auto bands = [&](const char* speed, const char* restitution, const char* step) {
+    const Json report =
+        plan(folder, std::string("[wishes]\nstep = \"") + step + "\"\n" +
+                         body("bolt", "bolt", std::string("type = \"static\"\nvoxel = \"0.5mm\"\n") + restitution) +
+                         body("nut", "nut", std::string("mass = \"20g\"\nvoxel = \"0.5mm\"\n") + speed + restitution));
+    return Json({report["assets"][0]["band_inside_vx"], report["assets"][0]["band_outside_vx"],
+                 report["bodies"][1]["shapes"][0]["segments"]});
+  };
+  EXPECT_EQ(bands("", "", "4ms"), Json({2.5, 2.5, 0}));  // nothing is known
+  EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "4ms"), Json({2.0, 2.0, 0}));
+  EXPECT_EQ(bands("speed = \"3m/s\"\n", "", "4ms"), Json({2.5, 2.5, 0}));  // held by contacts ahead
+  EXPECT_EQ(bands("speed = \"0.5m/s\"\n", "restitution = 0.5\n", "4ms"), Json({4.0, 2.5, 0}));
+  EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "50ms")[2], 15);
+}
+
+TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
+  const TemporaryFolder folder;
+  const std::string text = "[wishes]\nerror = \"1mm\"\nmemory = \"5MB\"\n" + std::string(kPlane) +
+                           body("hole", "hole", "type = \"static\"") + body("peg", "peg", "mass = \"20g\"");
+  const Json report = plan(folder, text, "-o out --compare");
+  EXPECT_GT(report["reached_error"], 0.0003);
+  EXPECT_LE(report["reached_error"], 0.001);
+  double cover = 0;
+  double bound = 0;
+  for (const char* name : {"hole", "peg"}) {
+    Asset asset;
+    ASSERT_EQ(Asset::open((folder / ("out/" + std::string(name) + ".vps.hdf")).c_str(), asset), Status::ok);
+    cover = std::max(cover, asset.info().covering_radius);
+    bound = std::max(bound, asset.info().scaled_error.bound);
+    EXPECT_NE(asset.has_voxelmap(), asset.has_pointshell());
+  }
+  EXPECT_NEAR(report["reached_error"].get<double>(), cover + bound, 1e-12);
+  // What is said to be taken is what the files have.
+  std::uintmax_t bytes = 0;
+  for (const char* name : {"out/hole.vps.hdf", "out/peg.vps.hdf"}) bytes += std::filesystem::file_size(folder / name);
+  EXPECT_EQ(report["planned"]["bytes"], bytes);
+  EXPECT_TRUE(report["everything"]["bytes_measured"]);
+  EXPECT_GT(report["everything"]["bytes"], 2 * bytes);
+  EXPECT_GT(report["everything"]["seconds"], 0);
+}
+
+TEST(Scene, MemoryAndTimeMakeAPlanCoarserBeforeTheyRefuseIt) {
+  const TemporaryFolder folder;
+  const std::string pair = body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"");
+  const double usual = plan(folder, pair)["assets"][0]["voxel_size"];
+  const Json small = plan(folder, "[wishes]\nmemory = \"1MB\"\n" + pair);
+  EXPECT_GT(small["assets"][0]["voxel_size"], 2 * usual);
+  EXPECT_LE(small["planned"]["bytes"], 1'000'000);
+  const Json fast = plan(folder, "[wishes]\ntime_budget = \"20us\"\n" + pair);
+  EXPECT_GT(fast["assets"][0]["voxel_size"], usual);
+  EXPECT_LE(fast["estimated_step_seconds"], 20e-6);
+}
+
+TEST(Scene, AnImpossibleWishIsRefusedWithItsLine) {
+  const TemporaryFolder folder;
+  const std::string pair = body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"");
+  expect_scene_refused(folder, "[wishes]\n\nmemory = \"1kB\"\n" + pair, "scene.toml:3: the assets would take");
+  expect_scene_refused(folder, "[wishes]\nerror = \"0.05mm\"\nmemory = \"2MB\"\n" + pair, "scene.toml:3: the assets");
+  expect_scene_refused(folder, "[wishes]\nerror = \"0.01um\"\n" + pair, "scene.toml:2: an error of 0.01 um cannot be");
+  expect_scene_refused(folder, "[wishes]\ntime_budget = \"2us\"\n" + pair, "scene.toml:2: contacts would take");
+  expect_scene_refused(folder, "[wishes]\nerror = \"0.1mm\"\n" + body("a", "nut", "type = \"static\"\nvoxel = \"1mm\""),
+                       "scene.toml:5: voxels of 1 mm are coarser");
+}
+
+TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
+  const TemporaryFolder folder;
+  const std::string nut = body("nut", "nut", "mass = \"20g\"");  // four lines
+  expect_scene_refused(folder, "", "scene.toml:1: the scene has no body");
+  expect_scene_refused(folder, "[[body]\n", "scene.toml:1: this is not TOML");
+  expect_scene_refused(folder, "[wishs]\n" + nut,
+                       "scene.toml:1: a scene has no key 'wishs' here; did you mean 'wishes'");
+  expect_scene_refused(folder, nut + "spede = \"1m/s\"\n", "scene.toml:5: [[body]] has no key 'spede' here; did you");
+  expect_scene_refused(folder, nut + nut, "scene.toml:5: two bodies are named 'nut', the other on line 1");
+  expect_scene_refused(folder, "[[body]]\nname = \"a\"\n\nmesh = \"none.obj\"\nmass = \"1kg\"\n",
+                       "scene.toml:4: mesh 'none.obj': the file does not exist");
+  expect_scene_refused(folder, body("a", "nut", "type = \"dynamic\""), "scene.toml:1: body 'a' is dynamic and needs");
+  expect_scene_refused(folder, body("a", "nut", ""), "scene.toml:1: body 'a' needs type");
+  expect_scene_refused(folder, body("a", "nut", "mass = \"0kg\""), "scene.toml:4: mass: 0kg is not a positive mass");
+  expect_scene_refused(folder, body("a", "nut", "mass = 1"), "scene.toml:4: mass is a text, in quotes, with a unit");
+  expect_scene_refused(folder, body("a", "nut", "mass = \"1\""), "scene.toml:4: mass: a mass needs a unit");
+  expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\"]\n", "scene.toml:5: position is a list of three");
+  expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\", \"1e30m\"]\n", "scene.toml:1: a number of 'nut'");
+  expect_scene_refused(folder, nut + "mask = 1.5\n", "scene.toml:5: mask is a whole number");
+  expect_scene_refused(folder, nut + "shape = \"box\"\n", "scene.toml:1: a body has one of mesh");
+  expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"ball\"\n", "scene.toml:3: shape is one of \"box\"");
+  expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"sphere\"\n", "scene.toml:1: this shape needs radius");
+  expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"plane\"\nmass = \"1kg\"\n",
+                       "scene.toml:1: a plane cannot move");
+  expect_refusal(folder, "scene none.toml", 2, "none.toml: the scene does not exist");
+  expect_refusal(folder, "scene " + sample("nut"), 2, "a scene is a .toml or a .urdf file");
+  write_file(folder / "scene.toml", nut);
+  write_file(folder / "scene.vps", "");
+  expect_refusal(folder, "scene scene.toml", 2, "scene.vps: this is a file");
+  expect_refusal(folder, "scene scene.toml -o none/out", 2, "the folder above does not exist");
+}
+
+// A carriage with a peg fixed to it hangs over a block; the finger hinges on the carriage.
+std::string robot(const std::string& of_peg) {
+  return R"(<?xml version="0.0" ?>
+<robot name="press">stray
+  <link name="world"/>
+  <link name="block"><collision><geometry><mesh filename=")" +
+         sample("hole") + R"("/></geometry></collision></link>
+  <link name="ram">
+    <inertial><origin xyz="0 0 0.1"/><mass value="3"/>
+      <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.3" iyz="0" izz="0.4"/></inertial>
+    <collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision>
+  </link>
+  <link name="peg">
+    <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+    <collision><geometry>
+      )" +
+         of_peg +
+         R"(
+    </geometry></collision>
+  </link>
+  <link name="finger">
+    <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+    <collision><geometry><sphere radius="0.01"/></geometry></collision>
+  </link>
+  <joint name="a" type="fixed"><parent link="world"/><child link="block"/></joint>
+  <joint name="b" type="prismatic"><parent link="world"/><child link="ram"/><origin xyz="0 0 1"/>
+    <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="c" type="fixed"><parent link="ram"/><child link="peg"/><origin xyz="0 0 -0.1" rpy="0 0 1.5707963267948966"/></joint>
+  <joint name="d" type="continuous"><parent link="ram"/><child link="finger"/><axis xyz="0 0 1"/></joint>
+</robot>
+)";
+}
+
+TEST(Scene, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
+  const TemporaryFolder folder;
+  write_file(folder / "press.urdf", robot("<mesh filename=\"" + sample("peg") + "\" scale=\"2 2 2\"/>"));
+  const Outcome run = vpsbake(folder, "scene press.urdf -o out --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json report = Json::parse(run.out);
+  ASSERT_EQ(report["bodies"].size(), 3U);
+  EXPECT_EQ(report["bodies"][0]["name"], "world");
+  EXPECT_EQ(report["bodies"][0]["type"], "static");
+  EXPECT_EQ(report["bodies"][0]["meets"], Json({"ram", "finger"}));
+  EXPECT_EQ(report["bodies"][1]["meets"], Json({"world"}));
+  const Json manifest = Json::parse(read_file(folder / "out/press.vps.json"));
+  EXPECT_EQ(manifest["apart"], Json::array({{"ram", "finger"}}));
+  const Json& ram = manifest["bodies"][1];
+  EXPECT_EQ(ram["mass"], 4.0);
+  // 3 kg at 0.1 m and 1 kg at -0.1 m: 50 mm up, 2 * 2 * 0.03 more of inertia across.
+  EXPECT_NEAR(ram["centre_of_mass"][2].get<double>(), 0.05, 1e-12);
+  EXPECT_NEAR(ram["inertia"][0].get<double>(), 0.3 + 3 * 0.05 * 0.05 + 0.15 * 0.15, 1e-12);
+  EXPECT_NEAR(ram["inertia"][2].get<double>(), 0.5, 1e-12);
+  EXPECT_EQ(ram["position"][2], 1.0);
+  ASSERT_EQ(ram["shapes"].size(), 2U);
+  EXPECT_EQ(ram["shapes"][0]["half_extents"], Json({0.05, 0.1, 0.15}));
+  EXPECT_EQ(ram["shapes"][1]["part"], "pointshell");
+  EXPECT_NEAR(ram["shapes"][1]["position"][2].get<double>(), -0.1, 1e-12);
+  EXPECT_NEAR(ram["shapes"][1]["orientation"][2].get<double>(), std::sqrt(0.5), 1e-12);
+  Asset peg;
+  ASSERT_EQ(Asset::open((folder / "out/peg.vps.hdf").c_str(), peg), Status::ok);
+  EXPECT_NEAR(peg.info().bounds_max[0], 2 * 0.0039, 1e-6);
+}
+
+TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
+  const TemporaryFolder folder;
+  const auto expect_urdf_refused = [&](const std::string& text, const std::string& why) {
+    write_file(folder / "r.urdf", text);
+    expect_refusal(folder, "scene r.urdf", 3, why);
+  };
+  expect_urdf_refused("", "r.urdf:1: this is not XML");
+  expect_urdf_refused("<robot name=\"a\">\n<link name=\"b\">\n</robot>", "r.urdf:3: this is not XML");
+  std::string deep;
+  for (int i = 0; i < 1'000'000; ++i) deep += "<a>";
+  expect_urdf_refused(deep, "r.urdf:1: the elements are nested too deeply");
+  expect_urdf_refused("<html/>", "r.urdf:1: this is not a URDF: it has no <robot>");
+  expect_urdf_refused("<robot name=\"a\"/>", "r.urdf:1: this is not a URDF");
+  expect_urdf_refused("<robot name=\"a\"><link name=\"b\"/></robot>", "no link has collision geometry");
+  expect_urdf_refused(robot("<mesh filename=\"none.obj\"/>"), "r.urdf:13: mesh 'none.obj': the file does not exist");
+  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'");
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
+                      "r.urdf:13: this mesh is scaled differently");
+  expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size or scale is not above zero");
+}
+
+TEST(Scene, ATomlTakesBodiesFromAUrdf) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "robots/meshes");
+  std::filesystem::copy_file(sample("nut"), folder / "robots/meshes/nut.obj");
+  write_file(folder / "robots/nut.urdf",
+             "<robot name=\"r\"><link name=\"l\"><collision><geometry>\n"
+             "<mesh filename=\"package://robots/meshes/nut.obj\"/></geometry></collision></link></robot>");
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"nut\"\nurdf = \"robots/nut.urdf\"\n"
+                                                        "mass = \"20g\"\nposition = [\"0m\", \"0m\", \"1m\"]\n"));
+  EXPECT_EQ(report["bodies"][1]["name"], "nut");
+  EXPECT_EQ(report["bodies"][1]["type"], "dynamic");
+  EXPECT_EQ(report["bodies"][1]["meets"], Json({"ground"}));
+}
+
+TEST(Scene, RealUrdfsAreRead) {
+  VPS_SHARED_FILE_OR_SKIP(scenes, "scenes");
+  const TemporaryFolder folder;
+  std::string text = kPlane;
+  for (const char* const name : {"Banana", "Scissors", "PowerDrill"}) {
+    text += std::string("[[body]]\nname = \"") + name + "\"\nurdf = \"" + scenes.string() +
+            "/ycb_tabletop/ycb_objects/Ycb" + name + "/model.urdf\"\n";
+  }
+  text += "[[body]]\nname = \"nut\"\nmass = \"30g\"\nurdf = \"" + scenes.string() +
+          "/factory/urdf/factory_nut_m16_loose.urdf\"\n";
+  const Json report = plan(folder, text);
+  EXPECT_EQ(report["pairs_that_meet"], 10);
+}
+
+TEST(Scene, ExamplesOutputsAndManifestsHoldToTheirSchemas) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  const TemporaryFolder folder;
+  const std::string docs = VPS_DOCS;
+  const auto check = [&](const std::string& file, const char* schema) {
+    EXPECT_TRUE(follows_schema(folder / file, schema)) << read_file(folder / file);
+  };
+  for (const char* const example : {"nut_on_bolt.toml", "press.urdf"}) {
+    const std::string name = std::filesystem::path(example).stem();
+    for (const char* const options : {" --dry-run", " -o out"}) {
+      const Outcome run = vpsbake(folder, "scene " + docs + "/examples/" + example + options + " --json");
+      ASSERT_EQ(run.code, 0) << run.err;
+      EXPECT_GT(Json::parse(run.out)["pairs_that_meet"], 0) << example;
+      write_file(folder / "report.json", run.out);
+      check("report.json", "scene_report.schema.json");
+    }
+    check("out/" + name + ".vps.json", "scene_manifest.schema.json");
+  }
+}
+
+}  // namespace
+}  // namespace vps::test
