@@ -17,5 +17,6 @@ struct Embedded {
 extern const Embedded kChart;          ///< Chart.js
 extern const Embedded kThree;          ///< three.js
 extern const Embedded kOrbitControls;  ///< of three.js
+extern const Embedded kStressPage;     ///< pages/stress.html
 
 }  // namespace vps::cli

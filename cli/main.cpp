@@ -17,6 +17,9 @@
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/provenance.h"
+#ifdef VPS_WITH_BULLET
+#include "cli/stress_command.h"
+#endif
 #include "version.h"
 
 namespace vps::cli {
@@ -131,7 +134,13 @@ int run(int argc, char** argv) {
   add_content_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
-  const Command commands[] = {add_check_command(app), add_info_command(app)};
+  const Command commands[] = {
+    add_check_command(app),
+    add_info_command(app),
+#ifdef VPS_WITH_BULLET
+    add_stress_command(app),
+#endif
+  };
   const Command* command = nullptr;
 
   try {

@@ -91,10 +91,7 @@ CLI::Validator not_empty() {
   return {[](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""};
 }
 
-CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
-  auto* const mesh =
-      app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
-  mesh->option_text("MESH");
+void add_mesh_size_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option_function<std::string>(
          "--unit",
          [&](const std::string& unit) {
@@ -108,6 +105,13 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Enlarge the mesh by this factor [default: 1]")
       ->option_text("X")
       ->group("Mesh");
+}
+
+CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
+  auto* const mesh =
+      app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
+  mesh->option_text("MESH");
+  add_mesh_size_options(app, arguments);
   app.add_option_function<std::string>(
          "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
          "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that suffices, but "

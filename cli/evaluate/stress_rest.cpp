@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies that should come to rest, and stay there.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/evaluate/rest_poses.h"
+#include "cli/evaluate/stress_world.h"
+
+namespace vps::stress {
+namespace {
+
+constexpr double kGravity = 9.81;  // [m/s^2]
+
+// What Bullet's solver leaves of a step's fall: with 10 iterations about a hundredth.
+double rest_limit_vx(const Subject& subject, double dt) {
+  return 1 + 0.01 * kGravity * dt * dt / subject.voxel;
+}
+
+struct Rest {
+  double off = 0;      // lowest point from the ground, either way, in the last part. [m]
+  double kinetic = 0;  // largest in the last part. [J]
+  std::vector<double> trace;
+};
+
+// Runs the world and watches one body for the last quarter. @return false for NaN
+template <class Height>
+bool settle(Arena& arena, const btRigidBody& body, double rate, double seconds, const Height& height, Rest& out) {
+  const long steps = std::lround(seconds * rate);
+  Trace trace(steps);
+  for (long i = 0; i < steps; ++i) {
+    if (!arena.step(1 / rate)) return false;
+    const double h = height();
+    trace.add(h);
+    if (i < 3 * steps / 4) continue;
+    out.off = std::max(out.off, std::abs(h));
+    out.kinetic = std::max(out.kinetic, kinetic_energy(body));
+  }
+  out.trace = trace.values;
+  return true;
+}
+
+enum class Watched : std::uint8_t { depth, jitter };
+
+Trial rest_on_plane(const Subject& subject, const Column& column, double rate, Watched watched) {
+  Arena arena({column.motion});
+  arena.add_plane();
+  btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
+  Rest rest;
+  if (!settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); }, rest)) return broken(arena);
+  Trial trial;
+  for (double& height : rest.trace) height /= subject.voxel;
+  trial.trace = rest.trace;
+  if (watched == Watched::depth) {
+    judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
+  } else {
+    judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+  }
+  return trial;
+}
+
+// A V of two slabs whose tops lean by 45 degrees.
+Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  Arena arena({column.motion});
+  const double half = subject.size;
+  const double thick = std::max(0.1 * subject.size, 4 * subject.voxel);
+  const auto slab = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(thick)}, Props::Part::still);
+  for (const double side : {-1.0, 1.0}) {
+    const btQuaternion lean(btVector3(0, 1, 0), btScalar(-side * SIMD_PI / 4));
+    const btVector3 up = quatRotate(lean, btVector3(0, 0, 1));
+    const btVector3 along = quatRotate(lean, btVector3(1, 0, 0)) * btScalar(side);
+    arena.add(slab, 0, btTransform(lean, btScalar(half) * along - btScalar(thick) * up));
+  }
+  btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, 0.6 * subject.size));
+  const auto depth = [&] {
+    // Below either face.
+    double low = 1e30;
+    for (const btVector3& corner : column.corners) {
+      const btVector3 p = body.getWorldTransform() * corner;
+      low = std::min(low, double(p.z() - std::abs(p.x())) * SIMDSQRT12);
+    }
+    return low;
+  };
+  Rest rest;
+  if (!settle(arena, body, rate, 12, depth, rest)) return broken(arena);
+  Trial trial;
+  for (double& height : rest.trace) height /= subject.voxel;
+  trial.trace = rest.trace;
+  trial.remark = fmt::format("{:.2g} voxels from the faces", rest.off / subject.voxel);
+  judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+  if (rest.off > 2 * subject.voxel) trial.verdict = Verdict::broken;
+  return trial;
+}
+
+// A needle that is kept upright stands on its tip.
+Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
+  std::vector<btVector3> corners;
+  const double height = 50 * subject.voxel;
+  const auto needle = subject.props->needle(column, 5 * subject.voxel, height, corners);
+  Arena arena({column.motion});
+  arena.add_plane();
+  btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
+  body.setAngularFactor(0);
+  Rest rest;
+  if (!settle(arena, body, rate, 8, [&] { return lowest(body, corners); }, rest)) return broken(arena);
+  Trial trial;
+  for (double& h : rest.trace) h /= subject.voxel;
+  trial.trace = rest.trace;
+  trial.remark = fmt::format("kinetic energy {:.2g} m g voxel", rest.kinetic / (subject.mass * kGravity * subject.voxel));
+  judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
+  return trial;
+}
+
+// The asset on a slab that is free on a plane; ratio: the upper's mass over the lower's.
+Trial mass_ratio(const Subject& subject, const Column& column, double ratio) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  constexpr double kRate = 240;
+  const auto poses = rest_poses(subject.corners, 0.5 * subject.voxel, 1);
+  if (poses.empty()) return skipped("no pose in which the asset stands");
+  const btVector3 half{btScalar(0.6 * subject.size), btScalar(0.6 * subject.size),
+                       btScalar(std::max(0.1 * subject.size, 4 * subject.voxel))};
+  Arena arena({column.motion});
+  arena.add_plane();
+  // The light one has the mass that was asked for.
+  const double upper = ratio >= 1 ? subject.mass * ratio : subject.mass;
+  const double lower = ratio >= 1 ? subject.mass : subject.mass / ratio;
+  btRigidBody& slab = arena.add(subject.props->box(column, half, Props::Part::mixed), lower,
+                                btTransform(btQuaternion::getIdentity(), btVector3(0, 0, half.z())));
+  btTransform at(poses[0].rotation);
+  at.getOrigin().setZ(btScalar(2 * half.z()) + btScalar(subject.voxel) - btScalar(lowest(at, column.corners)));
+  btRigidBody& body = arena.add(column.body, upper, at);
+  double between = 0;
+  double below = 0;
+  constexpr long kSteps = 10 * 240;
+  Trace trace(kSteps);
+  for (long i = 0; i < kSteps; ++i) {
+    if (!arena.step(1 / kRate)) return broken(arena);
+    const btTransform in_slab = slab.getWorldTransform().inverse() * body.getWorldTransform();
+    const double gap = lowest(in_slab, column.corners) - double(half.z());
+    trace.add(gap / subject.voxel);
+    if (i < kSteps / 2) continue;
+    between = std::max(between, std::abs(gap));
+    const std::vector<btVector3> feet{{half.x(), half.y(), -half.z()},
+                                      {-half.x(), half.y(), -half.z()},
+                                      {half.x(), -half.y(), -half.z()},
+                                      {-half.x(), -half.y(), -half.z()}};
+    below = std::max(below, std::abs(lowest(slab, feet)));
+  }
+  Trial trial;
+  trial.trace = trace.values;
+  trial.remark = fmt::format("between the two {:.2g}, slab and plane {:.2g} voxels", between / subject.voxel,
+                             below / subject.voxel);
+  judge(trial, std::max(between, below) / subject.voxel, 1);
+  return trial;
+}
+
+// Ten of the asset, or of a baked cube where it has no two flat faces opposite to each other.
+Trial stack(const Subject& subject, const Column& column, double seconds, double iterations) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  constexpr double kRate = 240;
+  constexpr int kBodies = 10;
+  const StackBody part = stack_body(subject, column);
+  Arena arena({column.motion, kGravity, int(iterations)});
+  arena.add_plane();
+  std::vector<btRigidBody*> bodies;
+  std::vector<btVector3> places;
+  for (int i = 0; i < kBodies; ++i) {
+    btTransform at = part.at;
+    at.getOrigin().setZ(at.getOrigin().z() + btScalar(i * part.height));
+    places.push_back(at.getOrigin());
+    bodies.push_back(&arena.add(part.shape, subject.mass, at));
+  }
+  const long steps = std::lround(seconds * kRate);
+  Trace trace(steps);
+  Trial trial;
+  double off = 0;
+  for (long i = 0; i < steps; ++i) {
+    if (!arena.step(1 / kRate)) return broken(arena);
+    off = 0;
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      off = std::max(off, double((bodies[b]->getWorldTransform().getOrigin() - places[b]).length()) / part.height);
+    }
+    trace.add(off);
+    if (off > 0.25) {
+      trial.remark = fmt::format("falls after {:.1f} s; ", double(i + 1) / kRate);
+      break;
+    }
+  }
+  trial.trace = trace.values;
+  trial.remark += part.what;
+  judge(trial, off, 0.25);
+  return trial;
+}
+
+}  // namespace
+
+StackBody stack_body(const Subject& subject, const Column& column) {
+  // A face with another one opposite, as large and level with it.
+  for (const RestPose& rest : rest_poses(subject.corners, 0.1 * subject.voxel, 12)) {
+    std::vector<btVector3> turned;
+    for (const btVector3& corner : subject.corners) turned.push_back(rest.rotation * corner);
+    const auto low = std::min_element(turned.begin(), turned.end(),
+                                      [](const btVector3& a, const btVector3& b) { return a.z() < b.z(); });
+    const auto high = std::max_element(turned.begin(), turned.end(),
+                                       [](const btVector3& a, const btVector3& b) { return a.z() < b.z(); });
+    const double height = double(high->z() - low->z());
+    // Corners of the top about the foot of the centre of mass, in eight directions.
+    double flat = std::numeric_limits<double>::infinity();
+    for (int d = 0; d < 8; ++d) {
+      const double angle = double(SIMD_PI) / 4 * d;
+      double reach = -1;
+      for (const btVector3& p : turned) {
+        if (double(high->z() - p.z()) > 0.1 * subject.voxel) continue;
+        reach = std::max(reach, std::cos(angle) * double(p.x()) + std::sin(angle) * double(p.y()));
+      }
+      flat = std::min(flat, reach);
+    }
+    if (flat < 0.1 * height || rest.flat < 0.1 * height) continue;
+    btTransform at(rest.rotation);
+    at.getOrigin().setZ(btScalar(rest.height));
+    return {column.body, at, height, "ten of the asset"};
+  }
+  const double half = 20 * subject.voxel;
+  const auto cube = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(half)}, Props::Part::mixed);
+  btTransform at = btTransform::getIdentity();
+  at.getOrigin().setZ(btScalar(half));
+  return {cube, at, 2 * half, "ten baked cubes of 40 voxels: the asset has no two flat faces opposite"};
+}
+
+void add_rest_cases(std::vector<Case>& cases) {
+  const Axis rates{"rate", "Hz", {1000, 500, 240, 120, 60, 30, 15, 10, 5}, {1000, 240, 60, 10}};
+  Case one;
+  one.family = "rest";
+  one.axes = {rates};
+  one.trace = "lowest point above the ground, in voxels";
+
+  one.name = "rest_depth";
+  one.question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?";
+  one.measured = "lowest point from the plane, above or below, in the last 3 of 12 s";
+  one.unit = "vx";
+  one.limit = "1 vx and a hundredth of a step's fall, g dt^2";
+  one.limit_from = "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_on_plane(subject, column, at[0], Watched::depth);
+  };
+  cases.push_back(one);
+
+  one.name = "rest_jitter";
+  one.question = "And does it stay still there?";
+  one.measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel";
+  one.unit = "m g vx";
+  one.limit = "0.1 m g vx";
+  one.limit_from = "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_on_plane(subject, column, at[0], Watched::jitter);
+  };
+  cases.push_back(one);
+
+  one.name = "wedge";
+  one.question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?";
+  one.limit = "0.1 m g vx, and no more than 2 vx from the faces";
+  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_in_wedge(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "tip";
+  one.question = "Does a needle, 50 voxels long and kept upright, stand on its tip?";
+  one.measured = "tip from the plane, above or below, in the last 2 of 8 s";
+  one.unit = "vx";
+  one.limit = "1 vx and a hundredth of a step's fall";
+  one.limit_from = "As for rest_depth.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_on_tip(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "mass_ratio";
+  one.question = "Does the body rest on a free slab on a plane, when one is much heavier than the other?";
+  one.measured = "farthest of body and slab, slab and plane from touching, in the last 5 of 10 s at 240 Hz";
+  one.limit = "1 vx";
+  one.limit_from = "Contacts are made within a voxel.";
+  one.axes = {{"upper over lower mass", "", {1e-4, 1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4}, {1e-4, 1, 100}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return mass_ratio(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "stack";
+  one.question = "Does a stack of ten stand without sleeping, at 240 Hz?";
+  one.measured = "farthest that a body is from its place, over its height";
+  one.unit = "";
+  one.limit = "0.25";
+  one.limit_from = "A body that has moved by a quarter of its height has left the stack.";
+  one.trace = "farthest from its place, over height";
+  one.axes = {{"time", "s", {60}, {5}}, {"iterations", "", {10, 50}, {}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return stack(subject, column, at[0], at[1]);
+  };
+  cases.push_back(one);
+}
+
+}  // namespace vps::stress
