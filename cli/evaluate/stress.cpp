@@ -52,12 +52,13 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
   Outcome out;
   out.column = column.name;
   out.ours = column.ours;
+  out.promised = column.ours && !(asked.needs_continuous && column.motion == Motion::discrete);
   const std::string why = missing(asked, subject);
   for (const std::vector<double>& at : settings(axes)) {
     Trial trial;
     if (!why.empty()) {
       trial = skipped(why);
-    } else if (asked.bullet && column.body.shape == nullptr) {
+    } else if (asked.alone.empty() && column.body.shape == nullptr) {
       trial = skipped(column.absent);
     } else {
       trial = asked.run(subject, column, at);
@@ -68,8 +69,9 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
   for (std::size_t i = 0; i < out.trials.size(); ++i) {
     const Trial& trial = out.trials[i];
     if (utilisation(trial) > utilisation(out.trials[out.worst])) out.worst = i;
-    if (trial.verdict == Verdict::broken) out.verdict = Verdict::broken;
-    if (trial.verdict == Verdict::held && out.verdict == Verdict::skipped) out.verdict = Verdict::held;
+    // The gravest of those that were run.
+    const bool first = out.verdict == Verdict::skipped;
+    if (trial.verdict != Verdict::skipped && (first || trial.verdict > out.verdict)) out.verdict = trial.verdict;
   }
   return out;
 }
@@ -79,6 +81,7 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
 const char* describe(Verdict verdict) {
   switch (verdict) {
     case Verdict::held: return "held";
+    case Verdict::solver: return "solver";
     case Verdict::broken: return "broken";
     case Verdict::skipped: return "skipped";
   }
@@ -89,6 +92,11 @@ void judge(Trial& trial, double value, double limit) {
   trial.value = value;
   trial.limit = limit;
   trial.verdict = value <= limit && value >= trial.least ? Verdict::held : Verdict::broken;
+}
+
+void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
+  judge(trial, value, limit);
+  if (trial.verdict == Verdict::broken && std::isfinite(value) && !(of_boxes <= limit)) trial.verdict = Verdict::solver;
 }
 
 Trial skipped(std::string why) {
@@ -112,11 +120,11 @@ const std::vector<Case>& all_cases() {
 
 CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
   CaseResult result{&asked, axes_of(asked, extent), {}};
-  if (!asked.bullet) {
-    Column loop;
-    loop.name = "penalty loop";
-    loop.ours = true;
-    result.outcomes.push_back(run_column(asked, subject, loop, result.axes));
+  if (!asked.alone.empty()) {
+    Column only;
+    only.name = asked.alone;
+    only.ours = true;
+    result.outcomes.push_back(run_column(asked, subject, only, result.axes));
     return result;
   }
   for (const Column& column : subject.columns) {
@@ -125,9 +133,11 @@ CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
   return result;
 }
 
-bool is_broken(const CaseResult& result) {
-  return std::any_of(result.outcomes.begin(), result.outcomes.end(),
-                     [](const Outcome& one) { return one.ours && one.verdict == Verdict::broken; });
+bool is_broken(const CaseResult& result, Strictness strictness) {
+  return std::any_of(result.outcomes.begin(), result.outcomes.end(), [&](const Outcome& one) {
+    if (strictness == Strictness::strict) return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
+    return one.promised && one.verdict == Verdict::broken;
+  });
 }
 
 }  // namespace vps::stress

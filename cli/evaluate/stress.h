@@ -22,8 +22,13 @@
 
 namespace vps::stress {
 
-enum class Verdict : std::uint8_t { held, broken, skipped };
-/// "held", "broken", "skipped".
+enum class Verdict : std::uint8_t {
+  held,
+  solver,   ///< the limit is not held, and boxes of Bullet's own in the same place do not hold it either
+  broken,   ///< the limit is not held
+  skipped,  ///< not run: the remark says why
+};
+/// "held", "solver", "broken", "skipped".
 [[nodiscard]] const char* describe(Verdict verdict);
 
 enum class Motion : std::uint8_t { discrete, continuous };
@@ -117,7 +122,9 @@ struct Case {
   std::vector<Axis> axes;
   Part needs = Part::pointshell;
   std::string trace;       ///< what the trials' traces are; empty: none
-  bool bullet = true;      ///< false: the penalty loop, which has no columns
+  std::string alone;       ///< what the only column is called of cases that do without Bullet; empty: in Bullet
+  /// Where our shapes need ContinuousMotion for the limit, as the README says: what breaks it without is shown only.
+  bool needs_continuous = false;
   std::function<Trial(const Subject&, const Column&, std::span<const double>)> run;
 };
 
@@ -125,6 +132,7 @@ struct Case {
 struct Outcome {
   std::string column;
   bool ours = false;
+  bool promised = false;  ///< the limit is stated for this column
   Verdict verdict = Verdict::skipped;
   std::size_t worst = 0;  ///< the trial that is nearest to its limit or farthest beyond it
   std::vector<Trial> trials;
@@ -144,11 +152,17 @@ enum class Extent : std::uint8_t { full, quick };
 /// Runs a case in every column.
 [[nodiscard]] CaseResult run_case(const Case& asked, const Subject& subject, Extent extent);
 
-/// Broken in a column of ours.
-[[nodiscard]] bool is_broken(const CaseResult& result);
+enum class Strictness : std::uint8_t {
+  promised,  ///< a limit counts that is stated for the column and broken by it
+  strict,    ///< also where ContinuousMotion is needed and off, and where the solver is to blame
+};
+/// Whether a column of ours breaks the case.
+[[nodiscard]] bool is_broken(const CaseResult& result, Strictness strictness);
 
 /// Sets value, limit and verdict: broken also when `value` is not a number.
 void judge(Trial& trial, double value, double limit);
+/// The same beside the value that boxes of Bullet's own have in the place of the body.
+void judge_beside(Trial& trial, double value, double limit, double of_boxes);
 /// A trial that was not run.
 [[nodiscard]] Trial skipped(std::string why);
 

@@ -18,12 +18,14 @@ struct Gain {
   std::vector<double> trace;
 };
 
-bool run(Arena& arena, double rate, double seconds, double scale, Gain& out) {
+template <class EachStep>
+bool run(Arena& arena, double rate, double seconds, double scale, Gain& out, const EachStep& each_step) {
   const long steps = std::lround(seconds * rate);
   Trace trace(steps);
   const double first = arena.energy();
   for (long i = 0; i < steps; ++i) {
     if (!arena.step(1 / rate)) return false;
+    each_step();
     const double gain = (arena.energy() - first) / scale;
     trace.add(gain);
     out.most = std::max(out.most, gain);
@@ -49,14 +51,19 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
   body.setFriction(0);
   Gain gain;
   const double scale = subject.mass * kGravity * height;
-  constexpr double kSeconds = 2;
-  if (!run(arena, rate, kSeconds, scale, gain)) return broken(arena);
+  int bounces = 0;
+  bool below = false;
+  const auto count = [&] {
+    const bool now = lowest(body, column.corners) < 0;
+    bounces += now && !below ? 1 : 0;
+    below = now;
+  };
+  if (!run(arena, rate, 2, scale, gain, count)) return broken(arena);
   // Each bounce may be seen a step's way late, and the body is lifted by that much.
   const double fall = std::sqrt(2 * height / kGravity);
-  const double bounces = std::ceil(kSeconds / (2 * fall));
   const double per_bounce = kGravity * fall / rate / height;
-  Trial trial = of_gain(gain, bounces * per_bounce);
-  trial.remark = fmt::format("{:+.3g} % at the end", 100 * gain.trace.back());
+  Trial trial = of_gain(gain, std::max(bounces, 1) * per_bounce);
+  trial.remark = fmt::format("{:+.3g} % at the end, {} bounces", 100 * gain.trace.back(), bounces);
   return trial;
 }
 
@@ -68,7 +75,7 @@ Trial slide(const Subject& subject, const Column& column, double rate, double fr
   body.setFriction(btScalar(friction));
   body.setLinearVelocity({1, 0, 0});
   Gain gain;
-  if (!run(arena, rate, 5, 0.5 * subject.mass, gain)) return broken(arena);
+  if (!run(arena, rate, 5, 0.5 * subject.mass, gain, [] {})) return broken(arena);
   Trial trial = of_gain(gain, 0.05);
   trial.remark = fmt::format("{:+.3g} % at the end", 100 * gain.trace.back());
   return trial;
@@ -85,7 +92,7 @@ Trial spin(const Subject& subject, const Column& column, double rate, int axis) 
   spin[axis] = btScalar(kSpin);
   body.setAngularVelocity(spin);
   Gain gain;
-  if (!run(arena, rate, 5, kinetic_energy(body), gain)) return broken(arena);
+  if (!run(arena, rate, 5, kinetic_energy(body), gain, [] {})) return broken(arena);
   Trial trial = of_gain(gain, 0.05);
   trial.remark = fmt::format("ends {:.2g} voxels from the plane, at {:.3g} m/s", lowest(body, column.corners) / subject.voxel,
                              double(body.getLinearVelocity().length()));
@@ -103,7 +110,7 @@ Trial near_singular(const Subject& subject, const Column& column, bool plate, do
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 2), inertia);
   body.setAngularVelocity({1, 2, 3});
   Gain gain;
-  if (!run(arena, 240, 8, subject.mass * kGravity * subject.size / 2, gain)) return broken(arena);
+  if (!run(arena, 240, 8, subject.mass * kGravity * subject.size / 2, gain, [] {})) return broken(arena);
   Trial trial = of_gain(gain, 0.05);
   trial.remark = fmt::format("ends {:.2g} voxels from the plane, kinetic energy {:.2g} J",
                              lowest(body, column.corners) / subject.voxel, kinetic_energy(body));

@@ -67,16 +67,17 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   constexpr long kSteps = 10 * long(kRate);
   Trace trace(kSteps);
   double gained = 0;
+  const double first = arena.energy();
   for (long i = 0; i < kSteps; ++i) {
     if (!arena.step(1 / kRate)) return broken(arena);
-    gained = std::max(gained, arena.kinetic_energy());
+    gained = std::max(gained, arena.energy() - first);
     trace.add(lowest(body, column.corners) / subject.voxel);
   }
   const double left = -lowest(body, column.corners);
   Trial trial;
   trial.trace = trace.values;
   trial.remark = fmt::format("starts {:.3g} voxels deep, ends {:.2g}", depth / subject.voxel, left / subject.voxel);
-  judge(trial, gained / (subject.mass * kGravity * depth), 1);
+  judge(trial, gained / (subject.mass * kGravity * depth), 2);
   if (left > 2 * subject.voxel) {
     trial.verdict = Verdict::broken;
     trial.remark += ": does not leave";
@@ -115,7 +116,10 @@ void add_impact_cases(std::vector<Case>& cases) {
   one.measured = "leading point beyond the wall's back after 0.25 s, no more than the body's length; worst of 4 throws";
   one.unit = "vx";
   one.limit = "1 vx";
-  one.limit_from = "A body that was stopped is in front of the wall; contacts are made within a voxel.";
+  one.limit_from =
+      "A body that was stopped is in front of the wall; contacts are made within a voxel. Stated with ContinuousMotion: "
+      "without it, as bodies are by default, the README promises nothing about thin walls.";
+  one.needs_continuous = true;
   one.axes = {{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}}, {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
 
   one.name = "impact_baked";
@@ -140,12 +144,13 @@ void add_impact_cases(std::vector<Case>& cases) {
   };
   cases.push_back(one);
 
+  one.needs_continuous = false;
   one.name = "deep_overlap";
   one.question = "Does a body that starts deep in a slab leave it, without being shot off?";
-  one.measured = "largest kinetic energy in 10 s, over what lifts the body by the overlap";
+  one.measured = "most energy above the first in 10 s, over what lifts the body by the overlap";
   one.unit = "m g depth";
-  one.limit = "1 m g depth, and out to 2 vx in the end";
-  one.limit_from = "A body that is lifted out needs m g depth; with more it was shot off.";
+  one.limit = "2 m g depth, and out to 2 vx in the end";
+  one.limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap.";
   one.trace = "lowest point above the slab, in voxels";
   one.axes = {{"overlap", "of the length", {0.01, 0.03, 0.1, 0.3}, {0.03, 0.3}}};
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {

@@ -265,7 +265,7 @@ void add_penalty_cases(std::vector<Case>& cases) {
   const Axis rates{"rate", "Hz", kRates, {1000, 60}};
   Case one;
   one.family = "penalty loop";
-  one.bullet = false;
+  one.alone = "penalty loop";
   one.measured = "largest stable k dt^2 over what theory allows";
   one.unit = "";
   one.axes = {rates};

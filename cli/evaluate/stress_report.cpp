@@ -42,16 +42,20 @@ std::string value_text(const Case& asked, const Trial& trial) {
 std::string outcome_text(const CaseResult& result, const Outcome& outcome) {
   const Trial& worst = outcome.trials[outcome.worst];
   if (outcome.verdict == Verdict::skipped) return fmt::format("{} skipped ({})", outcome.column, worst.remark);
-  std::string text = fmt::format("{} {} {}", outcome.column, describe(outcome.verdict), value_text(*result.asked, worst));
+  const bool shown_only = outcome.ours && !outcome.promised;
+  std::string text = fmt::format("{}{} {} {}", outcome.column, shown_only ? " (not promised)" : "", describe(outcome.verdict), value_text(*result.asked, worst));
   if (const std::string at = setting(result.axes, worst.at); !at.empty()) text += " at " + at;
   return text;
 }
 
 Verdict verdict_of(const CaseResult& result) {
-  if (is_broken(result)) return Verdict::broken;
-  const bool any = std::any_of(result.outcomes.begin(), result.outcomes.end(),
-                               [](const Outcome& one) { return one.ours && one.verdict == Verdict::held; });
-  return any ? Verdict::held : Verdict::skipped;
+  // The gravest of those that the limit is stated for.
+  Verdict verdict = Verdict::skipped;
+  for (const Outcome& one : result.outcomes) {
+    if (!one.promised || one.verdict == Verdict::skipped) continue;
+    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
+  }
+  return verdict;
 }
 
 const CaseResult* find_case(const AssetResult& result, const char* name) {
@@ -110,7 +114,8 @@ ordered_json to_json(const CaseResult& result) {
   }
   for (const Outcome& outcome : result.outcomes) {
     ordered_json column = {{"column", outcome.column},
-                           {"decides", outcome.ours},
+                           {"ours", outcome.ours},
+                           {"promised", outcome.promised},
                            {"verdict", describe(outcome.verdict)},
                            {"worst", outcome.worst},
                            {"trials", ordered_json::array()}};
@@ -139,7 +144,7 @@ std::string escaped(const std::string& text) {
 std::string failures(const CaseResult& result) {
   std::string out;
   for (const Outcome& outcome : result.outcomes) {
-    if (!outcome.ours) continue;
+    if (!outcome.promised) continue;
     for (const Trial& trial : outcome.trials) {
       if (trial.verdict != Verdict::broken) continue;
       out += fmt::format("{} at {}: {}; {}\n", outcome.column, setting(result.axes, trial.at),
@@ -224,7 +229,9 @@ std::string certificate(const AssetResult& result) {
         impact_part(result, "continuous", "with ContinuousMotion")}) {
     if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
   }
-  const auto broken = std::count_if(result.cases.begin(), result.cases.end(), is_broken);
+  const auto broken = std::count_if(result.cases.begin(), result.cases.end(), [](const CaseResult& one) {
+    return is_broken(one, Strictness::promised);
+  });
   text += fmt::format("{}{} of {} cases broken", text.empty() ? "" : "; ", broken, result.cases.size());
   return fmt::format("certificate: {}: {}", result.asset, text);
 }

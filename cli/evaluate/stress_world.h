@@ -86,6 +86,7 @@ class Trace {
 /// What a stack is made of.
 struct StackBody {
   evaluate::BulletShape shape;
+  std::vector<btVector3> corners;
   btTransform at;     ///< of the lowest, on z = 0
   double height = 0;  ///< [m]
   const char* what = "";
