@@ -96,7 +96,7 @@ void judge(Trial& trial, double value, double limit) {
 
 void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   judge(trial, value, limit);
-  if (trial.verdict == Verdict::broken && std::isfinite(value) && !(of_boxes <= limit)) trial.verdict = Verdict::solver;
+  if (trial.verdict == Verdict::broken && !(of_boxes <= limit)) trial.verdict = Verdict::solver;
 }
 
 Trial skipped(std::string why) {

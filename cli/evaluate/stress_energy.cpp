@@ -52,11 +52,11 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
   Gain gain;
   const double scale = subject.mass * kGravity * height;
   int bounces = 0;
-  bool below = false;
+  bool falls = true;
   const auto count = [&] {
-    const bool now = lowest(body, column.corners) < 0;
-    bounces += now && !below ? 1 : 0;
-    below = now;
+    const bool now = body.getLinearVelocity().z() < 0;
+    bounces += falls && !now ? 1 : 0;
+    falls = now;
   };
   if (!run(arena, rate, 2, scale, gain, count)) return broken(arena);
   // Each bounce may be seen a step's way late, and the body is lifted by that much.
