@@ -135,10 +135,10 @@ int run(int argc, char** argv) {
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
-    add_check_command(app),
-    add_info_command(app),
+      add_check_command(app),
+      add_info_command(app),
 #ifdef VPS_WITH_BULLET
-    add_stress_command(app),
+      add_stress_command(app),
 #endif
   };
   const Command* command = nullptr;

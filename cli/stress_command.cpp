@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "bake/vps_load.h"
 #include "cli/describe_asset.h"
@@ -115,14 +116,15 @@ int write_outputs(const Arguments& arguments, const std::vector<stress::AssetRes
 }
 
 // One asset through all cases. @return the exit code of what was wrong with it
-int run_asset(const Arguments& arguments, const std::string& path, std::vector<stress::AssetResult>& results) {
+int run_asset(const Arguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
+              std::vector<stress::AssetResult>& results) {
   const auto asset = std::make_shared<Asset>();
   if (const int code = open_asset(path, *asset); code != kOk) return code;
   return guarded(path, [&] {
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;
     options.seed = arguments.seed;
-    if (!arguments.mesh.mesh.empty()) options.mesh = import_with(arguments.mesh);
+    options.mesh = mesh;
     const stress::Subject subject = stress::make_subject(path, asset, options);
     stress::AssetResult& result = results.emplace_back();
     result.asset = path;
@@ -156,11 +158,19 @@ int run(const Arguments& arguments) {
   for (const fs::path& file : outputs(arguments)) {
     if (const std::string reason = refusal(file); !reason.empty()) return fail(kIo, file.string(), reason);
   }
+  std::optional<TriangleMesh> mesh;
+  if (!arguments.mesh.mesh.empty()) {
+    const auto import = [&] {
+      mesh = import_with(arguments.mesh);
+      return int{kOk};
+    };
+    if (const int code = guarded(arguments.mesh.mesh, import); code != kOk) return code;
+  }
   bullet::set_message_handler(nullptr);  // cases are extreme on purpose
   std::vector<stress::AssetResult> results;
   int code = kOk;
   for (const std::string& path : arguments.assets) {
-    const int one = run_asset(arguments, path, results);
+    const int one = run_asset(arguments, path, mesh, results);
     if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
   }
   for (const stress::AssetResult& result : results) {

@@ -60,8 +60,8 @@ std::vector<RestPose> rest_poses(const std::vector<btVector3>& corners, double t
     const double flat = inside(carrying, height * normal, normal);
     if (flat <= 0) continue;
     btVector3 down(0, 0, -1);
-    poses.push_back({btMatrix3x3(shortestArcQuatNormalize2(normal, down)),
-                     std::atan2(flat, double(height)), double(height), flat});
+    poses.push_back(
+        {btMatrix3x3(shortestArcQuatNormalize2(normal, down)), std::atan2(flat, double(height)), double(height), flat});
   }
   std::stable_sort(poses.begin(), poses.end(), [](const RestPose& a, const RestPose& b) { return a.tilt > b.tilt; });
   std::vector<RestPose> out;

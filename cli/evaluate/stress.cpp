@@ -80,10 +80,14 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
 
 const char* describe(Verdict verdict) {
   switch (verdict) {
-    case Verdict::held: return "held";
-    case Verdict::solver: return "solver";
-    case Verdict::broken: return "broken";
-    case Verdict::skipped: return "skipped";
+    case Verdict::held:
+      return "held";
+    case Verdict::solver:
+      return "solver";
+    case Verdict::broken:
+      return "broken";
+    case Verdict::skipped:
+      return "skipped";
   }
   return "";
 }
@@ -96,7 +100,10 @@ void judge(Trial& trial, double value, double limit) {
 
 void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   judge(trial, value, limit);
-  if (trial.verdict == Verdict::broken && !(of_boxes <= limit)) trial.verdict = Verdict::solver;
+  // Ten times as far is more than the solver explains.
+  const bool as_boxes =
+      std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
+  if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 
 Trial skipped(std::string why) {
@@ -135,7 +142,8 @@ CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
 
 bool is_broken(const CaseResult& result, Strictness strictness) {
   return std::any_of(result.outcomes.begin(), result.outcomes.end(), [&](const Outcome& one) {
-    if (strictness == Strictness::strict) return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
+    if (strictness == Strictness::strict)
+      return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
     return one.promised && one.verdict == Verdict::broken;
   });
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /// @file Stability cases: what each asks, which limit is stated for it, and what was measured.
 ///
-/// A case is run for each column (this project's shapes, and the peers) at each setting of its axes: a trial. Limits are
-/// stated before anything is run, from theory or as a tolerance in voxels or energy; none is fitted to what comes out.
-/// Nothing here reads a clock, so that the same run gives the same numbers.
+/// A case is run for each column (this project's shapes, and the peers) at each setting of its axes: a trial. Limits
+/// are stated before anything is run, from theory or as a tolerance in voxels or energy; none is fitted to what comes
+/// out. Nothing here reads a clock, so that the same run gives the same numbers.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -35,13 +35,13 @@ enum class Motion : std::uint8_t { discrete, continuous };
 
 /// Who plays the asset in a world of Bullet's.
 struct Column {
-  std::string name;             ///< as --without takes it
-  bool ours = false;            ///< decides the exit code
+  std::string name;   ///< as --without takes it
+  bool ours = false;  ///< decides the exit code
   Motion motion = Motion::discrete;
-  evaluate::BulletShape body;   ///< origin: centre of mass; without a shape the column skips everything
+  evaluate::BulletShape body;      ///< origin: centre of mass; without a shape the column skips everything
   std::vector<btVector3> corners;  ///< of the convex hull of what this column plays, same frame. [m]
-  std::size_t triangles = 0;    ///< of a triangle mesh; 0 for others
-  std::string absent;           ///< why there is no shape
+  std::size_t triangles = 0;       ///< of a triangle mesh; 0 for others
+  std::string absent;              ///< why there is no shape
 };
 
 /// Bodies that cases need beside the asset: boxes and a needle, baked at the asset's voxel size for our columns, and as
@@ -65,21 +65,21 @@ class Props {
 };
 
 struct SubjectOptions {
-  double mass = 1;                         ///< [Limits: value > 0] [Units: kg]
-  std::uint64_t seed = 1;                  ///< of disturbances and directions
-  std::optional<TriangleMesh> mesh;        ///< the asset's own, for the peers; none: what can do without
-  std::filesystem::path cache;             ///< folder for HACD's hulls and baked props; empty: none is kept
-  std::vector<std::string> without;        ///< columns to leave out
+  double mass = 1;                   ///< [Limits: value > 0] [Units: kg]
+  std::uint64_t seed = 1;            ///< of disturbances and directions
+  std::optional<TriangleMesh> mesh;  ///< the asset's own, for the peers; none: what can do without
+  std::filesystem::path cache;       ///< folder for HACD's hulls and baked props; empty: none is kept
+  std::vector<std::string> without;  ///< columns to leave out
 };
 
 /// An asset, and all that its cases need.
 struct Subject {
   std::string name;
   std::shared_ptr<const Asset> asset;
-  double mass = 1;          ///< [kg]
+  double mass = 1;  ///< [kg]
   std::uint64_t seed = 1;
-  double size = 0;          ///< longest side of the bounds. [m]
-  double voxel = 0;         ///< [m]
+  double size = 0;                   ///< longest side of the bounds. [m]
+  double voxel = 0;                  ///< [m]
   std::optional<TriangleMesh> mesh;  ///< about the centre of mass
   std::vector<btVector3> corners;    ///< of the convex hull of the shell's points, or of the mesh; body frame. [m]
   std::vector<Column> columns;
@@ -94,7 +94,7 @@ struct Axis {
   std::string name;
   std::string unit;
   std::vector<double> values;
-  std::vector<double> quick;         ///< of --quick; empty: all
+  std::vector<double> quick;          ///< of --quick; empty: all
   std::vector<std::string> labels{};  ///< in the place of values; empty: the values
 };
 
@@ -115,14 +115,14 @@ struct Case {
   std::string name;
   std::string family;
   std::string question;
-  std::string measured;    ///< what the number is
+  std::string measured;  ///< what the number is
   std::string unit;
   std::string limit;       ///< as text
   std::string limit_from;  ///< theory or tolerance, and why
   std::vector<Axis> axes;
   Part needs = Part::pointshell;
-  std::string trace;       ///< what the trials' traces are; empty: none
-  std::string alone;       ///< what the only column is called of cases that do without Bullet; empty: in Bullet
+  std::string trace;  ///< what the trials' traces are; empty: none
+  std::string alone;  ///< what the only column is called of cases that do without Bullet; empty: in Bullet
   /// Where our shapes need ContinuousMotion for the limit, as the README says: what breaks it without is shown only.
   bool needs_continuous = false;
   std::function<Trial(const Subject&, const Column&, std::span<const double>)> run;
@@ -161,7 +161,8 @@ enum class Strictness : std::uint8_t {
 
 /// Sets value, limit and verdict: broken also when `value` is not a number.
 void judge(Trial& trial, double value, double limit);
-/// The same beside the value that boxes of Bullet's own have in the place of the body.
+/// The same beside the value that boxes of Bullet's own have in the place of the body. The solver is to blame where
+/// that breaks the limit too, unless `value` is ten times as far.
 void judge_beside(Trial& trial, double value, double limit, double of_boxes);
 /// A trial that was not run.
 [[nodiscard]] Trial skipped(std::string why);

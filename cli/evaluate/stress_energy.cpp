@@ -94,8 +94,8 @@ Trial spin(const Subject& subject, const Column& column, double rate, int axis) 
   Gain gain;
   if (!run(arena, rate, 5, kinetic_energy(body), gain, [] {})) return broken(arena);
   Trial trial = of_gain(gain, 0.05);
-  trial.remark = fmt::format("ends {:.2g} voxels from the plane, at {:.3g} m/s", lowest(body, column.corners) / subject.voxel,
-                             double(body.getLinearVelocity().length()));
+  trial.remark = fmt::format("ends {:.2g} voxels from the plane, at {:.3g} m/s",
+                             lowest(body, column.corners) / subject.voxel, double(body.getLinearVelocity().length()));
   return trial;
 }
 
@@ -129,7 +129,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   one.question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?";
   one.measured = "most energy above the first";
   one.limit = "a step's way at the bounce, as height, for each bounce";
-  one.limit_from = "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt.";
+  one.limit_from =
+      "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt.";
   one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return bounce(subject, column, at[0]);
@@ -150,7 +151,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   one.question = "Does a body gain energy that falls on a plane at 100 revolutions a second?";
   one.measured = "most energy above the first, of its spin";
   one.limit = "5 %";
-  one.limit_from = "Contacts only take; 5 % is a tolerance. Bullet limits a body to a quarter of a turn a step: 240 Hz slows it.";
+  one.limit_from =
+      "Contacts only take; 5 % is a tolerance. Bullet limits a body to a quarter of a turn a step: 240 Hz slows it.";
   one.axes = {{"rate", "Hz", {1000, 240}, {1000}}, {"axis", "", {0, 1, 2}, {0}, {"x", "y", "z"}}};
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return spin(subject, column, at[0], int(at[1]));

@@ -17,7 +17,7 @@ enum class Wall : std::uint8_t { baked, bullet };
 
 struct Throw {
   Wall wall = Wall::baked;
-  double speed = 1;         // [m/s]
+  double speed = 1;  // [m/s]
   double thickness_vx = 1;
   double restitution = 0;
 };
@@ -26,7 +26,8 @@ struct Throw {
 Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   constexpr int kPhases = 4;
-  const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * how.thickness_vx * subject.voxel));
+  const btVector3 half(btScalar(subject.size), btScalar(subject.size),
+                       btScalar(0.5 * how.thickness_vx * subject.voxel));
   Column bullets = column;
   if (how.wall == Wall::bullet) bullets.ours = false;
   const evaluate::BulletShape wall = subject.props->box(bullets, half, Props::Part::still);
@@ -54,7 +55,6 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
   judge(trial, std::min(worst, subject.size) / subject.voxel, 1);
   return trial;
 }
-
 
 Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
@@ -103,7 +103,8 @@ Trial coincident(const Subject& subject, const Column& column, double offset_vx)
   }
   Trial trial;
   trial.trace = trace.values;
-  trial.remark = fmt::format("{:.3g} lengths apart after 5 s", double(other.getWorldTransform().getOrigin().length()) / subject.size);
+  trial.remark = fmt::format("{:.3g} lengths apart after 5 s",
+                             double(other.getWorldTransform().getOrigin().length()) / subject.size);
   judge(trial, gained / (subject.mass * kGravity * subject.size), 1);
   return trial;
 }
@@ -117,7 +118,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   one.unit = "vx";
   one.limit = "1 vx";
   one.limit_from =
-      "A body that was stopped is in front of the wall; contacts are made within a voxel. Stated with ContinuousMotion: "
+      "A body that was stopped is in front of the wall; contacts are made within a voxel. Stated with "
+      "ContinuousMotion: "
       "without it, as bodies are by default, the README promises nothing about thin walls.";
   one.needs_continuous = true;
   one.axes = {{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}}, {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
@@ -163,7 +165,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   one.measured = "largest kinetic energy in 5 s, over what lifts the body by its length";
   one.unit = "m g length";
   one.limit = "1 m g length";
-  one.limit_from = "What a fall from its own height would give is a tolerance; where there is no way out, to stay is right.";
+  one.limit_from =
+      "What a fall from its own height would give is a tolerance; where there is no way out, to stay is right.";
   one.trace = "kinetic energy, J";
   one.needs = Part::both;
   one.axes = {{"offset", "vx", {0, 0.01, 1}, {0}}};

@@ -17,11 +17,11 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-constexpr double kDepth_vx = 0.5;     // to which the body is pressed in
-constexpr double kUnstable = 100;     // growth of a disturbance: more, and contact is lost, which limits it
+constexpr double kDepth_vx = 0.5;  // to which the body is pressed in
+constexpr double kUnstable = 100;  // growth of a disturbance: more, and contact is lost, which limits it
 // A balance that tips over by itself, whatever the step, may at the bound grow no faster than this. [1/step]
 constexpr double kTips = 0.01;
-constexpr std::size_t kPoses = 24;    // that are tried
+constexpr std::size_t kPoses = 24;  // that are tried
 
 Eigen::Matrix3d inertia_of(const AssetInfo& info, double mass) {
   const auto& i = info.inertia;  // xx, yy, zz, xy, xz, yz
@@ -65,8 +65,8 @@ PressedBody::PressedBody(const Subject& subject, Ground ground)
     const double half = subject.size;
     Column ours;
     ours.ours = true;
-    const evaluate::BulletShape slab = subject.props->box(
-        ours, {btScalar(half), btScalar(half), btScalar(4 * subject.voxel)}, Props::Part::still);
+    const evaluate::BulletShape slab =
+        subject.props->box(ours, {btScalar(half), btScalar(half), btScalar(4 * subject.voxel)}, Props::Part::still);
     slab_ = std::shared_ptr<const Asset>(slab.shape, &static_cast<const bullet::Shape&>(*slab.shape).asset());
     check(slab_->voxelmap(map_));
     slab_top_ = slab_->info().bounds_max[2];
@@ -114,8 +114,8 @@ bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& cor
   inverse_mass.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / mass_;
   inverse_mass.bottomRightCorner<3, 3>() = (rotation_ * inertia_ * rotation_.transpose()).inverse();
   const Matrix6 stiffness = -Eigen::Map<const Matrix6>(gradient.pose);
-  const Eigen::EigenSolver<Eigen::Matrix<double, 6, 6>> modes(
-      Eigen::Matrix<double, 6, 6>(inverse_mass * stiffness), false);
+  const Eigen::EigenSolver<Eigen::Matrix<double, 6, 6>> modes(Eigen::Matrix<double, 6, 6>(inverse_mass * stiffness),
+                                                              false);
   double fastest = 0;  // square of a frequency
   for (const auto& square : modes.eigenvalues()) fastest = std::max(fastest, square.real());
   if (!(fastest > 0)) return false;
@@ -138,7 +138,9 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
 
   evaluate::Random random;
   for (std::uint64_t i = 0; i < seed_ % 1000; ++i) (void)random.next();
-  const auto draw = [&] { return Eigen::Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)); };
+  const auto draw = [&] {
+    return Eigen::Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
+  };
   const double first = options.disturbance * depth_;
   const double arm = std::sqrt(inertia_.trace() / (2 * mass_));
   Eigen::Vector3d x = position_ + first * draw();
@@ -255,7 +257,8 @@ Trial sweep(const Subject& subject, double rate, double share) {
     trial.trace = result.trace;
     if (share > 1) trial.least = kUnstable;
     judge(trial, std::min(result.growth, kUnstable), kUnstable * (share < 1 ? 0.999 : 1));
-    trial.remark = fmt::format("{} at {:.4g} N/m", result.growth < kUnstable ? "stable" : "unstable", options.stiffness);
+    trial.remark =
+        fmt::format("{} at {:.4g} N/m", result.growth < kUnstable ? "stable" : "unstable", options.stiffness);
   });
 }
 
@@ -275,7 +278,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
       "gradient. 5 % is for what is not linear: points that come into touch and leave it.";
 
   one.name = "penalty_bound_plane";
-  one.question = "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?";
+  one.question =
+      "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?";
   one.limit_from = theory;
   one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
     return find_bound(subject, Ground::plane, at[0], 0);
@@ -291,7 +295,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
 
   one.name = "penalty_bound_damped";
   one.question = "The same on the plane with a damper of a quarter of k dt.";
-  one.limit_from = "As for penalty_bound_plane; an explicit damper c takes 2 c dt of the bound: k dt^2 + 2 c dt < 4 m_eff.";
+  one.limit_from =
+      "As for penalty_bound_plane; an explicit damper c takes 2 c dt of the bound: k dt^2 + 2 c dt < 4 m_eff.";
   one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
     return find_bound(subject, Ground::plane, at[0], kDampingShare);
   };
@@ -303,7 +308,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   one.limit = "below 100 where k dt^2 < 4 m_eff, 100 where more";
   one.limit_from = theory + " 5 % either side are left out.";
   one.trace = "disturbance over its start";
-  one.axes = {rates, {"stiffness", "of the bound", {0.1, 0.25, 0.5, 0.8, 0.95, 1.05, 1.25, 2, 4, 10}, {0.5, 0.95, 1.05, 2}}};
+  one.axes = {rates,
+              {"stiffness", "of the bound", {0.1, 0.25, 0.5, 0.8, 0.95, 1.05, 1.25, 2, 4, 10}, {0.5, 0.95, 1.05, 2}}};
   one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
     return sweep(subject, at[0], at[1]);
   };
@@ -316,7 +322,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   one.limit = "k dt^2 / (2 m_eff), and 1 %";
   one.trace = "";
   one.limit_from =
-      "Contact begins and ends within a step: each changes the energy that symplectic Euler conserves by up to k dt^2 / (4 "
+      "Contact begins and ends within a step: each changes the energy that symplectic Euler conserves by up to k dt^2 "
+      "/ (4 "
       "m_eff) of it. 1 % is for forces that are not quite a gradient, as shell and field have normals of their own.";
   one.axes = {{"stiffness", "of the bound", {0.01, 0.04, 0.16}, {0.04}}};
   one.run = [](const Subject& subject, const Column&, std::span<const double> at) {

@@ -29,9 +29,9 @@ class PressedBody {
   PressedBody(const Subject& subject, Ground ground);
   /// Why there is nothing to measure; empty when there is.
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
-  [[nodiscard]] double area() const { return area_; }                          ///< in touch. [m^2]
-  [[nodiscard]] double effective_mass() const { return effective_mass_; }      ///< [kg]
-  [[nodiscard]] double depth() const { return depth_; }                        ///< of the deepest point. [m]
+  [[nodiscard]] double area() const { return area_; }                      ///< in touch. [m^2]
+  [[nodiscard]] double effective_mass() const { return effective_mass_; }  ///< [kg]
+  [[nodiscard]] double depth() const { return depth_; }                    ///< of the deepest point. [m]
 
   struct LoopOptions {
     double stiffness = 0;  ///< k, of the whole contact. [N/m]
@@ -58,17 +58,17 @@ class PressedBody {
   Ground ground_;
   double slab_top_ = 0;
   std::uint64_t seed_;
-  Eigen::Vector3d centre_;        // of mass, asset frame
+  Eigen::Vector3d centre_;  // of mass, asset frame
   double mass_ = 1;
-  Eigen::Matrix3d inertia_;       // asset frame
+  Eigen::Matrix3d inertia_;  // asset frame
   Eigen::Matrix3d rotation_;
-  Eigen::Vector3d position_;      // of the centre of mass, field frame
+  Eigen::Vector3d position_;  // of the centre of mass, field frame
   double area_ = 0, effective_mass_ = 0, depth_ = 0;
   std::string refusal_;
 };
 
-/// Largest k dt^2 that a loop stands, over 4 m_eff (or what a damper of `damping_share` k dt leaves of it), by bisection
-/// to a thousandth.
+/// Largest k dt^2 that a loop stands, over 4 m_eff (or what a damper of `damping_share` k dt leaves of it), by
+/// bisection to a thousandth.
 [[nodiscard]] double measured_over_theory(const PressedBody& body, double step, double damping_share);
 
 }  // namespace vps::stress

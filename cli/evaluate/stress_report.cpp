@@ -43,7 +43,8 @@ std::string outcome_text(const CaseResult& result, const Outcome& outcome) {
   const Trial& worst = outcome.trials[outcome.worst];
   if (outcome.verdict == Verdict::skipped) return fmt::format("{} skipped ({})", outcome.column, worst.remark);
   const bool shown_only = outcome.ours && !outcome.promised;
-  std::string text = fmt::format("{}{} {} {}", outcome.column, shown_only ? " (not promised)" : "", describe(outcome.verdict), value_text(*result.asked, worst));
+  std::string text = fmt::format("{}{} {} {}", outcome.column, shown_only ? " (not promised)" : "",
+                                 describe(outcome.verdict), value_text(*result.asked, worst));
   if (const std::string at = setting(result.axes, worst.at); !at.empty()) text += " at " + at;
   return text;
 }
@@ -81,7 +82,8 @@ ordered_json number(double x) {
 
 ordered_json rounded(const std::vector<double>& values) {
   ordered_json out = ordered_json::array();
-  for (const double x : values) out.push_back(std::isfinite(x) ? ordered_json(std::stod(fmt::format("{:.4g}", x))) : ordered_json());
+  for (const double x : values)
+    out.push_back(std::isfinite(x) ? ordered_json(std::stod(fmt::format("{:.4g}", x))) : ordered_json());
   return out;
 }
 
@@ -113,12 +115,9 @@ ordered_json to_json(const CaseResult& result) {
     j["axes"].push_back({{"name", axis.name}, {"unit", axis.unit}, {"values", axis.values}, {"labels", axis.labels}});
   }
   for (const Outcome& outcome : result.outcomes) {
-    ordered_json column = {{"column", outcome.column},
-                           {"ours", outcome.ours},
-                           {"promised", outcome.promised},
-                           {"verdict", describe(outcome.verdict)},
-                           {"worst", outcome.worst},
-                           {"trials", ordered_json::array()}};
+    ordered_json column = {{"column", outcome.column},     {"ours", outcome.ours},
+                           {"promised", outcome.promised}, {"verdict", describe(outcome.verdict)},
+                           {"worst", outcome.worst},       {"trials", ordered_json::array()}};
     for (const Trial& trial : outcome.trials) column["trials"].push_back(to_json(trial));
     j["columns"].push_back(std::move(column));
   }
@@ -130,11 +129,20 @@ std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += std::iscntrl(static_cast<unsigned char>(c)) != 0 && c != '\n' ? '?' : c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += std::iscntrl(static_cast<unsigned char>(c)) != 0 && c != '\n' ? '?' : c;
     }
   }
   return out;
@@ -155,13 +163,16 @@ std::string failures(const CaseResult& result) {
 }
 
 std::string to_junit(const std::string& asset, const CaseResult& result) {
-  std::string out = fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
+  std::string out =
+      fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
   const Verdict verdict = verdict_of(result);
   if (verdict == Verdict::broken) {
-    out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                       escaped(result.asked->measured + ": more than " + result.asked->limit), escaped(failures(result)));
+    out +=
+        fmt::format("      <failure message=\"{}\">{}</failure>\n",
+                    escaped(result.asked->measured + ": more than " + result.asked->limit), escaped(failures(result)));
   } else if (verdict == Verdict::skipped) {
-    out += fmt::format("      <skipped message=\"{}\"/>\n", escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
+    out += fmt::format("      <skipped message=\"{}\"/>\n",
+                       escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
   }
   return out + fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result)));
 }
@@ -200,10 +211,11 @@ std::string impact_part(const AssetResult& result, const char* column, const cha
   double best_speed = 0;
   double best_wall = 0;
   for (const Trial& candidate : impact->trials) {
-    const auto below = [&](const Trial& trial) { return trial.at[0] <= candidate.at[0] && trial.at[1] >= candidate.at[1]; };
-    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(), [&](const Trial& trial) {
-      return !below(trial) || trial.verdict == Verdict::held;
-    });
+    const auto below = [&](const Trial& trial) {
+      return trial.at[0] <= candidate.at[0] && trial.at[1] >= candidate.at[1];
+    };
+    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(),
+                                   [&](const Trial& trial) { return !below(trial) || trial.verdict == Verdict::held; });
     if (!holds) continue;
     if (candidate.at[0] > best_speed || (candidate.at[0] == best_speed && candidate.at[1] < best_wall)) {
       best_speed = candidate.at[0];
@@ -218,7 +230,8 @@ std::string impact_part(const AssetResult& result, const char* column, const cha
 
 std::string to_line(const CaseResult& result) {
   std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result)), result.asked->name);
-  for (std::size_t i = 0; i < result.outcomes.size(); ++i) line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
+  for (std::size_t i = 0; i < result.outcomes.size(); ++i)
+    line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
   return line;
 }
 
@@ -229,9 +242,8 @@ std::string certificate(const AssetResult& result) {
         impact_part(result, "continuous", "with ContinuousMotion")}) {
     if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
   }
-  const auto broken = std::count_if(result.cases.begin(), result.cases.end(), [](const CaseResult& one) {
-    return is_broken(one, Strictness::promised);
-  });
+  const auto broken = std::count_if(result.cases.begin(), result.cases.end(),
+                                    [](const CaseResult& one) { return is_broken(one, Strictness::promised); });
   text += fmt::format("{}{} of {} cases broken", text.empty() ? "" : "; ", broken, result.cases.size());
   return fmt::format("certificate: {}: {}", result.asset, text);
 }
@@ -240,8 +252,9 @@ ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json
   ordered_json j = provenance;
   j["assets"] = ordered_json::array();
   for (const AssetResult& result : results) {
-    ordered_json asset = {{"asset", result.asset},   {"mass", result.mass},     {"length", result.size},
-                          {"voxel_size", result.voxel}, {"points", result.points}, {"certificate", certificate(result)},
+    ordered_json asset = {{"asset", result.asset},         {"mass", result.mass},
+                          {"length", result.size},         {"voxel_size", result.voxel},
+                          {"points", result.points},       {"certificate", certificate(result)},
                           {"cases", ordered_json::array()}};
     for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one));
     j["assets"].push_back(std::move(asset));
@@ -260,8 +273,9 @@ std::string to_junit(const std::vector<AssetResult>& results) {
       skipped += verdict_of(one) == Verdict::skipped ? 1 : 0;
       cases += to_junit(result.asset, one);
     }
-    out += fmt::format("  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
-                       escaped(result.asset), result.cases.size(), broken, skipped, cases);
+    out += fmt::format(
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
+        escaped(result.asset), result.cases.size(), broken, skipped, cases);
   }
   return out + "</testsuites>\n";
 }

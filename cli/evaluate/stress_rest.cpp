@@ -48,7 +48,9 @@ Trial rest_on_plane(const Subject& subject, const Column& column, double rate, W
   arena.add_plane();
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
   Rest rest;
-  if (!settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); }, rest)) return broken(arena);
+  if (!settle(
+          arena, body, rate, 12, [&] { return lowest(body, column.corners); }, rest))
+    return broken(arena);
   Trial trial;
   for (double& height : rest.trace) height /= subject.voxel;
   trial.trace = rest.trace;
@@ -104,11 +106,14 @@ Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
   btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
   body.setAngularFactor(0);
   Rest rest;
-  if (!settle(arena, body, rate, 8, [&] { return lowest(body, corners); }, rest)) return broken(arena);
+  if (!settle(
+          arena, body, rate, 8, [&] { return lowest(body, corners); }, rest))
+    return broken(arena);
   Trial trial;
   for (double& h : rest.trace) h /= subject.voxel;
   trial.trace = rest.trace;
-  trial.remark = fmt::format("kinetic energy {:.2g} m g voxel", rest.kinetic / (subject.mass * kGravity * subject.voxel));
+  trial.remark =
+      fmt::format("kinetic energy {:.2g} m g voxel", rest.kinetic / (subject.mass * kGravity * subject.voxel));
   judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
   return trial;
 }
@@ -141,6 +146,7 @@ Standing box_of(const Standing& body) {
 
 struct Pile {
   double between = 0, below = 0;  // largest distance from touching in the second half. [m]
+  bool left = false;              // it walked off the slab
   std::vector<double> trace;
 };
 
@@ -168,6 +174,8 @@ bool pile(Arena& arena, const Standing& upper, double upper_mass, const evaluate
     if (i < kSteps / 2) continue;
     out.between = std::max(out.between, std::abs(gap));
     out.below = std::max(out.below, std::abs(lowest(slab, feet)));
+    const btVector3& place = in_slab.getOrigin();
+    out.left = out.left || std::abs(place.x()) > half.x() || std::abs(place.y()) > half.y();
   }
   out.trace = trace.values;
   return true;
@@ -205,13 +213,14 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio) {
   const double of_boxes = std::max(boxes.between, boxes.below) / subject.voxel;
   trial.remark = fmt::format("between the two {:.2g}, slab and plane {:.2g}; Bullet's boxes {:.2g} vx",
                              measured.between / subject.voxel, measured.below / subject.voxel, of_boxes);
+  if (measured.left) trial.remark = "walks off the slab; " + trial.remark;
   judge_beside(trial, std::max(measured.between, measured.below) / subject.voxel, 1, of_boxes);
   return trial;
 }
 
 struct Fall {
-  double off = 0;       // farthest from its place that a body is, over its height, when the run ends
-  double seconds = 0;   // until one was a quarter of its height off, or the end
+  double off = 0;      // farthest from its place that a body is, over its height, when the run ends
+  double seconds = 0;  // until one was a quarter of its height off, or the end
   std::vector<double> trace;
 };
 
@@ -268,7 +277,8 @@ Trial stack(const Subject& subject, const Column& column, const StackOptions& op
   if (!topple(arena, part, subject.mass, options.rate, options.seconds, fall)) return broken(arena);
   Trial trial;
   trial.trace = fall.trace;
-  trial.remark = fmt::format("stands for {:.2g} s, Bullet's boxes for {:.2g} s; {}", fall.seconds, boxes.seconds, part.what);
+  trial.remark =
+      fmt::format("stands for {:.2g} s, Bullet's boxes for {:.2g} s; {}", fall.seconds, boxes.seconds, part.what);
   judge_beside(trial, fall.off, kFallen, boxes.off);
   return trial;
 }
@@ -301,7 +311,8 @@ Trial foundation(const Subject& subject, const Column& column, double rate, doub
   }
   Trial trial;
   trial.trace = trace.values;
-  trial.remark = fmt::format("{:.3g} N/m^3; ends {:.2g} vx from the plane", stiffness, lowest(body, column.corners) / subject.voxel);
+  trial.remark = fmt::format("{:.3g} N/m^3; ends {:.2g} vx from the plane", stiffness,
+                             lowest(body, column.corners) / subject.voxel);
   const double way = std::sqrt(2 * kGravity * subject.voxel) / rate;
   judge(trial, gained, 0.1 + way / subject.voxel);
   return trial;
@@ -356,7 +367,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.measured = "lowest point from the plane, above or below, in the last 3 of 12 s";
   one.unit = "vx";
   one.limit = "1 vx and a hundredth of a step's fall, g dt^2";
-  one.limit_from = "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
+  one.limit_from =
+      "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return rest_on_plane(subject, column, at[0], Watched::depth);
   };
@@ -367,7 +379,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel";
   one.unit = "m g vx";
   one.limit = "0.1 m g vx";
-  one.limit_from = "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
+  one.limit_from =
+      "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return rest_on_plane(subject, column, at[0], Watched::jitter);
   };
@@ -394,7 +407,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   const std::string solver =
-      "Where boxes of Bullet's own, of the same size, break it too, the verdict is `solver`: Bullet's solver needs more "
+      "Where boxes of Bullet's own, of the same size, break it too, the verdict is `solver`: Bullet's solver needs "
+      "more "
       "iterations than it is given.";
   one.name = "mass_ratio";
   one.question = "Does the body rest on a free slab on a plane, when one is much heavier than the other?";
@@ -426,10 +440,12 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.unit = "m g vx";
   one.limit = "0.1 m g vx, and a step's way at the end of the fall";
   one.limit_from =
-      "The solver's springs are implicit: stable at any stiffness. ContinuousMotion puts a body back by up to a step's way. "
+      "The solver's springs are implicit: stable at any stiffness. ContinuousMotion puts a body back by up to a step's "
+      "way. "
       "The bound is k dt^2 = 4 m for the face the body stands on.";
   one.trace = "energy above the first, in m g vx";
-  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}, {"stiffness", "of the bound", {0.01, 0.1, 1, 10, 100}, {0.1, 10}}};
+  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}},
+              {"stiffness", "of the bound", {0.01, 0.1, 1, 10, 100}, {0.1, 10}}};
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return foundation(subject, column, at[0], at[1]);
   };

@@ -19,7 +19,8 @@ constexpr int kPoses = 32;
 struct Parts {
   PointshellView shell;
   VoxelmapView map;
-  explicit Parts(const Asset& asset) : good(asset.pointshell(shell) == Status::ok && asset.voxelmap(map) == Status::ok) {}
+  explicit Parts(const Asset& asset)
+      : good(asset.pointshell(shell) == Status::ok && asset.voxelmap(map) == Status::ok) {}
   bool good;
 };
 
@@ -64,7 +65,8 @@ Trial far_queries(const Subject& subject, double distance) {
     std::vector<Contact> near;
     std::vector<Contact> far;
     QueryResult result;
-    if (const Status status = ask(parts, second, near, result); status != Status::ok) return skipped(vps::describe(status));
+    if (const Status status = ask(parts, second, near, result); status != Status::ok)
+      return skipped(vps::describe(status));
     for (int axis = 0; axis < 3; ++axis) second.translation[axis] += first.translation[axis];
     if (ask(parts, relative_pose(first, second), far, result) != Status::ok) {
       Trial trial;
@@ -77,7 +79,8 @@ Trial far_queries(const Subject& subject, double distance) {
     std::size_t at = 0;
     for (const Contact& contact : near) {
       while (at < far.size() && far[at].point < contact.point) ++at;
-      const auto found = std::find_if(far.begin(), far.end(), [&](const Contact& c) { return c.point == contact.point; });
+      const auto found =
+          std::find_if(far.begin(), far.end(), [&](const Contact& c) { return c.point == contact.point; });
       if (found == far.end()) {
         worst = std::max(worst, double(contact.penetration));
         ++lost;
@@ -209,8 +212,7 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
     return off;
   };
   const btVector3 half(btScalar(size / 2), btScalar(size / 2), btScalar(size / 2));
-  const double of_box =
-      rest(evaluate::BulletShape{{}, std::make_shared<btBoxShape>(half)}, {half, -half}) / voxel;
+  const double of_box = rest(evaluate::BulletShape{{}, std::make_shared<btBoxShape>(half)}, {half, -half}) / voxel;
   failure.clear();
   Trial trial;
   const double off = rest(resized_column.body, resized_column.corners) / voxel;
@@ -241,7 +243,8 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "far_world";
-  one.question = "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather than explode?";
+  one.question =
+      "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather than explode?";
   one.measured = "largest kinetic energy in 2 s, over what lifts the body by its length, or by what floats are apart";
   one.unit = "m g length";
   one.limit = "1 m g length";
@@ -268,12 +271,15 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "size_world";
-  one.question = "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a plane as at 1 m?";
+  one.question =
+      "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a plane as at "
+      "1 m?";
   one.measured = "lowest point from the plane in the last 3 of 12 s at 240 Hz";
   one.unit = "vx";
   one.limit = "2 vx";
   one.limit_from =
-      "In proportion the motion is that at 1 m; Bullet's margins and slops are metres, and its floats end at 10^38. The verdict "
+      "In proportion the motion is that at 1 m; Bullet's margins and slops are metres, and its floats end at 10^38. "
+      "The verdict "
       "is `solver` where a box of Bullet's own breaks it too.";
   one.alone.clear();
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {

@@ -74,7 +74,8 @@ Column hull_column(const Subject& subject) {
 Column hacd_column(const Subject& subject, const TriangleMesh& mesh, const std::filesystem::path& cache) {
   Column column;
   column.name = "hacd";
-  if (cache.empty()) return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
+  if (cache.empty())
+    return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
   const std::array<double, 3>& centre = subject.asset->info().centre_of_mass;
   try {
     column.body = evaluate::compound_of(evaluate::hacd_hulls(mesh, {}, cache), centre, 0.1 * subject.voxel);
@@ -103,7 +104,8 @@ TriangleMesh cone(double radius, double height) {
   constexpr std::uint32_t kAround = 32;
   TriangleMesh mesh;
   mesh.vertices = {{0, 0, 0}, {0, 0, height}};
-  for (const samples::Point& p : samples::make_ring(kAround, height, samples::circle(radius))) mesh.vertices.push_back(p);
+  for (const samples::Point& p : samples::make_ring(kAround, height, samples::circle(radius)))
+    mesh.vertices.push_back(p);
   for (std::uint32_t i = 0; i < kAround; ++i) {
     const std::uint32_t a = 2 + i;
     const std::uint32_t b = 2 + (i + 1) % kAround;
@@ -133,7 +135,8 @@ BulletShape Props::box(const Column& column, const btVector3& half, Part part) {
   for (const auto& [name, shape] : boxes_) {
     if (name == key) return shape;
   }
-  const auto asset = baked(samples::make_box({double(half.x()), double(half.y()), double(half.z())}), voxel_size_, part);
+  const auto asset =
+      baked(samples::make_box({double(half.x()), double(half.y()), double(half.z())}), voxel_size_, part);
   boxes_.emplace_back(key, evaluate::ours_of(asset));
   return boxes_.back().second;
 }

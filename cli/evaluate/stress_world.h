@@ -96,6 +96,7 @@ struct StackBody {
 
 /// GImpact asks a box triangle by triangle: 37 ms a step with 70,000.
 inline constexpr std::size_t kMostTriangles = 5000;
-inline constexpr const char* kTooManyTriangles = "GImpact takes tens of milliseconds a step with more than 5,000 triangles";
+inline constexpr const char* kTooManyTriangles =
+    "GImpact takes tens of milliseconds a step with more than 5,000 triangles";
 
 }  // namespace vps::stress

@@ -140,7 +140,9 @@ TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
   EXPECT_EQ(verdict(0.5, 2), Verdict::held);
   EXPECT_EQ(verdict(2, 2), Verdict::solver);
   EXPECT_EQ(verdict(2, 0.5), Verdict::broken);
-  EXPECT_EQ(verdict(std::numeric_limits<double>::quiet_NaN(), 0.5), Verdict::broken);
+  EXPECT_EQ(verdict(200, 2), Verdict::broken);
+  EXPECT_EQ(verdict(NAN, NAN), Verdict::solver);
+  EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
 }
 
 TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
