@@ -117,6 +117,7 @@ const std::vector<Case>& all_cases() {
     std::vector<Case> all;
     add_penalty_cases(all);
     add_rest_cases(all);
+    add_pile_cases(all);
     add_impact_cases(all);
     add_energy_cases(all);
     add_scale_cases(all);

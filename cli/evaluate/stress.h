@@ -170,6 +170,7 @@ void judge_beside(Trial& trial, double value, double limit, double of_boxes);
 // The families, each in a file of its own.
 void add_penalty_cases(std::vector<Case>& cases);
 void add_rest_cases(std::vector<Case>& cases);
+void add_pile_cases(std::vector<Case>& cases);
 void add_impact_cases(std::vector<Case>& cases);
 void add_energy_cases(std::vector<Case>& cases);
 void add_scale_cases(std::vector<Case>& cases);
