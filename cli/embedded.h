@@ -18,6 +18,7 @@ extern const Embedded kChart;          ///< Chart.js
 extern const Embedded kThree;          ///< three.js
 extern const Embedded kOrbitControls;  ///< of three.js
 extern const Embedded kMotionPage;
+extern const Embedded kStressPage;
 extern const Embedded kView3d;       ///< what pages with a three-dimensional view share
 extern const Embedded kView3dStyle;  ///< their style
 extern const Embedded kViewPage;

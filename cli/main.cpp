@@ -20,6 +20,9 @@
 #include "cli/scene_command.h"
 #include "cli/slice_command.h"
 #include "cli/view_command.h"
+#ifdef VPS_WITH_BULLET
+#include "cli/stress_command.h"
+#endif
 #include "version.h"
 
 namespace vps::cli {
@@ -134,8 +137,13 @@ int run(int argc, char** argv) {
   add_content_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
-  const Command commands[] = {add_check_command(app), add_info_command(app), add_scene_command(app),
-                              add_slice_command(app), add_view_command(app)};
+  const Command commands[] = {
+      add_check_command(app),  add_info_command(app), add_scene_command(app),
+      add_slice_command(app),  add_view_command(app),
+#ifdef VPS_WITH_BULLET
+      add_stress_command(app),
+#endif
+  };
   const Command* command = nullptr;
 
   try {

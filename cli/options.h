@@ -61,10 +61,10 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
+/// What the mesh's numbers mean: --unit and --scale.
+void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// The mesh, and how to read and repair it. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
-/// What a mesh's numbers mean.
-void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// Limits of reading a mesh.
 void add_import_options(CLI::App& app, BakeArguments& arguments);
 /// The voxel size, as a length or by resolution.

@@ -96,6 +96,8 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
     if (!depth_bound(pair_at(static_cast<btScalar>(time)), planes, guess, depth)) return step;
     if (i == 0) {
       apart = depth < -0.5 * reach;
+      // Springs press by their depth: held at the surface a body would only gain speed.
+      if (!apart && foundation_of(start).stiffness > 0) return step;
       allowed = std::max(-0.5 * reach, depth + 2.5 * reach);
     }
     const double gap = allowed - depth;

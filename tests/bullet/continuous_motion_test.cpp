@@ -225,5 +225,26 @@ TEST(ContinuousMotion, ABarThatBouncesGainsNoEnergy) {
   }
 }
 
+// Held at the surface, where springs do not press yet, it would gain speed step by step.
+TEST(ContinuousMotion, ABodyOnSpringsSinksIntoThemAndGainsNoEnergy) {
+  bullet::Shape soft(ball());
+  const double sink = 0.006;  // two voxels
+  // The cap's volume is pi h^2 (R - h/3).
+  const double volume = 3.14159 * sink * sink * (0.05 - sink / 3);
+  ASSERT_EQ(soft.set_foundation({9.81 / volume, 0.02 * 9.81 / volume}), Status::ok);
+  Scene scene;
+  scene.world.setGravity({0, 0, btScalar(-9.81)});
+  scene.world.getSolverInfo().m_splitImpulse = 0;
+  btStaticPlaneShape plane(btVector3(0, 0, 1), 0);
+  scene.add(plane, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(soft, 1, {0, 0, btScalar(0.053)});
+  const double first = 9.81 * 0.053;
+  for (int i = 0; i < 240; ++i) {
+    scene.step(1, btScalar(1.0 / 60));
+    ASSERT_LT(energy(body), 1.05 * first) << i;
+  }
+  EXPECT_NEAR(double(body.getWorldTransform().getOrigin().z()), 0.05 - sink, 0.1 * sink);
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/evaluate/stress.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vps::stress {
+namespace {
+
+// 1: at its limit.
+double utilisation(const Trial& trial) {
+  if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
+  if (!std::isfinite(trial.value)) return std::numeric_limits<double>::infinity();
+  const double above = trial.limit > 0 ? trial.value / trial.limit : trial.value - trial.limit;
+  const double below = trial.least > 0 && trial.value > 0 ? trial.least / trial.value : 0;
+  return std::max(above, below);
+}
+
+std::vector<Axis> axes_of(const Case& asked, Extent extent) {
+  std::vector<Axis> axes = asked.axes;
+  for (Axis& axis : axes) {
+    if (extent == Extent::quick && !axis.quick.empty()) axis.values = axis.quick;
+  }
+  return axes;
+}
+
+// Every combination, the last axis fastest; one empty combination without axes.
+std::vector<std::vector<double>> settings(const std::vector<Axis>& axes) {
+  std::vector<std::vector<double>> all{{}};
+  for (const Axis& axis : axes) {
+    std::vector<std::vector<double>> longer;
+    for (const auto& one : all) {
+      for (const double value : axis.values) {
+        longer.push_back(one);
+        longer.back().push_back(value);
+      }
+    }
+    all = std::move(longer);
+  }
+  return all;
+}
+
+// Why a case cannot be run with this asset; empty when it can.
+std::string missing(const Case& asked, const Subject& subject) {
+  if (!subject.asset->has_pointshell()) return "the asset has no pointshell";
+  if (asked.needs == Part::both && !subject.asset->has_voxelmap()) return "the asset has no voxelmap";
+  if (asked.needs == Part::mesh && !subject.mesh) return "no mesh was given; give it with --mesh";
+  return "";
+}
+
+Outcome run_column(const Case& asked, const Subject& subject, const Column& column, const std::vector<Axis>& axes) {
+  Outcome out;
+  out.column = column.name;
+  out.ours = column.ours;
+  out.promised = column.ours && !(asked.needs_continuous && column.motion == Motion::discrete);
+  const std::string why = missing(asked, subject);
+  for (const std::vector<double>& at : settings(axes)) {
+    Trial trial;
+    if (!why.empty()) {
+      trial = skipped(why);
+    } else if (asked.alone.empty() && column.body.shape == nullptr) {
+      trial = skipped(column.absent);
+    } else {
+      trial = asked.run(subject, column, at);
+    }
+    trial.at = at;
+    out.trials.push_back(std::move(trial));
+  }
+  for (std::size_t i = 0; i < out.trials.size(); ++i) {
+    const Trial& trial = out.trials[i];
+    if (utilisation(trial) > utilisation(out.trials[out.worst])) out.worst = i;
+    // The gravest of those that were run.
+    const bool first = out.verdict == Verdict::skipped;
+    if (trial.verdict != Verdict::skipped && (first || trial.verdict > out.verdict)) out.verdict = trial.verdict;
+  }
+  return out;
+}
+
+}  // namespace
+
+const char* describe(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::held:
+      return "held";
+    case Verdict::solver:
+      return "solver";
+    case Verdict::broken:
+      return "broken";
+    case Verdict::skipped:
+      return "skipped";
+  }
+  return "";
+}
+
+void judge(Trial& trial, double value, double limit) {
+  trial.value = value;
+  trial.limit = limit;
+  trial.verdict = value <= limit && value >= trial.least ? Verdict::held : Verdict::broken;
+}
+
+void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
+  judge(trial, value, limit);
+  // Ten times as far is more than the solver explains.
+  const bool as_boxes =
+      std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
+  if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
+}
+
+Trial skipped(std::string why) {
+  Trial trial;
+  trial.remark = std::move(why);
+  return trial;
+}
+
+const std::vector<Case>& all_cases() {
+  static const std::vector<Case> cases = [] {
+    std::vector<Case> all;
+    add_penalty_cases(all);
+    add_rest_cases(all);
+    add_pile_cases(all);
+    add_impact_cases(all);
+    add_energy_cases(all);
+    add_scale_cases(all);
+    return all;
+  }();
+  return cases;
+}
+
+CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
+  CaseResult result{&asked, axes_of(asked, extent), {}};
+  if (!asked.alone.empty()) {
+    Column only;
+    only.name = asked.alone;
+    only.ours = true;
+    result.outcomes.push_back(run_column(asked, subject, only, result.axes));
+    return result;
+  }
+  for (const Column& column : subject.columns) {
+    result.outcomes.push_back(run_column(asked, subject, column, result.axes));
+  }
+  return result;
+}
+
+bool is_broken(const CaseResult& result, Strictness strictness) {
+  return std::any_of(result.outcomes.begin(), result.outcomes.end(), [&](const Outcome& one) {
+    if (strictness == Strictness::strict)
+      return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
+    return one.promised && one.verdict == Verdict::broken;
+  });
+}
+
+}  // namespace vps::stress

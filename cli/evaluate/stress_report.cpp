@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/evaluate/stress_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+namespace vps::stress {
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string with_unit(const std::string& number, const std::string& unit) {
+  return unit.empty() ? number : number + " " + unit;
+}
+
+// "60 Hz, 0.5 friction".
+std::string setting(const std::vector<Axis>& axes, const std::vector<double>& at) {
+  std::string out;
+  for (std::size_t i = 0; i < axes.size() && i < at.size(); ++i) {
+    const Axis& axis = axes[i];
+    const auto label = static_cast<std::size_t>(at[i]);
+    out += (i == 0 ? "" : ", ") + axis.name + " ";
+    out += axis.labels.empty() ? with_unit(fmt::format("{:.4g}", at[i]), axis.unit) : axis.labels.at(label);
+  }
+  return out;
+}
+
+std::string limit_text(const Trial& trial) {
+  return std::isfinite(trial.least) ? fmt::format("{:.3g} to {:.3g}", trial.least, trial.limit)
+                                    : fmt::format("{:.3g}", trial.limit);
+}
+
+// Of a trial that was run.
+std::string value_text(const Case& asked, const Trial& trial) {
+  if (!std::isfinite(trial.value)) return trial.remark;
+  return with_unit(fmt::format("{:.3g} of {}", trial.value, limit_text(trial)), asked.unit);
+}
+
+std::string outcome_text(const CaseResult& result, const Outcome& outcome) {
+  const Trial& worst = outcome.trials[outcome.worst];
+  if (outcome.verdict == Verdict::skipped) return fmt::format("{} skipped ({})", outcome.column, worst.remark);
+  const bool shown_only = outcome.ours && !outcome.promised;
+  std::string text = fmt::format("{}{} {} {}", outcome.column, shown_only ? " (not promised)" : "",
+                                 describe(outcome.verdict), value_text(*result.asked, worst));
+  if (const std::string at = setting(result.axes, worst.at); !at.empty()) text += " at " + at;
+  return text;
+}
+
+Verdict verdict_of(const CaseResult& result) {
+  // The gravest of those that the limit is stated for.
+  Verdict verdict = Verdict::skipped;
+  for (const Outcome& one : result.outcomes) {
+    if (!one.promised || one.verdict == Verdict::skipped) continue;
+    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
+  }
+  return verdict;
+}
+
+const CaseResult* find_case(const AssetResult& result, const char* name) {
+  for (const CaseResult& one : result.cases) {
+    if (one.asked->name == name) return &one;
+  }
+  return nullptr;
+}
+
+const Outcome* find_column(const AssetResult& result, const char* name, const char* column) {
+  const CaseResult* const one = find_case(result, name);
+  if (one == nullptr) return nullptr;
+  for (const Outcome& outcome : one->outcomes) {
+    if (outcome.column == column && outcome.verdict != Verdict::skipped) return &outcome;
+  }
+  return nullptr;
+}
+
+// JSON has no infinity and no NaN.
+ordered_json number(double x) {
+  return std::isfinite(x) ? ordered_json(x) : ordered_json(nullptr);
+}
+
+ordered_json rounded(const std::vector<double>& values) {
+  ordered_json out = ordered_json::array();
+  for (const double x : values)
+    out.push_back(std::isfinite(x) ? ordered_json(std::stod(fmt::format("{:.4g}", x))) : ordered_json());
+  return out;
+}
+
+ordered_json to_json(const Trial& trial) {
+  ordered_json j = {{"at", trial.at},
+                    {"value", number(trial.value)},
+                    {"limit", number(trial.limit)},
+                    {"least", number(trial.least)},
+                    {"verdict", describe(trial.verdict)},
+                    {"remark", trial.remark}};
+  if (!trial.trace.empty()) j["trace"] = rounded(trial.trace);
+  return j;
+}
+
+ordered_json to_json(const CaseResult& result) {
+  const Case& asked = *result.asked;
+  ordered_json j = {{"name", asked.name},
+                    {"family", asked.family},
+                    {"question", asked.question},
+                    {"measured", asked.measured},
+                    {"unit", asked.unit},
+                    {"limit", asked.limit},
+                    {"limit_from", asked.limit_from},
+                    {"trace", asked.trace},
+                    {"verdict", describe(verdict_of(result))},
+                    {"axes", ordered_json::array()},
+                    {"columns", ordered_json::array()}};
+  for (const Axis& axis : result.axes) {
+    j["axes"].push_back({{"name", axis.name}, {"unit", axis.unit}, {"values", axis.values}, {"labels", axis.labels}});
+  }
+  for (const Outcome& outcome : result.outcomes) {
+    ordered_json column = {{"column", outcome.column},     {"ours", outcome.ours},
+                           {"promised", outcome.promised}, {"verdict", describe(outcome.verdict)},
+                           {"worst", outcome.worst},       {"trials", ordered_json::array()}};
+    for (const Trial& trial : outcome.trials) column["trials"].push_back(to_json(trial));
+    j["columns"].push_back(std::move(column));
+  }
+  return j;
+}
+
+// As an attribute or text of XML 1.0, which has no control characters.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += std::iscntrl(static_cast<unsigned char>(c)) != 0 && c != '\n' ? '?' : c;
+    }
+  }
+  return out;
+}
+
+// Every trial of our columns that broke, a line each.
+std::string failures(const CaseResult& result) {
+  std::string out;
+  for (const Outcome& outcome : result.outcomes) {
+    if (!outcome.promised) continue;
+    for (const Trial& trial : outcome.trials) {
+      if (trial.verdict != Verdict::broken) continue;
+      out += fmt::format("{} at {}: {}; {}\n", outcome.column, setting(result.axes, trial.at),
+                         value_text(*result.asked, trial), trial.remark);
+    }
+  }
+  return out;
+}
+
+std::string to_junit(const std::string& asset, const CaseResult& result) {
+  std::string out =
+      fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
+  const Verdict verdict = verdict_of(result);
+  if (verdict == Verdict::broken) {
+    out +=
+        fmt::format("      <failure message=\"{}\">{}</failure>\n",
+                    escaped(result.asked->measured + ": more than " + result.asked->limit), escaped(failures(result)));
+  } else if (verdict == Verdict::skipped) {
+    out += fmt::format("      <skipped message=\"{}\"/>\n",
+                       escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
+  }
+  return out + fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result)));
+}
+
+std::string stiffness_part(const AssetResult& result) {
+  const Outcome* const bound = find_column(result, "penalty_bound_plane", "penalty loop");
+  if (bound == nullptr) return "";
+  std::string text;
+  for (const Trial& trial : bound->trials) {
+    if (trial.verdict == Verdict::skipped) continue;
+    const std::string newtons = trial.remark.substr(0, trial.remark.find(" N/m"));
+    text += fmt::format("{}{:g} Hz {} N/m", text.empty() ? "" : ", ", trial.at[0], newtons);
+  }
+  const Trial& first = bound->trials.front();
+  return fmt::format("{:g} kg in a penalty loop is stable up to {} ({:.3g} of theory)", result.mass, text, first.value);
+}
+
+std::string rest_part(const AssetResult& result) {
+  const Outcome* const rest = find_column(result, "rest_depth", "ours");
+  if (rest == nullptr) return "";
+  double lowest = 0;
+  double highest = 0;
+  for (const Trial& trial : rest->trials) {
+    if (trial.verdict != Verdict::held) break;
+    lowest = trial.at[0];
+    highest = std::max(highest, lowest);
+  }
+  if (lowest == 0) return fmt::format("does not rest in Bullet at {:g} Hz", rest->trials.front().at[0]);
+  return fmt::format("rests in Bullet from {:g} Hz down to {:g} Hz", highest, lowest);
+}
+
+// The thinnest wall at the highest speed, such that all slower and thicker ones hold.
+std::string impact_part(const AssetResult& result, const char* column, const char* how) {
+  const Outcome* const impact = find_column(result, "impact_baked", column);
+  if (impact == nullptr) return "";
+  double best_speed = 0;
+  double best_wall = 0;
+  for (const Trial& candidate : impact->trials) {
+    const auto below = [&](const Trial& trial) {
+      return trial.at[0] <= candidate.at[0] && trial.at[1] >= candidate.at[1];
+    };
+    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(),
+                                   [&](const Trial& trial) { return !below(trial) || trial.verdict == Verdict::held; });
+    if (!holds) continue;
+    if (candidate.at[0] > best_speed || (candidate.at[0] == best_speed && candidate.at[1] < best_wall)) {
+      best_speed = candidate.at[0];
+      best_wall = candidate.at[1];
+    }
+  }
+  if (best_speed == 0) return fmt::format("passes through walls {}", how);
+  return fmt::format("is stopped at {:g} m/s by walls of {:g} voxels {}", best_speed, best_wall, how);
+}
+
+}  // namespace
+
+std::string to_line(const CaseResult& result) {
+  std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result)), result.asked->name);
+  for (std::size_t i = 0; i < result.outcomes.size(); ++i)
+    line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
+  return line;
+}
+
+std::string certificate(const AssetResult& result) {
+  std::string text;
+  for (const std::string& part :
+       {stiffness_part(result), rest_part(result), impact_part(result, "ours", "as bodies are by default"),
+        impact_part(result, "continuous", "with ContinuousMotion")}) {
+    if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
+  }
+  const auto broken = std::count_if(result.cases.begin(), result.cases.end(),
+                                    [](const CaseResult& one) { return is_broken(one, Strictness::promised); });
+  text += fmt::format("{}{} of {} cases broken", text.empty() ? "" : "; ", broken, result.cases.size());
+  return fmt::format("certificate: {}: {}", result.asset, text);
+}
+
+ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json& provenance) {
+  ordered_json j = provenance;
+  j["assets"] = ordered_json::array();
+  for (const AssetResult& result : results) {
+    ordered_json asset = {{"asset", result.asset},         {"mass", result.mass},
+                          {"length", result.size},         {"voxel_size", result.voxel},
+                          {"points", result.points},       {"certificate", certificate(result)},
+                          {"cases", ordered_json::array()}};
+    for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one));
+    j["assets"].push_back(std::move(asset));
+  }
+  return j;
+}
+
+std::string to_junit(const std::vector<AssetResult>& results) {
+  std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
+  for (const AssetResult& result : results) {
+    std::size_t broken = 0;
+    std::size_t skipped = 0;
+    std::string cases;
+    for (const CaseResult& one : result.cases) {
+      broken += verdict_of(one) == Verdict::broken ? 1 : 0;
+      skipped += verdict_of(one) == Verdict::skipped ? 1 : 0;
+      cases += to_junit(result.asset, one);
+    }
+    out += fmt::format(
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
+        escaped(result.asset), result.cases.size(), broken, skipped, cases);
+  }
+  return out + "</testsuites>\n";
+}
+
+}  // namespace vps::stress

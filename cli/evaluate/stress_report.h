@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What the stability cases found, as JSON (docs/schemas/stress.schema.json), JUnit XML and lines of text.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/evaluate/stress.h"
+
+namespace vps::stress {
+
+struct AssetResult {
+  std::string asset;  ///< its file
+  double mass = 1;    ///< [kg]
+  double size = 0;    ///< longest side. [m]
+  double voxel = 0;   ///< [m]
+  std::uint64_t points = 0;
+  std::vector<CaseResult> cases;
+};
+
+/// One line without an end: the verdict, and for each column its worst trial.
+[[nodiscard]] std::string to_line(const CaseResult& result);
+
+/// The largest stable stiffness and step, the rates at which the body rests, the walls that hold it: from what was
+/// measured alone. What was not run is not in it.
+[[nodiscard]] std::string certificate(const AssetResult& result);
+
+/// @param provenance  as cli/provenance.h has it
+[[nodiscard]] nlohmann::ordered_json to_json(const std::vector<AssetResult>& results,
+                                             const nlohmann::ordered_json& provenance);
+
+/// A suite for each asset, a test for each case; our columns decide, the others are in its output.
+[[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results);
+
+}  // namespace vps::stress

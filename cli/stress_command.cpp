@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Options to subjects, subjects to cases, results to stdout and files.
+#include "cli/stress_command.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "bake/vps_load.h"
+#include "cli/describe_asset.h"
+#include "cli/embedded.h"
+#include "cli/evaluate/stress_report.h"
+#include "cli/exit_code.h"
+#include "cli/open_asset.h"
+#include "cli/page.h"
+#include "cli/provenance.h"
+#include "formats/hdf5/hdf5_writer.h"
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kColumns[] = {"ours", "continuous", "hull", "hacd", "gimpact"};
+
+struct Arguments {
+  std::vector<std::string> assets;
+  BakeArguments mesh;  // of --mesh, --unit and --scale
+  std::string output, junit;
+  std::vector<std::string> cases;
+  double mass = 1;  // [kg]
+  std::uint32_t seed = 1;
+  bool quick = false, list = false, strict = false;
+  stress::SubjectOptions subject;
+};
+
+double parse_mass(const std::string& text) {
+  constexpr std::pair<const char*, double> kUnits[] = {{"kg", 1}, {"g", 1e-3}, {"t", 1e3}};
+  std::size_t used = 0;
+  double number = 0;
+  try {
+    number = std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  const std::string unit = CLI::detail::trim_copy(text.substr(used));
+  for (const auto& [name, size] : kUnits) {
+    if (used > 0 && unit == name && number > 0 && std::isfinite(number)) return number * size;
+  }
+  throw CLI::ValidationError("--mass takes a positive mass in kg, g or t, such as 1kg, not '" + text + "'");
+}
+
+std::vector<const stress::Case*> chosen(const Arguments& arguments) {
+  std::vector<const stress::Case*> out;
+  for (const stress::Case& one : stress::all_cases()) {
+    const bool wanted = arguments.cases.empty() ||
+                        std::any_of(arguments.cases.begin(), arguments.cases.end(), [&](const std::string& glob) {
+                          return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
+                        });
+    if (wanted) out.push_back(&one);
+  }
+  return out;
+}
+
+void list_cases(const Arguments& arguments) {
+  for (const stress::Case* one : chosen(arguments)) {
+    fmt::print("{:<22} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, "", one->measured, one->limit);
+  }
+}
+
+// Why a file cannot be written, as far as that can be told beforehand; empty when it can.
+std::string refusal(const fs::path& file) {
+  std::error_code ignored;
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  if (fs::is_directory(file, ignored)) return "this is a folder; give a file name";
+  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
+  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
+  return "";
+}
+
+std::vector<fs::path> outputs(const Arguments& arguments) {
+  std::vector<fs::path> files;
+  if (!arguments.output.empty()) files = {arguments.output + ".html", arguments.output + ".json"};
+  if (!arguments.junit.empty()) files.emplace_back(arguments.junit);
+  return files;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  write_whole(file, std::as_bytes(std::span(text)));
+}
+
+int write_outputs(const Arguments& arguments, const std::vector<stress::AssetResult>& results) {
+  fs::path file;
+  try {
+    if (!arguments.output.empty()) {
+      nlohmann::ordered_json about = provenance(arguments.seed);
+      about["quick"] = arguments.quick;
+      about["strict"] = arguments.strict;
+      const nlohmann::ordered_json json = stress::to_json(results, about);
+      write_text(file = arguments.output + ".json", to_text(json));
+      const Embedded libraries[] = {kChart};
+      write_text(file = arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
+    }
+    if (!arguments.junit.empty()) write_text(file = arguments.junit, stress::to_junit(results));
+  } catch (const WriteError& error) {
+    return fail(kIo, file.string(), error.what());
+  }
+  return kOk;
+}
+
+// One asset through all cases. @return the exit code of what was wrong with it
+int run_asset(const Arguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
+              std::vector<stress::AssetResult>& results) {
+  const auto asset = std::make_shared<Asset>();
+  if (const int code = open_asset(path, *asset); code != kOk) return code;
+  return guarded(path, [&] {
+    stress::SubjectOptions options = arguments.subject;
+    options.mass = arguments.mass;
+    options.seed = arguments.seed;
+    options.mesh = mesh;
+    const stress::Subject subject = stress::make_subject(path, asset, options);
+    stress::AssetResult& result = results.emplace_back();
+    result.asset = path;
+    result.mass = subject.mass;
+    result.size = subject.size;
+    result.voxel = subject.voxel;
+    result.points = asset->info().points;
+    if (arguments.assets.size() > 1) fmt::print("{}\n", path);
+    for (const stress::Case* one : chosen(arguments)) {
+      result.cases.push_back(
+          stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
+      fmt::print("{}\n", stress::to_line(result.cases.back()));
+      std::fflush(stdout);
+    }
+    return int{kOk};
+  });
+}
+
+int run(const Arguments& arguments) {
+  if (chosen(arguments).empty()) {
+    return fail(kCommandLine, "command line", "no case is named like that; run vpsbake stress --list");
+  }
+  if (arguments.list) {
+    list_cases(arguments);
+    return kOk;
+  }
+  if (arguments.assets.empty()) return fail(kCommandLine, "command line", "an asset is required; run vpsbake --help");
+  if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
+    return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
+  }
+  for (const fs::path& file : outputs(arguments)) {
+    if (const std::string reason = refusal(file); !reason.empty()) return fail(kIo, file.string(), reason);
+  }
+  std::optional<TriangleMesh> mesh;
+  if (!arguments.mesh.mesh.empty()) {
+    const auto import = [&] {
+      mesh = import_with(arguments.mesh);
+      return int{kOk};
+    };
+    if (const int code = guarded(arguments.mesh.mesh, import); code != kOk) return code;
+  }
+  bullet::set_message_handler(nullptr);  // cases are extreme on purpose
+  std::vector<stress::AssetResult> results;
+  int code = kOk;
+  for (const std::string& path : arguments.assets) {
+    const int one = run_asset(arguments, path, mesh, results);
+    if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
+  }
+  for (const stress::AssetResult& result : results) {
+    fmt::print("{}\n", stress::certificate(result));
+    const auto is_broken = [&](const stress::CaseResult& one) {
+      return stress::is_broken(one, arguments.strict ? stress::Strictness::strict : stress::Strictness::promised);
+    };
+    if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
+  }
+  if (results.empty()) return code;
+  const int written = write_outputs(arguments, results);
+  return written != kOk ? written : code;
+}
+
+}  // namespace
+
+Command add_stress_command(CLI::App& app) {
+  CLI::App* const stress = app.add_subcommand(
+      "stress", "Run stability cases on assets in Bullet and in a penalty loop; exit code 5 when a limit is not held");
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  stress->add_option("assets", a.assets, "Assets")->option_text("ASSET...");
+  stress->add_option("--mesh", a.mesh.mesh, "The mesh that the asset was baked from, for HACD, GImpact and other sizes")
+      ->check(not_empty())
+      ->option_text("MESH");
+  add_unit_options(*stress, a.mesh);
+  stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json")->check(not_empty())->option_text("NAME");
+  stress->add_option("--junit", a.junit, "Write JUnit XML, for CI")->check(not_empty())->option_text("FILE");
+  stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*'")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->option_text("GLOBS");
+  stress->add_option("--without", a.subject.without, "Columns to leave out: ours,continuous,hull,hacd,gimpact")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kColumns), std::end(kColumns))))
+      ->option_text("LIST");
+  stress
+      ->add_option_function<std::string>(
+          "--mass", [&a](const std::string& text) { a.mass = parse_mass(text); },
+          "Mass of the body, such as 250g [default: 1kg]")
+      ->option_text("MASS");
+  add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
+  stress->add_flag("--quick", a.quick, "Fewer settings of each case, under a minute: see docs/stress.md");
+  stress->add_flag("--strict", a.strict,
+                   "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver");
+  stress->add_flag("--list", a.list, "Print the cases and their limits");
+  std::string& cache = a.mesh.cache;
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;
+  stress
+      ->add_option("--cache", cache,
+                   "Keep HACD's hulls and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
+      ->check(not_empty())
+      ->option_text("DIR");
+  return {stress, [arguments] {
+            arguments->subject.cache = arguments->mesh.cache;
+            return run(*arguments);
+          }};
+}
+
+}  // namespace vps::cli

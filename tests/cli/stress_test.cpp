@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `vpsbake stress` as a user runs it.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+
+namespace vps::test {
+namespace {
+
+void bake_gear(const TemporaryFolder& folder, const std::string& options = "", const char* name = "gear.vps.hdf") {
+  ASSERT_EQ(vpsbake(folder, sample("gear") + " --voxel 1mm -o " + name + " " + options).code, 0);
+}
+
+// Runs a Python program over a file of the folder; its output.
+std::string python(const TemporaryFolder& folder, const std::string& program) {
+  const std::string file = folder / "check.py";
+  write_file(file, program);
+  const std::string command =
+      "cd " + folder.path().string() + " && /usr/bin/python3 -B check.py >check.txt 2>&1; echo $? >>check.txt";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  return read_file(folder / "check.txt");
+}
+
+TEST(StressCommand, ACaseThatIsHeldEndsWith0AndALineAndACertificate) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  const Outcome run = vpsbake(folder, "stress gear.vps.hdf --quick --cases 'penalty_bound_plane,tip' --mass 500g");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_NE(run.out.find("held     penalty_bound_plane"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("hacd skipped (an asset holds no mesh"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("\ncertificate: gear.vps.hdf: 0.5 kg in a penalty loop is stable up to 1000 Hz "),
+            std::string::npos)
+      << run.out;
+}
+
+TEST(StressCommand, ABodyThrownThroughAWallEndsWith5WhereThatCounts) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  const std::string command = "stress gear.vps.hdf --quick --cases impact_bouncing --without hull,hacd,gimpact";
+  EXPECT_EQ(vpsbake(folder, command).code, 0);
+  const Outcome strict = vpsbake(folder, command + " --strict --junit j.xml");
+  EXPECT_EQ(strict.code, 5);
+  EXPECT_NE(strict.out.find("ours (not promised) broken"), std::string::npos) << strict.out;
+  EXPECT_NE(strict.out.find("continuous held"), std::string::npos) << strict.out;
+}
+
+TEST(StressCommand, TheSameRunTwiceGivesTheSameNumbers) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  const auto numbers = [&](const char* name) {
+    EXPECT_LE(vpsbake(folder, std::string("stress gear.vps.hdf --quick --cases '*bound_plane,rest_depth,wedge,deep*' "
+                                          "--without hacd,gimpact -o ") +
+                                  name)
+                  .code,
+              5);
+    return nlohmann::json::parse(read_file(folder / (std::string(name) + ".json")))["assets"];
+  };
+  const nlohmann::json first = numbers("a");
+  EXPECT_EQ(first[0]["cases"].size(), 4U);
+  EXPECT_EQ(first, numbers("b"));
+}
+
+TEST(StressCommand, TheJsonIsAsItsSchemaSays) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  bake_gear(folder, "--parts voxelmap", "map.vps.hdf");
+  const Outcome run =
+      vpsbake(folder, "stress gear.vps.hdf map.vps.hdf --quick --cases 'penalty_*,tip,impact_b*,size*' -o s --seed 7");
+  EXPECT_LE(run.code, 5) << run.err;
+  const auto json = nlohmann::json::parse(read_file(folder / "s.json"));
+  EXPECT_EQ(json["seed"], 7);
+  EXPECT_NE(json["command"].get<std::string>().find("--seed 7"), std::string::npos);
+  EXPECT_EQ(json["assets"].size(), 2U);
+  for (const auto& one : json["assets"][1]["cases"]) {
+    EXPECT_EQ(one["verdict"], "skipped");
+    EXPECT_EQ(one["columns"][0]["trials"][0]["remark"], "the asset has no pointshell");
+  }
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  EXPECT_TRUE(follows_schema(folder / "s.json", "stress.schema.json"));
+}
+
+TEST(StressCommand, JUnitIsWellFormedAndHasAFailureForEachBrokenCase) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  std::filesystem::copy_file(folder / "gear.vps.hdf", folder / "a<&\">.vps.hdf");
+  // Where floats end.
+  const Outcome run = vpsbake(folder,
+                              "stress 'a<&\">.vps.hdf' --quick --cases 'tip,penalty_bound_plane,size_queries' "
+                              "--without hacd,gimpact --mass 1e36kg --junit j.xml");
+  EXPECT_EQ(run.code, 5) << run.out << run.err;
+  const std::string said = python(folder,
+                                  "import xml.etree.ElementTree as t\n"
+                                  "suite = t.parse('j.xml').getroot()[0]\n"
+                                  "assert suite.get('name') == 'a<&\">.vps.hdf', suite.attrib\n"
+                                  "assert (suite.get('tests'), suite.get('failures'), suite.get('skipped')) "
+                                  "== ('3', '1', '1'), suite.attrib\n"
+                                  "assert len(suite.findall('testcase/failure')) == 1\n"
+                                  "assert 'ours at rate 240 Hz: ' in suite.find('testcase/failure').text\n"
+                                  "assert len(suite.findall('testcase/skipped')) == 1\n");
+  EXPECT_EQ(said, "0\n") << read_file(folder / "j.xml");
+}
+
+TEST(StressCommand, AnAssetWithoutVoxelmapSkipsWhatNeedsOne) {
+  const TemporaryFolder folder;
+  bake_gear(folder, "--parts pointshell", "shell.vps.hdf");
+  const Outcome run = vpsbake(folder, "stress shell.vps.hdf --quick --cases 'coincident,tip' --without hacd,gimpact");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("skipped  coincident"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("the asset has no voxelmap"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("held     tip"), std::string::npos) << run.out;
+}
+
+TEST(StressCommand, ListNamesEveryCaseAndItsLimit) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, "stress --list --cases 'impact_*'");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_NE(run.out.find("impact_baked"), std::string::npos);
+  EXPECT_NE(run.out.find("limit 1 vx"), std::string::npos);
+  EXPECT_EQ(run.out.find("rest_depth"), std::string::npos);
+}
+
+TEST(StressCommand, BadInputIsOneLine) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  write_file(folder / "text.vps.hdf", "no asset");
+  expect_refusal(folder, "stress", 1, "an asset is required");
+  expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like that");
+  expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "--mass takes a positive mass");
+  expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "--mass takes a positive mass");
+  expect_refusal(folder, "stress gear.vps.hdf --without us", 1, "us");
+  expect_refusal(folder, "stress gear.vps.hdf gear.vps.hdf --mesh gear.obj", 1, "--mesh is that of one asset");
+  expect_refusal(folder, "stress nowhere.vps.hdf", 2, "nowhere.vps.hdf");
+  expect_refusal(folder, "stress text.vps.hdf", 3, "text.vps.hdf");
+  expect_refusal(folder, "stress gear.vps.hdf -o nowhere/a", 2, "the folder does not exist");
+  expect_refusal(folder, "stress gear.vps.hdf --mesh nowhere.obj", 2, "nowhere.obj: the file does not exist");
+}
+
+}  // namespace
+}  // namespace vps::test

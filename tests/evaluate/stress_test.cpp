@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Stability cases against theory, and that what must break is said to.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "cli/evaluate/rest_poses.h"
+#include "cli/evaluate/stress_penalty.h"
+#include "cli/evaluate/stress_report.h"
+#include "cli/evaluate/stress_world.h"
+#include "tests/support/baked.h"
+#include "tests/support/shapes.h"
+
+namespace vps::stress {
+namespace {
+
+constexpr double kVoxel = 0.001;
+const std::array<double, 3> kHalf{0.05, 0.04, 0.03};
+
+Subject box_subject() {
+  BakeOptions options;
+  options.voxel_size = kVoxel;
+  SubjectOptions subject;
+  subject.mass = 2;
+  subject.without = {"hacd", "gimpact"};
+  return make_subject("box", test::baked(test::make_box(kHalf), options), subject);
+}
+
+const Subject& box() {
+  static const Subject subject = box_subject();
+  return subject;
+}
+
+const Case& find(const std::string& name) {
+  for (const Case& one : all_cases()) {
+    if (one.name == name) return one;
+  }
+  throw std::logic_error(name);
+}
+
+// A case of one trial in our column, with this run.
+CaseResult run_alone(Case& one, std::function<Trial(const Subject&, const Column&, std::span<const double>)> run) {
+  one.name = "made_up";
+  one.run = std::move(run);
+  Subject subject = box();
+  subject.columns.resize(1);
+  return run_case(one, subject, Extent::full);
+}
+
+TEST(Stress, ABoxStandsOnItsSixFaces) {
+  const auto poses = rest_poses(box().corners, 0.1 * kVoxel, 24);
+  ASSERT_EQ(poses.size(), 6U);
+  // Best on its largest face: tipped over the nearer edge.
+  EXPECT_NEAR(poses[0].height, kHalf[2], 0.02 * kHalf[2]);
+  EXPECT_NEAR(poses[0].tilt, std::atan2(kHalf[1], kHalf[2]), 0.03);
+  EXPECT_NEAR(poses[0].flat, kHalf[1], 0.03 * kHalf[1]);
+  EXPECT_NEAR(poses[5].height, kHalf[0], 0.02 * kHalf[0]);
+}
+
+// A face on a foundation of 1 N/m^3: its area is the stiffness of lifting. Rocking has area * half^2 / 3 over the
+// moment m (half^2 + height^2) / 3, which is less. Points on its edges stand for a strip of the sides as well.
+TEST(Stress, EffectiveMassOfABoxOnAFaceIsItsMass) {
+  const PressedBody body(box(), Ground::plane);
+  ASSERT_EQ(body.refusal(), "");
+  const double face = 4 * kHalf[0] * kHalf[1];
+  EXPECT_NEAR(body.effective_mass() / body.area(), box().mass / face, 0.02 * box().mass / face);
+}
+
+TEST(Stress, TheLoopIsStableUpToTheBoundOfSymplecticEuler) {
+  for (const Ground ground : {Ground::plane, Ground::voxelmap}) {
+    const PressedBody body(box(), ground);
+    ASSERT_EQ(body.refusal(), "");
+    EXPECT_NEAR(measured_over_theory(body, 1e-3, 0), 1, 0.01) << int(ground);
+  }
+}
+
+TEST(Stress, AStiffnessBeyondTheBoundGrowsAndOneBelowDoesNot) {
+  const PressedBody body(box(), Ground::plane);
+  PressedBody::LoopOptions options;
+  options.step = 1.0 / 60;
+  const double bound = 4 * body.effective_mass() / (options.step * options.step);
+  options.stiffness = 0.95 * bound;
+  EXPECT_LT(body.run(options).growth, 20);
+  options.stiffness = 1.05 * bound;
+  EXPECT_TRUE(std::isinf(body.run(options).growth));
+}
+
+TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
+  const CaseResult result = run_case(find("penalty_sweep"), box(), Extent::quick);
+  ASSERT_EQ(result.outcomes.size(), 1U);
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held);
+  for (const Trial& trial : result.outcomes[0].trials) EXPECT_EQ(trial.value < 100, trial.at[1] < 1) << trial.at[1];
+}
+
+TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
+  Arena arena({});
+  arena.add_plane();
+  btRigidBody& body = arena.add(box().columns[0].body, 1, standing(box().corners, 0.1));
+  EXPECT_TRUE(arena.step(1.0 / 240));
+  body.applyCentralForce({0, std::numeric_limits<btScalar>::quiet_NaN(), 0});
+  EXPECT_FALSE(arena.step(1.0 / 240));
+  EXPECT_NE(arena.failure().find("body 1 is not a number after step 2"), std::string::npos) << arena.failure();
+  EXPECT_FALSE(arena.step(1.0 / 240));
+}
+
+TEST(Stress, ANaNBreaksTheCase) {
+  Case one;
+  const CaseResult result = run_alone(one, [](const Subject& subject, const Column& column, std::span<const double>) {
+    Arena arena({column.motion});
+    arena.add(column.body, 1, btTransform::getIdentity())
+        .setAngularVelocity({std::numeric_limits<btScalar>::quiet_NaN(), 0, 0});
+    if (!arena.step(1.0 / 240)) return broken(arena);
+    Trial trial;
+    judge(trial, lowest(btTransform::getIdentity(), subject.corners), 1);
+    return trial;
+  });
+  EXPECT_TRUE(is_broken(result, Strictness::promised));
+  EXPECT_NE(to_line(result).find("NaN: the angular velocity of body 0"), std::string::npos) << to_line(result);
+  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}).find("<failure"), std::string::npos);
+}
+
+TEST(Stress, AValueThatIsNoNumberIsBroken) {
+  Trial trial;
+  judge(trial, std::numeric_limits<double>::quiet_NaN(), 1);
+  EXPECT_EQ(trial.verdict, Verdict::broken);
+  judge(trial, 1, 1);
+  EXPECT_EQ(trial.verdict, Verdict::held);
+  trial.least = 2;
+  judge(trial, 1, 3);
+  EXPECT_EQ(trial.verdict, Verdict::broken);
+}
+
+TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
+  const auto verdict = [](double value, double of_boxes) {
+    Trial trial;
+    judge_beside(trial, value, 1, of_boxes);
+    return trial.verdict;
+  };
+  EXPECT_EQ(verdict(0.5, 2), Verdict::held);
+  EXPECT_EQ(verdict(2, 2), Verdict::solver);
+  EXPECT_EQ(verdict(2, 0.5), Verdict::broken);
+  EXPECT_EQ(verdict(200, 2), Verdict::broken);
+  EXPECT_EQ(verdict(NAN, NAN), Verdict::solver);
+  EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
+}
+
+TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
+  Case one;
+  one.needs_continuous = true;
+  const CaseResult result = run_alone(one, [](const Subject&, const Column&, std::span<const double>) {
+    Trial trial;
+    judge(trial, 2, 1);
+    return trial;
+  });
+  EXPECT_FALSE(is_broken(result, Strictness::promised));
+  EXPECT_TRUE(is_broken(result, Strictness::strict));
+}
+
+TEST(Stress, ABodyThatBouncesIsThrownThroughAWall) {
+  Subject subject = box();
+  subject.columns.erase(subject.columns.begin() + 1, subject.columns.end());
+  const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::broken);
+  EXPECT_FALSE(result.outcomes[0].promised);
+  EXPECT_NE(result.outcomes[0].trials[0].remark.find("through in"), std::string::npos);
+}
+
+TEST(Stress, WithContinuousMotionItIsStopped) {
+  Subject subject = box();
+  subject.columns.erase(subject.columns.begin());
+  subject.columns.resize(1);
+  const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result);
+  EXPECT_TRUE(result.outcomes[0].promised);
+}
+
+TEST(Stress, NamesOfCasesAreDistinctAndEveryCaseSaysWhatItAsks) {
+  std::vector<std::string> names;
+  for (const Case& one : all_cases()) {
+    EXPECT_EQ(std::count(names.begin(), names.end(), one.name), 0) << one.name;
+    names.push_back(one.name);
+    for (const std::string& text : {one.family, one.question, one.measured, one.limit, one.limit_from}) {
+      EXPECT_FALSE(text.empty()) << one.name;
+    }
+    EXPECT_TRUE(one.run) << one.name;
+  }
+  EXPECT_GE(names.size(), 20U);
+}
+
+}  // namespace
+}  // namespace vps::stress
