@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 #include <fnmatch.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -18,9 +17,9 @@
 #include "cli/evaluate/stress_report.h"
 #include "cli/exit_code.h"
 #include "cli/open_asset.h"
+#include "cli/output_file.h"
 #include "cli/page.h"
 #include "cli/provenance.h"
-#include "formats/hdf5/hdf5_writer.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
@@ -41,22 +40,6 @@ struct Arguments {
   stress::SubjectOptions subject;
 };
 
-double parse_mass(const std::string& text) {
-  constexpr std::pair<const char*, double> kUnits[] = {{"kg", 1}, {"g", 1e-3}, {"t", 1e3}};
-  std::size_t used = 0;
-  double number = 0;
-  try {
-    number = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  const std::string unit = CLI::detail::trim_copy(text.substr(used));
-  for (const auto& [name, size] : kUnits) {
-    if (used > 0 && unit == name && number > 0 && std::isfinite(number)) return number * size;
-  }
-  throw CLI::ValidationError("--mass takes a positive mass in kg, g or t, such as 1kg, not '" + text + "'");
-}
-
 std::vector<const stress::Case*> chosen(const Arguments& arguments) {
   std::vector<const stress::Case*> out;
   for (const stress::Case& one : stress::all_cases()) {
@@ -75,44 +58,37 @@ void list_cases(const Arguments& arguments) {
   }
 }
 
-// Why a file cannot be written, as far as that can be told beforehand; empty when it can.
-std::string refusal(const fs::path& file) {
-  std::error_code ignored;
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
-  if (fs::is_directory(file, ignored)) return "this is a folder; give a file name";
-  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
-  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
-  return "";
-}
+struct Output {
+  fs::path file;
+  const char* beginning;  // of files of its kind
+  const char* kind;
+};
 
-std::vector<fs::path> outputs(const Arguments& arguments) {
-  std::vector<fs::path> files;
-  if (!arguments.output.empty()) files = {arguments.output + ".html", arguments.output + ".json"};
-  if (!arguments.junit.empty()) files.emplace_back(arguments.junit);
+std::vector<Output> outputs(const Arguments& arguments) {
+  std::vector<Output> files;
+  if (!arguments.output.empty()) {
+    files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
+  }
+  if (!arguments.junit.empty()) files.push_back({arguments.junit, "<?xml", "XML"});
   return files;
 }
 
-void write_text(const fs::path& file, const std::string& text) {
-  write_whole(file, std::as_bytes(std::span(text)));
-}
-
 int write_outputs(const Arguments& arguments, const std::vector<stress::AssetResult>& results) {
-  fs::path file;
-  try {
-    if (!arguments.output.empty()) {
-      nlohmann::ordered_json about = provenance(arguments.seed);
-      about["quick"] = arguments.quick;
-      about["strict"] = arguments.strict;
-      const nlohmann::ordered_json json = stress::to_json(results, about);
-      write_text(file = arguments.output + ".json", to_text(json));
-      const Embedded libraries[] = {kChart};
-      write_text(file = arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
-    }
-    if (!arguments.junit.empty()) write_text(file = arguments.junit, stress::to_junit(results));
-  } catch (const WriteError& error) {
-    return fail(kIo, file.string(), error.what());
+  int code = kOk;
+  const auto write = [&](const fs::path& file, const std::string& text) {
+    if (code == kOk) code = write_output(file, text);
+  };
+  if (!arguments.output.empty()) {
+    nlohmann::ordered_json about = provenance(arguments.seed);
+    about["quick"] = arguments.quick;
+    about["strict"] = arguments.strict;
+    const nlohmann::ordered_json json = stress::to_json(results, about);
+    const Embedded libraries[] = {kChart};
+    write(arguments.output + ".json", to_text(json));
+    write(arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
   }
-  return kOk;
+  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results));
+  return code;
 }
 
 // One asset through all cases. @return the exit code of what was wrong with it
@@ -155,8 +131,9 @@ int run(const Arguments& arguments) {
   if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
     return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
   }
-  for (const fs::path& file : outputs(arguments)) {
-    if (const std::string reason = refusal(file); !reason.empty()) return fail(kIo, file.string(), reason);
+  for (const auto& [file, beginning, kind] : outputs(arguments)) {
+    if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
+      return fail(kIo, file.string(), reason);
   }
   std::optional<TriangleMesh> mesh;
   if (!arguments.mesh.mesh.empty()) {

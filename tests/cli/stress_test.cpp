@@ -129,8 +129,8 @@ TEST(StressCommand, BadInputIsOneLine) {
   write_file(folder / "text.vps.hdf", "no asset");
   expect_refusal(folder, "stress", 1, "an asset is required");
   expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like that");
-  expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "--mass takes a positive mass");
-  expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "--mass takes a positive mass");
+  expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "a mass needs a unit; write 3g or 3kg");
+  expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "-3kg is not a positive mass");
   expect_refusal(folder, "stress gear.vps.hdf --without us", 1, "us");
   expect_refusal(folder, "stress gear.vps.hdf gear.vps.hdf --mesh gear.obj", 1, "--mesh is that of one asset");
   expect_refusal(folder, "stress nowhere.vps.hdf", 2, "nowhere.vps.hdf");
