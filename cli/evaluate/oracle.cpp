@@ -65,6 +65,14 @@ int Oracle::side(const std::array<double, 3>& p) const {
   }
 }
 
+std::array<double, 3> Oracle::outward_normal(const std::array<double, 3>& p) const {
+  const Kernel::Vector_3 to_surface = impl_->tree.closest_point(point3(p)) - point3(p);
+  const double length = std::sqrt(to_surface.squared_length());
+  if (!(length > 0)) return {};
+  const Kernel::Vector_3 n = to_surface * (side(p) / length);
+  return {n.x(), n.y(), n.z()};
+}
+
 double Oracle::depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const {
   const auto& [a, b, c] = triangle;
   const Kernel::Point_3 centre = CGAL::centroid(point3(a), point3(b), point3(c));

@@ -20,6 +20,8 @@ class Oracle {
   [[nodiscard]] int side(const std::array<double, 3>& p) const;
   /// The paper's V: positive inside. [m]
   [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
+  /// Direction of least V at p, the way out of the body: unit; on the surface, where it has none, zero. [-]
+  [[nodiscard]] std::array<double, 3> outward_normal(const std::array<double, 3>& p) const;
   /// No point of a triangle that is inside is deeper: the distance to one face is convex, and largest at a corner. [m]
   [[nodiscard]] double depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const;
 
