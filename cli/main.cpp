@@ -17,6 +17,8 @@
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/provenance.h"
+#include "cli/recommend_command.h"
+#include "cli/report_command.h"
 #include "cli/slice_command.h"
 #include "cli/view_command.h"
 #include "version.h"
@@ -133,8 +135,13 @@ int run(int argc, char** argv) {
   add_content_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
-  const Command commands[] = {add_check_command(app), add_info_command(app), add_slice_command(app),
-                              add_view_command(app)};
+  const Command commands[] = {
+      add_check_command(app),     add_info_command(app),
+#ifdef VPSBAKE_EVALUATE
+      add_recommend_command(app), add_report_command(app),
+#endif
+      add_slice_command(app),     add_view_command(app),
+  };
   const Command* command = nullptr;
 
   try {

@@ -91,7 +91,8 @@ double parse_voxels(const std::string& text, const char* example) {
 }
 
 double parse_time(const std::string& text) {
-  return parse(text, {"a time", "120s", {"s", "min"}, {{"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
+  return parse(text,
+               {"a time", "120s", {"s", "min"}, {{"us", 1e-6}, {"ms", 1e-3}, {"s", 1}, {"min", 60}, {"h", 3600}}});
 }
 
 CLI::Validator not_empty() {
@@ -118,6 +119,11 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
   auto* const mesh =
       app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
   mesh->option_text("MESH");
+  add_surface_options(app, arguments);
+  return mesh;
+}
+
+void add_surface_options(CLI::App& app, BakeArguments& arguments) {
   add_unit_options(app, arguments);
   app.add_option_function<std::string>(
          "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
@@ -135,7 +141,6 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Bake open surfaces as solids of this thickness")
       ->option_text("thicken=LENGTH")
       ->group("Mesh");
-  return mesh;
 }
 
 void add_import_options(CLI::App& app, BakeArguments& arguments) {

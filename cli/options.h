@@ -51,7 +51,9 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
-/// The mesh, and how to read and repair it. @return the mesh's own option
+/// How to read and repair a mesh.
+void add_surface_options(CLI::App& app, BakeArguments& arguments);
+/// The mesh, and `add_surface_options`. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
 /// What a mesh's numbers mean.
 void add_unit_options(CLI::App& app, BakeArguments& arguments);

@@ -64,7 +64,7 @@ struct Measurement {
 };
 
 /// @param mesh  closed, as `closed_mesh` gives it
-/// @throw BakeError, std::runtime_error
+/// @throw BakeError, MeasureError, std::runtime_error
 [[nodiscard]] Measurement measure(const TriangleMesh& mesh, const MeasureOptions& options);
 
 }  // namespace vps::evaluate

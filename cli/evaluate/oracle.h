@@ -4,14 +4,21 @@
 
 #include <array>
 #include <memory>
+#include <stdexcept>
 
 #include "formats/triangle_mesh.h"
 
 namespace vps::evaluate {
 
+/// What cannot be measured: "reason; what to do".
+struct MeasureError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class Oracle {
  public:
   /// @pre a closed mesh without self-intersections, wound outward
+  /// @throw MeasureError when parts of the surface share an edge or a corner
   explicit Oracle(const TriangleMesh& mesh);
   ~Oracle();
   /// Unsigned distance to the surface. [m]

@@ -39,7 +39,9 @@ class Peers {
                 [this](double margin) { return hull_of_42(body_, margin); });
     }
     if (wanted("hacd")) {
-      const auto hulls = std::make_shared<std::vector<Hull>>(hacd_hulls(body_, {}, options_.folder));
+      HacdOptions hacd;
+      hacd.announce = options_.announce_hacd;
+      const auto hulls = std::make_shared<std::vector<Hull>>(hacd_hulls(body_, hacd, options_.folder));
       add_hulls("hacd", "HACD", fmt::format("{} convex hulls of at most 100 vertices, concavity 100", hulls->size()),
                 [hulls](double margin) { return compound_of(*hulls, {0, 0, 0}, margin); });
     }

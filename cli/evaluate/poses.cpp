@@ -111,7 +111,8 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
       int tried = 0;
       while (!approach(deepest, wanted, options, random, pose)) {
         if (++tried < kApproaches) continue;
-        throw std::runtime_error(fmt::format("no approach gets {:.4g} m deep; ask for less depth", wanted));
+        throw MeasureError(
+            fmt::format("no approach of the body to its copy gets {:.4g} m deep; its walls may be too thin", wanted));
       }
       if (options.progress) options.progress(poses.size());
     }
