@@ -51,8 +51,7 @@ std::string command_of(const RecommendArguments& arguments, const Tried& tried) 
   }
   if (bake.scale != 1) out += fmt::format(" --scale {}", bake.scale);
   if (bake.options.repair != Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
-  if (bake.options.sheet_thickness > 0)
-    out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
+  if (bake.options.sheet_thickness > 0) out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
   out += tried.by_certificate ? " --max-error " + exact_length(arguments.limits.error)
                               : " --voxel " + exact_length(tried.bake.voxel_size);
   if (tried.bake.alpha != defaults.alpha) out += fmt::format(" --alpha {}", tried.bake.alpha);
@@ -61,10 +60,12 @@ std::string command_of(const RecommendArguments& arguments, const Tried& tried) 
 }
 
 std::string numbers_of(const Tried& t) {
-  return fmt::format("whole queries are off by {} at most, {} RMS, the field by {}; 99 % of them take {:.3g} us (noise {:.2g}); {}, {} points",
-                     format_length(std::max(t.penetration.max, t.distance.max)), format_length(t.penetration.rms),
-                     format_length(t.field_bound), t.contacts.p99, t.contacts.noise_p99,
-                     format_bytes(static_cast<double>(t.bytes)), t.points);
+  return fmt::format(
+      "whole queries are off by {} at most, {} RMS, the field by {}; 99 % of them take {:.3g} us (noise {:.2g}); {}, "
+      "{} points",
+      format_length(std::max(t.penetration.max, t.distance.max)), format_length(t.penetration.rms),
+      format_length(t.field_bound), t.contacts.p99, t.contacts.noise_p99, format_bytes(static_cast<double>(t.bytes)),
+      t.points);
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {
@@ -73,7 +74,8 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
   ordered_json out = {{"format", "vpsbake recommend 1"}};
   out.update(provenance(arguments.seed));
   out["mesh"] = arguments.bake.mesh;
-  out["limits"] = {{"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
+  out["limits"] = {
+      {"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
   out["poses"] = {{"contact", r.truth.poses[std::size_t(evaluate::Range::contact)]},
                   {"deepest", r.truth.contact},
                   {"apart", r.truth.poses[std::size_t(evaluate::Range::apart)]},
@@ -116,8 +118,9 @@ void print_text(const RecommendArguments& arguments, const Recommendation& r) {
     fmt::print("no smaller file was tried\n");
   }
   if (chosen.by_certificate) {
-    fmt::print("the voxel size is {}, which is what --max-error finds: it counts the field alone, the above whole queries\n",
-               format_length(chosen.bake.voxel_size));
+    fmt::print(
+        "the voxel size is {}, which is what --max-error finds: it counts the field alone, the above whole queries\n",
+        format_length(chosen.bake.voxel_size));
   }
 }
 
@@ -154,7 +157,8 @@ int run(const RecommendArguments& arguments) {
 int check_and_run(const RecommendArguments& arguments) {
   const evaluate::Limits& limits = arguments.limits;
   if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run(arguments);
-  return fail(kCommandLine, "command line", "--max-error, --max-time or --max-bytes is required; run vpsbake recommend --help");
+  return fail(kCommandLine, "command line",
+              "--max-error, --max-time or --max-bytes is required; run vpsbake recommend --help");
 }
 
 }  // namespace
@@ -168,7 +172,8 @@ Command add_recommend_command(CLI::App& app) {
   recommend
       ->add_option_function<std::string>(
           "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
-          "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all that "
+          "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all "
+          "that "
           "--max-error of a bake counts")
       ->option_text("LENGTH")
       ->group(kGroup);

@@ -202,7 +202,8 @@ void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
 
 Command add_report_command(CLI::App& app) {
   CLI::App* const report = app.add_subcommand(
-      "report", "Measure error against run time, size and bake time of many settings, beside hulls, HACD, GImpact and FCL");
+      "report",
+      "Measure error against run time, size and bake time of many settings, beside hulls, HACD, GImpact and FCL");
   const auto arguments = std::make_shared<ReportArguments>();
   report->add_option("mesh", arguments->meshes, "Meshes to measure")->required()->option_text("MESH...");
   add_surface_options(*report, arguments->bake);
@@ -221,8 +222,9 @@ Command add_report_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("DIR")
       ->group("Output");
-  report->footer("The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given.\n"
-                 "Example: vpsbake report gear.stl --unit mm -o gear");
+  report->footer(
+      "The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given.\n"
+      "Example: vpsbake report gear.stl --unit mm -o gear");
   return {report, [arguments] { return run_report(*arguments); }};
 }
 

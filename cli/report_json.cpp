@@ -8,12 +8,12 @@
 namespace vps::cli {
 namespace {
 
-using nlohmann::ordered_json;
 using evaluate::Held;
 using evaluate::Row;
 using evaluate::Setting;
 using evaluate::Spread;
 using evaluate::Times;
+using nlohmann::ordered_json;
 
 ordered_json to_json(const Spread& s) {
   if (s.told == 0) return nullptr;
@@ -22,9 +22,12 @@ ordered_json to_json(const Spread& s) {
 
 ordered_json to_json(const Times& t) {
   if (t.rounds == 0) return nullptr;
-  return {{"rounds", t.rounds},       {"p50", t.p50},
-          {"p99", t.p99},             {"max", t.max},
-          {"noise_p50", t.noise_p50}, {"noise_p99", t.noise_p99},
+  return {{"rounds", t.rounds},
+          {"p50", t.p50},
+          {"p99", t.p99},
+          {"max", t.max},
+          {"noise_p50", t.noise_p50},
+          {"noise_p99", t.noise_p99},
           {"noise_max", t.noise_max}};
 }
 
@@ -117,7 +120,8 @@ std::vector<std::string> names_of(const evaluate::Measurement& m, const std::vec
   return names;
 }
 
-void flatten(const ordered_json& json, const std::string& prefix, std::vector<std::pair<std::string, ordered_json>>& out) {
+void flatten(const ordered_json& json, const std::string& prefix,
+             std::vector<std::pair<std::string, ordered_json>>& out) {
   for (const auto& [key, value] : json.items()) {
     const std::string name = prefix.empty() ? key : prefix + "." + key;
     if (value.is_object()) {
@@ -165,11 +169,13 @@ ordered_json measure_definitions() {
   };
   return {
       {"penetration",
-       entry("m", "penetration",
-             "Depth told against exact depth, over the poses in contact. The exact depth is that of the deepest point of "
-             "the first body's surface below the second's.")},
-      {"distance", entry("m", "distance",
-                         "Distance told against exact distance, over the poses apart. Ours by the query `separation`.")},
+       entry(
+           "m", "penetration",
+           "Depth told against exact depth, over the poses in contact. The exact depth is that of the deepest point of "
+           "the first body's surface below the second's.")},
+      {"distance",
+       entry("m", "distance",
+             "Distance told against exact distance, over the poses apart. Ours by the query `separation`.")},
       {"normal_deg",
        entry("degrees", "normal direction",
              "At the deepest contact that was told: between its direction and the exact one at that place, towards the "
@@ -183,43 +189,44 @@ ordered_json measure_definitions() {
              "Between total force told and exact one; poses in contact that are pressed from one side (a force of at "
              "least a tenth of the integral of V).")},
       {"torque_percent",
-       entry("%", "total torque",
-             "Length of the difference between total torque told and exact one about the centre of mass, over the RMS of "
-             "the exact forces times half the body's longest side. Poses in contact.")},
+       entry(
+           "%", "total torque",
+           "Length of the difference between total torque told and exact one about the centre of mass, over the RMS of "
+           "the exact forces times half the body's longest side. Poses in contact.")},
       {"deep_penetration", entry("m", "penetration, deep poses", "As penetration, over the deep poses.")},
-      {"deep_normal_deg", entry("degrees", "normal direction, deep poses", "As normal direction, over the deep poses.")},
+      {"deep_normal_deg",
+       entry("degrees", "normal direction, deep poses", "As normal direction, over the deep poses.")},
       {"deep_force_percent", entry("%", "total force, deep poses", "As total force, over the deep poses.")},
-      {"deep_force_direction_deg",
-       entry("degrees", "direction of the total force, deep poses", "As direction of the total force, over the deep poses.")},
+      {"deep_force_direction_deg", entry("degrees", "direction of the total force, deep poses",
+                                         "As direction of the total force, over the deep poses.")},
       {"deep_torque_percent", entry("%", "total torque, deep poses", "As total torque, over the deep poses.")}};
 }
 
 ordered_json mesh_to_json(const ReportedMesh& mesh) {
   const evaluate::Measurement& m = mesh.measured;
   const evaluate::TruthOptions& t = m.truth.options;
-  ordered_json out = {
-      {"file", mesh.file},
-      {"triangles", mesh.triangles},
-      {"size", m.size},
-      {"repair", describe(mesh.closed.repair)},
-      {"filled_share", mesh.closed.filled_share},
-      {"notes", mesh.closed.notes},
-      {"poses",
-       {{"apart", {{"count", t.poses[0]}, {"least", -t.gap}, {"most", 0}}},
-        {"contact", {{"count", t.poses[1]}, {"least", 0}, {"most", t.contact}}},
-        {"deep", {{"count", t.poses[2]}, {"least", t.contact}, {"most", t.deep}}}}},
-      {"oracle",
-       {{"depth_tolerance", t.tolerance},
-        {"force_tolerance", m.truth.wrench_options.tolerance},
-        {"force_error", m.truth.wrench_error},
-        {"force_rms", m.truth.force_rms[std::size_t(evaluate::Range::contact)]},
-        {"deep_force_rms", m.truth.force_rms[std::size_t(evaluate::Range::deep)]}}},
-      {"bake_noise", m.bake_noise},
-      {"rows", ordered_json::array()},
-      {"left_out", ordered_json::array()},
-      {"time_front", names_of(m, m.time_front)},
-      {"bytes_front", names_of(m, m.bytes_front)},
-      {"front_line", front_line(m)}};
+  ordered_json out = {{"file", mesh.file},
+                      {"triangles", mesh.triangles},
+                      {"size", m.size},
+                      {"repair", describe(mesh.closed.repair)},
+                      {"filled_share", mesh.closed.filled_share},
+                      {"notes", mesh.closed.notes},
+                      {"poses",
+                       {{"apart", {{"count", t.poses[0]}, {"least", -t.gap}, {"most", 0}}},
+                        {"contact", {{"count", t.poses[1]}, {"least", 0}, {"most", t.contact}}},
+                        {"deep", {{"count", t.poses[2]}, {"least", t.contact}, {"most", t.deep}}}}},
+                      {"oracle",
+                       {{"depth_tolerance", t.tolerance},
+                        {"force_tolerance", m.truth.wrench_options.tolerance},
+                        {"force_error", m.truth.wrench_error},
+                        {"force_rms", m.truth.force_rms[std::size_t(evaluate::Range::contact)]},
+                        {"deep_force_rms", m.truth.force_rms[std::size_t(evaluate::Range::deep)]}}},
+                      {"bake_noise", m.bake_noise},
+                      {"rows", ordered_json::array()},
+                      {"left_out", ordered_json::array()},
+                      {"time_front", names_of(m, m.time_front)},
+                      {"bytes_front", names_of(m, m.bytes_front)},
+                      {"front_line", front_line(m)}};
   for (const Row& row : m.rows) out["rows"].push_back(row_to_json(row));
   for (const evaluate::LeftOut& one : m.left_out) out["left_out"].push_back({{"name", one.name}, {"why", one.why}});
   return out;

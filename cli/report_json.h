@@ -24,7 +24,8 @@ struct ReportedMesh {
 
 [[nodiscard]] nlohmann::ordered_json mesh_to_json(const ReportedMesh& mesh);
 
-/// One line per row of every mesh of a whole report; keys of nested objects are joined by points. What is not told is empty.
+/// One line per row of every mesh of a whole report; keys of nested objects are joined by points. What is not told is
+/// empty.
 [[nodiscard]] std::string rows_to_csv(const nlohmann::ordered_json& report);
 
 /// "Pareto front of ...: A (1.2 us, 0.03 mm); B ...".

@@ -12,9 +12,9 @@ namespace vps::evaluate {
 
 /// Over the poses of one range that overlap.
 struct ContactErrors {
-  Spread penetration;      ///< |told depth - exact depth|. [m]
-  Spread normal;           ///< between the direction told at the deepest contact and the exact one at that place. [degrees]
-  Spread force;            ///< |force told - exact|, over the RMS of the range's exact forces. [%]
+  Spread penetration;  ///< |told depth - exact depth|. [m]
+  Spread normal;       ///< between the direction told at the deepest contact and the exact one at that place. [degrees]
+  Spread force;        ///< |force told - exact|, over the RMS of the range's exact forces. [%]
   Spread force_direction;  ///< between force told and exact force. [degrees]
   Spread torque;           ///< |torque told - exact|, over that RMS times half the body's longest side. [%]
 };
@@ -40,8 +40,8 @@ struct Held {
 /// [lower, upper] held the exact depth, within the oracle's tolerance.
 [[nodiscard]] Held bounds_held(const Truth& truth, std::span<const PairAnswer> answers);
 
-/// No point that was left out is deeper than `delta_bound`: of answers under a budget or at a coarser level, against those of
-/// all points.
+/// No point that was left out is deeper than `delta_bound`: of answers under a budget or at a coarser level, against
+/// those of all points.
 [[nodiscard]] Held budget_held(std::span<const PairAnswer> answers, std::span<const PairAnswer> all_points);
 
 }  // namespace vps::evaluate

@@ -60,7 +60,8 @@ std::string remark_of(const Setting& setting) {
     case Reading::nearest:
       return field_of(setting.bake) == Field::real
                  ? "the same file, read as Eq. (5) has it: from the nearest sample, along its gradient; not timed"
-                 : "the same file, read as Eq. (4) has it: from the nearest sample, along the shell's normal; not timed";
+                 : "the same file, read as Eq. (4) has it: from the nearest sample, along the shell's normal; not "
+                   "timed";
     case Reading::trilinear:
       return "the same file, layers interpolated between voxel centres, which queries do not do; not timed";
     case Reading::queries:
@@ -107,7 +108,8 @@ class Run {
   }
 
   const Baked& bake_once(const BakeOptions& bake) {
-    const auto found = std::find_if(baked_.begin(), baked_.end(), [&](const Baked& b) { return same(b.options, bake); });
+    const auto found =
+        std::find_if(baked_.begin(), baked_.end(), [&](const Baked& b) { return same(b.options, bake); });
     if (found != baked_.end()) return *found;
     const auto begin = Clock::now();
     BakedFile file = bake_file(mesh_, bake, options_.work / fmt::format("{}.vps.hdf", baked_.size()));
@@ -161,7 +163,9 @@ class Run {
     row.name = "base, in Bullet";
     row.series = "in Bullet";
     row.knob = "peer";
-    row.remark = "the base asset in Bullet's narrowphase by the plug-in, from the pair to its manifold; contacts of the manifold";
+    row.remark =
+        "the base asset in Bullet's narrowphase by the plug-in, from the pair to its manifold; contacts of the "
+        "manifold";
     row.setting = out_.rows.front().setting;
     row.bytes = out_.rows.front().bytes;
     row.points = out_.rows.front().points;
@@ -240,8 +244,8 @@ class Run {
     std::vector<Candidate> by_bytes;
     for (const Row& row : out_.rows) {
       const Spread& off = row.errors.contact.penetration;
-      // Whoever tells nothing of some poses may have told the easy ones. What the clock decides is another next time, and
-      // the base in Bullet is the base again.
+      // Whoever tells nothing of some poses may have told the easy ones. What the clock decides is another next time,
+      // and the base in Bullet is the base again.
       const bool compared = off.asked > 0 && off.told == off.asked &&
                             (row.setting ? row.setting->repeatable() && row.knob != "peer" : true);
       const double error = compared ? off.rms : kNotTold;

@@ -41,7 +41,8 @@ Oracle::Oracle(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
   for (const auto& v : mesh.vertices) vertices.push_back(impl_->mesh.add_vertex(point3(v)));
   for (const auto& t : mesh.triangles) {
     if (impl_->mesh.add_face(vertices[t[0]], vertices[t[1]], vertices[t[2]]) == Mesh::null_face()) {
-      throw MeasureError("exact depths need a surface whose parts share no edge or corner; separate them, or --repair wrap");
+      throw MeasureError(
+          "exact depths need a surface whose parts share no edge or corner; separate them, or --repair wrap");
     }
   }
   impl_->tree.insert(faces(impl_->mesh).begin(), faces(impl_->mesh).end(), impl_->mesh);

@@ -75,8 +75,7 @@ bool between_centres(const VoxelmapView& map, const Point& p, double& out) {
 
 class OtherReading final : public PairPeer {
  public:
-  OtherReading(std::shared_ptr<const Asset> asset, Reading reading)
-      : asset_(std::move(asset)), reading_(reading) {
+  OtherReading(std::shared_ptr<const Asset> asset, Reading reading) : asset_(std::move(asset)), reading_(reading) {
     check(asset_->pointshell(shell_));
     check(asset_->voxelmap(map_));
   }

@@ -20,8 +20,8 @@ inline double microseconds_since(Clock::time_point begin) {
 inline constexpr double kNotTold = std::numeric_limits<double>::quiet_NaN();
 
 struct PairAnswer {
-  double microseconds = 0;  ///< NaN: there is nothing to time
-  double depth = kNotTold;  ///< negative: minus the distance. NaN: not told. [m]
+  double microseconds = 0;                                  ///< NaN: there is nothing to time
+  double depth = kNotTold;                                  ///< negative: minus the distance. NaN: not told. [m]
   double lower = -std::numeric_limits<double>::infinity();  ///< the true depth is told to be no less [m]
   double upper = std::numeric_limits<double>::infinity();   ///< and no more. [m]
   std::size_t contacts = 0;

@@ -14,7 +14,8 @@ std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates) {
     if (!std::isnan(candidates[i].cost) && !std::isnan(candidates[i].error)) order.push_back(i);
   }
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::tuple(candidates[a].cost, candidates[a].error, a) < std::tuple(candidates[b].cost, candidates[b].error, b);
+    return std::tuple(candidates[a].cost, candidates[a].error, a) <
+           std::tuple(candidates[b].cost, candidates[b].error, b);
   });
   std::vector<std::size_t> front;
   double least = std::numeric_limits<double>::infinity();

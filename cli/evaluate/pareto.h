@@ -14,8 +14,8 @@ struct Candidate {
   double error = 0;
 };
 
-/// Numbers of the candidates that none other has as little or less of both and less of one: by cost, from the cheapest. Of
-/// equal ones, the first.
+/// Numbers of the candidates that none other has as little or less of both and less of one: by cost, from the cheapest.
+/// Of equal ones, the first.
 [[nodiscard]] std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates);
 
 }  // namespace vps::evaluate

@@ -43,7 +43,9 @@ class Peers {
       hacd.announce = options_.announce_hacd;
       const auto hulls = std::make_shared<std::vector<Hull>>(hacd_hulls(body_, hacd, options_.folder));
       add_hulls("hacd", "HACD", fmt::format("{} convex hulls of at most 100 vertices, concavity 100", hulls->size()),
-                [hulls](double margin) { return compound_of(*hulls, {0, 0, 0}, margin); });
+                [hulls](double margin) {
+                  return compound_of(*hulls, {0, 0, 0}, margin);
+                });
     }
     if (wanted("gimpact")) {
       const auto shape = std::make_shared<BulletShape>(gimpact_of(body_, options_.margin));

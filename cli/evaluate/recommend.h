@@ -27,8 +27,8 @@ struct RecommendOptions {
   std::size_t poses = 36;  ///< two thirds in contact, the rest apart
   std::uint64_t seed = 1;
   int rounds = 5;
-  std::filesystem::path cache;  ///< poses are kept here
-  std::filesystem::path work;   ///< assets are written here, and stay
+  std::filesystem::path cache;                                             ///< poses are kept here
+  std::filesystem::path work;                                              ///< assets are written here, and stay
   std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty
 };
 
@@ -52,7 +52,7 @@ struct Recommendation {
   TruthOptions truth;
   std::vector<Tried> tried;           ///< by bytes, the smallest first
   std::optional<std::size_t> chosen;  ///< of `tried`; nothing: none keeps within the limits
-  std::size_t nearest = 0;            ///< of `tried`: exceeds its limits by the least factor; `chosen` where there is one
+  std::size_t nearest = 0;  ///< of `tried`: exceeds its limits by the least factor; `chosen` where there is one
 };
 
 /// With a limit on the error: of what keeps within all limits the smallest file. Without: the smallest error.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Asks all sides the same poses in turn, round by round, so that a machine that slows down slows down all of them.
+/// @file Asks all sides the same poses in turn, round by round, so that a machine that slows down slows down all of
+/// them.
 #pragma once
 
 #include <functional>
@@ -30,8 +31,8 @@ struct RoundOptions {
   std::function<void(const std::string& side, double fraction)> progress;
 };
 
-/// A round asks a new peer every pose once to warm up and three times to be timed, slow ones once: the round's time of a pose is
-/// the median. Sides without times are asked once in all.
+/// A round asks a new peer every pose once to warm up and three times to be timed, slow ones once: the round's time of
+/// a pose is the median. Sides without times are asked once in all.
 [[nodiscard]] std::vector<SideResult> ask_in_turn(std::span<const Side> sides, std::span<const Pose> poses,
                                                   const RoundOptions& options);
 

@@ -28,7 +28,8 @@ std::string words(const BakeOptions& bake) {
 
 class Sweep {
  public:
-  Sweep(const BakeOptions& base, SweepSize size) : base_(with_field(base, Field::scaled)), quick_(size == SweepSize::quick) {}
+  Sweep(const BakeOptions& base, SweepSize size)
+      : base_(with_field(base, Field::scaled)), quick_(size == SweepSize::quick) {}
 
   std::vector<Setting> run(std::uint32_t levels) {
     add("base", base_);
@@ -98,8 +99,10 @@ class Sweep {
 
   void voxels_and_alphas() {
     const double root = std::sqrt(2.0);
-    for (const double factor : list<double>({0.5, 1 / root, root, 2, 2 * root, 4}, {2})) add("voxel", scaled_by(factor, 1));
-    for (const double factor : list<double>({0.5, 1 / root, root, 2, 2 * root, 4}, {2})) add("alpha", scaled_by(1, factor));
+    for (const double factor : list<double>({0.5, 1 / root, root, 2, 2 * root, 4}, {2}))
+      add("voxel", scaled_by(factor, 1));
+    for (const double factor : list<double>({0.5, 1 / root, root, 2, 2 * root, 4}, {2}))
+      add("alpha", scaled_by(1, factor));
     for (const double voxel : list<double>({0.5, 2, 4}, {})) {
       for (const double alpha : {0.5, 2.0, 4.0}) add("voxel_alpha", scaled_by(voxel, alpha));
     }

@@ -16,10 +16,11 @@ namespace vps::evaluate {
 struct Setting {
   std::string name;    ///< unique in a sweep: what differs from the base
   std::string series;  ///< of plots: "scaled", "real", "layers" ...
-  std::string knob;    ///< that was turned: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests, time
-  BakeOptions bake;    ///< with one field
+  std::string
+      knob;  ///< that was turned: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests, time
+  BakeOptions bake;  ///< with one field
   Reading reading = Reading::queries;
-  std::uint32_t level = 0;      ///< of QueryOptions; as the two below
+  std::uint32_t level = 0;  ///< of QueryOptions; as the two below
   std::uint32_t max_tests = 0;
   float max_microseconds = 0;
 

@@ -23,8 +23,8 @@ struct Spread {
 /// @param errors  at least 0; NaN: not told
 [[nodiscard]] Spread spread_of(std::span<const double> errors);
 
-/// Times over poses, each the median of its rounds, and their noise: twice what a single round is off at most, at least a
-/// twentieth. Of two runs on one machine each is within the noise of both.
+/// Times over poses, each the median of its rounds, and their noise: twice what a single round is off at most, at least
+/// a twentieth. Of two runs on one machine each is within the noise of both.
 struct Times {
   std::size_t rounds = 0;  ///< 0: not timed
   double p50 = 0, p99 = 0, max = 0;

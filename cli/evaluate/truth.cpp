@@ -88,7 +88,8 @@ void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem:
   }
   const std::filesystem::path file = cache_file(folder, "wrenches", body, key);
   if (const auto numbers = read_numbers(file)) {
-    if (numbers->size() != truth.poses.size() * kNumbers) throw std::runtime_error(file.string() + ": damaged; delete it");
+    if (numbers->size() != truth.poses.size() * kNumbers)
+      throw std::runtime_error(file.string() + ": damaged; delete it");
     from_numbers(*numbers, truth.poses);
     return;
   }
@@ -116,8 +117,9 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
   truth.options = options;
   truth.oracle = std::make_shared<const Oracle>(body);
   PoseOptions pose_options;
-  pose_options.ranges = {
-      {options.poses[0], -options.gap, 0}, {options.poses[1], 0, options.contact}, {options.poses[2], options.contact, options.deep}};
+  pose_options.ranges = {{options.poses[0], -options.gap, 0},
+                         {options.poses[1], 0, options.contact},
+                         {options.poses[2], options.contact, options.deep}};
   pose_options.tolerance = options.tolerance;
   pose_options.arrival = 0.1 * options.tolerance;
   pose_options.seed = options.seed;

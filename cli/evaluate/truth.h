@@ -30,8 +30,8 @@ struct TruthOptions {
   std::function<void(const char* what, double fraction)> progress;
 };
 
-/// Relative to the body: gaps and contacts to 1/200 of its longest side, deep poses to 1/50; less for thin bodies, for which a
-/// thickness of twice their volume over their area counts.
+/// Relative to the body: gaps and contacts to 1/200 of its longest side, deep poses to 1/50; less for thin bodies, for
+/// which a thickness of twice their volume over their area counts.
 /// @param poses  in all, shared out evenly
 [[nodiscard]] TruthOptions truth_options_for(const TriangleMesh& body, std::size_t poses);
 
@@ -54,7 +54,8 @@ enum class Wrenches : std::uint8_t { none, exact };
 
 /// Computed, or read from what an earlier run left in `folder`.
 /// @param body  closed, about its centre of mass
-/// @throw MeasureError when the body is not manifold or a depth is not reached, std::runtime_error when the folder fails
+/// @throw MeasureError when the body is not manifold or a depth is not reached, std::runtime_error when the folder
+/// fails
 [[nodiscard]] Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
                                const std::filesystem::path& folder);
 

@@ -21,7 +21,8 @@ Vector3d vector(const Point& p) {
 }
 
 double longest_side(const std::array<Vector3d, 3>& corners) {
-  return std::max({(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
+  return std::max(
+      {(corners[1] - corners[0]).norm(), (corners[2] - corners[1]).norm(), (corners[0] - corners[2]).norm()});
 }
 
 // A flat piece of the surface with V at its corners and at the middles of its sides (01, 12, 20), second's frame.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The exact force and torque of one body in another, what Eqs. (2) and (3) come to with per-area weights as points grow
-/// dense: integrals of V n and of (P - c) x V n over the first body's surface where V >= 0. Paper: Sec. 2.2.
+/// @file The exact force and torque of one body in another, what Eqs. (2) and (3) come to with per-area weights as
+/// points grow dense: integrals of V n and of (P - c) x V n over the first body's surface where V >= 0. Paper:
+/// Sec. 2.2.
 ///
 /// V is the oracle's. Triangles are cut in four, the one with the largest estimated error first, until what all errors
 /// may sum up to is within a tolerance.

@@ -101,8 +101,8 @@ TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
 TEST(Errors, TheSameSeedGivesTheSameTruthAndAnotherAnother) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
-  const TriangleMesh ball = make_sphere(kRadius, 2);
-  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 6);
+  const TriangleMesh ball = make_sphere(kRadius, 1);
+  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 3);
   const auto depths = [&](const TemporaryFolder& where) {
     std::vector<double> out;
     for (const auto& p : evaluate::find_truth(ball, options, evaluate::Wrenches::exact, where.path()).poses) {
@@ -116,6 +116,18 @@ TEST(Errors, TheSameSeedGivesTheSameTruthAndAnotherAnother) {
   EXPECT_EQ(first, depths(folder));  // read back
   options.seed = 2;
   EXPECT_NE(first, depths(folder));
+}
+
+TEST(Errors, BodiesThatShareAnEdgeAreRefused) {
+  TriangleMesh mesh = make_box({0.1, 0.1, 0.1});
+  const TriangleMesh other = make_box({0.1, 0.1, 0.1}, {0.2, 0.2, 0});
+  // Corners 3 and 7 of the first are 0 and 4 of the second.
+  for (const auto& t : other.triangles) {
+    auto& copy = mesh.triangles.emplace_back(t);
+    for (auto& v : copy) v = v == 0 ? 3 : v == 4 ? 7 : v + 8;
+  }
+  mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
+  EXPECT_THROW((void)evaluate::Oracle(mesh), evaluate::MeasureError);
 }
 
 TEST(Errors, ThinBodiesAreAskedForDepthsThatTheyHave) {

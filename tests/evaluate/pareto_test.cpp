@@ -41,7 +41,8 @@ TEST(Pareto, EveryCandidateIsOnItOrBeatenByOneThatIs) {
       const bool no_worse = candidates[f].cost <= candidates[i].cost && candidates[f].error <= candidates[i].error;
       reached = reached || no_worse;
       const bool worse = candidates[i].cost < candidates[f].cost || candidates[i].error < candidates[f].error;
-      EXPECT_TRUE(worse || !(candidates[i].cost <= candidates[f].cost) || !(candidates[i].error <= candidates[f].error) ||
+      EXPECT_TRUE(worse || !(candidates[i].cost <= candidates[f].cost) ||
+                  !(candidates[i].error <= candidates[f].error) ||
                   (candidates[i].cost == candidates[f].cost && candidates[i].error == candidates[f].error));
     }
     EXPECT_TRUE(reached) << i;

@@ -91,7 +91,8 @@ TEST(Wrench, FindsASmallContactInTheMiddleOfALargeTriangle) {
   // V on the plate's bottom: the distance to the pin's top or to its nearest side.
   const double half = 0.005;
   const double inner = half - kDepth;
-  const double pressure = 4 * inner * inner * kDepth + 8 * inner * kDepth * kDepth / 2 + 4 * kDepth * kDepth * kDepth / 3;
+  const double pressure =
+      4 * inner * inner * kDepth + 8 * inner * kDepth * kDepth / 2 + 4 * kDepth * kDepth * kDepth / 3;
   EXPECT_NEAR(w.pressure, pressure, 2e-3 * pressure);
 }
 
