@@ -95,15 +95,16 @@ std::string cell(const evaluate::Spread& s) {
 
 void print_table(const ReportedMesh& mesh) {
   const evaluate::Measurement& m = mesh.measured;
-  fmt::print("{}: {} triangles, {} poses; base, front and peers of {} rows\n", mesh.file, mesh.triangles,
+  constexpr const char* kColumns = "{:<48} {:<44} {:<22} {}\n";
+  fmt::print("{}: {} triangles, {} poses; base, front (*) and peers of {} rows\n", mesh.file, mesh.triangles,
              m.truth.poses.size(), m.rows.size());
-  fmt::print("{:<52} {:>38} {:>22} {:>9}\n", "", "penetration off by, RMS / 99 % / max", "us, median / 99 %", "file");
+  fmt::print(kColumns, "", "penetration off by, RMS / 99 % / max", "us, median / 99 %", "file");
   for (const evaluate::Row& row : m.rows) {
     if (row.knob != "base" && row.knob != "peer" && !row.on_time_front) continue;
+    const evaluate::Times& t = row.contacts;
     const std::string time =
-        row.contacts.rounds > 0 ? fmt::format("{:.3g} / {:.3g}", row.contacts.p50, row.contacts.p99) : "";
-    fmt::print("{:<52} {:>38} {:>22} {:>9}\n", (row.on_time_front ? "* " : "  ") + row.name,
-               cell(row.errors.contact.penetration), time,
+        t.rounds > 0 ? fmt::format("{:.3g} +- {:.1g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed";
+    fmt::print(kColumns, (row.on_time_front ? "* " : "  ") + row.name, cell(row.errors.contact.penetration), time,
                row.bytes > 0 ? format_bytes(static_cast<double>(row.bytes)) : "");
   }
   for (const evaluate::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "tests/cli/program.h"
+#include "tests/support/browser.h"
 
 namespace vps::test {
 namespace {
@@ -194,6 +195,57 @@ TEST(Report, CsvHasWhatJsonHas) {
   }
   EXPECT_FALSE(std::getline(csv, line));
   EXPECT_GT(numbers, 500U);
+}
+
+TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
+  VPS_BROWSER_OR_SKIP();
+  ASSERT_EQ(reported().run.code, 0);
+  VisitOptions options;
+  options.height = 2400;
+  options.script = R"((async () => {
+    const front = charts[0].data.datasets.find(set => set.isFront).data.map(p => p.row.name);
+    const rows = document.querySelectorAll('#table tbody tr').length;
+    const plots = document.querySelectorAll('#knobs canvas').length;
+    const pick = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('change')); };
+    const axes = [];
+    for (const y of Object.keys(report.measures)) {
+      pick('y', y);
+      axes.push(charts[0].options.scales.y.title.text);
+    }
+    pick('y', 'penetration');
+    pick('x', 'bytes');
+    const bytes = charts[0].data.datasets.find(set => set.isFront).data.map(p => p.row.name);
+    document.querySelectorAll('#table thead tr:nth-child(2) button')[1].click();
+    const points = [...document.querySelectorAll('#table tbody tr')].map(tr => tr.cells[1].textContent).filter(t => t);
+    return {front, rows, plots, axes, bytes, points, answer: $('answer').textContent, code: document.querySelector('code').textContent};
+  })())";
+  const PageVisit visit = visit_page(reported().folder / "first.html", options);
+  expect_sound(visit, 0.03);
+  const Json& mesh = reported().json["meshes"][0];
+  EXPECT_EQ(visit.value["front"], mesh["time_front"]);
+  EXPECT_EQ(visit.value["bytes"], mesh["bytes_front"]);
+  EXPECT_EQ(visit.value["rows"], mesh["rows"].size());
+  EXPECT_EQ(visit.value["plots"], 8);
+  EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
+  EXPECT_EQ(visit.value["code"], reported().json["command"]);
+  EXPECT_NE(visit.value["answer"].get<std::string>().find("Pareto front"), std::string::npos);
+  // Sorted by points, those without last.
+  double last = 0;
+  for (std::string points : visit.value["points"]) {
+    std::erase(points, ',');
+    EXPECT_GE(std::stod(points), last);
+    last = std::stod(points);
+  }
+}
+
+TEST(Report, ThePageFitsAPhoneInTheDark) {
+  VPS_BROWSER_OR_SKIP();
+  ASSERT_EQ(reported().run.code, 0);
+  VisitOptions options;
+  options.width = 390;
+  options.height = 2400;
+  options.theme = Theme::dark;
+  expect_sound(visit_page(reported().folder / "first.html", options), 0.03);
 }
 
 TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
