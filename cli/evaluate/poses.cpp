@@ -133,7 +133,7 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
   }
   const std::filesystem::path file = cache_file(folder, "poses", body, key);
   if (const auto numbers = read_numbers(file)) {
-    if (numbers->size() != count * kNumbers) throw std::runtime_error(file.string() + ": damaged; delete it");
+    if (numbers->size() != count * kNumbers) throw MeasureError(file.string() + " is damaged; delete it");
     std::vector<PairPose> poses(count);
     const double* at = numbers->data();
     for (PairPose& pose : poses) {

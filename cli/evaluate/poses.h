@@ -42,7 +42,7 @@ struct PoseOptions {
 /// Poses range by range, each in order of depth, computed, which takes minutes, or read from what an earlier run has
 /// left in `folder`.
 /// @param body  closed, about its centre of mass
-/// @throw MeasureError when a depth is not reached, std::runtime_error where `folder` fails
+/// @throw MeasureError when a depth is not reached, or `folder` fails
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);
 

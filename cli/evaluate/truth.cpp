@@ -6,42 +6,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <limits>
 #include <numeric>
-#include <stdexcept>
 
+#include "bake/plan.h"
 #include "cli/evaluate/numbers_file.h"
-#include "cli/evaluate/patches.h"
 
 namespace vps::evaluate {
 namespace {
 
-// Twice the volume over the area: of a plate, its thickness. [m]
-double thickness(const TriangleMesh& body) {
-  double area = 0;
-  double volume = 0;
-  for (const auto& t : body.triangles) {
-    const Point& a = body.vertices[t[0]];
-    const Point& b = body.vertices[t[1]];
-    const Point& c = body.vertices[t[2]];
-    const Point u = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-    const Point v = {c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-    const Point n = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-    area += std::hypot(n[0], n[1], n[2]) / 2;
-    volume += (a[0] * n[0] + a[1] * n[1] + a[2] * n[2]) / 6;
-  }
-  return area > 0 ? 2 * volume / area : 0;
-}
-
-double longest_side(const TriangleMesh& body) {
-  double longest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto [low, high] = std::minmax_element(body.vertices.begin(), body.vertices.end(),
-                                                 [axis](const Point& a, const Point& b) { return a[axis] < b[axis]; });
-    longest = std::max(longest, (*high)[axis] - (*low)[axis]);
-  }
-  return longest;
-}
+using Progress = std::function<void(const char* what, double fraction)>;
 
 constexpr std::size_t kNumbers = 9;  // force, torque, pressure, area, error
 
@@ -67,17 +40,18 @@ void from_numbers(const std::vector<double>& numbers, std::vector<TruePose>& pos
   }
 }
 
-void integrate(const TriangleMesh& body, Truth& truth) {
+void integrate(const TriangleMesh& body, Truth& truth, const Progress& progress) {
   const WrenchOracle oracle(body, body, truth.wrench_options);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, truth.poses.size(), [&](std::size_t i) {
     TruePose& pose = truth.poses[i];
     if (pose.range != Range::apart) pose.wrench = oracle.at(pose.pose.first_in_second);
-    if (truth.options.progress) truth.options.progress("forces", double(++done) / double(truth.poses.size()));
+    if (progress) progress("forces", double(++done) / double(truth.poses.size()));
   });
 }
 
-void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem::path& folder) {
+void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem::path& folder,
+                  const Progress& progress) {
   // The poses themselves are the key.
   std::vector<double> key{truth.wrench_options.tolerance, truth.wrench_options.widest,
                           double(truth.wrench_options.most_pieces)};
@@ -88,20 +62,20 @@ void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem:
   }
   const std::filesystem::path file = cache_file(folder, "wrenches", body, key);
   if (const auto numbers = read_numbers(file)) {
-    if (numbers->size() != truth.poses.size() * kNumbers)
-      throw std::runtime_error(file.string() + ": damaged; delete it");
+    if (numbers->size() != truth.poses.size() * kNumbers) throw MeasureError(file.string() + " is damaged; delete it");
     from_numbers(*numbers, truth.poses);
     return;
   }
-  integrate(body, truth);
+  integrate(body, truth, progress);
   write_numbers(file, to_numbers(truth.poses));
 }
 
 }  // namespace
 
 TruthOptions truth_options_for(const TriangleMesh& body, std::size_t poses) {
-  const double longest = longest_side(body);
-  const double thick = thickness(body);
+  const Extent extent = measure_extent(body);
+  const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
+  const double thick = 2 * extent.volume / extent.area;  // of a plate
   TruthOptions options;
   for (std::size_t i = 0; i < 3; ++i) options.poses[i] = (poses + 2 - i) / 3;
   options.gap = longest / 200;
@@ -115,6 +89,7 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
                  const std::filesystem::path& folder) {
   Truth truth;
   truth.options = options;
+  truth.options.progress = nullptr;
   truth.oracle = std::make_shared<const Oracle>(body);
   PoseOptions pose_options;
   pose_options.ranges = {{options.poses[0], -options.gap, 0},
@@ -135,7 +110,7 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
     truth.poses.push_back({pose, range, {}});
   }
   if (wrenches == Wrenches::none) return truth;
-  add_wrenches(body, truth, folder);
+  add_wrenches(body, truth, folder, options.progress);
   for (std::size_t range = 0; range < 3; ++range) {
     double squares = 0;
     for (const TruePose& p : truth.poses) {

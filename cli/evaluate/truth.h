@@ -54,8 +54,7 @@ enum class Wrenches : std::uint8_t { none, exact };
 
 /// Computed, or read from what an earlier run left in `folder`.
 /// @param body  closed, about its centre of mass
-/// @throw MeasureError when the body is not manifold or a depth is not reached, std::runtime_error when the folder
-/// fails
+/// @throw MeasureError when the body is not manifold, a depth is not reached or the folder fails
 [[nodiscard]] Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
                                const std::filesystem::path& folder);
 

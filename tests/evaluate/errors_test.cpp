@@ -79,6 +79,11 @@ TEST(Errors, AreWhatAnswersAreOff) {
   EXPECT_EQ(errors.deep.penetration.asked, 3U);
   EXPECT_EQ(errors.deep.penetration.told, 2U);
   EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 0U);
+  for (PairAnswer& a : answers) {
+    a.upper = 1;
+    a.lower = 0.1;
+  }
+  EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 0U);
 }
 
 TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
