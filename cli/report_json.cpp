@@ -173,9 +173,10 @@ ordered_json measure_definitions() {
            "m", "penetration",
            "Depth told against exact depth, over the poses in contact. The exact depth is that of the deepest point of "
            "the first body's surface below the second's.")},
-      {"distance",
-       entry("m", "distance",
-             "Distance told against exact distance, over the poses apart. Ours by the query `separation`.")},
+      {"distance", entry("m", "distance",
+                         "Distance told against exact distance, over the poses apart: ours by the query `separation`, "
+                         "those of peers in "
+                         "Bullet by their contacts, where they have any.")},
       {"normal_deg",
        entry("degrees", "normal direction",
              "At the deepest contact that was told: between its direction and the exact one at that place, towards the "

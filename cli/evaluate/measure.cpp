@@ -222,8 +222,13 @@ class Run {
       if (row.setting && asks_base(*row.setting)) {
         row.budget_held = budget_held(contacts[i].answers, contacts.front().answers);
       }
-      if (!distances_[i].make) continue;
+      if (!distances_[i].make) {
+        // Contacts in Bullet may be apart.
+        if (row.knob == "peer") row.distance = distance_errors(out_.truth, contacts[i].answers);
+        continue;
+      }
       row.distances = distances[i].times;
+      if (!row.setting) continue;  // FCL, which is the judge of distances
       // Those apart come first.
       std::vector<PairAnswer> all = ask_every(distances_[i], distances[i].answers, poses);
       row.distance = distance_errors(out_.truth, all);

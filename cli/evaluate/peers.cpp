@@ -56,7 +56,10 @@ class Peers {
     }
     if (wanted("fcl")) {
       const auto mesh = std::make_shared<const TriangleMesh>(body_);
-      add("fcl", "FCL", "triangles in boxes of type OBBRSS; all contacts, no depth of the bodies; distance where apart",
+      add("fcl", "FCL",
+          "triangles in boxes of type OBBRSS; all contacts, no depth of the bodies. Its distances are the truth here: "
+          "timed, "
+          "but without an error",
           [mesh] { return fcl_collide(*mesh); });
       peers_.back().distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
     }
