@@ -107,6 +107,15 @@ BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
   return plan_grid(extent, options).plan;
 }
 
+ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
+  const double voxel_size = plan_bake(mesh, options).voxel_size;
+  RepairOutcome outcome;
+  const Surface surface = check_mesh(mesh, {options.repair, voxel_size, options.sheet_thickness}, outcome);
+  ClosedMesh out{{{}, surface.triangles}, outcome.used, outcome.filled_share, std::move(outcome.notes)};
+  for (const Vector& v : surface.vertices) out.mesh.vertices.push_back({v.x(), v.y(), v.z()});
+  return out;
+}
+
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
   Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 3 : 0) + (asked.pointshell ? 3 : 0));

@@ -125,6 +125,17 @@ struct MeshReport {
 /// @throw BakeError on bad indices or coordinates only
 [[nodiscard]] MeshReport inspect_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
+/// The surface that a bake works on: closed, wound outward, shells united.
+struct ClosedMesh {
+  TriangleMesh mesh;
+  Repair repair = Repair::none;    ///< what was needed
+  double filled_share = 0;         ///< of its area, in patches that repair laid over holes
+  std::vector<std::string> notes;  ///< what was repaired
+};
+
+/// Closes a mesh as `bake` does. @throw BakeError
+[[nodiscard]] ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options);
+
 /// The whole bake: check, voxelize, fill_layers, distance_field, thin_walls, coarse_layers, sample_field, certify,
 /// sample_pointshell, cluster_points, bounding_spheres. Deterministic for any number of threads. @throw BakeError
 [[nodiscard]] BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options);

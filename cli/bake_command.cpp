@@ -13,8 +13,10 @@
 #include "bake/cache.h"
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
+#include "cli/evaluate/oracle.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
+#include "cli/progress.h"
 
 namespace vps::cli {
 namespace {
@@ -25,21 +27,6 @@ using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
-
-// One line on a terminal, rewritten in place; nothing when stderr is piped.
-class Progress {
- public:
-  void show(const char* stage, double fraction) const {
-    if (terminal_) fmt::print(stderr, "\r\033[K{:>3.0f} % {}", 100 * fraction, stage);
-  }
-  void clear() const {
-    if (terminal_) fmt::print(stderr, "\r\033[K");
-  }
-  ~Progress() { clear(); }
-
- private:
-  bool terminal_ = ::isatty(STDERR_FILENO) != 0;
-};
 
 fs::path output_path(const BakeArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
@@ -217,6 +204,12 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
     return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, mesh, error.what());
   } catch (const BakeError& error) {
     return fail(kBadInput, mesh, error.what());
+  } catch (const evaluate::MeasureError& error) {
+    return fail(kBadInput, mesh, error.what());
+  } catch (const WriteError& error) {
+    return fail(kIo, mesh, error.what());
+  } catch (const fs::filesystem_error& error) {
+    return fail(kIo, error.path1().string(), error.code().message() + "; free space or choose another folder");
   } catch (const std::bad_alloc&) {
     return fail(kInternal, mesh, "out of memory; choose larger voxels");
   } catch (const std::system_error&) {

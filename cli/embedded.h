@@ -22,5 +22,6 @@ extern const Embedded kStressPage;
 extern const Embedded kView3d;       ///< what pages with a three-dimensional view share
 extern const Embedded kView3dStyle;  ///< their style
 extern const Embedded kViewPage;
+extern const Embedded kReportPage;  ///< cli/pages/report.html
 
 }  // namespace vps::cli

@@ -17,12 +17,12 @@
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/provenance.h"
+#include "cli/recommend_command.h"
+#include "cli/report_command.h"
 #include "cli/scene_command.h"
 #include "cli/slice_command.h"
-#include "cli/view_command.h"
-#ifdef VPS_WITH_BULLET
 #include "cli/stress_command.h"
-#endif
+#include "cli/view_command.h"
 #include "version.h"
 
 namespace vps::cli {
@@ -31,7 +31,8 @@ namespace {
 void add_error_option(CLI::App& app, BakeArguments& arguments) {
   app.add_option_function<std::string>(
          "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
-         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm")
+         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
+         "lies between points as well")
       ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
       ->option_text("LENGTH")
       ->group("Grid (a bake needs one of these)");
@@ -138,10 +139,10 @@ int run(int argc, char** argv) {
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
-      add_check_command(app),  add_info_command(app), add_scene_command(app),
-      add_slice_command(app),  add_view_command(app),
-#ifdef VPS_WITH_BULLET
-      add_stress_command(app),
+      add_check_command(app),     add_info_command(app),   add_scene_command(app),
+      add_slice_command(app),     add_view_command(app),
+#ifdef VPSBAKE_EVALUATE
+      add_recommend_command(app), add_report_command(app), add_stress_command(app),
 #endif
   };
   const Command* command = nullptr;

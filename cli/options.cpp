@@ -143,6 +143,11 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
   auto* const mesh =
       app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
   mesh->option_text("MESH");
+  add_surface_options(app, arguments);
+  return mesh;
+}
+
+void add_surface_options(CLI::App& app, BakeArguments& arguments) {
   add_unit_options(app, arguments);
   app.add_option_function<std::string>(
          "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
@@ -160,7 +165,6 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
          "Bake open surfaces as solids of this thickness")
       ->option_text("thicken=LENGTH")
       ->group("Mesh");
-  return mesh;
 }
 
 void add_import_options(CLI::App& app, BakeArguments& arguments) {

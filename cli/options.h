@@ -61,9 +61,11 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
-/// What the mesh's numbers mean: --unit and --scale.
+/// What a mesh's numbers mean: --unit and --scale.
 void add_unit_options(CLI::App& app, BakeArguments& arguments);
-/// The mesh, and how to read and repair it. @return the mesh's own option
+/// How to read and repair a mesh.
+void add_surface_options(CLI::App& app, BakeArguments& arguments);
+/// The mesh, and `add_surface_options`. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
 /// Limits of reading a mesh.
 void add_import_options(CLI::App& app, BakeArguments& arguments);

@@ -4,8 +4,12 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <string>
 
 namespace vps::cli {
+
+/// A word as a shell takes it: quoted where it has to be.
+[[nodiscard]] std::string quoted_word(const std::string& word);
 
 /// Keeps the command line for `provenance`, as a shell would take it again.
 void remember_command(int argc, char** argv);

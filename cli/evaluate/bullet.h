@@ -33,7 +33,8 @@ inline constexpr double kBulletMargin = 0.04;
 /// @param margin  of each hull. [m]
 [[nodiscard]] BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre,
                                       double margin);
-[[nodiscard]] BulletShape gimpact_of(const TriangleMesh& body);
+/// @param margin  [m]
+[[nodiscard]] BulletShape gimpact_of(const TriangleMesh& body, double margin = kPeerMargin);
 [[nodiscard]] BulletShape ours_of(const std::shared_ptr<const Asset>& asset);
 
 /// What a body falls on; its top lies in the plane y = 0.

@@ -47,7 +47,7 @@ BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double,
   return out;
 }
 
-BulletShape gimpact_of(const TriangleMesh& body) {
+BulletShape gimpact_of(const TriangleMesh& body, double margin) {
   const auto mesh = std::make_shared<btTriangleMesh>();
   mesh->preallocateVertices(int(body.vertices.size()));
   mesh->preallocateIndices(int(3 * body.triangles.size()));
@@ -55,7 +55,7 @@ BulletShape gimpact_of(const TriangleMesh& body) {
   for (const auto& t : body.triangles) mesh->addTriangleIndices(int(t[0]), int(t[1]), int(t[2]));
   const auto shape = std::make_shared<btGImpactMeshShape>(mesh.get());
   // With its default of 1 cm a query of two bunnies takes 1.6 s.
-  shape->setMargin(btScalar(kPeerMargin));
+  shape->setMargin(btScalar(margin));
   shape->updateBound();
   return {{mesh}, shape};
 }

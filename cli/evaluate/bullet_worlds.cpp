@@ -29,7 +29,7 @@ class TimedDispatcher final : public btCollisionDispatcher {
     std::size_t count = 0;
     for (int m = 0; m < getNumManifolds(); ++m) {
       const btPersistentManifold* const manifold = getManifoldByIndexInternal(m);
-      for (int i = 0; i < manifold->getNumContacts(); ++i, ++count) visit(manifold->getContactPoint(i));
+      for (int i = 0; i < manifold->getNumContacts(); ++i, ++count) visit(manifold->getContactPoint(i), *manifold);
     }
     return count;
   }
@@ -66,8 +66,18 @@ class BulletPair final : public PairPeer {
     PairAnswer answer;
     answer.microseconds = dispatcher_.last_us;
     double deepest = -std::numeric_limits<double>::max();
-    answer.contacts = dispatcher_.for_each_contact(
-        [&](const btManifoldPoint& p) { deepest = std::max(deepest, -double(p.getDistance())); });
+    answer.contacts = dispatcher_.for_each_contact([&](const btManifoldPoint& p, const btPersistentManifold& manifold) {
+      if (-double(p.getDistance()) <= deepest) return;
+      deepest = -double(p.getDistance());
+      // Bullet's normal leads from its body B to A, either of which may be the first.
+      const bool is_a = manifold.getBody0() == &first_;
+      const btVector3 position = is_a ? p.getPositionWorldOnA() : p.getPositionWorldOnB();
+      const btVector3 direction = is_a ? p.m_normalWorldOnB : -p.m_normalWorldOnB;
+      for (int i = 0; i < 3; ++i) {
+        answer.position[std::size_t(i)] = double(position[i]);
+        answer.direction[std::size_t(i)] = double(direction[i]);
+      }
+    });
     if (answer.contacts > 0) answer.depth = deepest;
     return answer;
   }
@@ -107,7 +117,7 @@ DropResult drop(const BulletShape& body, const Ground& ground, const DropOptions
     world.stepSimulation(btScalar(1.0 / 200), 0);
     if (step < options.first_timed) continue;
     out.microseconds.push_back(dispatcher.last_us);
-    out.contacts.push_back(double(dispatcher.for_each_contact([](const btManifoldPoint&) {})));
+    out.contacts.push_back(double(dispatcher.for_each_contact([](const auto&...) {})));
   }
   out.height = double(falling.getWorldTransform().getOrigin().y());
   out.speed = double(falling.getLinearVelocity().length());

@@ -89,7 +89,11 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
     }
     return hulls;
   }
-  fmt::print(stderr, "HACD decomposes the mesh, once: this takes minutes\n");
+  if (options.announce) {
+    options.announce();
+  } else {
+    fmt::print(stderr, "HACD decomposes the mesh, once: this takes minutes\n");
+  }
   const std::vector<Hull> hulls = decompose(mesh, options);
   check_place(hulls, mesh);
   std::vector<double> numbers;

@@ -5,8 +5,8 @@
 
 #include <fstream>
 #include <iterator>
-#include <stdexcept>
 
+#include "cli/evaluate/oracle.h"
 #include "formats/vps_format.h"
 
 namespace vps::evaluate {
@@ -31,7 +31,7 @@ void write_numbers(const std::filesystem::path& file, std::span<const double> nu
   std::ofstream out(unfinished);
   for (const double number : numbers) out << fmt::format("{}\n", number);  // the shortest text that reads back the same
   out.close();
-  if (!out) throw std::runtime_error(unfinished.string() + ": cannot be written");
+  if (!out) throw MeasureError(unfinished.string() + " cannot be written; free space or choose another folder");
   std::filesystem::rename(unfinished, file);
 }
 

@@ -20,7 +20,7 @@ namespace vps::evaluate {
 [[nodiscard]] std::optional<std::vector<double>> read_numbers(const std::filesystem::path& file);
 
 /// Writes beside the file and renames, so that an interrupted run leaves nothing half done.
-/// @throw std::runtime_error
+/// @throw MeasureError
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
 
 }  // namespace vps::evaluate

@@ -41,7 +41,8 @@ Oracle::Oracle(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
   for (const auto& v : mesh.vertices) vertices.push_back(impl_->mesh.add_vertex(point3(v)));
   for (const auto& t : mesh.triangles) {
     if (impl_->mesh.add_face(vertices[t[0]], vertices[t[1]], vertices[t[2]]) == Mesh::null_face()) {
-      throw std::runtime_error("the oracle needs a manifold mesh");
+      throw MeasureError(
+          "exact depths need a surface whose parts share no edge or corner; separate them, or --repair wrap");
     }
   }
   impl_->tree.insert(faces(impl_->mesh).begin(), faces(impl_->mesh).end(), impl_->mesh);
@@ -63,6 +64,14 @@ int Oracle::side(const std::array<double, 3>& p) const {
     default:
       return -1;
   }
+}
+
+std::array<double, 3> Oracle::outward_normal(const std::array<double, 3>& p) const {
+  const Kernel::Vector_3 to_surface = impl_->tree.closest_point(point3(p)) - point3(p);
+  const double length = std::sqrt(to_surface.squared_length());
+  if (!(length > 0)) return {};
+  const Kernel::Vector_3 n = to_surface * (side(p) / length);
+  return {n.x(), n.y(), n.z()};
 }
 
 double Oracle::depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const {

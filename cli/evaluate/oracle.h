@@ -4,14 +4,21 @@
 
 #include <array>
 #include <memory>
+#include <stdexcept>
 
 #include "formats/triangle_mesh.h"
 
 namespace vps::evaluate {
 
+/// What cannot be measured: "reason; what to do".
+struct MeasureError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 class Oracle {
  public:
   /// @pre a closed mesh without self-intersections, wound outward
+  /// @throw MeasureError when parts of the surface share an edge or a corner
   explicit Oracle(const TriangleMesh& mesh);
   ~Oracle();
   /// Unsigned distance to the surface. [m]
@@ -20,6 +27,8 @@ class Oracle {
   [[nodiscard]] int side(const std::array<double, 3>& p) const;
   /// The paper's V: positive inside. [m]
   [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
+  /// Direction of least V at p, the way out of the body: unit; on the surface, where it has none, zero. [-]
+  [[nodiscard]] std::array<double, 3> outward_normal(const std::array<double, 3>& p) const;
   /// No point of a triangle that is inside is deeper: the distance to one face is convex, and largest at a corner. [m]
   [[nodiscard]] double depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const;
 

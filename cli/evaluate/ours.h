@@ -10,8 +10,9 @@
 namespace vps::evaluate {
 
 /// `traverse` alone, all contacts: the asset's pointshell against its voxelmap.
+/// @param options  without `cache`; `node_areas` are found where a level or a budget needs them
 /// @throw std::runtime_error when the asset lacks one of them
-[[nodiscard]] std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset);
+[[nodiscard]] std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset, QueryOptions options = {});
 
 /// `separation`, exact: the same asset against itself.
 /// @throw std::runtime_error when the asset lacks one of them

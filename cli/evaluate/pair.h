@@ -2,6 +2,7 @@
 /// @file One query of two bodies at a pose, as every peer answers it.
 #pragma once
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 #include <limits>
@@ -16,12 +17,20 @@ inline double microseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
 }
 
+inline constexpr double kNotTold = std::numeric_limits<double>::quiet_NaN();
+
 struct PairAnswer {
-  double microseconds = 0;
-  double depth = std::numeric_limits<double>::quiet_NaN();  ///< negative: minus the distance. NaN: not told. [m]
+  double microseconds = 0;                                  ///< NaN: there is nothing to time
+  double depth = kNotTold;                                  ///< negative: minus the distance. NaN: not told. [m]
   double lower = -std::numeric_limits<double>::infinity();  ///< the true depth is told to be no less [m]
   double upper = std::numeric_limits<double>::infinity();   ///< and no more. [m]
   std::size_t contacts = 0;
+  std::array<double, 3> position{};   ///< of the deepest contact, on the first body, second's frame. [m]
+  std::array<double, 3> direction{};  ///< there, out of the second, unit; zero: not told
+  /// On the first body, about its centre of mass, second's frame, over the foundation's stiffness. NaN: not told.
+  /// [m^3], [m^4]
+  std::array<double, 3> force{kNotTold, kNotTold, kNotTold}, torque{kNotTold, kNotTold, kNotTold};
+  double delta_bound = kNotTold;  ///< of QueryResult. [m]
 };
 
 /// Two copies of a body. The bodies' frames lie at their centres of mass.

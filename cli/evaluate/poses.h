@@ -10,7 +10,9 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "formats/triangle_mesh.h"
@@ -32,11 +34,15 @@ struct DepthRange {
 struct PoseOptions {
   std::vector<DepthRange> ranges{{400, -0.0002, 0.003}};
   double tolerance = 1e-5;  ///< how much deeper than told a pose may be. [Limits: value > 0] [Units: m]
+  double arrival = 1e-6;    ///< how much a pose may lack of its depth. [Limits: value > 0] [Units: m]
+  std::uint64_t seed = 1;   ///< of rotations and directions of approach
+  std::function<void(std::size_t placed)> progress;  ///< may be empty
 };
 
 /// Poses range by range, each in order of depth, computed, which takes minutes, or read from what an earlier run has
 /// left in `folder`.
 /// @param body  closed, about its centre of mass
+/// @throw MeasureError when a depth is not reached, or `folder` fails
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);
 

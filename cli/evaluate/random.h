@@ -11,6 +11,7 @@ namespace vps::evaluate {
 /// SplitMix64.
 class Random {
  public:
+  explicit Random(std::uint64_t seed = 1) : state_(seed) {}
   /// In [0, 1).
   double next() {
     state_ += 0x9E3779B97F4A7C15ull;
@@ -40,7 +41,7 @@ class Random {
   }
 
  private:
-  std::uint64_t state_ = 1;
+  std::uint64_t state_;
 };
 
 }  // namespace vps::evaluate

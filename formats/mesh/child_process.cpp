@@ -3,6 +3,7 @@
 #include "formats/mesh/child_process.h"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -69,6 +70,9 @@ int keep_only(int fd) {
   // Handlers of the parent must not run here, and a crash has to look like one.
   for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
   ::signal(SIGPIPE, SIG_IGN);
+#ifdef __GLIBC__
+  ::malloc_trim(0);  // what the parent has freed would come on top of the limit
+#endif
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.timeout)) + 1);
   if (!kAddressSanitizer) limit(RLIMIT_AS, address_space() + limits.memory_bytes);

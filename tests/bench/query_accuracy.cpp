@@ -81,7 +81,10 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
   body.triangles = mesh.triangles.size();
   body.asset = asset->info();
   const TriangleMesh about_centre = centred(mesh, *asset);
-  body.poses = pair_poses(about_centre, {kRanges, kOracleTolerance}, folder);
+  PoseOptions pose_options;
+  pose_options.ranges = kRanges;
+  pose_options.tolerance = kOracleTolerance;
+  body.poses = pair_poses(about_centre, pose_options, folder);
 
   ask(body, "traverse", our_traverse(asset));
   ask(body, "separation", our_separation(asset));

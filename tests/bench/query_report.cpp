@@ -20,11 +20,6 @@ bool is_ours(const Series& series) {
 
 }  // namespace
 
-double percentile(std::vector<double> values, double part) {
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::floor(part * double(values.size() - 1)))];
-}
-
 std::string number(double value) {
   return value >= 1000 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
 }

@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "cli/evaluate/statistics.h"
+
 namespace vps::bench {
 
-/// The value that `part` of them do not exceed. @pre not empty
-[[nodiscard]] double percentile(std::vector<double> values, double part);
+using evaluate::percentile;
 /// Three digits, which are all that a run repeats.
 [[nodiscard]] std::string number(double value);
 /// Of a Markdown table.

@@ -190,7 +190,7 @@ TEST(Cli, LimitsOfTheImportAreOptionsAndTheErrorsNameThem) {
   std::filesystem::copy_file(sample("gear"), folder / "gear.obj");
   expect_refusal(folder, "gear.obj --voxel 0.5mm --import-timeout 0.001ms", 3, "needs a higher --import-timeout");
 #ifndef __SANITIZE_ADDRESS__  // which cannot live under a limit of memory
-  expect_refusal(folder, "gear.obj --voxel 0.5mm --import-memory 100kB", 3, "needs a higher --import-memory");
+  expect_refusal(folder, sample("bolt") + " --voxel 0.5mm --import-memory 100kB", 3, "needs a higher --import-memory");
 #endif
   EXPECT_EQ(vpsbake(folder, "gear.obj --voxel 0.5mm --import-memory 1GB --import-timeout 2min").code, 0);
 }

@@ -18,8 +18,9 @@ inline bool has_schema_check() {
 /// @param schema  name in docs/schemas
 inline bool follows_schema(const std::filesystem::path& json, const std::string& schema) {
   const std::string command =
-      "/usr/bin/python3 -c 'import json, jsonschema, sys; jsonschema.Draft202012Validator(json.load(open(sys.argv[2])))"
-      ".validate(json.load(open(sys.argv[1])))' " +
+      "/usr/bin/python3 -c 'import json, jsonschema, sys; schema = json.load(open(sys.argv[2])); "
+      "jsonschema.Draft202012Validator.check_schema(schema); "
+      "jsonschema.Draft202012Validator(schema).validate(json.load(open(sys.argv[1])))' " +
       json.string() + " " + VPS_DOCS + "/schemas/" + schema + " >/dev/null 2>&1";
   return std::system(command.c_str()) == 0;
 }

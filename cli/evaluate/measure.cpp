@@ -1,0 +1,280 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/evaluate/measure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <list>
+#include <stdexcept>
+
+#include "cli/evaluate/assets.h"
+#include "cli/evaluate/bullet.h"
+#include "cli/evaluate/ours.h"
+#include "cli/evaluate/pareto.h"
+
+namespace vps::evaluate {
+namespace {
+
+// An asset that several settings may share.
+struct Baked {
+  BakeOptions options;
+  BakedFile file;
+  double seconds = 0;
+};
+
+bool same(const BakeOptions& a, const BakeOptions& b) {
+  return a.voxel_size == b.voxel_size && a.alpha == b.alpha && a.branching == b.branching &&
+         a.precision == b.precision && field_of(a) == field_of(b);
+}
+
+double longest_of(const std::array<double, 3>& size) {
+  return *std::max_element(size.begin(), size.end());
+}
+
+std::shared_ptr<const Asset> reopened(const std::filesystem::path& path) {
+  auto asset = std::make_shared<Asset>();
+  if (const Status status = Asset::open(path.c_str(), *asset); status != Status::ok) {
+    throw std::runtime_error(path.string() + ": " + describe(status));
+  }
+  return asset;
+}
+
+Side contacts_side(const Setting& setting, const std::filesystem::path& path) {
+  return {setting.name, [=]() -> std::unique_ptr<PairPeer> {
+            if (setting.reading != Reading::queries) return read_otherwise(reopened(path), setting.reading);
+            QueryOptions options;
+            options.level = setting.level;
+            options.max_tests = setting.max_tests;
+            options.max_microseconds = setting.max_microseconds;
+            return our_traverse(reopened(path), options);
+          }};
+}
+
+bool asks_base(const Setting& setting) {
+  return setting.level > 0 || setting.max_tests > 0 || setting.max_microseconds > 0;
+}
+
+std::string remark_of(const Setting& setting) {
+  switch (setting.reading) {
+    case Reading::nearest:
+      return field_of(setting.bake) == Field::real
+                 ? "the same file, read as Eq. (5) has it: from the nearest sample, along its gradient; not timed"
+                 : "the same file, read as Eq. (4) has it: from the nearest sample, along the shell's normal; not "
+                   "timed";
+    case Reading::trilinear:
+      return "the same file, layers interpolated between voxel centres, which queries do not do; not timed";
+    case Reading::queries:
+      break;
+  }
+  if (field_of(setting.bake) == Field::layers) return "Eq. (4), as queries read layers";
+  if (setting.level > 0) return "points of this level stand for those below";
+  if (setting.max_tests > 0) return "ends after so many tests of spheres and points, with the answer so far";
+  if (setting.max_microseconds > 0) return "ends after so long, with the answer so far: depends on the clock";
+  return "";
+}
+
+class Run {
+ public:
+  Run(const TriangleMesh& mesh, const MeasureOptions& options) : mesh_(mesh), options_(options) {}
+
+  Measurement run() {
+    const BakeOptions base = with_field(options_.base, Field::scaled);
+    progress("bake the base", 0);
+    const Baked& first = bake_once(base);
+    body_ = centred(mesh_, *first.file.asset);
+    measure_bake_noise(base);
+    const std::uint32_t levels = first.file.asset->info().levels;
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      out_.size[axis] = first.file.asset->info().bounds_max[axis] - first.file.asset->info().bounds_min[axis];
+    TruthOptions truth = options_.truth;
+    truth.progress = [this](const char* what, double fraction) { progress(std::string("oracle: ") + what, fraction); };
+    out_.truth = find_truth(body_, truth, Wrenches::exact, options_.cache);
+    const std::vector<Setting> settings = sweep(base, levels, options_.size);
+    for (std::size_t i = 0; i < settings.size(); ++i) {
+      progress("bake " + settings[i].name, double(i) / double(settings.size()));
+      add_ours(settings[i]);
+    }
+    add_in_bullet(first.file.path);
+    add_peers(base.voxel_size);
+    ask();
+    find_fronts();
+    return std::move(out_);
+  }
+
+ private:
+  void progress(const std::string& what, double fraction) const {
+    if (options_.progress) options_.progress(what, fraction);
+  }
+
+  const Baked& bake_once(const BakeOptions& bake) {
+    const auto found =
+        std::find_if(baked_.begin(), baked_.end(), [&](const Baked& b) { return same(b.options, bake); });
+    if (found != baked_.end()) return *found;
+    const auto begin = Clock::now();
+    BakedFile file = bake_file(mesh_, bake, options_.work / fmt::format("{}.vps.hdf", baked_.size()));
+    return baked_.emplace_back(Baked{bake, std::move(file), microseconds_since(begin) / 1e6});
+  }
+
+  void measure_bake_noise(const BakeOptions& base) {
+    std::vector<double> seconds{baked_.front().seconds};
+    for (int i = 0; i < 2; ++i) {
+      const auto begin = Clock::now();
+      (void)bake_file(mesh_, base, options_.work / "again.vps.hdf");
+      seconds.push_back(microseconds_since(begin) / 1e6);
+    }
+    std::sort(seconds.begin(), seconds.end());
+    out_.bake_noise = (seconds[2] - seconds[0]) / seconds[1];
+    baked_.front().seconds = seconds[1];
+  }
+
+  void add_ours(const Setting& setting) {
+    const Baked* baked = nullptr;
+    try {
+      baked = &bake_once(setting.bake);
+    } catch (const BakeError& refusal) {
+      out_.left_out.push_back({setting.name, refusal.what()});
+      return;
+    }
+    const AssetInfo& info = baked->file.asset->info();
+    Row row;
+    row.name = setting.name;
+    row.series = setting.series;
+    row.knob = setting.knob;
+    row.remark = remark_of(setting);
+    row.setting = setting;
+    row.bytes = baked->file.asset->directory().file_bytes;
+    row.points = info.points;
+    row.covering_radius = info.covering_radius;
+    row.field_bound = std::max({info.layers_error.bound, info.scaled_error.bound, info.real_error.bound});
+    row.bake_seconds = baked->seconds;
+    contacts_.push_back(contacts_side(setting, baked->file.path));
+    // Neither a level nor a budget nor another reading changes what `separation` does.
+    Side distance;
+    if (!asks_base(setting) && setting.reading == Reading::queries) {
+      distance = {setting.name, [path = baked->file.path] { return our_separation(reopened(path)); }};
+    }
+    distances_.push_back(std::move(distance));
+    out_.rows.push_back(std::move(row));
+  }
+
+  void add_in_bullet(const std::filesystem::path& base) {
+    Row row;
+    row.name = "base, in Bullet";
+    row.series = "in Bullet";
+    row.knob = "peer";
+    row.remark =
+        "the base asset in Bullet's narrowphase by the plug-in, from the pair to its manifold; contacts of the "
+        "manifold";
+    row.setting = out_.rows.front().setting;
+    row.bytes = out_.rows.front().bytes;
+    row.points = out_.rows.front().points;
+    out_.rows.push_back(row);
+    contacts_.push_back({row.name, [base] { return bullet_pair(ours_of(reopened(base))); }});
+    distances_.emplace_back();
+  }
+
+  void add_peers(double margin) {
+    const auto announce = [this] { progress("HACD, which takes minutes", 0); };
+    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out as asked"});
+    for (Peer& peer : make_peers(body_, {margin, options_.without, options_.cache, announce})) {
+      Row row;
+      row.name = row.series = peer.series;
+      row.knob = "peer";
+      row.remark = peer.remark;
+      out_.rows.push_back(std::move(row));
+      contacts_.push_back(std::move(peer.contacts));
+      distances_.push_back(std::move(peer.distance));
+    }
+  }
+
+  // What all sides with a `make` answer, by row.
+  std::vector<SideResult> ask_all(const std::vector<Side>& sides, const std::vector<Pose>& poses, const char* what) {
+    std::vector<Side> asked;
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      if (!sides[i].make) continue;
+      asked.push_back(sides[i]);
+      rows.push_back(i);
+    }
+    RoundOptions rounds = options_.rounds;
+    rounds.progress = [&](const std::string& side, double fraction) { progress(what + (": " + side), fraction); };
+    std::vector<SideResult> answers = ask_in_turn(asked, poses, rounds);
+    std::vector<SideResult> out(sides.size());
+    for (std::size_t i = 0; i < rows.size(); ++i) out[rows[i]] = std::move(answers[i]);
+    return out;
+  }
+
+  void ask() {
+    const double longest = longest_of(out_.size);
+    std::vector<Pose> poses;
+    std::vector<Pose> apart;
+    for (const TruePose& p : out_.truth.poses) {
+      poses.push_back(p.pose.first_in_second);
+      if (p.range == Range::apart) apart.push_back(p.pose.first_in_second);
+    }
+    const std::vector<SideResult> contacts = ask_all(contacts_, poses, "contacts");
+    const std::vector<SideResult> distances = ask_all(distances_, apart, "distances");
+    for (std::size_t i = 0; i < out_.rows.size(); ++i) {
+      Row& row = out_.rows[i];
+      row.contacts = contacts[i].times;
+      row.errors = contact_errors(out_.truth, contacts[i].answers, longest);
+      if (row.setting && asks_base(*row.setting)) {
+        row.budget_held = budget_held(contacts[i].answers, contacts.front().answers);
+      }
+      if (!distances_[i].make) {
+        // Contacts in Bullet may be apart.
+        if (row.knob == "peer") row.distance = distance_errors(out_.truth, contacts[i].answers);
+        continue;
+      }
+      row.distances = distances[i].times;
+      if (!row.setting) continue;  // FCL, which is the judge of distances
+      // Those apart come first.
+      std::vector<PairAnswer> all = ask_every(distances_[i], distances[i].answers, poses);
+      row.distance = distance_errors(out_.truth, all);
+      if (std::isfinite(all.front().upper)) row.separation_held = bounds_held(out_.truth, all);
+    }
+  }
+
+  // Bounds are told of overlaps too: once, not timed.
+  static std::vector<PairAnswer> ask_every(const Side& side, std::vector<PairAnswer> apart,
+                                           const std::vector<Pose>& poses) {
+    const std::unique_ptr<PairPeer> peer = side.make();
+    for (std::size_t i = apart.size(); i < poses.size(); ++i) apart.push_back(peer->query(poses[i]));
+    return apart;
+  }
+
+  void find_fronts() {
+    std::vector<Candidate> by_time;
+    std::vector<Candidate> by_bytes;
+    for (const Row& row : out_.rows) {
+      const Spread& off = row.errors.contact.penetration;
+      // Whoever tells nothing of some poses may have told the easy ones. What the clock decides is another next time,
+      // and the base in Bullet is the base again.
+      const bool compared = off.asked > 0 && off.told == off.asked &&
+                            (row.setting ? row.setting->repeatable() && row.knob != "peer" : true);
+      const double error = compared ? off.rms : kNotTold;
+      by_time.push_back({row.contacts.rounds > 0 ? row.contacts.p50 : kNotTold, error});
+      by_bytes.push_back({row.bytes > 0 ? double(row.bytes) : kNotTold, error});
+    }
+    out_.time_front = pareto_front(by_time);
+    out_.bytes_front = pareto_front(by_bytes);
+    for (const std::size_t i : out_.time_front) out_.rows[i].on_time_front = true;
+    for (const std::size_t i : out_.bytes_front) out_.rows[i].on_bytes_front = true;
+  }
+
+  const TriangleMesh& mesh_;
+  const MeasureOptions& options_;
+  TriangleMesh body_;  // about its centre of mass
+  std::list<Baked> baked_;
+  std::vector<Side> contacts_, distances_;  // by row
+  Measurement out_;
+};
+
+}  // namespace
+
+Measurement measure(const TriangleMesh& mesh, const MeasureOptions& options) {
+  return Run(mesh, options).run();
+}
+
+}  // namespace vps::evaluate

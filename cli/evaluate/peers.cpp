@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/evaluate/peers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "bake/plan.h"
+#include "cli/evaluate/bullet.h"
+#include "cli/evaluate/fcl.h"
+#include "cli/evaluate/hacd.h"
+
+namespace vps::evaluate {
+namespace {
+
+// Bullet adds the margins of both hulls to every depth: whoever gives them knows to take them off.
+class WithoutMargins final : public PairPeer {
+ public:
+  WithoutMargins(std::unique_ptr<PairPeer> peer, double margin) : peer_(std::move(peer)), margin_(margin) {}
+  PairAnswer query(const Pose& first_in_second) override {
+    PairAnswer answer = peer_->query(first_in_second);
+    answer.depth -= 2 * margin_;
+    return answer;
+  }
+
+ private:
+  std::unique_ptr<PairPeer> peer_;
+  const double margin_;
+};
+
+class Peers {
+ public:
+  Peers(const TriangleMesh& body, const PeerOptions& options) : body_(body), options_(options) {}
+
+  std::vector<Peer> run() {
+    if (wanted("hull")) {
+      add_hulls("hull", "hull of 42", "Bullet's btShapeHull, convex, at most 42 vertices",
+                [this](double margin) { return hull_of_42(body_, margin); });
+    }
+    if (wanted("hacd")) {
+      HacdOptions hacd;
+      hacd.announce = options_.announce_hacd;
+      const auto hulls = std::make_shared<std::vector<Hull>>(hacd_hulls(body_, hacd, options_.folder));
+      add_hulls("hacd", "HACD", fmt::format("{} convex hulls of at most 100 vertices, concavity 100", hulls->size()),
+                [hulls](double margin) {
+                  return compound_of(*hulls, {0, 0, 0}, margin);
+                });
+    }
+    if (wanted("gimpact")) {
+      const auto shape = std::make_shared<BulletShape>(gimpact_of(body_, options_.margin));
+      add("gimpact", "GImpact",
+          fmt::format("Bullet's triangles against triangles, margin {}; depths are of pairs of triangles",
+                      format_length(options_.margin)),
+          [shape] { return bullet_pair(*shape); });
+    }
+    if (wanted("fcl")) {
+      const auto mesh = std::make_shared<const TriangleMesh>(body_);
+      add("fcl", "FCL",
+          "triangles in boxes of type OBBRSS; all contacts, no depth of the bodies. Its distances are the truth here: "
+          "timed, "
+          "but without an error",
+          [mesh] { return fcl_collide(*mesh); });
+      peers_.back().distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
+    }
+    return std::move(peers_);
+  }
+
+ private:
+  [[nodiscard]] bool wanted(const std::string& name) const {
+    return std::find(options_.without.begin(), options_.without.end(), name) == options_.without.end();
+  }
+  void add(const std::string& name, const std::string& series, const std::string& remark,
+           std::function<std::unique_ptr<PairPeer>()> make) {
+    peers_.push_back({name, series, remark, {series, std::move(make)}, {}});
+  }
+  // With margins a pair is mostly told by GJK, without by EPA.
+  template <class Make>
+  void add_hulls(const std::string& name, const std::string& series, const std::string& remark, Make shape_with) {
+    for (const double margin : {0.0, options_.margin}) {
+      const auto shape = std::make_shared<BulletShape>(shape_with(margin));
+      const std::string with = margin > 0 ? "margin " + format_length(margin) : "no margin";
+      add(name, series + ", " + with,
+          remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : "") +
+              "; depths are those of pairs of hulls, along the way that parts them soonest",
+          [shape, margin] { return std::make_unique<WithoutMargins>(bullet_pair(*shape), margin); });
+    }
+  }
+
+  const TriangleMesh& body_;
+  const PeerOptions& options_;
+  std::vector<Peer> peers_;
+};
+
+}  // namespace
+
+const std::vector<std::string>& peer_names() {
+  static const std::vector<std::string> names = {"hull", "hacd", "gimpact", "fcl"};
+  return names;
+}
+
+std::vector<Peer> make_peers(const TriangleMesh& body, const PeerOptions& options) {
+  return Peers(body, options).run();
+}
+
+}  // namespace vps::evaluate

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The peers of a report by name.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "cli/evaluate/rounds.h"
+#include "formats/triangle_mesh.h"
+
+namespace vps::evaluate {
+
+/// "hull", "hacd", "gimpact", "fcl": what may be left out.
+[[nodiscard]] const std::vector<std::string>& peer_names();
+
+struct Peer {
+  std::string name;    ///< of `peer_names`
+  std::string series;  ///< for people
+  std::string remark;  ///< its settings, and what its answers mean
+  Side contacts;
+  Side distance;  ///< without `make`: it has none
+};
+
+struct PeerOptions {
+  double margin = 0;                    ///< a voxel of the base: what a user would give hulls and GImpact. [m]
+  std::vector<std::string> without;     ///< names
+  std::filesystem::path folder;         ///< where HACD's hulls are kept
+  std::function<void()> announce_hacd;  ///< called before it takes minutes. Not empty
+};
+
+/// @param body  closed, about its centre of mass
+[[nodiscard]] std::vector<Peer> make_peers(const TriangleMesh& body, const PeerOptions& options);
+
+}  // namespace vps::evaluate

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/report_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+
+#include "bake/plan.h"
+#include "cli/describe_asset.h"
+#include "cli/exit_code.h"
+#include "cli/page.h"
+#include "cli/progress.h"
+#include "cli/provenance.h"
+#include "cli/report_json.h"
+#include "cli/work_folder.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+// Of the longest side, where nothing else is asked for.
+constexpr std::uint32_t kResolution = 200;
+
+struct ReportArguments {
+  std::vector<std::string> meshes;
+  BakeArguments bake;  // how meshes are read, and the base setting
+  std::string output = "report";
+  std::string cache;
+  std::uint32_t poses = 0;  // 0: as `quick` says
+  int rounds = 0;
+  std::uint64_t seed = 1;
+  bool quick = false;
+  std::vector<std::string> without;
+
+  [[nodiscard]] std::size_t pose_count() const { return poses > 0 ? poses : quick ? 9 : 150; }
+  [[nodiscard]] int round_count() const { return rounds > 0 ? rounds : quick ? 2 : 5; }
+};
+
+// A mesh that can be measured.
+struct Candidate {
+  std::string file;
+  ClosedMesh closed;
+  evaluate::MeasureOptions options;
+};
+
+Candidate prepare(const ReportArguments& arguments, const std::string& file) {
+  BakeArguments bake = arguments.bake;
+  bake.mesh = file;
+  const ImportedMesh mesh = import_with(bake);
+  Candidate out;
+  out.file = file;
+  BakeOptions& base = out.options.base;
+  base = bake.options;
+  if (base.voxel_size == 0 && base.resolution == 0) base.resolution = kResolution;
+  base.voxel_size = plan_bake(mesh, base).voxel_size;
+  base.resolution = 0;
+  out.closed = closed_mesh(mesh, base);
+  out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
+  const evaluate::Oracle refuses_here(out.closed.mesh);
+  return out;
+}
+
+evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
+  const WorkFolder work;
+  const Progress progress;
+  std::mutex mutex;
+  evaluate::MeasureOptions& options = mesh.options;
+  options.size = arguments.quick ? evaluate::SweepSize::quick : evaluate::SweepSize::full;
+  options.truth = evaluate::truth_options_for(mesh.closed.mesh, arguments.pose_count());
+  options.truth.seed = arguments.seed;
+  options.rounds.rounds = arguments.round_count();
+  options.without = arguments.without;
+  options.cache = arguments.cache.empty() ? work.path() : fs::path(arguments.cache);
+  options.work = work.path();
+  const std::string name = fs::path(mesh.file).filename().string();
+  options.progress = [&](const std::string& what, double fraction) {
+    const std::lock_guard lock(mutex);
+    progress.show(name + ": " + what, fraction);
+  };
+  return evaluate::measure(mesh.closed.mesh, options);
+}
+
+std::string cell(const evaluate::Spread& s) {
+  if (s.told == 0) return "does not tell";
+  const std::string told = s.told < s.asked ? fmt::format(" ({} of {})", s.told, s.asked) : "";
+  return fmt::format("{} / {} / {}{}", format_length(s.rms), format_length(s.p99), format_length(s.max), told);
+}
+
+void print_table(const ReportedMesh& mesh) {
+  const evaluate::Measurement& m = mesh.measured;
+  constexpr const char* kColumns = "{:<48} {:<44} {:<22} {}\n";
+  fmt::print("{}: {} triangles, {} poses; base, front (*) and peers of {} rows\n", mesh.file, mesh.triangles,
+             m.truth.poses.size(), m.rows.size());
+  fmt::print(kColumns, "", "penetration off by, RMS / 99 % / max", "us, median / 99 %", "file");
+  for (const evaluate::Row& row : m.rows) {
+    if (row.knob != "base" && row.knob != "peer" && !row.on_time_front) continue;
+    const evaluate::Times& t = row.contacts;
+    const std::string time =
+        t.rounds > 0 ? fmt::format("{:.3g} +- {:.1g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed";
+    fmt::print(kColumns, (row.on_time_front ? "* " : "  ") + row.name, cell(row.errors.contact.penetration), time,
+               row.bytes > 0 ? format_bytes(static_cast<double>(row.bytes)) : "");
+  }
+  for (const evaluate::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
+  fmt::print("{}\n", front_line(m));
+}
+
+ordered_json report_head(const ReportArguments& arguments) {
+  ordered_json out = {{"format", "vpsbake report 1"}};
+  out.update(provenance(arguments.seed));
+  out["load_end"] = 0;
+  out["busy"] = false;
+  out["quick"] = arguments.quick;
+  out["rounds"] = arguments.round_count();
+  out["measures"] = measure_definitions();
+  out["meshes"] = ordered_json::array();
+  return out;
+}
+
+// Others at work, before or meanwhile, of which there is this program itself too.
+void tell_load(ordered_json& report) {
+  const double cores = report["machine"]["cores"];
+  const double start = report["machine"]["load"];
+  const double end = provenance(0)["machine"]["load"];
+  constexpr double kBusy = 0.3;
+  constexpr double kOwn = 1.2;
+  report["load_end"] = end;
+  report["busy"] = start > kBusy * cores || end > kOwn + kBusy * cores;
+}
+
+// Why outputs cannot be written, as far as that can be told beforehand; empty when they can.
+std::string output_refusal(const std::string& name) {
+  std::error_code ignored;
+  const fs::path path = name;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  if (!path.has_filename()) return "this is a folder; give a name with -o";
+  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
+  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
+  return "";
+}
+
+void write_text(const std::string& path, const std::string& text) {
+  write_whole(path, std::as_bytes(std::span(text)));
+  fmt::print("wrote {}\n", path);
+}
+
+int run_report(const ReportArguments& arguments) {
+  if (const std::string reason = output_refusal(arguments.output); !reason.empty()) {
+    return fail(kIo, arguments.output, reason);
+  }
+  if (!arguments.cache.empty()) {
+    std::error_code error;
+    fs::create_directories(arguments.cache, error);
+    if (error) return fail(kIo, arguments.cache, error.message() + "; choose another folder for --cache");
+  }
+  ordered_json report = report_head(arguments);
+  std::vector<Candidate> meshes;
+  for (const std::string& file : arguments.meshes) {
+    const int code = guarded(file, [&] {
+      meshes.push_back(prepare(arguments, file));
+      return int{kOk};
+    });
+    if (code != kOk) return code;
+  }
+  for (Candidate& mesh : meshes) {
+    const int code = guarded(mesh.file, [&] {
+      const ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      print_table(reported);
+      std::fflush(stdout);
+      report["meshes"].push_back(mesh_to_json(reported));
+      return int{kOk};
+    });
+    if (code != kOk) return code;
+  }
+  tell_load(report);
+  try {
+    write_text(arguments.output + ".json", to_text(report));
+    write_text(arguments.output + ".csv", rows_to_csv(report));
+    const Embedded libraries[] = {kChart};
+    write_text(arguments.output + ".html", make_page(kReportPage.text(), libraries, report));
+  } catch (const WriteError& error) {
+    return fail(kIo, arguments.output, error.what());
+  }
+  return kOk;
+}
+
+void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
+  constexpr const char* kGroup = "Measurement";
+  add_integer(app, "--poses", arguments.poses, 3, 100000,
+              "Poses of the body on a copy of itself: a third each apart, in contact and deep [default: 150]")
+      ->option_text("N")
+      ->group(kGroup);
+  add_integer(app, "--rounds", arguments.rounds, 1, 1000, "Rounds in which all are timed in turn [default: 5]")
+      ->option_text("N")
+      ->group(kGroup);
+  add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses [default: 1]")->option_text("N")->group(kGroup);
+  app.add_flag("--quick", arguments.quick, "A few settings, 9 poses, 2 rounds: to see that it works")->group(kGroup);
+  app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(evaluate::peer_names()))
+      ->option_text("LIST")
+      ->group(kGroup);
+}
+
+}  // namespace
+
+Command add_report_command(CLI::App& app) {
+  CLI::App* const report = app.add_subcommand(
+      "report",
+      "Measure error against run time, size and bake time of many settings, beside hulls, HACD, GImpact and FCL");
+  const auto arguments = std::make_shared<ReportArguments>();
+  report->add_option("mesh", arguments->meshes, "Meshes to measure")->required()->option_text("MESH...");
+  add_surface_options(*report, arguments->bake);
+  add_import_options(*report, arguments->bake);
+  add_grid_options(*report, arguments->bake);
+  add_sweep_options(*report, *arguments);
+  report->add_option("-o,--output", arguments->output, "Write NAME.html, NAME.csv and NAME.json [default: report]")
+      ->check(not_empty())
+      ->option_text("NAME")
+      ->group("Output");
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
+  report
+      ->add_option("--cache", arguments->cache,
+                   "Keep poses, exact forces and HACD's hulls there, which take minutes [default: the environment's "
+                   "VPSBAKE_CACHE, or nowhere]")
+      ->check(not_empty())
+      ->option_text("DIR")
+      ->group("Output");
+  report->footer(
+      "The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given.\n"
+      "Example: vpsbake report gear.stl --unit mm -o gear");
+  return {report, [arguments] { return run_report(*arguments); }};
+}
+
+}  // namespace vps::cli

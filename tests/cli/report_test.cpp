@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `vpsbake report` and `vpsbake recommend` end to end, as a user runs them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+#include "tests/support/browser.h"
+
+namespace vps::test {
+namespace {
+
+using Json = nlohmann::json;
+
+const char* const kQuick = " --quick --resolution 40 --poses 6 --rounds 1 --without hacd --cache cache";
+
+// One report for all tests that only read it.
+struct Reported {
+  TemporaryFolder folder;
+  Outcome run;
+  Json json;
+  Reported() {
+    run = vpsbake(folder, "report " + sample("icosphere") + kQuick + " -o first");
+    if (run.code == 0) json = Json::parse(read_file(folder / "first.json"));
+  }
+};
+const Reported& reported() {
+  static const Reported once;
+  return once;
+}
+
+const Json& row_of(const Json& report, const std::string& knob) {
+  for (const Json& row : report["meshes"][0]["rows"]) {
+    if (row["knob"] == knob) return row;
+  }
+  throw std::out_of_range(knob);
+}
+
+TEST(Report, WritesAPageATableAndJsonAndNamesTheFront) {
+  const Reported& r = reported();
+  ASSERT_EQ(r.run.code, 0) << r.run.err;
+  EXPECT_EQ(r.run.err, "");
+  for (const char* const file : {"first.html", "first.csv", "first.json"}) {
+    EXPECT_NE(r.run.out.find(std::string("wrote ") + file), std::string::npos) << r.run.out;
+  }
+  const Json& mesh = r.json["meshes"][0];
+  EXPECT_NE(r.run.out.find(mesh["front_line"].get<std::string>()), std::string::npos);
+  for (const Json& name : mesh["time_front"]) {
+    EXPECT_NE(mesh["front_line"].get<std::string>().find(name.get<std::string>()), std::string::npos) << name;
+  }
+  const std::string page = read_file(r.folder / "first.html");
+  EXPECT_NE(page.find("default-src 'none'"), std::string::npos);
+  EXPECT_EQ(page.find("<!-- data -->"), std::string::npos);
+}
+
+TEST(Report, SaysHowToRepeatIt) {
+  const Json& json = reported().json;
+  EXPECT_EQ(json["command"], "vpsbake report " + sample("icosphere") + kQuick + " -o first");
+  EXPECT_EQ(json["seed"], 1);
+  EXPECT_GT(json["machine"]["cores"], 0);
+  EXPECT_FALSE(json["versions"]["vpsbake"].get<std::string>().empty());
+}
+
+TEST(Report, ErrorsAreThoseOfABallAndBoundsHold) {
+  const Json& base = row_of(reported().json, "base");
+  const double voxel = base["setting"]["voxel_size"];
+  EXPECT_LT(base["errors"]["penetration"]["max"], voxel / 2);
+  EXPECT_LT(base["errors"]["distance"]["max"], voxel / 2);
+  EXPECT_LT(base["errors"]["normal_deg"]["max"], 15);
+  EXPECT_LT(base["errors"]["force_percent"]["max"], 30);
+  for (const Json& row : reported().json["meshes"][0]["rows"]) {
+    for (const Json& bound : row["bounds"]) {
+      if (!bound.is_null()) {
+        EXPECT_EQ(bound["held"], bound["asked"]) << row["name"];
+      }
+    }
+  }
+  // A quarter of the points errs more, and so does a level.
+  EXPECT_GT(row_of(reported().json, "level")["errors"]["force_percent"]["rms"], base["errors"]["force_percent"]["rms"]);
+}
+
+TEST(Report, WhatAPeerDoesNotTellIsNullAndWhatWasNotTimedHasNoTime) {
+  std::set<std::string> told;
+  for (const Json& row : reported().json["meshes"][0]["rows"]) {
+    told.insert(row["series"].get<std::string>());
+    if (row["series"] == "FCL") {
+      EXPECT_TRUE(row["errors"]["penetration"].is_null());
+      EXPECT_TRUE(row["errors"]["distance"].is_null());  // it is the judge
+      EXPECT_FALSE(row["distances_us"].is_null());
+    }
+    if (row["kind"] == "peer") {
+      EXPECT_TRUE(row["errors"]["force_percent"].is_null() && row["bytes"].is_null());
+    }
+    if (row["kind"] == "ours") {
+      EXPECT_FALSE(row["errors"]["penetration"].is_null()) << row["name"];
+    }
+    const bool other = !row["setting"].is_null() && row["setting"]["reading"] != "queries";
+    EXPECT_EQ(row["contacts_us"].is_null(), other) << row["name"];
+  }
+  EXPECT_FALSE(told.contains("HACD, no margin"));
+  EXPECT_TRUE(told.contains("GImpact"));
+  EXPECT_EQ(reported().json["meshes"][0]["left_out"][0]["name"], "hacd");
+}
+
+TEST(Report, TheSameRunTwiceGivesTheSameErrorsToTheLastDigit) {
+  const Reported& r = reported();
+  ASSERT_EQ(r.run.code, 0);
+  const TemporaryFolder other;  // nothing is left from the first run there
+  ASSERT_EQ(vpsbake(other, "report " + sample("icosphere") + kQuick + " -o second").code, 0);
+  const Json second = Json::parse(read_file(other / "second.json"));
+  const Json& rows = r.json["meshes"][0]["rows"];
+  ASSERT_EQ(second["meshes"][0]["rows"].size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Json& again = second["meshes"][0]["rows"][i];
+    EXPECT_EQ(again["name"], rows[i]["name"]);
+    if (!rows[i]["repeatable"]) continue;
+    for (const char* key : {"errors", "bytes", "points", "bounds", "field_bound"})
+      EXPECT_EQ(again[key], rows[i][key]) << rows[i]["name"];
+  }
+}
+
+TEST(Report, HoldsToItsSchema) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  ASSERT_EQ(reported().run.code, 0);
+  EXPECT_TRUE(follows_schema(reported().folder / "first.json", "report.schema.json"));
+}
+
+// Cells of a line; quotes round text, doubled within it.
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') {
+      quoted = !quoted;
+    } else if (c == ',' && !quoted) {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
+    }
+  }
+  return cells;
+}
+
+TEST(Report, CsvHasWhatJsonHas) {
+  std::istringstream csv(read_file(reported().folder / "first.csv"));
+  std::string line;
+  std::getline(csv, line);
+  const std::vector<std::string> head = cells_of(line);
+  EXPECT_EQ(std::set(head.begin(), head.end()).size(), head.size());
+  std::size_t numbers = 0;
+  for (const Json& row : reported().json["meshes"][0]["rows"]) {
+    ASSERT_TRUE(std::getline(csv, line));
+    const std::vector<std::string> cells = cells_of(line);
+    ASSERT_EQ(cells.size(), head.size());
+    EXPECT_EQ(cells[0], sample("icosphere"));
+    for (std::size_t i = 1; i < head.size(); ++i) {
+      std::string pointer = "/" + head[i];
+      std::replace(pointer.begin(), pointer.end(), '.', '/');
+      const Json::json_pointer at(pointer);
+      const Json value = row.contains(at) ? row[at] : Json();
+      if (value.is_number()) {
+        EXPECT_EQ(std::stod(cells[i]), value.get<double>()) << head[i];
+        ++numbers;
+      } else {
+        EXPECT_EQ(cells[i], value.is_null()     ? ""
+                            : value.is_string() ? value.get<std::string>()
+                                                : value.dump())
+            << head[i];
+      }
+    }
+    // And nothing more is in the JSON.
+    const Json flat = row.flatten();
+    for (const auto& [key, value] : flat.items()) {
+      std::string column = key.substr(1);
+      std::replace(column.begin(), column.end(), '/', '.');
+      if (!value.is_null()) {
+        EXPECT_NE(std::find(head.begin(), head.end(), column), head.end()) << column;
+      }
+    }
+  }
+  EXPECT_FALSE(std::getline(csv, line));
+  EXPECT_GT(numbers, 500U);
+}
+
+TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
+  VPS_BROWSER_OR_SKIP();
+  ASSERT_EQ(reported().run.code, 0);
+  VisitOptions options;
+  options.height = 2400;
+  options.script = R"((async () => {
+    const front = charts[0].data.datasets.find(set => set.isFront).data.map(p => p.row.name);
+    const rows = document.querySelectorAll('#table tbody tr').length;
+    const plots = document.querySelectorAll('#knobs canvas').length;
+    const pick = (id, value) => { $(id).value = value; $(id).dispatchEvent(new Event('change')); };
+    const axes = [];
+    for (const y of Object.keys(report.measures)) {
+      pick('y', y);
+      axes.push(charts[0].options.scales.y.title.text);
+    }
+    pick('y', 'penetration');
+    pick('x', 'bytes');
+    const bytes = charts[0].data.datasets.find(set => set.isFront).data.map(p => p.row.name);
+    document.querySelectorAll('#table thead tr:nth-child(2) button')[1].click();
+    const points = [...document.querySelectorAll('#table tbody tr')].map(tr => tr.cells[1].textContent).filter(t => t);
+    return {front, rows, plots, axes, bytes, points, answer: $('answer').textContent, code: document.querySelector('code').textContent};
+  })())";
+  const PageVisit visit = visit_page(reported().folder / "first.html", options);
+  expect_sound(visit, 0.03);
+  const Json& mesh = reported().json["meshes"][0];
+  EXPECT_EQ(visit.value["front"], mesh["time_front"]);
+  EXPECT_EQ(visit.value["bytes"], mesh["bytes_front"]);
+  EXPECT_EQ(visit.value["rows"], mesh["rows"].size());
+  EXPECT_EQ(visit.value["plots"], 8);
+  EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
+  EXPECT_EQ(visit.value["code"], reported().json["command"]);
+  EXPECT_NE(visit.value["answer"].get<std::string>().find("Pareto front"), std::string::npos);
+  // Sorted by points, those without last.
+  double last = 0;
+  for (std::string points : visit.value["points"]) {
+    std::erase(points, ',');
+    EXPECT_GE(std::stod(points), last);
+    last = std::stod(points);
+  }
+}
+
+TEST(Report, ThePageFitsAPhoneInTheDark) {
+  VPS_BROWSER_OR_SKIP();
+  ASSERT_EQ(reported().run.code, 0);
+  VisitOptions options;
+  options.width = 390;
+  options.height = 2400;
+  options.theme = Theme::dark;
+  expect_sound(visit_page(reported().folder / "first.html", options), 0.03);
+}
+
+TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
+  const TemporaryFolder folder;
+  const std::string ball = sample("icosphere");
+  write_file(folder / "junk.obj", "v 0 0 nonsense\nf 1 2 3\n");
+  write_file(folder / "open.obj", "v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nf 1 3 4\nf 1 4 2\n");
+  expect_refusal(folder, "report absent.obj", 2, "absent.obj");
+  expect_refusal(folder, "report " + ball + " junk.obj", 3, "junk.obj");
+  expect_refusal(folder, "report " + ball + " open.obj", 3, "open.obj");
+  expect_refusal(folder, "report " + ball + " --poses 0", 1, "--poses takes a whole number from 3");
+  expect_refusal(folder, "report " + ball + " --without vhacd", 1, "vhacd");
+  expect_refusal(folder, "report " + ball + " -o nowhere/report", 2, "the folder does not exist");
+  expect_refusal(folder, "report " + ball + " --cache junk.obj/cache", 2, "choose another folder for --cache");
+  expect_refusal(folder, "report " + ball + " --voxel 10m", 3, "is larger than the mesh");
+  expect_refusal(folder, "report", 1, "mesh");
+}
+
+TEST(Recommend, BakesWhatItMeasured) {
+  const TemporaryFolder folder;
+  const std::string ball = sample("icosphere");
+  const Outcome run = vpsbake(folder, "recommend " + ball + " --max-error 2mm --poses 6 --cache cache --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json json = Json::parse(run.out);
+  const Json& chosen = json["tried"][json["chosen"].get<std::size_t>()];
+  EXPECT_LE(chosen["error"], 0.002);
+  EXPECT_TRUE(chosen["exceeds"].empty());
+  for (const Json& tried : json["tried"]) {
+    if (tried["bytes"] < chosen["bytes"]) {
+      EXPECT_FALSE(tried["exceeds"].empty()) << tried["command"];
+    }
+  }
+  // The command gives the asset that was measured.
+  const std::string command = chosen["command"].get<std::string>().substr(std::string("vpsbake ").size());
+  const Outcome bake = vpsbake(folder, command + " -o ball.vps.hdf --json");
+  ASSERT_EQ(bake.code, 0) << bake.err;
+  EXPECT_EQ(Json::parse(bake.out)["bytes"], chosen["bytes"]);
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  write_file(folder / "recommend.json", run.out);
+  EXPECT_TRUE(follows_schema(folder / "recommend.json", "recommend.schema.json"));
+}
+
+TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
+  const TemporaryFolder folder;
+  const std::string options = "recommend " + sample("icosphere") + " --poses 6 --cache cache --max-error 2mm";
+  const Outcome run = vpsbake(folder, options);
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(run.out.starts_with("vpsbake ")) << run.out;
+  EXPECT_NE(run.out.find("\nwhy: whole queries are off by "), std::string::npos) << run.out;
+  const Outcome none = vpsbake(folder, options + " --max-bytes 1kB");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_EQ(none.out, "");
+  EXPECT_NE(none.err.find("no setting that was tried keeps within the limits; the nearest, `vpsbake "),
+            std::string::npos);
+  EXPECT_EQ(std::count(none.err.begin(), none.err.end(), '\n'), 1);
+  expect_refusal(folder, "recommend " + sample("icosphere"), 1, "--max-error, --max-time or --max-bytes is required");
+  expect_refusal(folder, "recommend " + sample("icosphere") + " --max-time 20", 1, "needs a unit");
+}
+
+}  // namespace
+}  // namespace vps::test
