@@ -22,7 +22,9 @@ std::string without_tags(std::string json) {
 }  // namespace
 
 std::string make_page(std::string_view page, std::span<const Embedded> libraries, const nlohmann::ordered_json& data) {
-  std::string scripts;
+  // three.js has no notice of its own.
+  std::string scripts =
+      "<!-- Libraries: Chart.js, (c) Chart.js Contributors, and three.js, (c) three.js authors; MIT License -->\n";
   for (const Embedded& library : libraries) {
     scripts += "<script>";
     scripts += library.text();

@@ -41,17 +41,6 @@ ordered_json or_null(bool known, const T& value) {
   return known ? ordered_json(value) : ordered_json(nullptr);
 }
 
-const char* field_name(const Setting& setting) {
-  switch (evaluate::field_of(setting.bake)) {
-    case Field::layers:
-      return "layers";
-    case Field::real:
-      return "real";
-    default:
-      return "scaled";
-  }
-}
-
 const char* reading_name(evaluate::Reading reading) {
   switch (reading) {
     case evaluate::Reading::nearest:
@@ -67,7 +56,7 @@ const char* reading_name(evaluate::Reading reading) {
 ordered_json setting_to_json(const Setting& s) {
   return {{"voxel_size", s.bake.voxel_size},
           {"alpha", s.bake.alpha},
-          {"field", field_name(s)},
+          {"field", evaluate::describe(evaluate::field_of(s.bake))},
           {"reading", reading_name(s.reading)},
           {"precision", or_null(s.bake.precision != BakeOptions::kAutoPrecision, s.bake.precision)},
           {"branching", s.bake.branching},

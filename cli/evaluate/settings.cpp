@@ -11,19 +11,9 @@
 namespace vps::evaluate {
 namespace {
 
-const char* name_of(Field field) {
-  switch (field) {
-    case Field::layers:
-      return "layers";
-    case Field::real:
-      return "real";
-    default:
-      return "scaled";
-  }
-}
-
 std::string words(const BakeOptions& bake) {
-  return fmt::format("{}, voxel {}, alpha {:.3g}", name_of(field_of(bake)), format_length(bake.voxel_size), bake.alpha);
+  return fmt::format("{}, voxel {}, alpha {:.3g}", describe(field_of(bake)), format_length(bake.voxel_size),
+                     bake.alpha);
 }
 
 class Sweep {
@@ -63,7 +53,7 @@ class Sweep {
   void add(const char* knob, const BakeOptions& bake, const std::string& more = "") {
     Setting setting;
     setting.name = words(bake) + more;
-    setting.series = name_of(field_of(bake));
+    setting.series = describe(field_of(bake));
     setting.knob = knob;
     setting.bake = bake;
     const auto same = [&](const Setting& s) { return s.name == setting.name; };
@@ -83,7 +73,7 @@ class Sweep {
     Setting setting;
     const char* const how = reading == Reading::nearest ? "not interpolated" : "interpolated";
     setting.name = words(bake) + ", " + how;
-    setting.series = std::string(name_of(field_of(bake))) + ", " + how;
+    setting.series = std::string(describe(field_of(bake))) + ", " + how;
     setting.knob = "field";
     setting.bake = bake;
     setting.reading = reading;
@@ -138,6 +128,17 @@ class Sweep {
 };
 
 }  // namespace
+
+const char* describe(Field field) {
+  switch (field) {
+    case Field::layers:
+      return "layers";
+    case Field::real:
+      return "real";
+    default:
+      return "scaled";
+  }
+}
 
 BakeOptions with_field(BakeOptions base, Field field) {
   base.layers = field == Field::layers;

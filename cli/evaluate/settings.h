@@ -31,6 +31,9 @@ struct Setting {
 /// How much is swept.
 enum class SweepSize : std::uint8_t { full, quick };
 
+/// "layers", "scaled" or "real".
+[[nodiscard]] const char* describe(Field field);
+
 /// The base with another field.
 [[nodiscard]] BakeOptions with_field(BakeOptions base, Field field);
 [[nodiscard]] Field field_of(const BakeOptions& options);
