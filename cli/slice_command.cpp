@@ -102,9 +102,10 @@ class Slice {
     p[up_] = float(low_[1] + step_ * (rows_ - row - 0.5));
     return stored_penetration(map_, {p[0], p[1], p[2]});
   }
-  // One for each voxel of distance.
+  // One for each voxel of distance. Of layers V is a multiple of the voxel, but for rounding.
   [[nodiscard]] Colour colour(double v) const {
-    const double layer = std::clamp(std::floor(v / voxel_), -double(layers_), layers_ - 1.0);
+    constexpr double kRounding = 1e-3;  // [vx]
+    const double layer = std::clamp(std::floor(v / voxel_ + kRounding), -double(layers_), layers_ - 1.0);
     return diverging_colour((layer + 0.5) / (layers_ - 0.5));
   }
 

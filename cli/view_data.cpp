@@ -292,6 +292,9 @@ Json pack_field_surface(const Asset& asset, std::size_t triangles) {
   VoxelmapView map;
   if (asset.voxelmap(map) != Status::ok) return missing("No voxelmap to make it from: give the mesh with --mesh.");
   const FieldSurface surface = make_field_surface(map, step_for(asset.info(), double(triangles)));
+  if (surface.mesh.triangles.empty())
+    return missing(
+        "The field is nowhere 0: the body is thinner than its voxels. Bake it finer, or give the mesh with --mesh.");
   Json out = pack_mesh(surface.mesh);
   out["flat"] = false;
   out["note"] =

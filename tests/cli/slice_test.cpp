@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <sstream>
 
 #include "tests/cli/program.h"
@@ -162,6 +163,19 @@ TEST_F(Slice, WhatCannotBeDrawnIsRefusedInOneLine) {
   expect_refusal(folder_, "slice a.vps.hdf -o notes.png", 2, "not a PNG");
   expect_refusal(folder_, "slice a.vps.hdf -o a.vps.hdf", 2, "not a PNG");
   EXPECT_EQ(read_file(folder_ / "notes.png"), "mine");
+}
+
+TEST(SliceOfLayers, HasAColourForEachLayerWhateverTheVoxel) {
+  const TemporaryFolder folder;
+  for (const char* const voxel : {"1.5mm", "2mm", "2.1mm", "2.3mm"}) {
+    ASSERT_EQ(vpsbake(folder, sample("icosphere") + " --fields layers --voxel " + voxel + " -o a.vps.hdf").code, 0);
+    const Plot plot = plot_of(folder, "");
+    std::set<std::array<int, 3>> colours;
+    for (std::size_t y = plot.top; y < plot.bottom; ++y) {
+      for (std::size_t x = plot.left; x < plot.right; ++x) colours.insert(plot.image.at(x, y));
+    }
+    EXPECT_EQ(colours.size(), 6U + 1) << voxel;  // three voxels each way, and the line
+  }
 }
 
 }  // namespace

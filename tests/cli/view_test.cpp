@@ -167,5 +167,12 @@ TEST(View, WhatCannotBeShownIsRefusedInOneLine) {
   EXPECT_EQ(read_file(folder / "notes.html"), "mine");
 }
 
+TEST(ViewOfAThinBody, SaysWhyItHasNoSurface) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(vpsbake(folder, sample("thin_plate") + " --voxel 10mm --parts voxelmap -o a.vps.hdf").code, 0);
+  ASSERT_EQ(vpsbake(folder, "view a.vps.hdf -o a.html").code, 0);
+  EXPECT_NE(read_file(folder / "a.html").find("thinner than its voxels"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace vps::test
