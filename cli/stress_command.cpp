@@ -40,6 +40,10 @@ struct Arguments {
   stress::SubjectOptions subject;
 };
 
+stress::Strictness strictness(const Arguments& arguments) {
+  return arguments.strict ? stress::Strictness::strict : stress::Strictness::promised;
+}
+
 std::vector<const stress::Case*> chosen(const Arguments& arguments) {
   std::vector<const stress::Case*> out;
   for (const stress::Case& one : stress::all_cases()) {
@@ -81,13 +85,12 @@ int write_outputs(const Arguments& arguments, const std::vector<stress::AssetRes
   if (!arguments.output.empty()) {
     nlohmann::ordered_json about = provenance(arguments.seed);
     about["quick"] = arguments.quick;
-    about["strict"] = arguments.strict;
-    const nlohmann::ordered_json json = stress::to_json(results, about);
+    const nlohmann::ordered_json json = stress::to_json(results, about, strictness(arguments));
     const Embedded libraries[] = {kChart};
     write(arguments.output + ".json", to_text(json));
     write(arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
   }
-  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results));
+  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results, strictness(arguments)));
   return code;
 }
 
@@ -112,7 +115,7 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
     for (const stress::Case* one : chosen(arguments)) {
       result.cases.push_back(
           stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
-      fmt::print("{}\n", stress::to_line(result.cases.back()));
+      fmt::print("{}\n", stress::to_line(result.cases.back(), strictness(arguments)));
       std::fflush(stdout);
     }
     return int{kOk};
@@ -151,10 +154,8 @@ int run(const Arguments& arguments) {
     if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
   }
   for (const stress::AssetResult& result : results) {
-    fmt::print("{}\n", stress::certificate(result));
-    const auto is_broken = [&](const stress::CaseResult& one) {
-      return stress::is_broken(one, arguments.strict ? stress::Strictness::strict : stress::Strictness::promised);
-    };
+    fmt::print("{}\n", stress::certificate(result, strictness(arguments)));
+    const auto is_broken = [&](const stress::CaseResult& one) { return stress::is_broken(one, strictness(arguments)); };
     if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
   }
   if (results.empty()) return code;

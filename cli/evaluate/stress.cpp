@@ -86,6 +86,8 @@ const char* describe(Verdict verdict) {
       return "solver";
     case Verdict::broken:
       return "broken";
+    case Verdict::shown:
+      return "shown";
     case Verdict::skipped:
       return "skipped";
   }
@@ -141,12 +143,28 @@ CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
   return result;
 }
 
+bool counts(const Outcome& outcome, Strictness strictness) {
+  return strictness == Strictness::strict ? outcome.ours : outcome.promised;
+}
+
 bool is_broken(const CaseResult& result, Strictness strictness) {
   return std::any_of(result.outcomes.begin(), result.outcomes.end(), [&](const Outcome& one) {
-    if (strictness == Strictness::strict)
-      return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
-    return one.promised && one.verdict == Verdict::broken;
+    return counts(one, strictness) &&
+           (one.verdict == Verdict::broken || (strictness == Strictness::strict && one.verdict == Verdict::solver));
   });
+}
+
+Verdict verdict_of(const CaseResult& result, Strictness strictness) {
+  if (is_broken(result, strictness)) return Verdict::broken;
+  Verdict verdict = Verdict::skipped;
+  bool was_run = false;
+  for (const Outcome& one : result.outcomes) {
+    if (one.verdict == Verdict::skipped) continue;
+    was_run = true;
+    if (!counts(one, strictness)) continue;
+    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
+  }
+  return verdict == Verdict::skipped && was_run ? Verdict::shown : verdict;
 }
 
 }  // namespace vps::stress

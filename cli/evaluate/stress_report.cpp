@@ -49,16 +49,6 @@ std::string outcome_text(const CaseResult& result, const Outcome& outcome) {
   return text;
 }
 
-Verdict verdict_of(const CaseResult& result) {
-  // The gravest of those that the limit is stated for.
-  Verdict verdict = Verdict::skipped;
-  for (const Outcome& one : result.outcomes) {
-    if (!one.promised || one.verdict == Verdict::skipped) continue;
-    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
-  }
-  return verdict;
-}
-
 const CaseResult* find_case(const AssetResult& result, const char* name) {
   for (const CaseResult& one : result.cases) {
     if (one.asked->name == name) return &one;
@@ -98,7 +88,7 @@ ordered_json to_json(const Trial& trial) {
   return j;
 }
 
-ordered_json to_json(const CaseResult& result) {
+ordered_json to_json(const CaseResult& result, Strictness strictness) {
   const Case& asked = *result.asked;
   ordered_json j = {{"name", asked.name},
                     {"family", asked.family},
@@ -108,7 +98,7 @@ ordered_json to_json(const CaseResult& result) {
                     {"limit", asked.limit},
                     {"limit_from", asked.limit_from},
                     {"trace", asked.trace},
-                    {"verdict", describe(verdict_of(result))},
+                    {"verdict", describe(verdict_of(result, strictness))},
                     {"axes", ordered_json::array()},
                     {"columns", ordered_json::array()}};
   for (const Axis& axis : result.axes) {
@@ -148,33 +138,36 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-// Every trial of our columns that broke, a line each.
-std::string failures(const CaseResult& result) {
+// Every trial that breaks the case, a line each.
+std::string failures(const CaseResult& result, Strictness strictness) {
   std::string out;
   for (const Outcome& outcome : result.outcomes) {
-    if (!outcome.promised) continue;
+    if (!counts(outcome, strictness)) continue;
     for (const Trial& trial : outcome.trials) {
-      if (trial.verdict != Verdict::broken) continue;
-      out += fmt::format("{} at {}: {}; {}\n", outcome.column, setting(result.axes, trial.at),
+      const bool solver = trial.verdict == Verdict::solver && strictness == Strictness::strict;
+      if (trial.verdict != Verdict::broken && !solver) continue;
+      const std::string at = setting(result.axes, trial.at);
+      out += fmt::format("{}{}: {}; {}\n", outcome.column, at.empty() ? "" : " at " + at,
                          value_text(*result.asked, trial), trial.remark);
     }
   }
   return out;
 }
 
-std::string to_junit(const std::string& asset, const CaseResult& result) {
+std::string to_junit(const std::string& asset, const CaseResult& result, Strictness strictness) {
   std::string out =
       fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
-  const Verdict verdict = verdict_of(result);
+  const Verdict verdict = verdict_of(result, strictness);
   if (verdict == Verdict::broken) {
-    out +=
-        fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                    escaped(result.asked->measured + ": more than " + result.asked->limit), escaped(failures(result)));
+    out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
+                       escaped(result.asked->measured + ": more than " + result.asked->limit),
+                       escaped(failures(result, strictness)));
   } else if (verdict == Verdict::skipped) {
     out += fmt::format("      <skipped message=\"{}\"/>\n",
                        escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
   }
-  return out + fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result)));
+  return out +
+         fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result, strictness)));
 }
 
 std::string stiffness_part(const AssetResult& result) {
@@ -228,14 +221,14 @@ std::string impact_part(const AssetResult& result, const char* column, const cha
 
 }  // namespace
 
-std::string to_line(const CaseResult& result) {
-  std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result)), result.asked->name);
+std::string to_line(const CaseResult& result, Strictness strictness) {
+  std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result, strictness)), result.asked->name);
   for (std::size_t i = 0; i < result.outcomes.size(); ++i)
     line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
   return line;
 }
 
-std::string certificate(const AssetResult& result) {
+std::string certificate(const AssetResult& result, Strictness strictness) {
   std::string text;
   for (const std::string& part :
        {stiffness_part(result), rest_part(result), impact_part(result, "ours", "as bodies are by default"),
@@ -243,35 +236,37 @@ std::string certificate(const AssetResult& result) {
     if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
   }
   const auto broken = std::count_if(result.cases.begin(), result.cases.end(),
-                                    [](const CaseResult& one) { return is_broken(one, Strictness::promised); });
+                                    [&](const CaseResult& one) { return is_broken(one, strictness); });
   text += fmt::format("{}{} of {} cases broken", text.empty() ? "" : "; ", broken, result.cases.size());
   return fmt::format("certificate: {}: {}", result.asset, text);
 }
 
-ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json& provenance) {
+ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json& provenance, Strictness strictness) {
   ordered_json j = provenance;
+  j["strict"] = strictness == Strictness::strict;
   j["assets"] = ordered_json::array();
   for (const AssetResult& result : results) {
     ordered_json asset = {{"asset", result.asset},         {"mass", result.mass},
                           {"length", result.size},         {"voxel_size", result.voxel},
-                          {"points", result.points},       {"certificate", certificate(result)},
+                          {"points", result.points},       {"certificate", certificate(result, strictness)},
                           {"cases", ordered_json::array()}};
-    for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one));
+    for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one, strictness));
     j["assets"].push_back(std::move(asset));
   }
   return j;
 }
 
-std::string to_junit(const std::vector<AssetResult>& results) {
+std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness) {
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
   for (const AssetResult& result : results) {
     std::size_t broken = 0;
     std::size_t skipped = 0;
     std::string cases;
     for (const CaseResult& one : result.cases) {
-      broken += verdict_of(one) == Verdict::broken ? 1 : 0;
-      skipped += verdict_of(one) == Verdict::skipped ? 1 : 0;
-      cases += to_junit(result.asset, one);
+      const Verdict verdict = verdict_of(one, strictness);
+      broken += verdict == Verdict::broken ? 1 : 0;
+      skipped += verdict == Verdict::skipped ? 1 : 0;
+      cases += to_junit(result.asset, one, strictness);
     }
     out += fmt::format(
         "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",

@@ -46,6 +46,9 @@ TEST(StressCommand, ABodyThrownThroughAWallEndsWith5WhereThatCounts) {
   EXPECT_EQ(strict.code, 5);
   EXPECT_NE(strict.out.find("ours (not promised) broken"), std::string::npos) << strict.out;
   EXPECT_NE(strict.out.find("continuous held"), std::string::npos) << strict.out;
+  EXPECT_EQ(strict.out.rfind("broken   impact_bouncing", 0), 0U) << strict.out;
+  EXPECT_NE(strict.out.find("1 of 1 cases broken"), std::string::npos) << strict.out;
+  EXPECT_NE(read_file(folder / "j.xml").find("failures=\"1\""), std::string::npos);
 }
 
 TEST(StressCommand, TheSameRunTwiceGivesTheSameNumbers) {

@@ -116,8 +116,9 @@ TEST(Stress, ANaNBreaksTheCase) {
     return trial;
   });
   EXPECT_TRUE(is_broken(result, Strictness::promised));
-  EXPECT_NE(to_line(result).find("NaN: the angular velocity of body 0"), std::string::npos) << to_line(result);
-  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}).find("<failure"), std::string::npos);
+  const std::string line = to_line(result, Strictness::promised);
+  EXPECT_NE(line.find("NaN: the angular velocity of body 0"), std::string::npos) << line;
+  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}, Strictness::promised).find("<failure"), std::string::npos);
 }
 
 TEST(Stress, AValueThatIsNoNumberIsBroken) {
@@ -154,7 +155,31 @@ TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
     return trial;
   });
   EXPECT_FALSE(is_broken(result, Strictness::promised));
+  EXPECT_EQ(verdict_of(result, Strictness::promised), Verdict::shown);
   EXPECT_TRUE(is_broken(result, Strictness::strict));
+  EXPECT_EQ(verdict_of(result, Strictness::strict), Verdict::broken);
+}
+
+TEST(Stress, LinesCertificateAndJUnitCountAsTheExitCodeDoes) {
+  for (const Verdict of_ours : {Verdict::solver, Verdict::broken}) {
+    Case one;
+    one.needs_continuous = of_ours == Verdict::broken;
+    const CaseResult result = run_alone(one, [&](const Subject&, const Column&, std::span<const double>) {
+      Trial trial;
+      judge(trial, 2, 1);
+      trial.verdict = of_ours;
+      return trial;
+    });
+    const AssetResult asset{"a", 1, 1, 1, 1, {result}};
+    EXPECT_EQ(to_line(result, Strictness::strict).rfind("broken ", 0), 0U);
+    EXPECT_NE(certificate(asset, Strictness::strict).find("1 of 1 cases broken"), std::string::npos);
+    const std::string strict = to_junit({asset}, Strictness::strict);
+    EXPECT_NE(strict.find("failures=\"1\" errors=\"0\" skipped=\"0\""), std::string::npos) << strict;
+    EXPECT_NE(strict.find("ours: 2 of 1"), std::string::npos) << strict;
+    EXPECT_NE(certificate(asset, Strictness::promised).find("0 of 1 cases broken"), std::string::npos);
+    const std::string promised = to_junit({asset}, Strictness::promised);
+    EXPECT_NE(promised.find("failures=\"0\" errors=\"0\" skipped=\"0\""), std::string::npos) << promised;
+  }
 }
 
 TEST(Stress, ABodyThatBouncesIsThrownThroughAWall) {
@@ -171,7 +196,7 @@ TEST(Stress, WithContinuousMotionItIsStopped) {
   subject.columns.erase(subject.columns.begin());
   subject.columns.resize(1);
   const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
-  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result);
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result, Strictness::promised);
   EXPECT_TRUE(result.outcomes[0].promised);
 }
 
