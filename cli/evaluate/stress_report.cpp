@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 
 namespace vps::stress {
 namespace {
@@ -170,53 +171,69 @@ std::string to_junit(const std::string& asset, const CaseResult& result, Strictn
          fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result, strictness)));
 }
 
+// "1000, 60 and 10".
+std::string listed(const std::vector<double>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += fmt::format("{}{:g}", i == 0 ? "" : i + 1 == values.size() ? " and " : ", ", values[i]);
+  return text;
+}
+
 std::string stiffness_part(const AssetResult& result) {
   const Outcome* const bound = find_column(result, "penalty_bound_plane", "penalty loop");
   if (bound == nullptr) return "";
   std::string text;
   for (const Trial& trial : bound->trials) {
     if (trial.verdict == Verdict::skipped) continue;
-    const std::string newtons = trial.remark.substr(0, trial.remark.find(" N/m"));
-    text += fmt::format("{}{:g} Hz {} N/m", text.empty() ? "" : ", ", trial.at[0], newtons);
+    const double stiffness = std::strtod(trial.remark.c_str(), nullptr);
+    text += fmt::format("{}{:.2e} N/m at {:g} Hz ({:.2f} of theory)", text.empty() ? "" : ", ", stiffness, trial.at[0],
+                        trial.value);
   }
-  const Trial& first = bound->trials.front();
-  return fmt::format("{:g} kg in a penalty loop is stable up to {} ({:.3g} of theory)", result.mass, text, first.value);
+  return fmt::format("{:g} kg in a penalty loop is stable to {}", result.mass, text);
 }
 
+// Rest is to be on the plane, and to stay still there.
 std::string rest_part(const AssetResult& result) {
-  const Outcome* const rest = find_column(result, "rest_depth", "ours");
-  if (rest == nullptr) return "";
-  double lowest = 0;
-  double highest = 0;
-  for (const Trial& trial : rest->trials) {
-    if (trial.verdict != Verdict::held) break;
-    lowest = trial.at[0];
-    highest = std::max(highest, lowest);
+  const Outcome* const depth = find_column(result, "rest_depth", "ours");
+  const Outcome* const jitter = find_column(result, "rest_jitter", "ours");
+  if (depth == nullptr || jitter == nullptr) return "";
+  std::vector<double> rests;
+  std::vector<double> does_not;
+  for (std::size_t i = 0; i < depth->trials.size() && i < jitter->trials.size(); ++i) {
+    const bool held = depth->trials[i].verdict == Verdict::held && jitter->trials[i].verdict == Verdict::held;
+    (held ? rests : does_not).push_back(depth->trials[i].at[0]);
   }
-  if (lowest == 0) return fmt::format("does not rest in Bullet at {:g} Hz", rest->trials.front().at[0]);
-  return fmt::format("rests in Bullet from {:g} Hz down to {:g} Hz", highest, lowest);
+  if (rests.empty()) return fmt::format("does not rest in Bullet at {} Hz", listed(does_not));
+  return fmt::format("rests in Bullet at {} Hz{}", listed(rests),
+                     does_not.empty() ? "" : ", not at " + listed(does_not) + " Hz");
 }
 
-// The thinnest wall at the highest speed, such that all slower and thicker ones hold.
+// The thinnest wall at the highest speed, such that all slower and thicker ones hold: what was tried of these.
 std::string impact_part(const AssetResult& result, const char* column, const char* how) {
   const Outcome* const impact = find_column(result, "impact_baked", column);
   if (impact == nullptr) return "";
-  double best_speed = 0;
-  double best_wall = 0;
+  const auto is_milder = [](const Trial& trial, const Trial& than) {
+    return trial.at[0] <= than.at[0] && trial.at[1] >= than.at[1];
+  };
+  const Trial* best = nullptr;
   for (const Trial& candidate : impact->trials) {
-    const auto below = [&](const Trial& trial) {
-      return trial.at[0] <= candidate.at[0] && trial.at[1] >= candidate.at[1];
-    };
-    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(),
-                                   [&](const Trial& trial) { return !below(trial) || trial.verdict == Verdict::held; });
+    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(), [&](const Trial& trial) {
+      return !is_milder(trial, candidate) || trial.verdict == Verdict::held;
+    });
     if (!holds) continue;
-    if (candidate.at[0] > best_speed || (candidate.at[0] == best_speed && candidate.at[1] < best_wall)) {
-      best_speed = candidate.at[0];
-      best_wall = candidate.at[1];
+    if (best == nullptr || candidate.at[0] > best->at[0] ||
+        (candidate.at[0] == best->at[0] && candidate.at[1] < best->at[1])) {
+      best = &candidate;
     }
   }
-  if (best_speed == 0) return fmt::format("passes through walls {}", how);
-  return fmt::format("is stopped at {:g} m/s by walls of {:g} voxels {}", best_speed, best_wall, how);
+  if (best == nullptr) return fmt::format("passes through walls {}", how);
+  std::vector<double> speeds;
+  std::vector<double> walls;
+  for (const Trial& trial : impact->trials) {
+    if (trial.at[1] == best->at[1] && is_milder(trial, *best)) speeds.push_back(trial.at[0]);
+    if (trial.at[0] == best->at[0] && is_milder(trial, *best)) walls.push_back(trial.at[1]);
+  }
+  return fmt::format("is stopped at {} m/s by walls of {} voxels {}", listed(speeds), listed(walls), how);
 }
 
 }  // namespace

@@ -22,8 +22,8 @@ struct AssetResult {
 /// One line without an end: the verdict, and for each column its worst trial.
 [[nodiscard]] std::string to_line(const CaseResult& result, Strictness strictness);
 
-/// The largest stable stiffness and step, the rates at which the body rests, the walls that hold it: from what was
-/// measured alone. What was not run is not in it.
+/// The largest stable stiffness at each rate, the rates at which the body rests (rest_depth and rest_jitter are held),
+/// the walls that stop it: the settings that were tried, and no range between them. What was not run is not in it.
 [[nodiscard]] std::string certificate(const AssetResult& result, Strictness strictness);
 
 /// @param provenance  as cli/provenance.h has it

@@ -32,8 +32,7 @@ TEST(StressCommand, ACaseThatIsHeldEndsWith0AndALineAndACertificate) {
   EXPECT_EQ(run.err, "");
   EXPECT_NE(run.out.find("held     penalty_bound_plane"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("hacd skipped (an asset holds no mesh"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("\ncertificate: gear.vps.hdf: 0.5 kg in a penalty loop is stable up to 1000 Hz "),
-            std::string::npos)
+  EXPECT_NE(run.out.find("\ncertificate: gear.vps.hdf: 0.5 kg in a penalty loop is stable to "), std::string::npos)
       << run.out;
 }
 

@@ -182,6 +182,36 @@ TEST(Stress, LinesCertificateAndJUnitCountAsTheExitCodeDoes) {
   }
 }
 
+// A result of our column whose trials end as said.
+CaseResult made_up(const Case& one, const std::vector<std::pair<std::vector<double>, Verdict>>& trials) {
+  Outcome outcome;
+  outcome.column = "ours";
+  outcome.ours = outcome.promised = true;
+  for (const auto& [at, verdict] : trials) {
+    Trial trial;
+    trial.at = at;
+    trial.value = trial.limit = 1;
+    trial.verdict = verdict;
+    outcome.trials.push_back(trial);
+    outcome.verdict = Verdict::held;
+  }
+  return {&one, one.axes, {outcome}};
+}
+
+TEST(Stress, TheCertificateNamesWhatWasTriedAndRestsOnlyWithoutJitter) {
+  constexpr Verdict kHeld = Verdict::held;
+  constexpr Verdict kBroken = Verdict::broken;
+  AssetResult asset{"a", 1, 1, 1, 1, {}};
+  asset.cases.push_back(made_up(find("rest_depth"), {{{1000}, kHeld}, {{60}, kHeld}, {{10}, kHeld}, {{5}, kBroken}}));
+  EXPECT_EQ(certificate(asset, Strictness::promised).find("rests"), std::string::npos);
+  asset.cases.push_back(made_up(find("rest_jitter"), {{{1000}, kHeld}, {{60}, kBroken}, {{10}, kHeld}, {{5}, kHeld}}));
+  asset.cases.push_back(
+      made_up(find("impact_baked"), {{{1, 0.5}, kHeld}, {{1, 4}, kHeld}, {{10, 0.5}, kBroken}, {{10, 4}, kHeld}}));
+  const std::string text = certificate(asset, Strictness::promised);
+  EXPECT_NE(text.find("rests in Bullet at 1000 and 10 Hz, not at 60 and 5 Hz"), std::string::npos) << text;
+  EXPECT_NE(text.find("is stopped at 1 and 10 m/s by walls of 4 voxels as bodies"), std::string::npos) << text;
+}
+
 TEST(Stress, ABodyThatBouncesIsThrownThroughAWall) {
   Subject subject = box();
   subject.columns.erase(subject.columns.begin() + 1, subject.columns.end());
