@@ -6,8 +6,11 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -94,11 +97,46 @@ int write_outputs(const Arguments& arguments, const std::vector<stress::AssetRes
   return code;
 }
 
+// Why this cannot be the mesh that the asset was baked from; empty when it can.
+std::string mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
+  std::array<double, 3> low;
+  std::array<double, 3> high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], mesh.vertices[vertex][axis]);
+        high[axis] = std::max(high[axis], mesh.vertices[vertex][axis]);
+      }
+    }
+  }
+  double length = 0;
+  double of_asset = 0;
+  double off = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    length = std::max(length, high[axis] - low[axis]);
+    of_asset = std::max(of_asset, info.bounds_max[axis] - info.bounds_min[axis]);
+    off = std::max({off, std::abs(low[axis] - info.bounds_min[axis]), std::abs(high[axis] - info.bounds_max[axis])});
+  }
+  // Repairs may move a vertex.
+  const double most = 2 * info.voxel_size;
+  if (off <= most) return "";
+  if (std::abs(length - of_asset) > most) {
+    return fmt::format("the mesh is {:.3g} m long, the asset {:.3g} m; check --unit and --scale", length, of_asset);
+  }
+  return fmt::format("the mesh's bounds are {:.3g} m from the asset's; give the mesh that it was baked from", off);
+}
+
 // One asset through all cases. @return the exit code of what was wrong with it
 int run_asset(const Arguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
               std::vector<stress::AssetResult>& results) {
   const auto asset = std::make_shared<Asset>();
   if (const int code = open_asset(path, *asset); code != kOk) return code;
+  if (mesh) {
+    if (const std::string reason = mismatch(*mesh, asset->info()); !reason.empty())
+      return fail(kBadInput, arguments.mesh.mesh, reason);
+  }
   return guarded(path, [&] {
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;

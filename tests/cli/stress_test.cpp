@@ -138,6 +138,7 @@ TEST(StressCommand, BadInputIsOneLine) {
   expect_refusal(folder, "stress nowhere.vps.hdf", 2, "nowhere.vps.hdf");
   expect_refusal(folder, "stress text.vps.hdf", 3, "text.vps.hdf");
   expect_refusal(folder, "stress gear.vps.hdf -o nowhere/a", 2, "the folder does not exist");
+  expect_refusal(folder, "stress gear.vps.hdf --mesh " + sample("gear") + " --unit cm", 3, "m long, the asset 0.0");
   expect_refusal(folder, "stress gear.vps.hdf --mesh nowhere.obj", 2, "nowhere.obj: the file does not exist");
 }
 
