@@ -12,7 +12,8 @@ double utilisation(const Trial& trial) {
   if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
   if (!std::isfinite(trial.value)) return std::numeric_limits<double>::infinity();
   const double above = trial.limit > 0 ? trial.value / trial.limit : trial.value - trial.limit;
-  const double below = trial.least > 0 && trial.value > 0 ? trial.least / trial.value : 0;
+  double below = 0;
+  if (trial.least > 0) below = trial.value > 0 ? trial.least / trial.value : std::numeric_limits<double>::infinity();
   return std::max(above, below);
 }
 
@@ -105,6 +106,13 @@ void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   // Ten times as far is more than the solver explains.
   const bool as_boxes =
       std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
+  if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
+}
+
+void judge_standing(Trial& trial, double seconds, double asked, double of_boxes) {
+  trial.least = asked;
+  judge(trial, seconds, std::numeric_limits<double>::infinity());
+  const bool as_boxes = of_boxes < asked && seconds >= 0.1 * of_boxes;
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 

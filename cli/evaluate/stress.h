@@ -169,6 +169,9 @@ void judge(Trial& trial, double value, double limit);
 /// The same beside the value that boxes of Bullet's own have in the place of the body. The solver is to blame where
 /// that breaks the limit too, unless `value` is ten times as far.
 void judge_beside(Trial& trial, double value, double limit, double of_boxes);
+/// Of what stands for `seconds` of those `asked`, where boxes of Bullet's own stand for `of_boxes`. The solver is to
+/// blame where they do not stand either, and no ten times as long.
+void judge_standing(Trial& trial, double seconds, double asked, double of_boxes);
 /// A trial that was not run.
 [[nodiscard]] Trial skipped(std::string why);
 

@@ -30,6 +30,7 @@ std::string setting(const std::vector<Axis>& axes, const std::vector<double>& at
 }
 
 std::string limit_text(const Trial& trial) {
+  if (!std::isfinite(trial.limit)) return fmt::format("{:.3g}", trial.least);
   return std::isfinite(trial.least) ? fmt::format("{:.3g} to {:.3g}", trial.least, trial.limit)
                                     : fmt::format("{:.3g}", trial.limit);
 }
@@ -161,7 +162,7 @@ std::string to_junit(const std::string& asset, const CaseResult& result, Strictn
   const Verdict verdict = verdict_of(result, strictness);
   if (verdict == Verdict::broken) {
     out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                       escaped(result.asked->measured + ": more than " + result.asked->limit),
+                       escaped(result.asked->measured + "; limit " + result.asked->limit),
                        escaped(failures(result, strictness)));
   } else if (verdict == Verdict::skipped) {
     out += fmt::format("      <skipped message=\"{}\"/>\n",

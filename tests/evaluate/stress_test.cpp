@@ -146,6 +146,18 @@ TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
   EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
 }
 
+TEST(Stress, AStackThatFallsIsTheSolversOnlyWhereBulletsBoxesStandHardlyLonger) {
+  const auto verdict = [](double seconds, double of_boxes) {
+    Trial trial;
+    judge_standing(trial, seconds, 10, of_boxes);
+    return trial.verdict;
+  };
+  EXPECT_EQ(verdict(10, 1), Verdict::held);
+  EXPECT_EQ(verdict(0.5, 3.5), Verdict::solver);
+  EXPECT_EQ(verdict(0.3, 3.5), Verdict::broken);
+  EXPECT_EQ(verdict(9, 10), Verdict::broken);
+}
+
 TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
   Case one;
   one.needs_continuous = true;
