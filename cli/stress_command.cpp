@@ -47,13 +47,16 @@ stress::Strictness strictness(const Arguments& arguments) {
   return arguments.strict ? stress::Strictness::strict : stress::Strictness::promised;
 }
 
+bool is_named(const stress::Case& one, const std::string& glob) {
+  return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
+}
+
 std::vector<const stress::Case*> chosen(const Arguments& arguments) {
   std::vector<const stress::Case*> out;
   for (const stress::Case& one : stress::all_cases()) {
-    const bool wanted = arguments.cases.empty() ||
-                        std::any_of(arguments.cases.begin(), arguments.cases.end(), [&](const std::string& glob) {
-                          return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
-                        });
+    const bool wanted =
+        arguments.cases.empty() || std::any_of(arguments.cases.begin(), arguments.cases.end(),
+                                               [&](const std::string& glob) { return is_named(one, glob); });
     if (wanted) out.push_back(&one);
   }
   return out;
@@ -161,8 +164,12 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
 }
 
 int run(const Arguments& arguments) {
-  if (chosen(arguments).empty()) {
-    return fail(kCommandLine, "command line", "no case is named like that; run vpsbake stress --list");
+  for (const std::string& glob : arguments.cases) {
+    const auto& all = stress::all_cases();
+    if (std::none_of(all.begin(), all.end(), [&](const stress::Case& one) { return is_named(one, glob); })) {
+      return fail(kCommandLine, "command line",
+                  fmt::format("no case is named like '{}'; run vpsbake stress --list", glob));
+    }
   }
   if (arguments.list) {
     list_cases(arguments);
@@ -194,6 +201,10 @@ int run(const Arguments& arguments) {
   for (const stress::AssetResult& result : results) {
     fmt::print("{}\n", stress::certificate(result, strictness(arguments)));
     const auto is_broken = [&](const stress::CaseResult& one) { return stress::is_broken(one, strictness(arguments)); };
+    const bool nothing = std::all_of(result.cases.begin(), result.cases.end(), [&](const stress::CaseResult& one) {
+      return stress::verdict_of(one, strictness(arguments)) == stress::Verdict::skipped;
+    });
+    if (nothing) code = fail(kSomeFailed, result.asset, "every case was skipped: nothing was tested");
     if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
   }
   if (results.empty()) return code;

@@ -116,6 +116,14 @@ TEST(StressCommand, AnAssetWithoutVoxelmapSkipsWhatNeedsOne) {
   EXPECT_NE(run.out.find("held     tip"), std::string::npos) << run.out;
 }
 
+TEST(StressCommand, WhereEveryCaseWasSkippedTheRunFailsAndSaysSo) {
+  const TemporaryFolder folder;
+  bake_gear(folder, "--parts voxelmap", "map.vps.hdf");
+  const Outcome run = vpsbake(folder, "stress map.vps.hdf --quick --cases 'rest_*,tip'");
+  EXPECT_EQ(run.code, 5);
+  EXPECT_EQ(run.err, "vpsbake: error: map.vps.hdf: every case was skipped: nothing was tested\n");
+}
+
 TEST(StressCommand, ListNamesEveryCaseAndItsLimit) {
   const TemporaryFolder folder;
   const Outcome run = vpsbake(folder, "stress --list --cases 'impact_*'");
@@ -130,7 +138,8 @@ TEST(StressCommand, BadInputIsOneLine) {
   bake_gear(folder);
   write_file(folder / "text.vps.hdf", "no asset");
   expect_refusal(folder, "stress", 1, "an asset is required");
-  expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like that");
+  expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like 'nothing'");
+  expect_refusal(folder, "stress gear.vps.hdf --cases 'tip,rset_*'", 1, "no case is named like 'rset_*'");
   expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "a mass needs a unit; write 3g or 3kg");
   expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "-3kg is not a positive mass");
   expect_refusal(folder, "stress gear.vps.hdf --without us", 1, "us");
