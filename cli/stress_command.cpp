@@ -179,6 +179,14 @@ int run(const Arguments& arguments) {
   if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
     return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
   }
+  const auto names_no_file = [](const std::string& output) {
+    const fs::path name = fs::path(output).filename();
+    return !output.empty() && (name.empty() || name == "." || name == "..");
+  };
+  for (const std::string& output : {arguments.output, arguments.junit}) {
+    if (names_no_file(output))
+      return fail(kCommandLine, "command line", fmt::format("'{}' is a folder; add the name of a file", output));
+  }
   for (const auto& [file, beginning, kind] : outputs(arguments)) {
     if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
       return fail(kIo, file.string(), reason);
@@ -237,8 +245,13 @@ Command add_stress_command(CLI::App& app) {
       ->option_text("LIST");
   stress
       ->add_option_function<std::string>(
-          "--mass", [&a](const std::string& text) { a.mass = parse_mass(text); },
-          "Mass of the body, such as 250g [default: 1kg]")
+          "--mass",
+          [&a](const std::string& text) {
+            a.mass = parse_mass(text);
+            if (!(a.mass >= 1e-9 && a.mass <= 1e9))
+              throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
+          },
+          "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
       ->option_text("MASS");
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
   stress->add_flag("--quick", a.quick, "Fewer settings of each case, under a minute: see docs/stress.md");
@@ -252,6 +265,9 @@ Command add_stress_command(CLI::App& app) {
                    "Keep HACD's hulls and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
       ->check(not_empty())
       ->option_text("DIR");
+  stress->footer(
+      "Exits with 5 when a limit is broken that is stated for the asset's columns, or when nothing was tested.\n"
+      "Example: vpsbake stress gear.vps.hdf --mesh gear.obj --quick --junit stress.xml -o stress");
   return {stress, [arguments] {
             arguments->subject.cache = arguments->mesh.cache;
             return run(*arguments);

@@ -140,6 +140,12 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
+// File names may hold any bytes, XML may not.
+std::string with_utf8_alone(const std::string& text) {
+  return ordered_json::parse(ordered_json(text).dump(-1, ' ', false, ordered_json::error_handler_t::replace))
+      .get<std::string>();
+}
+
 // Every trial that breaks the case, a line each.
 std::string failures(const CaseResult& result, Strictness strictness) {
   std::string out;
@@ -290,7 +296,7 @@ std::string to_junit(const std::vector<AssetResult>& results, Strictness strictn
         "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
         escaped(result.asset), result.cases.size(), broken, skipped, cases);
   }
-  return out + "</testsuites>\n";
+  return with_utf8_alone(out + "</testsuites>\n");
 }
 
 }  // namespace vps::stress

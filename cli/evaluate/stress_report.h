@@ -30,7 +30,8 @@ struct AssetResult {
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<AssetResult>& results,
                                              const nlohmann::ordered_json& provenance, Strictness strictness);
 
-/// A suite for each asset, a test for each case; the columns that count decide, the others are in its output.
+/// A suite for each asset, a test for each case; the columns that count decide, the others are in its output. Bytes
+/// that are not UTF-8 are replaced.
 [[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness);
 
 }  // namespace vps::stress

@@ -89,10 +89,9 @@ TEST(StressCommand, JUnitIsWellFormedAndHasAFailureForEachBrokenCase) {
   const TemporaryFolder folder;
   bake_gear(folder);
   std::filesystem::copy_file(folder / "gear.vps.hdf", folder / "a<&\">.vps.hdf");
-  // Where floats end.
   const Outcome run = vpsbake(folder,
-                              "stress 'a<&\">.vps.hdf' --quick --cases 'tip,penalty_bound_plane,size_queries' "
-                              "--without hacd,gimpact --mass 1e36kg --junit j.xml");
+                              "stress 'a<&\">.vps.hdf' --quick --cases 'impact_bouncing,tip,size_queries' "
+                              "--without hull,hacd,gimpact --strict --junit j.xml");
   EXPECT_EQ(run.code, 5) << run.out << run.err;
   const std::string said = python(folder,
                                   "import xml.etree.ElementTree as t\n"
@@ -101,7 +100,7 @@ TEST(StressCommand, JUnitIsWellFormedAndHasAFailureForEachBrokenCase) {
                                   "assert (suite.get('tests'), suite.get('failures'), suite.get('skipped')) "
                                   "== ('3', '1', '1'), suite.attrib\n"
                                   "assert len(suite.findall('testcase/failure')) == 1\n"
-                                  "assert 'ours at rate 240 Hz: ' in suite.find('testcase/failure').text\n"
+                                  "assert 'ours at speed 10 m/s, wall 4 vx: ' in suite.find('testcase/failure').text\n"
                                   "assert len(suite.findall('testcase/skipped')) == 1\n");
   EXPECT_EQ(said, "0\n") << read_file(folder / "j.xml");
 }
@@ -141,6 +140,8 @@ TEST(StressCommand, BadInputIsOneLine) {
   expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like 'nothing'");
   expect_refusal(folder, "stress gear.vps.hdf --cases 'tip,rset_*'", 1, "no case is named like 'rset_*'");
   expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "a mass needs a unit; write 3g or 3kg");
+  expect_refusal(folder, "stress gear.vps.hdf --mass 1e36kg", 1, "--mass takes 1e-9kg to 1e9kg");
+  expect_refusal(folder, "stress gear.vps.hdf -o ./", 1, "'./' is a folder");
   expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "-3kg is not a positive mass");
   expect_refusal(folder, "stress gear.vps.hdf --without us", 1, "us");
   expect_refusal(folder, "stress gear.vps.hdf gear.vps.hdf --mesh gear.obj", 1, "--mesh is that of one asset");

@@ -194,6 +194,11 @@ TEST(Stress, LinesCertificateAndJUnitCountAsTheExitCodeDoes) {
   }
 }
 
+TEST(Stress, BytesThatAreNotUtf8AreReplacedInJUnit) {
+  const std::string xml = to_junit({{"a\xC3\"\xFF", 1, 1, 1, 1, {}}}, Strictness::promised);
+  EXPECT_NE(xml.find("\"a\xEF\xBF\xBD&quot;\xEF\xBF\xBD\""), std::string::npos) << xml;
+}
+
 // A result of our column whose trials end as said.
 CaseResult made_up(const Case& one, const std::vector<std::pair<std::vector<double>, Verdict>>& trials) {
   Outcome outcome;
