@@ -11,6 +11,8 @@ namespace {
 double utilisation(const Trial& trial) {
   if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
   if (!std::isfinite(trial.value)) return std::numeric_limits<double>::infinity();
+  // Held where nothing else would have been says nothing of how near it was.
+  if (trial.least == trial.limit && trial.verdict == Verdict::held) return 0;
   const double above = trial.limit > 0 ? trial.value / trial.limit : trial.value - trial.limit;
   double below = 0;
   if (trial.least > 0) below = trial.value > 0 ? trial.least / trial.value : std::numeric_limits<double>::infinity();

@@ -30,7 +30,7 @@ std::string setting(const std::vector<Axis>& axes, const std::vector<double>& at
 }
 
 std::string limit_text(const Trial& trial) {
-  if (!std::isfinite(trial.limit)) return fmt::format("{:.3g}", trial.least);
+  if (!std::isfinite(trial.limit) || trial.least == trial.limit) return fmt::format("{:.3g}", trial.least);
   return std::isfinite(trial.least) ? fmt::format("{:.3g} to {:.3g}", trial.least, trial.limit)
                                     : fmt::format("{:.3g}", trial.limit);
 }

@@ -91,6 +91,9 @@ TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
   ASSERT_EQ(result.outcomes.size(), 1U);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::held);
   for (const Trial& trial : result.outcomes[0].trials) EXPECT_EQ(trial.value < 100, trial.at[1] < 1) << trial.at[1];
+  // Shown is a setting that could have been nearer to its limit.
+  const Trial& worst = result.outcomes[0].trials[result.outcomes[0].worst];
+  EXPECT_EQ(worst.at[1], 0.95) << worst.value;
 }
 
 TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
