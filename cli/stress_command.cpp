@@ -6,8 +6,11 @@
 #include <fnmatch.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 
@@ -40,13 +43,20 @@ struct Arguments {
   stress::SubjectOptions subject;
 };
 
+stress::Strictness strictness(const Arguments& arguments) {
+  return arguments.strict ? stress::Strictness::strict : stress::Strictness::promised;
+}
+
+bool is_named(const stress::Case& one, const std::string& glob) {
+  return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
+}
+
 std::vector<const stress::Case*> chosen(const Arguments& arguments) {
   std::vector<const stress::Case*> out;
   for (const stress::Case& one : stress::all_cases()) {
-    const bool wanted = arguments.cases.empty() ||
-                        std::any_of(arguments.cases.begin(), arguments.cases.end(), [&](const std::string& glob) {
-                          return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
-                        });
+    const bool wanted =
+        arguments.cases.empty() || std::any_of(arguments.cases.begin(), arguments.cases.end(),
+                                               [&](const std::string& glob) { return is_named(one, glob); });
     if (wanted) out.push_back(&one);
   }
   return out;
@@ -81,14 +91,44 @@ int write_outputs(const Arguments& arguments, const std::vector<stress::AssetRes
   if (!arguments.output.empty()) {
     nlohmann::ordered_json about = provenance(arguments.seed);
     about["quick"] = arguments.quick;
-    about["strict"] = arguments.strict;
-    const nlohmann::ordered_json json = stress::to_json(results, about);
+    const nlohmann::ordered_json json = stress::to_json(results, about, strictness(arguments));
     const Embedded libraries[] = {kChart};
     write(arguments.output + ".json", to_text(json));
     write(arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
   }
-  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results));
+  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results, strictness(arguments)));
   return code;
+}
+
+// Why this cannot be the mesh that the asset was baked from; empty when it can.
+std::string mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
+  std::array<double, 3> low;
+  std::array<double, 3> high;
+  low.fill(std::numeric_limits<double>::infinity());
+  high.fill(-std::numeric_limits<double>::infinity());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t vertex : triangle) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], mesh.vertices[vertex][axis]);
+        high[axis] = std::max(high[axis], mesh.vertices[vertex][axis]);
+      }
+    }
+  }
+  double length = 0;
+  double of_asset = 0;
+  double off = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    length = std::max(length, high[axis] - low[axis]);
+    of_asset = std::max(of_asset, info.bounds_max[axis] - info.bounds_min[axis]);
+    off = std::max({off, std::abs(low[axis] - info.bounds_min[axis]), std::abs(high[axis] - info.bounds_max[axis])});
+  }
+  // Repairs may move a vertex.
+  const double most = 2 * info.voxel_size;
+  if (off <= most) return "";
+  if (std::abs(length - of_asset) > most) {
+    return fmt::format("the mesh is {:.3g} m long, the asset {:.3g} m; check --unit and --scale", length, of_asset);
+  }
+  return fmt::format("the mesh's bounds are {:.3g} m from the asset's; give the mesh that it was baked from", off);
 }
 
 // One asset through all cases. @return the exit code of what was wrong with it
@@ -96,6 +136,10 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
               std::vector<stress::AssetResult>& results) {
   const auto asset = std::make_shared<Asset>();
   if (const int code = open_asset(path, *asset); code != kOk) return code;
+  if (mesh) {
+    if (const std::string reason = mismatch(*mesh, asset->info()); !reason.empty())
+      return fail(kBadInput, arguments.mesh.mesh, reason);
+  }
   return guarded(path, [&] {
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;
@@ -112,7 +156,7 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
     for (const stress::Case* one : chosen(arguments)) {
       result.cases.push_back(
           stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
-      fmt::print("{}\n", stress::to_line(result.cases.back()));
+      fmt::print("{}\n", stress::to_line(result.cases.back(), strictness(arguments)));
       std::fflush(stdout);
     }
     return int{kOk};
@@ -120,8 +164,12 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
 }
 
 int run(const Arguments& arguments) {
-  if (chosen(arguments).empty()) {
-    return fail(kCommandLine, "command line", "no case is named like that; run vpsbake stress --list");
+  for (const std::string& glob : arguments.cases) {
+    const auto& all = stress::all_cases();
+    if (std::none_of(all.begin(), all.end(), [&](const stress::Case& one) { return is_named(one, glob); })) {
+      return fail(kCommandLine, "command line",
+                  fmt::format("no case is named like '{}'; run vpsbake stress --list", glob));
+    }
   }
   if (arguments.list) {
     list_cases(arguments);
@@ -130,6 +178,14 @@ int run(const Arguments& arguments) {
   if (arguments.assets.empty()) return fail(kCommandLine, "command line", "an asset is required; run vpsbake --help");
   if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
     return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
+  }
+  const auto names_no_file = [](const std::string& output) {
+    const fs::path name = fs::path(output).filename();
+    return !output.empty() && (name.empty() || name == "." || name == "..");
+  };
+  for (const std::string& output : {arguments.output, arguments.junit}) {
+    if (names_no_file(output))
+      return fail(kCommandLine, "command line", fmt::format("'{}' is a folder; add the name of a file", output));
   }
   for (const auto& [file, beginning, kind] : outputs(arguments)) {
     if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
@@ -151,10 +207,12 @@ int run(const Arguments& arguments) {
     if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
   }
   for (const stress::AssetResult& result : results) {
-    fmt::print("{}\n", stress::certificate(result));
-    const auto is_broken = [&](const stress::CaseResult& one) {
-      return stress::is_broken(one, arguments.strict ? stress::Strictness::strict : stress::Strictness::promised);
-    };
+    fmt::print("{}\n", stress::certificate(result, strictness(arguments)));
+    const auto is_broken = [&](const stress::CaseResult& one) { return stress::is_broken(one, strictness(arguments)); };
+    const bool nothing = std::all_of(result.cases.begin(), result.cases.end(), [&](const stress::CaseResult& one) {
+      return stress::verdict_of(one, strictness(arguments)) == stress::Verdict::skipped;
+    });
+    if (nothing) code = fail(kSomeFailed, result.asset, "every case was skipped: nothing was tested");
     if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
   }
   if (results.empty()) return code;
@@ -187,8 +245,13 @@ Command add_stress_command(CLI::App& app) {
       ->option_text("LIST");
   stress
       ->add_option_function<std::string>(
-          "--mass", [&a](const std::string& text) { a.mass = parse_mass(text); },
-          "Mass of the body, such as 250g [default: 1kg]")
+          "--mass",
+          [&a](const std::string& text) {
+            a.mass = parse_mass(text);
+            if (!(a.mass >= 1e-9 && a.mass <= 1e9))
+              throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
+          },
+          "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
       ->option_text("MASS");
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
   stress->add_flag("--quick", a.quick, "Fewer settings of each case, under a minute: see docs/stress.md");
@@ -202,6 +265,9 @@ Command add_stress_command(CLI::App& app) {
                    "Keep HACD's hulls and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
       ->check(not_empty())
       ->option_text("DIR");
+  stress->footer(
+      "Exits with 5 when a limit is broken that is stated for the asset's columns, or when nothing was tested.\n"
+      "Example: vpsbake stress gear.vps.hdf --mesh gear.obj --quick --junit stress.xml -o stress");
   return {stress, [arguments] {
             arguments->subject.cache = arguments->mesh.cache;
             return run(*arguments);

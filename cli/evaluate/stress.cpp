@@ -11,8 +11,11 @@ namespace {
 double utilisation(const Trial& trial) {
   if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
   if (!std::isfinite(trial.value)) return std::numeric_limits<double>::infinity();
+  // Held where nothing else would have been says nothing of how near it was.
+  if (trial.least == trial.limit && trial.verdict == Verdict::held) return 0;
   const double above = trial.limit > 0 ? trial.value / trial.limit : trial.value - trial.limit;
-  const double below = trial.least > 0 && trial.value > 0 ? trial.least / trial.value : 0;
+  double below = 0;
+  if (trial.least > 0) below = trial.value > 0 ? trial.least / trial.value : std::numeric_limits<double>::infinity();
   return std::max(above, below);
 }
 
@@ -86,6 +89,8 @@ const char* describe(Verdict verdict) {
       return "solver";
     case Verdict::broken:
       return "broken";
+    case Verdict::shown:
+      return "shown";
     case Verdict::skipped:
       return "skipped";
   }
@@ -103,6 +108,13 @@ void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   // Ten times as far is more than the solver explains.
   const bool as_boxes =
       std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
+  if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
+}
+
+void judge_standing(Trial& trial, double seconds, double asked, double of_boxes) {
+  trial.least = asked;
+  judge(trial, seconds, std::numeric_limits<double>::infinity());
+  const bool as_boxes = of_boxes < asked && seconds >= 0.1 * of_boxes;
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 
@@ -141,12 +153,28 @@ CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
   return result;
 }
 
+bool counts(const Outcome& outcome, Strictness strictness) {
+  return strictness == Strictness::strict ? outcome.ours : outcome.promised;
+}
+
 bool is_broken(const CaseResult& result, Strictness strictness) {
   return std::any_of(result.outcomes.begin(), result.outcomes.end(), [&](const Outcome& one) {
-    if (strictness == Strictness::strict)
-      return one.ours && one.verdict != Verdict::held && one.verdict != Verdict::skipped;
-    return one.promised && one.verdict == Verdict::broken;
+    return counts(one, strictness) &&
+           (one.verdict == Verdict::broken || (strictness == Strictness::strict && one.verdict == Verdict::solver));
   });
+}
+
+Verdict verdict_of(const CaseResult& result, Strictness strictness) {
+  if (is_broken(result, strictness)) return Verdict::broken;
+  Verdict verdict = Verdict::skipped;
+  bool was_run = false;
+  for (const Outcome& one : result.outcomes) {
+    if (one.verdict == Verdict::skipped) continue;
+    was_run = true;
+    if (!counts(one, strictness)) continue;
+    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
+  }
+  return verdict == Verdict::skipped && was_run ? Verdict::shown : verdict;
 }
 
 }  // namespace vps::stress

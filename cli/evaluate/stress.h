@@ -26,9 +26,10 @@ enum class Verdict : std::uint8_t {
   held,
   solver,   ///< the limit is not held, and boxes of Bullet's own in the same place do not hold it either
   broken,   ///< the limit is not held
+  shown,    ///< of a case: run, but no column that counts was
   skipped,  ///< not run: the remark says why
 };
-/// "held", "solver", "broken", "skipped".
+/// "held", "solver", "broken", "shown", "skipped".
 [[nodiscard]] const char* describe(Verdict verdict);
 
 enum class Motion : std::uint8_t { discrete, continuous };
@@ -156,14 +157,21 @@ enum class Strictness : std::uint8_t {
   promised,  ///< a limit counts that is stated for the column and broken by it
   strict,    ///< also where ContinuousMotion is needed and off, and where the solver is to blame
 };
+/// Whether a column counts in the case's verdict.
+[[nodiscard]] bool counts(const Outcome& outcome, Strictness strictness);
 /// Whether a column of ours breaks the case.
 [[nodiscard]] bool is_broken(const CaseResult& result, Strictness strictness);
+/// Broken where `is_broken`; otherwise the gravest of the columns that count.
+[[nodiscard]] Verdict verdict_of(const CaseResult& result, Strictness strictness);
 
 /// Sets value, limit and verdict: broken also when `value` is not a number.
 void judge(Trial& trial, double value, double limit);
 /// The same beside the value that boxes of Bullet's own have in the place of the body. The solver is to blame where
 /// that breaks the limit too, unless `value` is ten times as far.
 void judge_beside(Trial& trial, double value, double limit, double of_boxes);
+/// Of what stands for `seconds` of those `asked`, where boxes of Bullet's own stand for `of_boxes`. The solver is to
+/// blame where they do not stand either, and no ten times as long.
+void judge_standing(Trial& trial, double seconds, double asked, double of_boxes);
 /// A trial that was not run.
 [[nodiscard]] Trial skipped(std::string why);
 

@@ -43,6 +43,7 @@ Trial of_gain(const Gain& gain, double limit) {
 
 // Restitution 1 on a plane, 2 s.
 Trial bounce(const Subject& subject, const Column& column, double rate) {
+  constexpr double kSeconds = 2;
   Arena arena({column.motion});
   arena.add_plane().setRestitution(1);
   const double height = subject.size;
@@ -58,12 +59,15 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
     bounces += falls && !now ? 1 : 0;
     falls = now;
   };
-  if (!run(arena, rate, 2, scale, gain, count)) return broken(arena);
-  // Each bounce may be seen a step's way late, and the body is lifted by that much.
+  if (!run(arena, rate, kSeconds, scale, gain, count)) return broken(arena);
+  // Each bounce may be seen a step's way late, and the body is lifted by that much. A ball would bounce after a fall,
+  // and then each time that it was up and down.
   const double fall = std::sqrt(2 * height / kGravity);
   const double per_bounce = kGravity * fall / rate / height;
-  Trial trial = of_gain(gain, std::max(bounces, 1) * per_bounce);
-  trial.remark = fmt::format("{:+.3g} % at the end, {} bounces", 100 * gain.trace.back(), bounces);
+  const double expected = 1 + std::max(0.0, std::floor((kSeconds - fall) / (2 * fall)));
+  Trial trial = of_gain(gain, expected * per_bounce);
+  trial.remark =
+      fmt::format("{:+.3g} % at the end, {} bounces of {:g} expected", 100 * gain.trace.back(), bounces, expected);
   return trial;
 }
 
@@ -128,9 +132,11 @@ void add_energy_cases(std::vector<Case>& cases) {
   one.name = "restitution";
   one.question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?";
   one.measured = "most energy above the first";
-  one.limit = "a step's way at the bounce, as height, for each bounce";
+  one.limit = "a step's way at the bounce, as height, for each bounce that a ball makes in 2 s";
   one.limit_from =
-      "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt.";
+      "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt. From a "
+      "height "
+      "h a ball falls for t = sqrt(2 h / g) and bounces every 2 t from then on: 1 + floor((2 s - t) / (2 t)) times.";
   one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return bounce(subject, column, at[0]);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 
 namespace vps::stress {
 namespace {
@@ -29,6 +30,7 @@ std::string setting(const std::vector<Axis>& axes, const std::vector<double>& at
 }
 
 std::string limit_text(const Trial& trial) {
+  if (!std::isfinite(trial.limit) || trial.least == trial.limit) return fmt::format("{:.3g}", trial.least);
   return std::isfinite(trial.least) ? fmt::format("{:.3g} to {:.3g}", trial.least, trial.limit)
                                     : fmt::format("{:.3g}", trial.limit);
 }
@@ -47,16 +49,6 @@ std::string outcome_text(const CaseResult& result, const Outcome& outcome) {
                                  describe(outcome.verdict), value_text(*result.asked, worst));
   if (const std::string at = setting(result.axes, worst.at); !at.empty()) text += " at " + at;
   return text;
-}
-
-Verdict verdict_of(const CaseResult& result) {
-  // The gravest of those that the limit is stated for.
-  Verdict verdict = Verdict::skipped;
-  for (const Outcome& one : result.outcomes) {
-    if (!one.promised || one.verdict == Verdict::skipped) continue;
-    verdict = verdict == Verdict::skipped ? one.verdict : std::max(verdict, one.verdict);
-  }
-  return verdict;
 }
 
 const CaseResult* find_case(const AssetResult& result, const char* name) {
@@ -98,7 +90,7 @@ ordered_json to_json(const Trial& trial) {
   return j;
 }
 
-ordered_json to_json(const CaseResult& result) {
+ordered_json to_json(const CaseResult& result, Strictness strictness) {
   const Case& asked = *result.asked;
   ordered_json j = {{"name", asked.name},
                     {"family", asked.family},
@@ -108,7 +100,7 @@ ordered_json to_json(const CaseResult& result) {
                     {"limit", asked.limit},
                     {"limit_from", asked.limit_from},
                     {"trace", asked.trace},
-                    {"verdict", describe(verdict_of(result))},
+                    {"verdict", describe(verdict_of(result, strictness))},
                     {"axes", ordered_json::array()},
                     {"columns", ordered_json::array()}};
   for (const Axis& axis : result.axes) {
@@ -148,33 +140,50 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-// Every trial of our columns that broke, a line each.
-std::string failures(const CaseResult& result) {
+// File names may hold any bytes, XML may not.
+std::string with_utf8_alone(const std::string& text) {
+  return ordered_json::parse(ordered_json(text).dump(-1, ' ', false, ordered_json::error_handler_t::replace))
+      .get<std::string>();
+}
+
+// Every trial that breaks the case, a line each.
+std::string failures(const CaseResult& result, Strictness strictness) {
   std::string out;
   for (const Outcome& outcome : result.outcomes) {
-    if (!outcome.promised) continue;
+    if (!counts(outcome, strictness)) continue;
     for (const Trial& trial : outcome.trials) {
-      if (trial.verdict != Verdict::broken) continue;
-      out += fmt::format("{} at {}: {}; {}\n", outcome.column, setting(result.axes, trial.at),
+      const bool solver = trial.verdict == Verdict::solver && strictness == Strictness::strict;
+      if (trial.verdict != Verdict::broken && !solver) continue;
+      const std::string at = setting(result.axes, trial.at);
+      out += fmt::format("{}{}: {}; {}\n", outcome.column, at.empty() ? "" : " at " + at,
                          value_text(*result.asked, trial), trial.remark);
     }
   }
   return out;
 }
 
-std::string to_junit(const std::string& asset, const CaseResult& result) {
+std::string to_junit(const std::string& asset, const CaseResult& result, Strictness strictness) {
   std::string out =
       fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
-  const Verdict verdict = verdict_of(result);
+  const Verdict verdict = verdict_of(result, strictness);
   if (verdict == Verdict::broken) {
-    out +=
-        fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                    escaped(result.asked->measured + ": more than " + result.asked->limit), escaped(failures(result)));
+    out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
+                       escaped(result.asked->measured + "; limit " + result.asked->limit),
+                       escaped(failures(result, strictness)));
   } else if (verdict == Verdict::skipped) {
     out += fmt::format("      <skipped message=\"{}\"/>\n",
                        escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
   }
-  return out + fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result)));
+  return out +
+         fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result, strictness)));
+}
+
+// "1000, 60 and 10".
+std::string listed(const std::vector<double>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += fmt::format("{}{:g}", i == 0 ? "" : i + 1 == values.size() ? " and " : ", ", values[i]);
+  return text;
 }
 
 std::string stiffness_part(const AssetResult& result) {
@@ -183,59 +192,67 @@ std::string stiffness_part(const AssetResult& result) {
   std::string text;
   for (const Trial& trial : bound->trials) {
     if (trial.verdict == Verdict::skipped) continue;
-    const std::string newtons = trial.remark.substr(0, trial.remark.find(" N/m"));
-    text += fmt::format("{}{:g} Hz {} N/m", text.empty() ? "" : ", ", trial.at[0], newtons);
+    const double stiffness = std::strtod(trial.remark.c_str(), nullptr);
+    text += fmt::format("{}{:.2e} N/m at {:g} Hz ({:.2f} of theory)", text.empty() ? "" : ", ", stiffness, trial.at[0],
+                        trial.value);
   }
-  const Trial& first = bound->trials.front();
-  return fmt::format("{:g} kg in a penalty loop is stable up to {} ({:.3g} of theory)", result.mass, text, first.value);
+  return fmt::format("{:g} kg in a penalty loop is stable to {}", result.mass, text);
 }
 
+// Rest is to be on the plane, and to stay still there.
 std::string rest_part(const AssetResult& result) {
-  const Outcome* const rest = find_column(result, "rest_depth", "ours");
-  if (rest == nullptr) return "";
-  double lowest = 0;
-  double highest = 0;
-  for (const Trial& trial : rest->trials) {
-    if (trial.verdict != Verdict::held) break;
-    lowest = trial.at[0];
-    highest = std::max(highest, lowest);
+  const Outcome* const depth = find_column(result, "rest_depth", "ours");
+  const Outcome* const jitter = find_column(result, "rest_jitter", "ours");
+  if (depth == nullptr || jitter == nullptr) return "";
+  std::vector<double> rests;
+  std::vector<double> does_not;
+  for (std::size_t i = 0; i < depth->trials.size() && i < jitter->trials.size(); ++i) {
+    const bool held = depth->trials[i].verdict == Verdict::held && jitter->trials[i].verdict == Verdict::held;
+    (held ? rests : does_not).push_back(depth->trials[i].at[0]);
   }
-  if (lowest == 0) return fmt::format("does not rest in Bullet at {:g} Hz", rest->trials.front().at[0]);
-  return fmt::format("rests in Bullet from {:g} Hz down to {:g} Hz", highest, lowest);
+  if (rests.empty()) return fmt::format("does not rest in Bullet at {} Hz", listed(does_not));
+  return fmt::format("rests in Bullet at {} Hz{}", listed(rests),
+                     does_not.empty() ? "" : ", not at " + listed(does_not) + " Hz");
 }
 
-// The thinnest wall at the highest speed, such that all slower and thicker ones hold.
+// The thinnest wall at the highest speed, such that all slower and thicker ones hold: what was tried of these.
 std::string impact_part(const AssetResult& result, const char* column, const char* how) {
   const Outcome* const impact = find_column(result, "impact_baked", column);
   if (impact == nullptr) return "";
-  double best_speed = 0;
-  double best_wall = 0;
+  const auto is_milder = [](const Trial& trial, const Trial& than) {
+    return trial.at[0] <= than.at[0] && trial.at[1] >= than.at[1];
+  };
+  const Trial* best = nullptr;
   for (const Trial& candidate : impact->trials) {
-    const auto below = [&](const Trial& trial) {
-      return trial.at[0] <= candidate.at[0] && trial.at[1] >= candidate.at[1];
-    };
-    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(),
-                                   [&](const Trial& trial) { return !below(trial) || trial.verdict == Verdict::held; });
+    const bool holds = std::all_of(impact->trials.begin(), impact->trials.end(), [&](const Trial& trial) {
+      return !is_milder(trial, candidate) || trial.verdict == Verdict::held;
+    });
     if (!holds) continue;
-    if (candidate.at[0] > best_speed || (candidate.at[0] == best_speed && candidate.at[1] < best_wall)) {
-      best_speed = candidate.at[0];
-      best_wall = candidate.at[1];
+    if (best == nullptr || candidate.at[0] > best->at[0] ||
+        (candidate.at[0] == best->at[0] && candidate.at[1] < best->at[1])) {
+      best = &candidate;
     }
   }
-  if (best_speed == 0) return fmt::format("passes through walls {}", how);
-  return fmt::format("is stopped at {:g} m/s by walls of {:g} voxels {}", best_speed, best_wall, how);
+  if (best == nullptr) return fmt::format("passes through walls {}", how);
+  std::vector<double> speeds;
+  std::vector<double> walls;
+  for (const Trial& trial : impact->trials) {
+    if (trial.at[1] == best->at[1] && is_milder(trial, *best)) speeds.push_back(trial.at[0]);
+    if (trial.at[0] == best->at[0] && is_milder(trial, *best)) walls.push_back(trial.at[1]);
+  }
+  return fmt::format("is stopped at {} m/s by walls of {} voxels {}", listed(speeds), listed(walls), how);
 }
 
 }  // namespace
 
-std::string to_line(const CaseResult& result) {
-  std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result)), result.asked->name);
+std::string to_line(const CaseResult& result, Strictness strictness) {
+  std::string line = fmt::format("{:<8} {:<22}", describe(verdict_of(result, strictness)), result.asked->name);
   for (std::size_t i = 0; i < result.outcomes.size(); ++i)
     line += (i == 0 ? " " : "; ") + outcome_text(result, result.outcomes[i]);
   return line;
 }
 
-std::string certificate(const AssetResult& result) {
+std::string certificate(const AssetResult& result, Strictness strictness) {
   std::string text;
   for (const std::string& part :
        {stiffness_part(result), rest_part(result), impact_part(result, "ours", "as bodies are by default"),
@@ -243,41 +260,43 @@ std::string certificate(const AssetResult& result) {
     if (!part.empty()) text += (text.empty() ? "" : "; ") + part;
   }
   const auto broken = std::count_if(result.cases.begin(), result.cases.end(),
-                                    [](const CaseResult& one) { return is_broken(one, Strictness::promised); });
+                                    [&](const CaseResult& one) { return is_broken(one, strictness); });
   text += fmt::format("{}{} of {} cases broken", text.empty() ? "" : "; ", broken, result.cases.size());
   return fmt::format("certificate: {}: {}", result.asset, text);
 }
 
-ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json& provenance) {
+ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json& provenance, Strictness strictness) {
   ordered_json j = provenance;
+  j["strict"] = strictness == Strictness::strict;
   j["assets"] = ordered_json::array();
   for (const AssetResult& result : results) {
     ordered_json asset = {{"asset", result.asset},         {"mass", result.mass},
                           {"length", result.size},         {"voxel_size", result.voxel},
-                          {"points", result.points},       {"certificate", certificate(result)},
+                          {"points", result.points},       {"certificate", certificate(result, strictness)},
                           {"cases", ordered_json::array()}};
-    for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one));
+    for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one, strictness));
     j["assets"].push_back(std::move(asset));
   }
   return j;
 }
 
-std::string to_junit(const std::vector<AssetResult>& results) {
+std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness) {
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
   for (const AssetResult& result : results) {
     std::size_t broken = 0;
     std::size_t skipped = 0;
     std::string cases;
     for (const CaseResult& one : result.cases) {
-      broken += verdict_of(one) == Verdict::broken ? 1 : 0;
-      skipped += verdict_of(one) == Verdict::skipped ? 1 : 0;
-      cases += to_junit(result.asset, one);
+      const Verdict verdict = verdict_of(one, strictness);
+      broken += verdict == Verdict::broken ? 1 : 0;
+      skipped += verdict == Verdict::skipped ? 1 : 0;
+      cases += to_junit(result.asset, one, strictness);
     }
     out += fmt::format(
         "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
         escaped(result.asset), result.cases.size(), broken, skipped, cases);
   }
-  return out + "</testsuites>\n";
+  return with_utf8_alone(out + "</testsuites>\n");
 }
 
 }  // namespace vps::stress

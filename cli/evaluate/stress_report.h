@@ -20,17 +20,18 @@ struct AssetResult {
 };
 
 /// One line without an end: the verdict, and for each column its worst trial.
-[[nodiscard]] std::string to_line(const CaseResult& result);
+[[nodiscard]] std::string to_line(const CaseResult& result, Strictness strictness);
 
-/// The largest stable stiffness and step, the rates at which the body rests, the walls that hold it: from what was
-/// measured alone. What was not run is not in it.
-[[nodiscard]] std::string certificate(const AssetResult& result);
+/// The largest stable stiffness at each rate, the rates at which the body rests (rest_depth and rest_jitter are held),
+/// the walls that stop it: the settings that were tried, and no range between them. What was not run is not in it.
+[[nodiscard]] std::string certificate(const AssetResult& result, Strictness strictness);
 
 /// @param provenance  as cli/provenance.h has it
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<AssetResult>& results,
-                                             const nlohmann::ordered_json& provenance);
+                                             const nlohmann::ordered_json& provenance, Strictness strictness);
 
-/// A suite for each asset, a test for each case; our columns decide, the others are in its output.
-[[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results);
+/// A suite for each asset, a test for each case; the columns that count decide, the others are in its output. Bytes
+/// that are not UTF-8 are replaced.
+[[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness);
 
 }  // namespace vps::stress

@@ -91,6 +91,9 @@ TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
   ASSERT_EQ(result.outcomes.size(), 1U);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::held);
   for (const Trial& trial : result.outcomes[0].trials) EXPECT_EQ(trial.value < 100, trial.at[1] < 1) << trial.at[1];
+  // Shown is a setting that could have been nearer to its limit.
+  const Trial& worst = result.outcomes[0].trials[result.outcomes[0].worst];
+  EXPECT_EQ(worst.at[1], 0.95) << worst.value;
 }
 
 TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
@@ -116,8 +119,9 @@ TEST(Stress, ANaNBreaksTheCase) {
     return trial;
   });
   EXPECT_TRUE(is_broken(result, Strictness::promised));
-  EXPECT_NE(to_line(result).find("NaN: the angular velocity of body 0"), std::string::npos) << to_line(result);
-  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}).find("<failure"), std::string::npos);
+  const std::string line = to_line(result, Strictness::promised);
+  EXPECT_NE(line.find("NaN: the angular velocity of body 0"), std::string::npos) << line;
+  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}, Strictness::promised).find("<failure"), std::string::npos);
 }
 
 TEST(Stress, AValueThatIsNoNumberIsBroken) {
@@ -145,6 +149,18 @@ TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
   EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
 }
 
+TEST(Stress, AStackThatFallsIsTheSolversOnlyWhereBulletsBoxesStandHardlyLonger) {
+  const auto verdict = [](double seconds, double of_boxes) {
+    Trial trial;
+    judge_standing(trial, seconds, 10, of_boxes);
+    return trial.verdict;
+  };
+  EXPECT_EQ(verdict(10, 1), Verdict::held);
+  EXPECT_EQ(verdict(0.5, 3.5), Verdict::solver);
+  EXPECT_EQ(verdict(0.3, 3.5), Verdict::broken);
+  EXPECT_EQ(verdict(9, 10), Verdict::broken);
+}
+
 TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
   Case one;
   one.needs_continuous = true;
@@ -154,7 +170,66 @@ TEST(Stress, WhatIsNotPromisedBreaksOnlyWhenStrict) {
     return trial;
   });
   EXPECT_FALSE(is_broken(result, Strictness::promised));
+  EXPECT_EQ(verdict_of(result, Strictness::promised), Verdict::shown);
   EXPECT_TRUE(is_broken(result, Strictness::strict));
+  EXPECT_EQ(verdict_of(result, Strictness::strict), Verdict::broken);
+}
+
+TEST(Stress, LinesCertificateAndJUnitCountAsTheExitCodeDoes) {
+  for (const Verdict of_ours : {Verdict::solver, Verdict::broken}) {
+    Case one;
+    one.needs_continuous = of_ours == Verdict::broken;
+    const CaseResult result = run_alone(one, [&](const Subject&, const Column&, std::span<const double>) {
+      Trial trial;
+      judge(trial, 2, 1);
+      trial.verdict = of_ours;
+      return trial;
+    });
+    const AssetResult asset{"a", 1, 1, 1, 1, {result}};
+    EXPECT_EQ(to_line(result, Strictness::strict).rfind("broken ", 0), 0U);
+    EXPECT_NE(certificate(asset, Strictness::strict).find("1 of 1 cases broken"), std::string::npos);
+    const std::string strict = to_junit({asset}, Strictness::strict);
+    EXPECT_NE(strict.find("failures=\"1\" errors=\"0\" skipped=\"0\""), std::string::npos) << strict;
+    EXPECT_NE(strict.find("ours: 2 of 1"), std::string::npos) << strict;
+    EXPECT_NE(certificate(asset, Strictness::promised).find("0 of 1 cases broken"), std::string::npos);
+    const std::string promised = to_junit({asset}, Strictness::promised);
+    EXPECT_NE(promised.find("failures=\"0\" errors=\"0\" skipped=\"0\""), std::string::npos) << promised;
+  }
+}
+
+TEST(Stress, BytesThatAreNotUtf8AreReplacedInJUnit) {
+  const std::string xml = to_junit({{"a\xC3\"\xFF", 1, 1, 1, 1, {}}}, Strictness::promised);
+  EXPECT_NE(xml.find("\"a\xEF\xBF\xBD&quot;\xEF\xBF\xBD\""), std::string::npos) << xml;
+}
+
+// A result of our column whose trials end as said.
+CaseResult made_up(const Case& one, const std::vector<std::pair<std::vector<double>, Verdict>>& trials) {
+  Outcome outcome;
+  outcome.column = "ours";
+  outcome.ours = outcome.promised = true;
+  for (const auto& [at, verdict] : trials) {
+    Trial trial;
+    trial.at = at;
+    trial.value = trial.limit = 1;
+    trial.verdict = verdict;
+    outcome.trials.push_back(trial);
+    outcome.verdict = Verdict::held;
+  }
+  return {&one, one.axes, {outcome}};
+}
+
+TEST(Stress, TheCertificateNamesWhatWasTriedAndRestsOnlyWithoutJitter) {
+  constexpr Verdict kHeld = Verdict::held;
+  constexpr Verdict kBroken = Verdict::broken;
+  AssetResult asset{"a", 1, 1, 1, 1, {}};
+  asset.cases.push_back(made_up(find("rest_depth"), {{{1000}, kHeld}, {{60}, kHeld}, {{10}, kHeld}, {{5}, kBroken}}));
+  EXPECT_EQ(certificate(asset, Strictness::promised).find("rests"), std::string::npos);
+  asset.cases.push_back(made_up(find("rest_jitter"), {{{1000}, kHeld}, {{60}, kBroken}, {{10}, kHeld}, {{5}, kHeld}}));
+  asset.cases.push_back(
+      made_up(find("impact_baked"), {{{1, 0.5}, kHeld}, {{1, 4}, kHeld}, {{10, 0.5}, kBroken}, {{10, 4}, kHeld}}));
+  const std::string text = certificate(asset, Strictness::promised);
+  EXPECT_NE(text.find("rests in Bullet at 1000 and 10 Hz, not at 60 and 5 Hz"), std::string::npos) << text;
+  EXPECT_NE(text.find("is stopped at 1 and 10 m/s by walls of 4 voxels as bodies"), std::string::npos) << text;
 }
 
 TEST(Stress, ABodyThatBouncesIsThrownThroughAWall) {
@@ -171,7 +246,7 @@ TEST(Stress, WithContinuousMotionItIsStopped) {
   subject.columns.erase(subject.columns.begin());
   subject.columns.resize(1);
   const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
-  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result);
+  EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result, Strictness::promised);
   EXPECT_TRUE(result.outcomes[0].promised);
 }
 
