@@ -282,6 +282,39 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size or scale is not above zero");
 }
 
+TEST(Scene, AUrdfWhoseJointsGoRoundInACircleIsRefused) {
+  const TemporaryFolder folder;
+  const auto expect_joints_refused = [&](std::initializer_list<std::pair<const char*, const char*>> joints,
+                                         const std::string& why) {
+    std::string text = "<robot name=\"a\">\n";
+    for (const char* const link : {"r", "x", "y"}) {
+      text += std::string("<link name=\"") + link +
+              "\"><collision><geometry><sphere radius=\"1\"/></geometry></collision></link>\n";
+    }
+    for (const auto& [parent, child] : joints) {
+      text += std::string("<joint name=\"") + parent + child + "\" type=\"fixed\"><parent link=\"" + parent +
+              "\"/><child link=\"" + child + "\"/></joint>\n";
+    }
+    write_file(folder / "r.urdf", text + "</robot>");
+    expect_refusal(folder, "scene r.urdf", 3, why);
+  };
+  expect_joints_refused({{"r", "x"}, {"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' is the child of two joints");
+  expect_joints_refused({{"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' does not hang on the root 'r'");
+  expect_joints_refused({{"r", "x"}, {"y", "y"}}, "r.urdf:4: link 'y' does not hang on the root 'r'");
+}
+
+TEST(Scene, AChainOfTooManyLinksIsRefused) {
+  const TemporaryFolder folder;
+  std::string text = "<robot name=\"a\"><link name=\"0\"/>";
+  for (int i = 1; i <= 1000; ++i) {
+    text += "<link name=\"" + std::to_string(i) + "\"/><joint name=\"j" + std::to_string(i) +
+            "\" type=\"fixed\"><parent link=\"" + std::to_string(i - 1) + "\"/><child link=\"" + std::to_string(i) +
+            "\"/></joint>";
+  }
+  write_file(folder / "r.urdf", text + "</robot>");
+  expect_refusal(folder, "scene r.urdf", 3, "link '1000' hangs on a chain of more than 1000 links");
+}
+
 TEST(Scene, ATomlTakesBodiesFromAUrdf) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder / "robots/meshes");
