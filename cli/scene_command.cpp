@@ -13,6 +13,7 @@
 #include "bake/vps_load.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
+#include "cli/output_file.h"
 #include "cli/scene/report_scene.h"
 #include "cli/scene/write_manifest.h"
 
@@ -47,6 +48,34 @@ std::string folder_refusal(const fs::path& folder) {
   return "";
 }
 
+fs::path manifest_file(const SceneArguments& arguments, const fs::path& folder) {
+  return folder / (fs::path(arguments.scene).stem().string() + ".vps.json");
+}
+
+bool is_written(const Run& run, const PlannedAsset& asset) {
+  return run.arguments.full || asset.is_needed();
+}
+
+void name_asset(Run& run, PlannedAsset& asset) {
+  asset.file = asset_file(run.meshes[asset.mesh], run.arguments.full ? asset.everything : asset.options);
+}
+
+// Whether the folder has files of these names that are not the program's. @return false when one was complained of
+bool outputs_are_free(const Run& run, const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder, ignored)) return true;
+  const auto is_free = [](const fs::path& file, std::string_view beginning, const char* kind) {
+    const std::string reason = output_refusal(file, beginning, kind);
+    if (!reason.empty()) (void)fail(kIo, file.string(), reason);
+    return reason.empty();
+  };
+  for (const PlannedAsset& asset : run.plan.assets) {
+    const std::string_view magic(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
+    if (is_written(run, asset) && !is_free(folder / asset.file, magic, "an asset")) return false;
+  }
+  return is_free(manifest_file(run.arguments, folder), kManifestBeginning, "a scene's manifest");
+}
+
 fs::path output_folder(const SceneArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path folder = arguments.scene;
@@ -79,7 +108,7 @@ double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
 void bake_asset(Run& run, std::size_t i) {
   PlannedAsset& asset = run.plan.assets[i];
   const bool full = run.arguments.full;
-  if (!full && !asset.is_needed()) return;
+  if (!is_written(run, asset)) return;
   constexpr int kTrials = 5;
   for (int trial = 1;; ++trial) {
     run.baked[i] = bake_part(run, asset, full ? asset.everything : asset.options, run.arguments.cache);
@@ -93,6 +122,7 @@ void bake_asset(Run& run, std::size_t i) {
                                    asset.file, format_length(asset.options.voxel_size)));
     }
     refine(asset, 1.03 * by);
+    name_asset(run, asset);
   }
 }
 
@@ -120,8 +150,8 @@ std::string write_scene(const Run& run, const fs::path& folder) {
   for (std::size_t i = 0; i < run.plan.assets.size(); ++i) {
     if (run.baked[i].asset != nullptr) write_whole(folder / run.plan.assets[i].file, run.baked[i].asset->bytes());
   }
-  const fs::path manifest = folder / (fs::path(run.arguments.scene).stem().string() + ".vps.json");
-  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan));
+  const fs::path manifest = manifest_file(run.arguments, folder);
+  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan, run.baked));
   write_whole(manifest, std::as_bytes(std::span(text)));
   return manifest.string();
 }
@@ -134,10 +164,13 @@ int run_scene(const SceneArguments& arguments) {
     run.meshes = read_meshes(run.scene);
     run.plan = plan_scene(run.scene, run.meshes);
     run.baked.resize(run.plan.assets.size());
+    for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);
     std::string manifest;
     if (!arguments.dry_run) {
       if (const std::string reason = folder_refusal(folder); !reason.empty()) return fail(kIo, folder.string(), reason);
+      if (!outputs_are_free(run, folder)) return kIo;
       bake_scene(run);
+      if (!outputs_are_free(run, folder)) return kIo;  // names change where an asset had to be finer
       manifest = write_scene(run, folder);
     }
     // Of a full bake the plan is what it is compared with.

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "bake/cache.h"
 #include "bake/plan.h"
 #include "formats/mesh/mesh_import.h"
 
@@ -182,7 +183,6 @@ BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& 
 // Assets for the shapes, one for each mesh and way of baking it.
 void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
   std::map<std::tuple<std::size_t, double, Repair, double>, std::size_t> known;
-  std::set<std::string> files;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     plan.first_shape.push_back(plan.shapes.size());
     for (std::size_t s = 0; s < scene.bodies[b].shapes.size(); ++s) {
@@ -200,9 +200,6 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
           PlannedAsset asset;
           asset.mesh = mesh;
           asset.place = shape.place;
-          const std::string stem = shape.mesh.stem().string();
-          asset.file = stem + ".vps.hdf";
-          for (int n = 2; !files.insert(asset.file).second; ++n) asset.file = fmt::format("{}-{}.vps.hdf", stem, n);
           asset.options.repair = shape.repair;
           asset.options.sheet_thickness = shape.sheet_thickness;
           choose_grid(scene, shape, meshes[mesh].longest(), resolution, asset.options);
@@ -337,6 +334,12 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
                                         "wished; wish more time or keep bodies apart by their masks",
                                         1e6 * plan.seconds_per_step, why, 1e6 * scene.time.value));
   }
+}
+
+std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
+  BakeSettings settings;
+  settings.options = options;
+  return fmt::format("{}-{}.vps.hdf", mesh.file.stem().string(), cache_key(mesh.mesh, settings).digits.substr(0, 8));
 }
 
 void refine(PlannedAsset& asset, double by) {

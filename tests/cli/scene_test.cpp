@@ -32,6 +32,11 @@ std::string plays(const Json& report, std::size_t number) {
   return report["bodies"][number]["shapes"][0]["plays"];
 }
 
+std::filesystem::path asset_at(const TemporaryFolder& folder, const char* output, const Json& report,
+                               std::size_t number) {
+  return std::filesystem::path(folder / output) / report["assets"][number]["file"].get<std::string>();
+}
+
 void expect_scene_refused(const TemporaryFolder& folder, const std::string& text, const std::string& why) {
   write_file(folder / "scene.toml", text);
   expect_refusal(folder, "scene scene.toml", 3, why);
@@ -74,7 +79,7 @@ TEST(Scene, BodiesWithOneMeshShareAnAssetAndItsTwoParts) {
                                        body("large", "nut", "mass = \"1kg\"\nscale = 3"));
   EXPECT_EQ(report["assets"].size(), 2U);
   EXPECT_EQ(report["assets"][0]["bodies"], Json({"a", "b"}));
-  EXPECT_EQ(report["assets"][1]["file"], "nut-2.vps.hdf");
+  EXPECT_NE(report["assets"][1]["file"], report["assets"][0]["file"]);
   EXPECT_EQ(plays(report, 0), "mixed");
 }
 
@@ -90,14 +95,45 @@ TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
   const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
   expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
-  EXPECT_EQ(plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled")["assets"].size(), 1U);
-  EXPECT_EQ(plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick")["assets"].size(), 1U);
+  const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o both");
+  const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o both");
+  ASSERT_EQ(as_filled["assets"].size(), 1U);
   Asset filled;
   Asset thick;
-  ASSERT_EQ(Asset::open((folder / "filled/open.vps.hdf").c_str(), filled), Status::ok);
-  ASSERT_EQ(Asset::open((folder / "thick/open.vps.hdf").c_str(), thick), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_filled, 0).c_str(), filled), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_thick, 0).c_str(), thick), Status::ok);
   EXPECT_NEAR(filled.info().volume, 1e-3 / 6, 1e-9);
   EXPECT_GT(thick.info().bounds_max[0], 0.103);
+}
+
+TEST(Scene, ScenesInOneFolderDoNotTouchEachOthersAssets) {
+  const TemporaryFolder folder;
+  const auto nut = [](const char* voxel) {
+    return kPlane + body("nut", "nut", (std::string("mass = \"20g\"\nvoxel = ") + voxel).c_str());
+  };
+  const Json first = plan(folder, nut("\"1mm\""), "-o out");
+  const std::string bytes = read_file(asset_at(folder, "out", first, 0));
+  const Json second = plan(folder, nut("\"2mm\""), "-o out");
+  EXPECT_NE(first["assets"][0]["file"], second["assets"][0]["file"]);
+  EXPECT_EQ(read_file(asset_at(folder, "out", first, 0)), bytes);
+  // The same name for the same thing, baked or not.
+  EXPECT_EQ(plan(folder, nut("\"1mm\""))["assets"][0]["file"], first["assets"][0]["file"]);
+}
+
+TEST(Scene, FilesOfOthersAreNotOverwritten) {
+  const TemporaryFolder folder;
+  const std::string text = kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\"");
+  const std::string name = plan(folder, text)["assets"][0]["file"];
+  std::filesystem::create_directory(folder / "out");
+  write_file(folder / ("out/" + name), "notes");
+  expect_refusal(folder, "scene scene.toml -o out", 2, name + ": the file exists and is not an asset");
+  EXPECT_EQ(read_file(folder / ("out/" + name)), "notes");
+  std::filesystem::remove(folder / ("out/" + name));
+  write_file(folder / "out/scene.vps.json", "{\"mine\": 1}");
+  expect_refusal(folder, "scene scene.toml -o out", 2, "scene.vps.json: the file exists and is not a scene's manifest");
+  EXPECT_EQ(read_file(folder / "out/scene.vps.json"), "{\"mine\": 1}");
+  std::filesystem::remove(folder / "out/scene.vps.json");
+  for (int run = 0; run < 2; ++run) EXPECT_EQ(vpsbake(folder, "scene scene.toml -o out").code, 0);
 }
 
 TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
@@ -126,17 +162,18 @@ TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
   EXPECT_LE(report["reached_error"], 0.001);
   double cover = 0;
   double bound = 0;
-  for (const char* name : {"hole", "peg"}) {
+  std::uintmax_t bytes = 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::filesystem::path file = asset_at(folder, "out", report, i);
+    bytes += std::filesystem::file_size(file);
     Asset asset;
-    ASSERT_EQ(Asset::open((folder / ("out/" + std::string(name) + ".vps.hdf")).c_str(), asset), Status::ok);
+    ASSERT_EQ(Asset::open(file.c_str(), asset), Status::ok);
     cover = std::max(cover, asset.info().covering_radius);
     bound = std::max(bound, asset.info().scaled_error.bound);
     EXPECT_NE(asset.has_voxelmap(), asset.has_pointshell());
   }
   EXPECT_NEAR(report["reached_error"].get<double>(), cover + bound, 1e-12);
   // What is said to be taken is what the files have.
-  std::uintmax_t bytes = 0;
-  for (const char* name : {"out/hole.vps.hdf", "out/peg.vps.hdf"}) bytes += std::filesystem::file_size(folder / name);
   EXPECT_EQ(report["planned"]["bytes"], bytes);
   EXPECT_TRUE(report["everything"]["bytes_measured"]);
   EXPECT_GT(report["everything"]["bytes"], 2 * bytes);
@@ -257,7 +294,7 @@ TEST(Scene, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
   EXPECT_NEAR(ram["shapes"][1]["position"][2].get<double>(), -0.1, 1e-12);
   EXPECT_NEAR(ram["shapes"][1]["orientation"][2].get<double>(), std::sqrt(0.5), 1e-12);
   Asset peg;
-  ASSERT_EQ(Asset::open((folder / "out/peg.vps.hdf").c_str(), peg), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "out", report, 1).c_str(), peg), Status::ok);
   EXPECT_NEAR(peg.info().bounds_max[0], 2 * 0.0039, 1e-6);
 }
 
