@@ -34,7 +34,7 @@ struct Run {
   Scene scene;
   std::vector<SceneMesh> meshes;
   ScenePlan plan;
-  std::vector<BakedPart> baked, everything;
+  std::vector<BakedPart> baked, ordinary, everything;
 };
 
 // Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
@@ -130,8 +130,10 @@ void bake_scene(Run& run) {
   run.baked.resize(run.plan.assets.size());
   for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
   if (run.arguments.compare) {
-    for (const PlannedAsset& asset : run.plan.assets)
+    for (const PlannedAsset& asset : run.plan.assets) {
+      run.ordinary.push_back(bake_part(run, asset, asset.ordinary, ""));
       run.everything.push_back(bake_part(run, asset, asset.everything, ""));
+    }
   }
   double bytes = 0;
   for (const BakedPart& part : run.baked) bytes += part.asset ? static_cast<double>(part.asset->bytes().size()) : 0;
@@ -157,7 +159,7 @@ std::string write_scene(const Run& run, const fs::path& folder) {
 }
 
 int run_scene(const SceneArguments& arguments) {
-  Run run{arguments, {}, {}, {}, {}, {}};
+  Run run{arguments, {}, {}, {}, {}, {}, {}};
   const fs::path folder = output_folder(arguments);
   try {
     run.scene = read_scene(arguments.scene);
@@ -178,7 +180,8 @@ int run_scene(const SceneArguments& arguments) {
       run.everything = std::move(run.baked);
       run.baked.assign(run.plan.assets.size(), {});
     }
-    const SceneReport report{run.scene, run.meshes, run.plan, run.baked, run.everything, arguments.scene, manifest};
+    const SceneReport report{run.scene,    run.meshes,     run.plan,        run.baked,
+                             run.ordinary, run.everything, arguments.scene, manifest};
     fmt::print("{}", arguments.json ? to_text(to_json(report)) : to_text(report));
     if (!arguments.json && !manifest.empty()) fmt::print("{}\n", manifest);
     return kOk;
@@ -210,7 +213,7 @@ Command add_scene_command(CLI::App& app) {
   auto* const dry = scene->add_flag("--dry-run", arguments->dry_run, "Print the plan, bake and write nothing");
   auto* const full = scene->add_flag("--full", arguments->full, "Bake everything: both parts and all fields");
   auto* const compare =
-      scene->add_flag("--compare", arguments->compare, "Bake everything too, to measure what is saved");
+      scene->add_flag("--compare", arguments->compare, "Bake as usual and everything too, to measure what is saved");
   dry->excludes(full, compare);
   full->excludes(compare);
   scene->add_flag("--json", arguments->json, "Print JSON");

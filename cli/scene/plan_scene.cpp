@@ -237,9 +237,10 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (std::size_t i = 0; i < plan.assets.size(); ++i) {
     PlannedAsset& asset = plan.assets[i];
     choose_bands(scene, plan, i, asset.options);
-    asset.everything = asset.options;
+    asset.ordinary = asset.everything = asset.options;
     asset.everything.layers = asset.everything.real = true;
     asset.predicted_everything = predict(scene, meshes[asset.mesh], asset, asset.everything);
+    asset.predicted_ordinary = predict(scene, meshes[asset.mesh], asset, asset.ordinary);
   }
   choose_parts(scene, plan);
   for (PlannedAsset& asset : plan.assets) asset.options.voxelmap = asset.options.pointshell = false;
@@ -255,6 +256,7 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (PlannedAsset& asset : plan.assets) {
     const std::size_t triangles = meshes[asset.mesh].mesh.triangles.size();
     asset.seconds_everything = predict_seconds(asset.predicted_everything, asset.everything, triangles);
+    asset.seconds_ordinary = predict_seconds(asset.predicted_everything, asset.ordinary, triangles);
     asset.seconds = predict_seconds(asset.predicted_everything, asset.options, triangles);
     if (!asset.is_needed()) continue;
     asset.predicted = predict(scene, meshes[asset.mesh], asset, asset.options);
@@ -344,7 +346,7 @@ std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
 
 void refine(PlannedAsset& asset, double by) {
   asset.options.voxel_size /= by;
-  asset.everything.voxel_size = asset.options.voxel_size;
+  asset.ordinary.voxel_size = asset.everything.voxel_size = asset.options.voxel_size;
 }
 
 }  // namespace vps::cli

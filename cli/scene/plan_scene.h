@@ -33,10 +33,12 @@ struct PlannedAsset {
   std::size_t mesh = 0;
   std::string file;        ///< by asset_file, without folders; empty until the program names it
   BakeOptions options;     ///< neither voxelmap nor pointshell: nothing is baked
+  BakeOptions ordinary;    ///< both parts with scaled alone, as `vpsbake MESH` bakes, as fine
   BakeOptions everything;  ///< both parts and all fields, as fine
-  BakePlan predicted, predicted_everything;
-  double seconds = 0, seconds_everything = 0;  ///< predicted, on a machine as in docs/scene.md. [s]
-  Place place;                                 ///< of the first shape
+  BakePlan predicted, predicted_ordinary, predicted_everything;
+  double seconds = 0, seconds_ordinary = 0,
+         seconds_everything = 0;  ///< predicted, on a machine as in docs/scene.md. [s]
+  Place place;                    ///< of the first shape
   [[nodiscard]] bool is_needed() const { return options.voxelmap || options.pointshell; }
 };
 

@@ -176,8 +176,23 @@ TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
   // What is said to be taken is what the files have.
   EXPECT_EQ(report["planned"]["bytes"], bytes);
   EXPECT_TRUE(report["everything"]["bytes_measured"]);
+  EXPECT_TRUE(report["ordinary"]["bytes_measured"]);
+  EXPECT_GT(report["ordinary"]["bytes"], bytes);
+  EXPECT_GT(report["everything"]["bytes"], report["ordinary"]["bytes"]);
   EXPECT_GT(report["everything"]["bytes"], 2 * bytes);
   EXPECT_GT(report["everything"]["seconds"], 0);
+}
+
+TEST(Scene, SavingsAreAgainstAnOrdinaryBakeFirstAndFullOnesSayWhatTheyWrote) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\""));
+  const Outcome planned = vpsbake(folder, "scene scene.toml -o out --cache cache");
+  EXPECT_LT(planned.out.find("against an ordinary bake, "), planned.out.find("against everything")) << planned.out;
+  const Outcome again = vpsbake(folder, "scene scene.toml -o out --cache cache");
+  EXPECT_EQ(planned.out.find(" in about "), std::string::npos) << planned.out;
+  EXPECT_NE(again.out.find(" in about "), std::string::npos) << again.out;
+  const Outcome full = vpsbake(folder, "scene scene.toml -o full --full");
+  EXPECT_NE(full.out.find("written "), std::string::npos) << full.out;
 }
 
 TEST(Scene, MemoryAndTimeMakeAPlanCoarserBeforeTheyRefuseIt) {
