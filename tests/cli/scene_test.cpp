@@ -226,6 +226,10 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, "[wishs]\n" + nut,
                        "scene.toml:1: a scene has no key 'wishs' here; did you mean 'wishes'");
   expect_scene_refused(folder, nut + "spede = \"1m/s\"\n", "scene.toml:5: [[body]] has no key 'spede' here; did you");
+  expect_scene_refused(folder, body("a", "nut", "mas = \"1g\""),
+                       "scene.toml:4: [[body]] has no key 'mas' here; did you mean 'mass'?");
+  expect_scene_refused(folder, "[[body]]\nName = \"b\"\n",
+                       "scene.toml:2: [[body]] has no key 'Name' here; did you mean 'name'?");
   expect_scene_refused(folder, nut + nut, "scene.toml:5: two bodies are named 'nut', the other on line 1");
   expect_scene_refused(folder, "[[body]]\nname = \"a\"\n\nmesh = \"none.obj\"\nmass = \"1kg\"\n",
                        "scene.toml:4: mesh 'none.obj': the file does not exist");
