@@ -158,6 +158,22 @@ std::string write_scene(const Run& run, const fs::path& folder) {
   return manifest.string();
 }
 
+// Advice of the baker, which speaks of the command line, in the words of a scene.
+std::string in_words_of(const Place& place, std::string text) {
+  if (fs::path(place.file).extension() != ".toml") return text;
+  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+      {"--open-surface thicken=2mm", "thicken = \"2mm\""},
+      {"--repair fill", "repair = \"fill\""},
+      {"--repair wrap", "repair = \"wrap\""},
+      {"--repair", "repair"},
+      {"--unit", "unit"}};
+  for (const auto& [option, key] : kWords) {
+    for (std::size_t at = 0; (at = text.find(option, at)) != std::string::npos; at += key.size())
+      text.replace(at, option.size(), key);
+  }
+  return text;
+}
+
 int run_scene(const SceneArguments& arguments) {
   Run run{arguments, {}, {}, {}, {}, {}, {}};
   const fs::path folder = output_folder(arguments);
@@ -189,7 +205,7 @@ int run_scene(const SceneArguments& arguments) {
     const Place& place = error.place;
     const bool is_missing = place.line == 0;
     return fail(is_missing ? kIo : kBadInput, is_missing ? place.file : fmt::format("{}:{}", place.file, place.line),
-                error.what());
+                in_words_of(place, error.what()));
   } catch (const WriteError& error) {
     return fail(kIo, folder.string(), error.what());
   }

@@ -95,6 +95,7 @@ TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
   const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
   expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
+  expect_scene_refused(folder, kPlane + open, "repair = \"fill\"");
   const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o both");
   const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o both");
   ASSERT_EQ(as_filled["assets"].size(), 1U);
