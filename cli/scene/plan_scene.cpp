@@ -103,7 +103,7 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
       const SceneBody& a = scene.bodies[shape.body];
       const SceneBody& b = scene.bodies[other];
       const auto speed = [&](const SceneBody& body) {
-        if (body.speed) return *body.speed;
+        if (body.speed) return std::max(*body.speed, std::hypot(body.velocity[0], body.velocity[1], body.velocity[2]));
         known = known && body.motion == Motion::fixed;
         return 0.0;
       };
@@ -298,6 +298,12 @@ std::vector<SceneMesh> read_meshes(const Scene& scene) {
           one.bounds_min[axis] = std::min(one.bounds_min[axis], p[axis]);
           one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
         }
+      }
+      constexpr double kSmallest = 1e-6;  // below, inertias are zero to floats
+      if (!(one.longest() >= kSmallest)) {
+        throw SceneError(shape.place,
+                         fmt::format("mesh '{}' is smaller than a thousandth of a millimetre; check its unit and scale",
+                                     shape.mesh.string()));
       }
       meshes.push_back(std::move(one));
     }

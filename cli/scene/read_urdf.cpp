@@ -237,7 +237,13 @@ class Reader {
       shape.pose = composed(at, to_placement(collision.origin));
       rigids_[rigid].body.shapes.push_back(std::move(shape));
     }
-    if (link.inertial) add_inertial(rigids_[rigid], *link.inertial, at);
+    if (link.inertial) {
+      const urdf::Inertial& inertial = *link.inertial;
+      if (!(inertial.mass >= 0 && inertial.ixx >= 0 && inertial.iyy >= 0 && inertial.izz >= 0))
+        throw SceneError(lines_.of_link(link.name),
+                         fmt::format("link '{}' has a negative mass or moment of inertia", link.name));
+      add_inertial(rigids_[rigid], inertial, at);
+    }
     for (const urdf::JointSharedPtr& joint : link.child_joints) {
       const urdf::LinkConstSharedPtr child = model_.getLink(joint->child_link_name);
       const Placement offset = to_placement(joint->parent_to_joint_origin_transform);

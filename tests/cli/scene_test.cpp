@@ -149,6 +149,8 @@ TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
   };
   EXPECT_EQ(bands("", "", "4ms"), Json({2.5, 2.5, 0}));  // nothing is known
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "4ms"), Json({2.0, 2.0, 0}));
+  EXPECT_EQ(bands("speed = \"0.1m/s\"\nvelocity = [\"0m/s\", \"0m/s\", \"-0.5m/s\"]\n", "restitution = 0.5\n", "4ms"),
+            Json({4.0, 2.5, 0}));
   EXPECT_EQ(bands("speed = \"3m/s\"\n", "", "4ms"), Json({2.5, 2.5, 0}));  // held by contacts ahead
   EXPECT_EQ(bands("speed = \"0.5m/s\"\n", "restitution = 0.5\n", "4ms"), Json({4.0, 2.5, 0}));
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "50ms")[2], 15);
@@ -241,6 +243,8 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, body("a", "nut", "mass = \"1\""), "scene.toml:4: mass: a mass needs a unit");
   expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\"]\n", "scene.toml:5: position is a list of three");
   expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\", \"1e30m\"]\n", "scene.toml:1: a number of 'nut'");
+  expect_scene_refused(folder, nut + "scale = 1e-9\n", "is smaller than a thousandth of a millimetre");
+  expect_scene_refused(folder, body("a\\u0007b", "nut", "mass = \"1kg\""), "has control characters in it");
   expect_scene_refused(folder, nut + "mask = 1.5\n", "scene.toml:5: mask is a whole number");
   expect_scene_refused(folder, nut + "shape = \"box\"\n", "scene.toml:1: a body has one of mesh");
   expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"ball\"\n", "scene.toml:3: shape is one of \"box\"");
@@ -336,6 +340,12 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'");
   expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
                       "r.urdf:13: this mesh is scaled differently");
+  std::string light = robot("<sphere radius=\"1\"/>");
+  light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
+  expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
+  std::string spun = robot("<sphere radius=\"1\"/>");
+  spun.replace(spun.find("iyy=\"0.3\""), 9, "iyy=\"-9\"");
+  expect_urdf_refused(spun, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
   expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size or scale is not above zero");
 }
 
