@@ -13,6 +13,7 @@
 #include "bake/vps_load.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
+#include "cli/output_file.h"
 #include "cli/scene/report_scene.h"
 #include "cli/scene/write_manifest.h"
 
@@ -33,7 +34,7 @@ struct Run {
   Scene scene;
   std::vector<SceneMesh> meshes;
   ScenePlan plan;
-  std::vector<BakedPart> baked, everything;
+  std::vector<BakedPart> baked, ordinary, everything;
 };
 
 // Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
@@ -45,6 +46,34 @@ std::string folder_refusal(const fs::path& folder) {
   if (!fs::is_directory(first, ignored)) return "the folder above does not exist; create it or choose another with -o";
   if (::access(first.c_str(), W_OK) != 0) return "the folder may not be written; choose another with -o";
   return "";
+}
+
+fs::path manifest_file(const SceneArguments& arguments, const fs::path& folder) {
+  return folder / (fs::path(arguments.scene).stem().string() + ".vps.json");
+}
+
+bool is_written(const Run& run, const PlannedAsset& asset) {
+  return run.arguments.full || asset.is_needed();
+}
+
+void name_asset(Run& run, PlannedAsset& asset) {
+  asset.file = asset_file(run.meshes[asset.mesh], run.arguments.full ? asset.everything : asset.options);
+}
+
+// Whether the folder has files of these names that are not the program's. @return false when one was complained of
+bool outputs_are_free(const Run& run, const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder, ignored)) return true;
+  const auto is_free = [](const fs::path& file, std::string_view beginning, const char* kind) {
+    const std::string reason = output_refusal(file, beginning, kind);
+    if (!reason.empty()) (void)fail(kIo, file.string(), reason);
+    return reason.empty();
+  };
+  for (const PlannedAsset& asset : run.plan.assets) {
+    const std::string_view magic(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
+    if (is_written(run, asset) && !is_free(folder / asset.file, magic, "an asset")) return false;
+  }
+  return is_free(manifest_file(run.arguments, folder), kManifestBeginning, "a scene's manifest");
 }
 
 fs::path output_folder(const SceneArguments& arguments) {
@@ -79,7 +108,7 @@ double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
 void bake_asset(Run& run, std::size_t i) {
   PlannedAsset& asset = run.plan.assets[i];
   const bool full = run.arguments.full;
-  if (!full && !asset.is_needed()) return;
+  if (!is_written(run, asset)) return;
   constexpr int kTrials = 5;
   for (int trial = 1;; ++trial) {
     run.baked[i] = bake_part(run, asset, full ? asset.everything : asset.options, run.arguments.cache);
@@ -93,6 +122,7 @@ void bake_asset(Run& run, std::size_t i) {
                                    asset.file, format_length(asset.options.voxel_size)));
     }
     refine(asset, 1.03 * by);
+    name_asset(run, asset);
   }
 }
 
@@ -100,8 +130,10 @@ void bake_scene(Run& run) {
   run.baked.resize(run.plan.assets.size());
   for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
   if (run.arguments.compare) {
-    for (const PlannedAsset& asset : run.plan.assets)
+    for (const PlannedAsset& asset : run.plan.assets) {
+      run.ordinary.push_back(bake_part(run, asset, asset.ordinary, ""));
       run.everything.push_back(bake_part(run, asset, asset.everything, ""));
+    }
   }
   double bytes = 0;
   for (const BakedPart& part : run.baked) bytes += part.asset ? static_cast<double>(part.asset->bytes().size()) : 0;
@@ -120,24 +152,43 @@ std::string write_scene(const Run& run, const fs::path& folder) {
   for (std::size_t i = 0; i < run.plan.assets.size(); ++i) {
     if (run.baked[i].asset != nullptr) write_whole(folder / run.plan.assets[i].file, run.baked[i].asset->bytes());
   }
-  const fs::path manifest = folder / (fs::path(run.arguments.scene).stem().string() + ".vps.json");
-  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan));
+  const fs::path manifest = manifest_file(run.arguments, folder);
+  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan, run.baked));
   write_whole(manifest, std::as_bytes(std::span(text)));
   return manifest.string();
 }
 
+// Advice of the baker, which speaks of the command line, in the words of a scene.
+std::string in_words_of(const Place& place, std::string text) {
+  if (fs::path(place.file).extension() != ".toml") return text;
+  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
+      {"--open-surface thicken=2mm", "thicken = \"2mm\""},
+      {"--repair fill", "repair = \"fill\""},
+      {"--repair wrap", "repair = \"wrap\""},
+      {"--repair", "repair"},
+      {"--unit", "unit"}};
+  for (const auto& [option, key] : kWords) {
+    for (std::size_t at = 0; (at = text.find(option, at)) != std::string::npos; at += key.size())
+      text.replace(at, option.size(), key);
+  }
+  return text;
+}
+
 int run_scene(const SceneArguments& arguments) {
-  Run run{arguments, {}, {}, {}, {}, {}};
+  Run run{arguments, {}, {}, {}, {}, {}, {}};
   const fs::path folder = output_folder(arguments);
   try {
     run.scene = read_scene(arguments.scene);
     run.meshes = read_meshes(run.scene);
     run.plan = plan_scene(run.scene, run.meshes);
     run.baked.resize(run.plan.assets.size());
+    for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);
     std::string manifest;
     if (!arguments.dry_run) {
       if (const std::string reason = folder_refusal(folder); !reason.empty()) return fail(kIo, folder.string(), reason);
+      if (!outputs_are_free(run, folder)) return kIo;
       bake_scene(run);
+      if (!outputs_are_free(run, folder)) return kIo;  // names change where an asset had to be finer
       manifest = write_scene(run, folder);
     }
     // Of a full bake the plan is what it is compared with.
@@ -145,7 +196,8 @@ int run_scene(const SceneArguments& arguments) {
       run.everything = std::move(run.baked);
       run.baked.assign(run.plan.assets.size(), {});
     }
-    const SceneReport report{run.scene, run.meshes, run.plan, run.baked, run.everything, arguments.scene, manifest};
+    const SceneReport report{run.scene,    run.meshes,     run.plan,        run.baked,
+                             run.ordinary, run.everything, arguments.scene, manifest};
     fmt::print("{}", arguments.json ? to_text(to_json(report)) : to_text(report));
     if (!arguments.json && !manifest.empty()) fmt::print("{}\n", manifest);
     return kOk;
@@ -153,7 +205,7 @@ int run_scene(const SceneArguments& arguments) {
     const Place& place = error.place;
     const bool is_missing = place.line == 0;
     return fail(is_missing ? kIo : kBadInput, is_missing ? place.file : fmt::format("{}:{}", place.file, place.line),
-                error.what());
+                in_words_of(place, error.what()));
   } catch (const WriteError& error) {
     return fail(kIo, folder.string(), error.what());
   }
@@ -177,7 +229,7 @@ Command add_scene_command(CLI::App& app) {
   auto* const dry = scene->add_flag("--dry-run", arguments->dry_run, "Print the plan, bake and write nothing");
   auto* const full = scene->add_flag("--full", arguments->full, "Bake everything: both parts and all fields");
   auto* const compare =
-      scene->add_flag("--compare", arguments->compare, "Bake everything too, to measure what is saved");
+      scene->add_flag("--compare", arguments->compare, "Bake as usual and everything too, to measure what is saved");
   dry->excludes(full, compare);
   full->excludes(compare);
   scene->add_flag("--json", arguments->json, "Print JSON");

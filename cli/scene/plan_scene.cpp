@@ -11,6 +11,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "bake/cache.h"
 #include "bake/plan.h"
 #include "formats/mesh/mesh_import.h"
 
@@ -102,7 +103,7 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
       const SceneBody& a = scene.bodies[shape.body];
       const SceneBody& b = scene.bodies[other];
       const auto speed = [&](const SceneBody& body) {
-        if (body.speed) return *body.speed;
+        if (body.speed) return std::max(*body.speed, std::hypot(body.velocity[0], body.velocity[1], body.velocity[2]));
         known = known && body.motion == Motion::fixed;
         return 0.0;
       };
@@ -182,7 +183,6 @@ BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& 
 // Assets for the shapes, one for each mesh and way of baking it.
 void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
   std::map<std::tuple<std::size_t, double, Repair, double>, std::size_t> known;
-  std::set<std::string> files;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     plan.first_shape.push_back(plan.shapes.size());
     for (std::size_t s = 0; s < scene.bodies[b].shapes.size(); ++s) {
@@ -200,9 +200,6 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
           PlannedAsset asset;
           asset.mesh = mesh;
           asset.place = shape.place;
-          const std::string stem = shape.mesh.stem().string();
-          asset.file = stem + ".vps.hdf";
-          for (int n = 2; !files.insert(asset.file).second; ++n) asset.file = fmt::format("{}-{}.vps.hdf", stem, n);
           asset.options.repair = shape.repair;
           asset.options.sheet_thickness = shape.sheet_thickness;
           choose_grid(scene, shape, meshes[mesh].longest(), resolution, asset.options);
@@ -240,9 +237,10 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (std::size_t i = 0; i < plan.assets.size(); ++i) {
     PlannedAsset& asset = plan.assets[i];
     choose_bands(scene, plan, i, asset.options);
-    asset.everything = asset.options;
+    asset.ordinary = asset.everything = asset.options;
     asset.everything.layers = asset.everything.real = true;
     asset.predicted_everything = predict(scene, meshes[asset.mesh], asset, asset.everything);
+    asset.predicted_ordinary = predict(scene, meshes[asset.mesh], asset, asset.ordinary);
   }
   choose_parts(scene, plan);
   for (PlannedAsset& asset : plan.assets) asset.options.voxelmap = asset.options.pointshell = false;
@@ -258,6 +256,7 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (PlannedAsset& asset : plan.assets) {
     const std::size_t triangles = meshes[asset.mesh].mesh.triangles.size();
     asset.seconds_everything = predict_seconds(asset.predicted_everything, asset.everything, triangles);
+    asset.seconds_ordinary = predict_seconds(asset.predicted_everything, asset.ordinary, triangles);
     asset.seconds = predict_seconds(asset.predicted_everything, asset.options, triangles);
     if (!asset.is_needed()) continue;
     asset.predicted = predict(scene, meshes[asset.mesh], asset, asset.options);
@@ -300,6 +299,12 @@ std::vector<SceneMesh> read_meshes(const Scene& scene) {
           one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
         }
       }
+      constexpr double kSmallest = 1e-6;  // below, inertias are zero to floats
+      if (!(one.longest() >= kSmallest)) {
+        throw SceneError(shape.place,
+                         fmt::format("mesh '{}' is smaller than a thousandth of a millimetre; check its unit and scale",
+                                     shape.mesh.string()));
+      }
       meshes.push_back(std::move(one));
     }
   }
@@ -339,9 +344,15 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
   }
 }
 
+std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
+  BakeSettings settings;
+  settings.options = options;
+  return fmt::format("{}-{}.vps.hdf", mesh.file.stem().string(), cache_key(mesh.mesh, settings).digits.substr(0, 8));
+}
+
 void refine(PlannedAsset& asset, double by) {
   asset.options.voxel_size /= by;
-  asset.everything.voxel_size = asset.options.voxel_size;
+  asset.ordinary.voxel_size = asset.everything.voxel_size = asset.options.voxel_size;
 }
 
 }  // namespace vps::cli

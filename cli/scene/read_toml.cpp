@@ -110,14 +110,18 @@ class Table {
     refuse(node, fmt::format("{} is one of {}, not \"{}\"", key, names, text));
   }
 
-  void finish() const {
+  // What nobody took.
+  void finish() const { allow_only({known_.begin(), known_.end()}); }
+
+  // @param keys  of keys that are equally like a wrong one, the first is meant
+  void allow_only(const std::vector<std::string>& keys) const {
     for (const auto& [key, node] : table_) {
       const std::string name(key.str());
-      if (known_.count(name) > 0) continue;
-      const auto nearest = std::min_element(known_.begin(), known_.end(), [&](const auto& a, const auto& b) {
+      if (std::find(keys.begin(), keys.end(), name) != keys.end()) continue;
+      const auto nearest = std::min_element(keys.begin(), keys.end(), [&](const auto& a, const auto& b) {
         return edits_between(name, a) < edits_between(name, b);
       });
-      const bool alike = nearest != known_.end() && edits_between(name, *nearest) <= 1 + nearest->size() / 3;
+      const bool alike = nearest != keys.end() && edits_between(name, *nearest) <= 1 + nearest->size() / 3;
       const std::string help = alike ? fmt::format("did you mean '{}'?", *nearest) : "see docs/scene.md for the keys";
       throw SceneError({file_, static_cast<int>(key.source().begin.line)},
                        fmt::format("{} has no key '{}' here; {}", name_, name, help));
@@ -279,6 +283,10 @@ void read_motion(Table& table, SceneBody& body, bool from_urdf) {
 }
 
 void read_body(Table table, const std::string& file, Scene& scene) {
+  // A needed key that is mistyped is not a missing one.
+  table.allow_only({"name",     "mesh",  "shape", "urdf",  "type",     "mass",        "size",     "radius",
+                    "length",   "unit",  "scale", "voxel", "repair",   "thicken",     "position", "rotation",
+                    "velocity", "speed", "group", "mask",  "friction", "restitution", "segments", "keep"});
   SceneBody body;
   body.place = table.place();
   body.name = table.text("name", "");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <system_error>
 
 #include "cli/scene/scene.h"
@@ -186,6 +187,12 @@ class Reader {
   Scene read() {
     const urdf::LinkConstSharedPtr root = model_.getRoot();
     visit(*root, start(*root, {}, root->name == "world"), {}, {});
+    for (const auto& [name, link] : model_.links_) {
+      if (visited_.count(name) == 0)
+        throw SceneError(lines_.of_link(name), fmt::format("link '{}' does not hang on the root '{}'; its joints go "
+                                                           "round in a circle",
+                                                           name, root->name));
+    }
     std::map<std::size_t, std::size_t> number;  // of those that can touch anything
     for (std::size_t i = 0; i < rigids_.size(); ++i) {
       if (rigids_[i].body.shapes.empty()) continue;
@@ -214,6 +221,15 @@ class Reader {
   // @param at     the link in its rigid
   // @param world  the link in the robot
   void visit(const urdf::Link& link, std::size_t rigid, const Placement& at, const Placement& world) {
+    constexpr std::size_t kDeepest = 1000;
+    // urdfdom lets joints share a child.
+    if (!visited_.insert(link.name).second)
+      throw SceneError(lines_.of_link(link.name),
+                       fmt::format("link '{}' is the child of two joints; a URDF is a tree", link.name));
+    if (++depth_ > kDeepest) {
+      throw SceneError(lines_.of_link(link.name),
+                       fmt::format("link '{}' hangs on a chain of more than {} links", link.name, kDeepest));
+    }
     for (std::size_t i = 0; i < link.collision_array.size(); ++i) {
       const urdf::Collision& collision = *link.collision_array[i];
       if (!collision.geometry) continue;
@@ -221,7 +237,13 @@ class Reader {
       shape.pose = composed(at, to_placement(collision.origin));
       rigids_[rigid].body.shapes.push_back(std::move(shape));
     }
-    if (link.inertial) add_inertial(rigids_[rigid], *link.inertial, at);
+    if (link.inertial) {
+      const urdf::Inertial& inertial = *link.inertial;
+      if (!(inertial.mass >= 0 && inertial.ixx >= 0 && inertial.iyy >= 0 && inertial.izz >= 0))
+        throw SceneError(lines_.of_link(link.name),
+                         fmt::format("link '{}' has a negative mass or moment of inertia", link.name));
+      add_inertial(rigids_[rigid], inertial, at);
+    }
     for (const urdf::JointSharedPtr& joint : link.child_joints) {
       const urdf::LinkConstSharedPtr child = model_.getLink(joint->child_link_name);
       const Placement offset = to_placement(joint->parent_to_joint_origin_transform);
@@ -235,6 +257,7 @@ class Reader {
       if (holds) joined_.emplace_back(rigid, next);
       visit(*child, next, {}, composed(world, offset));
     }
+    --depth_;
   }
 
   SceneBody finished(Rigid& rigid, bool is_root) {
@@ -264,6 +287,8 @@ class Reader {
   const Lines& lines_;
   Scene scene_;
   std::vector<Rigid> rigids_;
+  std::set<std::string> visited_;  // links
+  std::size_t depth_ = 0;          // of the link that is visited
   std::vector<std::pair<std::size_t, std::size_t>> joined_;
 };
 

@@ -33,18 +33,32 @@ Cost cost_of(const SceneReport& report, std::size_t i) {
   return cost;
 }
 
-Cost cost_of_everything(const SceneReport& report, std::size_t i) {
+// Of more parts and fields than are needed.
+Cost predicted_cost(const SceneReport& report, std::size_t i, const BakePlan& predicted, double seconds) {
   const PlannedAsset& asset = report.plan.assets[i];
-  if (!report.everything.empty()) return measured(report.everything[i]);
   const Cost planned = cost_of(report, i);
   // Voxelmaps are predicted from above; what was baked shows by how much.
   constexpr double kUsually = 0.45;
   const auto shared = static_cast<double>(asset.predicted.predicted_asset_bytes);
   const bool shows = asset.options.voxelmap && report.baked[i].asset != nullptr;
-  const double rest = static_cast<double>(asset.predicted_everything.predicted_asset_bytes) - shared;
+  const double rest = static_cast<double>(predicted.predicted_asset_bytes) - shared;
   Cost cost;
   cost.bytes = planned.bytes + rest * (shows ? std::min(1.0, planned.bytes / shared) : kUsually);
-  cost.seconds = planned.seconds + asset.seconds_everything - asset.seconds;
+  cost.seconds = planned.seconds + seconds - asset.seconds;
+  return cost;
+}
+
+Cost cost_of_ordinary(const SceneReport& report, std::size_t i) {
+  const PlannedAsset& asset = report.plan.assets[i];
+  if (!report.ordinary.empty()) return measured(report.ordinary[i]);
+  return predicted_cost(report, i, asset.predicted_ordinary, asset.seconds_ordinary);
+}
+
+Cost cost_of_everything(const SceneReport& report, std::size_t i) {
+  const PlannedAsset& asset = report.plan.assets[i];
+  if (report.everything.empty()) return predicted_cost(report, i, asset.predicted_everything, asset.seconds_everything);
+  Cost cost = measured(report.everything[i]);
+  if (!cost.seconds_measured) cost.seconds = asset.seconds_everything;
   return cost;
 }
 
@@ -80,12 +94,19 @@ std::string left_out_to_text(const BakeOptions& options) {
   return text + "layers and real (scaled answers)";
 }
 
-std::string saving(const Cost& planned, const Cost& everything) {
-  const bool measured = planned.bytes_measured && everything.bytes_measured;
-  return fmt::format("{}{} in {:.2f} s; {} {} and {:.2f} s against everything{}",
-                     planned.bytes_measured ? "" : "about ", format_bytes(planned.bytes), planned.seconds,
-                     measured ? "saves" : "saves about", format_bytes(everything.bytes - planned.bytes),
-                     everything.seconds - planned.seconds, measured ? "" : " (predicted)");
+std::string about(bool is_measured) {
+  return is_measured ? "" : "about ";
+}
+
+std::string saving(const Cost& planned, const Cost& ordinary, const Cost& everything) {
+  const auto against = [&](const Cost& other) {
+    return fmt::format("{}{} and {}{:.2f} s", about(planned.bytes_measured && other.bytes_measured),
+                       format_bytes(std::max(0.0, other.bytes - planned.bytes)),
+                       about(planned.seconds_measured && other.seconds_measured), other.seconds - planned.seconds);
+  };
+  return fmt::format("{}{} in {}{:.2f} s; saves {} against an ordinary bake, {} against everything",
+                     about(planned.bytes_measured), format_bytes(planned.bytes), about(planned.seconds_measured),
+                     planned.seconds, against(ordinary), against(everything));
 }
 
 std::string shape_to_text(const SceneReport& report, const PlannedShape& planned) {
@@ -95,11 +116,13 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
     return fmt::format("  {}: Bullet's own, nothing baked\n", solid_name(shape.solid));
   const PlannedAsset& asset = report.plan.assets[planned.asset];
   const std::string mesh = shape.mesh.filename().string();
-  const Cost everything = cost_of_everything(report, planned.asset);
+  const auto saved = [&] {
+    return saving(cost_of(report, planned.asset), cost_of_ordinary(report, planned.asset),
+                  cost_of_everything(report, planned.asset));
+  };
   const bool is_first = users_of(report.plan, planned.asset).front() == planned.body;
   if (!asset.is_needed()) {
-    return fmt::format("  {}: meets nobody, nothing baked{}\n", mesh,
-                       is_first ? fmt::format("; {}", saving(cost_of(report, planned.asset), everything)) : "");
+    return fmt::format("  {}: meets nobody, nothing baked{}\n", mesh, is_first ? fmt::format("; {}", saved()) : "");
   }
   const BakeOptions& o = asset.options;
   std::string text = fmt::format(
@@ -110,17 +133,17 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
   if (o.voxelmap) text += fmt::format(", band {:.3g}/{:.3g} vx in/out", o.band_inside, o.band_outside);
   if (planned.segments > 0) text += fmt::format(", {} segments", planned.segments);
   if (!is_first) return text + fmt::format("; shares {}\n", asset.file);
-  text += fmt::format("\n    left out: {}\n    {}: {}\n", left_out_to_text(o), asset.file,
-                      saving(cost_of(report, planned.asset), everything));
+  text += fmt::format("\n    left out: {}\n    {}: {}\n", left_out_to_text(o), asset.file, saved());
   return text;
 }
 
 struct Totals {
-  Cost planned, everything;
+  Cost planned, ordinary, everything;
 };
 
 Totals totals_of(const SceneReport& report) {
-  Totals totals{{0, 0, true, true}, {0, 0, true, true}};
+  const Cost nothing{0, 0, true, true};
+  Totals totals{nothing, nothing, nothing};
   const auto add = [](Cost& sum, const Cost& cost) {
     sum.bytes += cost.bytes;
     sum.seconds += cost.seconds;
@@ -129,6 +152,7 @@ Totals totals_of(const SceneReport& report) {
   };
   for (std::size_t i = 0; i < report.plan.assets.size(); ++i) {
     add(totals.planned, cost_of(report, i));
+    add(totals.ordinary, cost_of_ordinary(report, i));
     add(totals.everything, cost_of_everything(report, i));
   }
   return totals;
@@ -176,6 +200,7 @@ Json asset_to_json(const SceneReport& report, std::size_t i) {
                {"band_inside_vx", o.band_inside},
                {"band_outside_vx", o.band_outside},
                {"planned", cost_to_json(cost_of(report, i))},
+               {"ordinary", cost_to_json(cost_of_ordinary(report, i))},
                {"everything", cost_to_json(cost_of_everything(report, i))}};
   for (const std::size_t body : users_of(report.plan, i)) json["bodies"].push_back(report.scene.bodies[body].name);
   if (report.baked[i].asset != nullptr) {
@@ -218,6 +243,7 @@ Json to_json(const SceneReport& report) {
                {"pairs_that_meet", plan.meeting.size()},
                {"step", scene.step},
                {"planned", cost_to_json(totals.planned)},
+               {"ordinary", cost_to_json(totals.ordinary)},
                {"everything", cost_to_json(totals.everything)}};
   const auto wish = [](const Wish& one) { return one.value > 0 ? Json(one.value) : Json(); };
   json["wishes"] = {
@@ -274,7 +300,9 @@ std::string to_text(const SceneReport& report) {
   }
   text += wishes_to_text(report);
   const Totals totals = totals_of(report);
-  text += fmt::format("in all        {}\n", saving(totals.planned, totals.everything));
+  text += fmt::format("in all        {}\n", saving(totals.planned, totals.ordinary, totals.everything));
+  if (!report.everything.empty() && !is_baked(report))
+    text += fmt::format("written       {}: everything\n", format_bytes(totals.everything.bytes));
   if (report.everything.empty() && is_baked(report))
     text += "              --compare bakes everything too, and measures it\n";
   return text;

@@ -22,7 +22,8 @@ struct SceneReport {
   const std::vector<SceneMesh>& meshes;
   const ScenePlan& plan;
   std::vector<BakedPart> baked;       ///< one for each asset of the plan
-  std::vector<BakedPart> everything;  ///< with --compare, otherwise empty
+  std::vector<BakedPart> ordinary;    ///< with --compare, otherwise empty
+  std::vector<BakedPart> everything;  ///< with --compare or --full, otherwise empty
   std::string scene_file, manifest;   ///< manifest: empty in a dry run
 };
 

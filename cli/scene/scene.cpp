@@ -2,6 +2,7 @@
 #include "cli/scene/scene.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -63,6 +64,12 @@ void check_ranges(const Scene& scene) {
     const bool good = in_reach(body.pose.position) && in_reach(body.velocity) &&
                       (body.motion != Motion::dynamic || is_size(body.mass));
     if (!good) throw SceneError(body.place, "a number of '" + body.name + "' is beyond 1e9, or its mass below 1e-9 kg");
+    if (std::any_of(body.name.begin(), body.name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
+      throw SceneError(body.place, "the name '" + body.name + "' has control characters in it");
+    if (body.motion == Motion::dynamic && body.shapes.size() > 1 && !body.centre_of_mass) {
+      throw SceneError(body.place,
+                       "'" + body.name + "' has several shapes and no centre of mass; state the link's <inertial>");
+    }
     for (const SceneShape& shape : body.shapes) {
       bool sound = in_reach(shape.pose.position);
       if (shape.solid == Solid::mesh) sound = sound && is_size(shape.unit);

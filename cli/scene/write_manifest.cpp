@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/scene/write_manifest.h"
 
+#include <fmt/format.h>
+
 #include "version.h"
 
 namespace vps::cli {
@@ -53,6 +55,10 @@ Json body_to_json(const SceneBody& body, bool meets) {
   return json;
 }
 
+std::string key_of(const Asset& asset) {
+  return fmt::format("{:016x}", hash_bytes(asset.bytes().first(kUserBlockBytes)));
+}
+
 }  // namespace
 
 const char* part_name(Use parts) {
@@ -70,19 +76,21 @@ const char* solid_name(Solid solid) {
   return kNames[static_cast<std::size_t>(solid)];
 }
 
-Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const ScenePlan& plan) {
+Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const ScenePlan& plan,
+                 const std::vector<BakedPart>& baked) {
   Json manifest = {
       {"format", "vps-scene"}, {"version", 1}, {"generator", "vpsbake " VPSBAKE_VERSION}, {"step", scene.step}};
   if (scene.gravity) manifest["gravity"] = *scene.gravity;
   manifest["assets"] = Json::array();
   std::vector<std::size_t> numbers;  // in the manifest
-  for (const PlannedAsset& asset : plan.assets) {
+  for (std::size_t i = 0; i < plan.assets.size(); ++i) {
+    const PlannedAsset& asset = plan.assets[i];
     numbers.push_back(manifest["assets"].size());
     if (!asset.is_needed()) continue;
     Json use = Json::array();
     if (asset.options.voxelmap) use.push_back("scaled");
     if (asset.options.pointshell) use.push_back("pointshell");
-    manifest["assets"].push_back({{"file", asset.file}, {"use", use}});
+    manifest["assets"].push_back({{"file", asset.file}, {"key", key_of(*baked[i].asset)}, {"use", use}});
   }
   manifest["bodies"] = Json::array();
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

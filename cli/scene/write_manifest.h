@@ -4,13 +4,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/scene/plan_scene.h"
+#include "cli/scene/report_scene.h"
 
 namespace vps::cli {
 
+/// What a manifest's text begins with.
+inline constexpr std::string_view kManifestBeginning = "{\n  \"format\": \"vps-scene\"";
+
 /// By docs/schemas/scene_manifest.schema.json. Meshes that meet nobody become boxes that touch nothing.
+/// @param baked  one for each asset of the plan
 [[nodiscard]] nlohmann::ordered_json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes,
-                                                 const ScenePlan& plan);
+                                                 const ScenePlan& plan, const std::vector<BakedPart>& baked);
 
 /// "voxelmap", "pointshell", "mixed", or "nothing".
 [[nodiscard]] const char* part_name(Use parts);

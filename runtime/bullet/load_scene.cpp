@@ -9,6 +9,7 @@
 
 #include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <tuple>
@@ -122,6 +123,12 @@ class Loader {
     auto asset = std::make_shared<Asset>();
     const Status status = Asset::open((folder_ / file).c_str(), *asset, use);
     if (status != Status::ok) throw Refusal{file + ": " + describe(status)};
+    // The directory has the hashes of all else.
+    char key[17];
+    std::snprintf(key, sizeof key, "%016llx",
+                  static_cast<unsigned long long>(hash_bytes(asset->bytes().first(kUserBlockBytes))));
+    if (value["key"].text() != key)
+      throw Refusal{file + " is not the asset that the scene was planned with; plan it again"};
     return asset;
   }
 

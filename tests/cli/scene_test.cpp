@@ -32,6 +32,11 @@ std::string plays(const Json& report, std::size_t number) {
   return report["bodies"][number]["shapes"][0]["plays"];
 }
 
+std::filesystem::path asset_at(const TemporaryFolder& folder, const char* output, const Json& report,
+                               std::size_t number) {
+  return std::filesystem::path(folder / output) / report["assets"][number]["file"].get<std::string>();
+}
+
 void expect_scene_refused(const TemporaryFolder& folder, const std::string& text, const std::string& why) {
   write_file(folder / "scene.toml", text);
   expect_refusal(folder, "scene scene.toml", 3, why);
@@ -74,7 +79,7 @@ TEST(Scene, BodiesWithOneMeshShareAnAssetAndItsTwoParts) {
                                        body("large", "nut", "mass = \"1kg\"\nscale = 3"));
   EXPECT_EQ(report["assets"].size(), 2U);
   EXPECT_EQ(report["assets"][0]["bodies"], Json({"a", "b"}));
-  EXPECT_EQ(report["assets"][1]["file"], "nut-2.vps.hdf");
+  EXPECT_NE(report["assets"][1]["file"], report["assets"][0]["file"]);
   EXPECT_EQ(plays(report, 0), "mixed");
 }
 
@@ -90,14 +95,46 @@ TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
   const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
   expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
-  EXPECT_EQ(plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled")["assets"].size(), 1U);
-  EXPECT_EQ(plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick")["assets"].size(), 1U);
+  expect_scene_refused(folder, kPlane + open, "repair = \"fill\"");
+  const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o both");
+  const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o both");
+  ASSERT_EQ(as_filled["assets"].size(), 1U);
   Asset filled;
   Asset thick;
-  ASSERT_EQ(Asset::open((folder / "filled/open.vps.hdf").c_str(), filled), Status::ok);
-  ASSERT_EQ(Asset::open((folder / "thick/open.vps.hdf").c_str(), thick), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_filled, 0).c_str(), filled), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_thick, 0).c_str(), thick), Status::ok);
   EXPECT_NEAR(filled.info().volume, 1e-3 / 6, 1e-9);
   EXPECT_GT(thick.info().bounds_max[0], 0.103);
+}
+
+TEST(Scene, ScenesInOneFolderDoNotTouchEachOthersAssets) {
+  const TemporaryFolder folder;
+  const auto nut = [](const char* voxel) {
+    return kPlane + body("nut", "nut", (std::string("mass = \"20g\"\nvoxel = ") + voxel).c_str());
+  };
+  const Json first = plan(folder, nut("\"1mm\""), "-o out");
+  const std::string bytes = read_file(asset_at(folder, "out", first, 0));
+  const Json second = plan(folder, nut("\"2mm\""), "-o out");
+  EXPECT_NE(first["assets"][0]["file"], second["assets"][0]["file"]);
+  EXPECT_EQ(read_file(asset_at(folder, "out", first, 0)), bytes);
+  // The same name for the same thing, baked or not.
+  EXPECT_EQ(plan(folder, nut("\"1mm\""))["assets"][0]["file"], first["assets"][0]["file"]);
+}
+
+TEST(Scene, FilesOfOthersAreNotOverwritten) {
+  const TemporaryFolder folder;
+  const std::string text = kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\"");
+  const std::string name = plan(folder, text)["assets"][0]["file"];
+  std::filesystem::create_directory(folder / "out");
+  write_file(folder / ("out/" + name), "notes");
+  expect_refusal(folder, "scene scene.toml -o out", 2, name + ": the file exists and is not an asset");
+  EXPECT_EQ(read_file(folder / ("out/" + name)), "notes");
+  std::filesystem::remove(folder / ("out/" + name));
+  write_file(folder / "out/scene.vps.json", "{\"mine\": 1}");
+  expect_refusal(folder, "scene scene.toml -o out", 2, "scene.vps.json: the file exists and is not a scene's manifest");
+  EXPECT_EQ(read_file(folder / "out/scene.vps.json"), "{\"mine\": 1}");
+  std::filesystem::remove(folder / "out/scene.vps.json");
+  for (int run = 0; run < 2; ++run) EXPECT_EQ(vpsbake(folder, "scene scene.toml -o out").code, 0);
 }
 
 TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
@@ -112,6 +149,8 @@ TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
   };
   EXPECT_EQ(bands("", "", "4ms"), Json({2.5, 2.5, 0}));  // nothing is known
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "4ms"), Json({2.0, 2.0, 0}));
+  EXPECT_EQ(bands("speed = \"0.1m/s\"\nvelocity = [\"0m/s\", \"0m/s\", \"-0.5m/s\"]\n", "restitution = 0.5\n", "4ms"),
+            Json({4.0, 2.5, 0}));
   EXPECT_EQ(bands("speed = \"3m/s\"\n", "", "4ms"), Json({2.5, 2.5, 0}));  // held by contacts ahead
   EXPECT_EQ(bands("speed = \"0.5m/s\"\n", "restitution = 0.5\n", "4ms"), Json({4.0, 2.5, 0}));
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "50ms")[2], 15);
@@ -126,21 +165,37 @@ TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
   EXPECT_LE(report["reached_error"], 0.001);
   double cover = 0;
   double bound = 0;
-  for (const char* name : {"hole", "peg"}) {
+  std::uintmax_t bytes = 0;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::filesystem::path file = asset_at(folder, "out", report, i);
+    bytes += std::filesystem::file_size(file);
     Asset asset;
-    ASSERT_EQ(Asset::open((folder / ("out/" + std::string(name) + ".vps.hdf")).c_str(), asset), Status::ok);
+    ASSERT_EQ(Asset::open(file.c_str(), asset), Status::ok);
     cover = std::max(cover, asset.info().covering_radius);
     bound = std::max(bound, asset.info().scaled_error.bound);
     EXPECT_NE(asset.has_voxelmap(), asset.has_pointshell());
   }
   EXPECT_NEAR(report["reached_error"].get<double>(), cover + bound, 1e-12);
   // What is said to be taken is what the files have.
-  std::uintmax_t bytes = 0;
-  for (const char* name : {"out/hole.vps.hdf", "out/peg.vps.hdf"}) bytes += std::filesystem::file_size(folder / name);
   EXPECT_EQ(report["planned"]["bytes"], bytes);
   EXPECT_TRUE(report["everything"]["bytes_measured"]);
+  EXPECT_TRUE(report["ordinary"]["bytes_measured"]);
+  EXPECT_GT(report["ordinary"]["bytes"], bytes);
+  EXPECT_GT(report["everything"]["bytes"], report["ordinary"]["bytes"]);
   EXPECT_GT(report["everything"]["bytes"], 2 * bytes);
   EXPECT_GT(report["everything"]["seconds"], 0);
+}
+
+TEST(Scene, SavingsAreAgainstAnOrdinaryBakeFirstAndFullOnesSayWhatTheyWrote) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\""));
+  const Outcome planned = vpsbake(folder, "scene scene.toml -o out --cache cache");
+  EXPECT_LT(planned.out.find("against an ordinary bake, "), planned.out.find("against everything")) << planned.out;
+  const Outcome again = vpsbake(folder, "scene scene.toml -o out --cache cache");
+  EXPECT_EQ(planned.out.find(" in about "), std::string::npos) << planned.out;
+  EXPECT_NE(again.out.find(" in about "), std::string::npos) << again.out;
+  const Outcome full = vpsbake(folder, "scene scene.toml -o full --full");
+  EXPECT_NE(full.out.find("written "), std::string::npos) << full.out;
 }
 
 TEST(Scene, MemoryAndTimeMakeAPlanCoarserBeforeTheyRefuseIt) {
@@ -174,6 +229,10 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, "[wishs]\n" + nut,
                        "scene.toml:1: a scene has no key 'wishs' here; did you mean 'wishes'");
   expect_scene_refused(folder, nut + "spede = \"1m/s\"\n", "scene.toml:5: [[body]] has no key 'spede' here; did you");
+  expect_scene_refused(folder, body("a", "nut", "mas = \"1g\""),
+                       "scene.toml:4: [[body]] has no key 'mas' here; did you mean 'mass'?");
+  expect_scene_refused(folder, "[[body]]\nName = \"b\"\n",
+                       "scene.toml:2: [[body]] has no key 'Name' here; did you mean 'name'?");
   expect_scene_refused(folder, nut + nut, "scene.toml:5: two bodies are named 'nut', the other on line 1");
   expect_scene_refused(folder, "[[body]]\nname = \"a\"\n\nmesh = \"none.obj\"\nmass = \"1kg\"\n",
                        "scene.toml:4: mesh 'none.obj': the file does not exist");
@@ -184,6 +243,8 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, body("a", "nut", "mass = \"1\""), "scene.toml:4: mass: a mass needs a unit");
   expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\"]\n", "scene.toml:5: position is a list of three");
   expect_scene_refused(folder, nut + "position = [\"1m\", \"0m\", \"1e30m\"]\n", "scene.toml:1: a number of 'nut'");
+  expect_scene_refused(folder, nut + "scale = 1e-9\n", "is smaller than a thousandth of a millimetre");
+  expect_scene_refused(folder, body("a\\u0007b", "nut", "mass = \"1kg\""), "has control characters in it");
   expect_scene_refused(folder, nut + "mask = 1.5\n", "scene.toml:5: mask is a whole number");
   expect_scene_refused(folder, nut + "shape = \"box\"\n", "scene.toml:1: a body has one of mesh");
   expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"ball\"\n", "scene.toml:3: shape is one of \"box\"");
@@ -257,7 +318,7 @@ TEST(Scene, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
   EXPECT_NEAR(ram["shapes"][1]["position"][2].get<double>(), -0.1, 1e-12);
   EXPECT_NEAR(ram["shapes"][1]["orientation"][2].get<double>(), std::sqrt(0.5), 1e-12);
   Asset peg;
-  ASSERT_EQ(Asset::open((folder / "out/peg.vps.hdf").c_str(), peg), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "out", report, 1).c_str(), peg), Status::ok);
   EXPECT_NEAR(peg.info().bounds_max[0], 2 * 0.0039, 1e-6);
 }
 
@@ -279,7 +340,46 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'");
   expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
                       "r.urdf:13: this mesh is scaled differently");
+  std::string light = robot("<sphere radius=\"1\"/>");
+  light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
+  expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
+  std::string spun = robot("<sphere radius=\"1\"/>");
+  spun.replace(spun.find("iyy=\"0.3\""), 9, "iyy=\"-9\"");
+  expect_urdf_refused(spun, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
   expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size or scale is not above zero");
+}
+
+TEST(Scene, AUrdfWhoseJointsGoRoundInACircleIsRefused) {
+  const TemporaryFolder folder;
+  const auto expect_joints_refused = [&](std::initializer_list<std::pair<const char*, const char*>> joints,
+                                         const std::string& why) {
+    std::string text = "<robot name=\"a\">\n";
+    for (const char* const link : {"r", "x", "y"}) {
+      text += std::string("<link name=\"") + link +
+              "\"><collision><geometry><sphere radius=\"1\"/></geometry></collision></link>\n";
+    }
+    for (const auto& [parent, child] : joints) {
+      text += std::string("<joint name=\"") + parent + child + "\" type=\"fixed\"><parent link=\"" + parent +
+              "\"/><child link=\"" + child + "\"/></joint>\n";
+    }
+    write_file(folder / "r.urdf", text + "</robot>");
+    expect_refusal(folder, "scene r.urdf", 3, why);
+  };
+  expect_joints_refused({{"r", "x"}, {"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' is the child of two joints");
+  expect_joints_refused({{"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' does not hang on the root 'r'");
+  expect_joints_refused({{"r", "x"}, {"y", "y"}}, "r.urdf:4: link 'y' does not hang on the root 'r'");
+}
+
+TEST(Scene, AChainOfTooManyLinksIsRefused) {
+  const TemporaryFolder folder;
+  std::string text = "<robot name=\"a\"><link name=\"0\"/>";
+  for (int i = 1; i <= 1000; ++i) {
+    text += "<link name=\"" + std::to_string(i) + "\"/><joint name=\"j" + std::to_string(i) +
+            "\" type=\"fixed\"><parent link=\"" + std::to_string(i - 1) + "\"/><child link=\"" + std::to_string(i) +
+            "\"/></joint>";
+  }
+  write_file(folder / "r.urdf", text + "</robot>");
+  expect_refusal(folder, "scene r.urdf", 3, "link '1000' hangs on a chain of more than 1000 links");
 }
 
 TEST(Scene, ATomlTakesBodiesFromAUrdf) {
