@@ -46,6 +46,7 @@ struct ReportArguments {
 // A mesh that can be measured.
 struct Candidate {
   std::string file;
+  TriangleMesh mesh;  // as imported
   ClosedMesh closed;
   evaluate::MeasureOptions options;
 };
@@ -53,7 +54,7 @@ struct Candidate {
 Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   BakeArguments bake = arguments.bake;
   bake.mesh = file;
-  const ImportedMesh mesh = import_with(bake);
+  ImportedMesh mesh = import_with(bake);
   Candidate out;
   out.file = file;
   BakeOptions& base = out.options.base;
@@ -64,6 +65,7 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   out.closed = closed_mesh(mesh, base);
   out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
   const evaluate::Oracle refuses_here(out.closed.mesh);
+  out.mesh = std::move(mesh);
   return out;
 }
 
@@ -84,7 +86,7 @@ evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh)
     const std::lock_guard lock(mutex);
     progress.show(name + ": " + what, fraction);
   };
-  return evaluate::measure(mesh.closed.mesh, options);
+  return evaluate::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
 std::string cell(const evaluate::Spread& s) {

@@ -30,11 +30,8 @@ class Search {
   Search(const TriangleMesh& mesh, const RecommendOptions& options) : mesh_(mesh), options_(options) {}
 
   Recommendation run() {
-    std::vector<double> voxels = options_.limits.error > 0 ? voxels_for_error() : ladder();
-    BakeOptions base = options_.base;
-    base.voxel_size = voxels.front();
-    closed_ = closed_mesh(mesh_, base).mesh;
-    place(base);
+    const std::vector<double> voxels = options_.limits.error > 0 ? voxels_for_error() : ladder();
+    place(close(voxels));
     for (const double voxel : voxels) {
       if (options_.limits.error > 0) {
         find_alpha(voxel);
@@ -70,6 +67,21 @@ class Search {
     std::vector<double> voxels;
     for (const double n : {256.0, 180.0, 128.0, 90.0, 64.0}) voxels.push_back(rounded(longest / n));
     return voxels;
+  }
+
+  // The mesh that the truth is of: closed for the first voxel size that can close it. Those that are tried close it
+  // anew, as the bakes of whoever follows the recommendation do.
+  BakeOptions close(const std::vector<double>& voxels) {
+    BakeOptions base = options_.base;
+    for (std::size_t i = 0;; ++i) {
+      base.voxel_size = voxels[i];
+      try {
+        closed_ = closed_mesh(mesh_, base).mesh;
+        return base;
+      } catch (const BakeError&) {
+        if (i + 1 == voxels.size()) throw;
+      }
+    }
   }
 
   void place(const BakeOptions& base) {
@@ -123,7 +135,7 @@ class Search {
     progress(fmt::format("voxel {}, alpha {:.3g}", format_length(voxel), alpha), 0);
     BakedFile file;
     try {
-      file = bake_file(closed_, tried.bake, options_.work / fmt::format("{}.vps.hdf", out_.tried.size()));
+      file = bake_file(mesh_, tried.bake, options_.work / fmt::format("{}.vps.hdf", out_.tried.size()));
     } catch (const BakeError& refusal) {
       refusal_ = refusal.what();
       return std::nullopt;
