@@ -177,8 +177,9 @@ class Run {
 
   void add_peers(double margin) {
     const auto announce = [this] { progress("HACD, which takes minutes", 0); };
-    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out as asked"});
-    for (Peer& peer : make_peers(body_, {margin, options_.without, options_.cache, announce})) {
+    Peers made = make_peers(body_, {margin, options_.without, options_.cache, announce});
+    out_.left_out.insert(out_.left_out.end(), made.left_out.begin(), made.left_out.end());
+    for (Peer& peer : made.peers) {
       Row row;
       row.name = row.series = peer.series;
       row.knob = "peer";

@@ -49,11 +49,6 @@ struct Row {
   bool on_bytes_front = false;
 };
 
-struct LeftOut {
-  std::string name;
-  std::string why;
-};
-
 struct Measurement {
   Truth truth;
   std::array<double, 3> size{};  ///< of the mesh's bounds. [m]
