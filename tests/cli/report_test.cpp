@@ -45,7 +45,7 @@ TEST(Report, WritesAPageATableAndJsonAndNamesTheFront) {
   ASSERT_EQ(r.run.code, 0) << r.run.err;
   EXPECT_EQ(r.run.err, "");
   for (const char* const file : {"first.html", "first.csv", "first.json"}) {
-    EXPECT_NE(r.run.out.find(std::string("wrote ") + file), std::string::npos) << r.run.out;
+    EXPECT_NE(r.run.out.find(std::string("\n") + file + ": "), std::string::npos) << r.run.out;
   }
   const Json& mesh = r.json["meshes"][0];
   EXPECT_NE(r.run.out.find(mesh["front_line"].get<std::string>()), std::string::npos);
@@ -248,6 +248,11 @@ TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
   expect_refusal(folder, "report " + ball + " --poses 0", 1, "--poses takes a whole number from 3");
   expect_refusal(folder, "report " + ball + " --without vhacd", 1, "vhacd");
   expect_refusal(folder, "report " + ball + " -o nowhere/report", 2, "the folder does not exist");
+  for (const std::string ending : {"json", "csv", "html"}) {
+    write_file(folder / ("mine." + ending), "not a report, and not to be lost");
+    expect_refusal(folder, "report " + ball + " -o mine", 2, "mine." + ending + ": the file exists and is not");
+    std::filesystem::remove(folder / ("mine." + ending));
+  }
   expect_refusal(folder, "report " + ball + " --cache junk.obj/cache", 2, "choose another folder for --cache");
   expect_refusal(folder, "report " + ball + " --voxel 10m", 3, "is larger than the mesh");
   expect_refusal(folder, "report", 1, "mesh");
