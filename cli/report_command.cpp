@@ -183,7 +183,13 @@ int run_report(const ReportArguments& arguments) {
   }
   for (Candidate& mesh : meshes) {
     const int code = guarded(mesh.file, [&] {
-      const ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      if (const evaluate::Truth& truth = reported.measured.truth; !truth.wrenches_exact()) {
+        reported.closed.notes.push_back(
+            fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
+                        "nobody's errors of force and torque are told",
+                        100 * truth.wrench_error, 100 * truth.wrench_options.tolerance));
+      }
       print_table(reported);
       std::fflush(stdout);
       report["meshes"].push_back(mesh_to_json(reported));
