@@ -299,6 +299,15 @@ TEST(Recommend, WhatItRecommendsForACrackedMeshCanBeBaked) {
   }
 }
 
+TEST(Recommend, GoesCoarserThanItsFirstSettingsWhereTheLimitsAskForIt) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, "recommend " + sample("icosphere") + " --max-bytes 60kB --poses 6 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json json = Json::parse(run.out);
+  EXPECT_GT(json["tried"].size(), 15U);
+  EXPECT_LE(json["tried"][json["chosen"].get<std::size_t>()]["bytes"], 60000);
+}
+
 TEST(Recommend, BakesWhatItMeasured) {
   const TemporaryFolder folder;
   const std::string ball = sample("icosphere");
