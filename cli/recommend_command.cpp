@@ -61,11 +61,12 @@ std::string command_of(const RecommendArguments& arguments, const Tried& tried) 
 
 std::string numbers_of(const Tried& t) {
   return fmt::format(
-      "whole queries are off by {} at most, {} RMS, the field by {}; 99 % of them take {:.3g} us (noise {:.2g}); {}, "
+      "whole queries are off by {} at most in {} poses, {} RMS, the field by {}; 99 % of them take {:.3g} us (noise "
+      "{:.2g}); {}, "
       "{} points",
-      format_length(std::max(t.penetration.max, t.distance.max)), format_length(t.penetration.rms),
-      format_length(t.field_bound), t.contacts.p99, t.contacts.noise_p99, format_bytes(static_cast<double>(t.bytes)),
-      t.points);
+      format_length(std::max(t.penetration.max, t.distance.max)), t.penetration.told + t.distance.told,
+      format_length(t.penetration.rms), format_length(t.field_bound), t.contacts.p99, t.contacts.noise_p99,
+      format_bytes(static_cast<double>(t.bytes)), t.points);
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
+#include "cli/output_file.h"
 #include "cli/page.h"
 #include "cli/progress.h"
 #include "cli/provenance.h"
@@ -46,6 +46,7 @@ struct ReportArguments {
 // A mesh that can be measured.
 struct Candidate {
   std::string file;
+  TriangleMesh mesh;  // as imported
   ClosedMesh closed;
   evaluate::MeasureOptions options;
 };
@@ -53,7 +54,7 @@ struct Candidate {
 Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   BakeArguments bake = arguments.bake;
   bake.mesh = file;
-  const ImportedMesh mesh = import_with(bake);
+  ImportedMesh mesh = import_with(bake);
   Candidate out;
   out.file = file;
   BakeOptions& base = out.options.base;
@@ -64,6 +65,7 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   out.closed = closed_mesh(mesh, base);
   out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
   const evaluate::Oracle refuses_here(out.closed.mesh);
+  out.mesh = std::move(mesh);
   return out;
 }
 
@@ -84,7 +86,7 @@ evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh)
     const std::lock_guard lock(mutex);
     progress.show(name + ": " + what, fraction);
   };
-  return evaluate::measure(mesh.closed.mesh, options);
+  return evaluate::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
 std::string cell(const evaluate::Spread& s) {
@@ -134,26 +136,37 @@ void tell_load(ordered_json& report) {
   report["busy"] = start > kBusy * cores || end > kOwn + kBusy * cores;
 }
 
-// Why outputs cannot be written, as far as that can be told beforehand; empty when they can.
-std::string output_refusal(const std::string& name) {
-  std::error_code ignored;
-  const fs::path path = name;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  if (!path.has_filename()) return "this is a folder; give a name with -o";
-  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
-  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
-  return "";
+// One of the files that are written, and what it and no other begins with.
+struct Output {
+  const char* ending;
+  std::string_view beginning;
+  const char* kind;
+};
+constexpr Output kJson = {".json", "{\n  \"format\": \"vpsbake report", "a report's JSON"};
+constexpr Output kCsv = {".csv", "mesh,name,series,", "a report's table"};
+constexpr Output kPage = {".html", "<!doctype html>", "a page"};
+
+// Before minutes are spent on what cannot be written. @return kOk or kIo
+int check_outputs(const std::string& name) {
+  if (!fs::path(name).has_filename()) return fail(kIo, name, "this is a folder; give a name with -o");
+  for (const Output& output : {kJson, kCsv, kPage}) {
+    const std::string file = name + output.ending;
+    if (const std::string reason = output_refusal(file, output.beginning, output.kind); !reason.empty())
+      return fail(kIo, file, reason);
+  }
+  return kOk;
 }
 
-void write_text(const std::string& path, const std::string& text) {
-  write_whole(path, std::as_bytes(std::span(text)));
-  fmt::print("wrote {}\n", path);
+int write_outputs(const std::string& name, const ordered_json& report) {
+  const Embedded libraries[] = {kChart};
+  int code = write_output(name + kJson.ending, to_text(report));
+  if (code == kOk) code = write_output(name + kCsv.ending, rows_to_csv(report));
+  if (code == kOk) code = write_output(name + kPage.ending, make_page(kReportPage.text(), libraries, report));
+  return code;
 }
 
 int run_report(const ReportArguments& arguments) {
-  if (const std::string reason = output_refusal(arguments.output); !reason.empty()) {
-    return fail(kIo, arguments.output, reason);
-  }
+  if (const int code = check_outputs(arguments.output); code != kOk) return code;
   if (!arguments.cache.empty()) {
     std::error_code error;
     fs::create_directories(arguments.cache, error);
@@ -170,7 +183,13 @@ int run_report(const ReportArguments& arguments) {
   }
   for (Candidate& mesh : meshes) {
     const int code = guarded(mesh.file, [&] {
-      const ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      if (const evaluate::Truth& truth = reported.measured.truth; !truth.wrenches_exact()) {
+        reported.closed.notes.push_back(
+            fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
+                        "nobody's errors of force and torque are told",
+                        100 * truth.wrench_error, 100 * truth.wrench_options.tolerance));
+      }
       print_table(reported);
       std::fflush(stdout);
       report["meshes"].push_back(mesh_to_json(reported));
@@ -179,15 +198,7 @@ int run_report(const ReportArguments& arguments) {
     if (code != kOk) return code;
   }
   tell_load(report);
-  try {
-    write_text(arguments.output + ".json", to_text(report));
-    write_text(arguments.output + ".csv", rows_to_csv(report));
-    const Embedded libraries[] = {kChart};
-    write_text(arguments.output + ".html", make_page(kReportPage.text(), libraries, report));
-  } catch (const WriteError& error) {
-    return fail(kIo, arguments.output, error.what());
-  }
-  return kOk;
+  return write_outputs(arguments.output, report);
 }
 
 void add_sweep_options(CLI::App& app, ReportArguments& arguments) {

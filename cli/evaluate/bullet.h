@@ -33,6 +33,9 @@ inline constexpr double kBulletMargin = 0.04;
 /// @param margin  of each hull. [m]
 [[nodiscard]] BulletShape compound_of(const std::vector<Hull>& hulls, const std::array<double, 3>& centre,
                                       double margin);
+/// Why Bullet must not be asked of a hull or a compound of hulls, in words; empty when it may. Its EPA ends in a memory
+/// fault on hulls that are flat: thinner than 1/10,000 of their length.
+[[nodiscard]] std::string hull_refusal(const BulletShape& hulls);
 /// @param margin  [m]
 [[nodiscard]] BulletShape gimpact_of(const TriangleMesh& body, double margin = kPeerMargin);
 [[nodiscard]] BulletShape ours_of(const std::shared_ptr<const Asset>& asset);

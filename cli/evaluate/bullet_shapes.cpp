@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <BulletCollision/CollisionShapes/btShapeHull.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
+#include <fmt/format.h>
 
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include "bake/plan.h"
 #include "cli/evaluate/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
 
@@ -18,7 +23,36 @@ std::shared_ptr<btConvexHullShape> empty_hull(double margin) {
   return hull;
 }
 
+std::string refusal_of(const btConvexHullShape& hull) {
+  Eigen::Matrix3Xd points(3, hull.getNumPoints());
+  for (int i = 0; i < hull.getNumPoints(); ++i) {
+    const btVector3& p = hull.getUnscaledPoints()[i];
+    points.col(i) << double(p.x()), double(p.y()), double(p.z());
+  }
+  if (points.cols() < 4) return fmt::format("a hull has {} vertices and no volume", points.cols());
+  points.colwise() -= points.rowwise().mean().eval();
+  // Along the axes of inertia of its vertices.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(points * points.transpose());
+  const Eigen::Matrix3Xd turned = axes.eigenvectors().transpose() * points;
+  const Eigen::Vector3d extent = turned.rowwise().maxCoeff() - turned.rowwise().minCoeff();
+  constexpr double kFlat = 1e-4;
+  if (extent.minCoeff() > kFlat * extent.maxCoeff()) return "";
+  return fmt::format("a hull is flat, {} thick and {} long: Bullet's EPA fails on it", format_length(extent.minCoeff()),
+                     format_length(extent.maxCoeff()));
+}
+
 }  // namespace
+
+std::string hull_refusal(const BulletShape& hulls) {
+  if (!hulls.shape->isCompound()) return refusal_of(static_cast<const btConvexHullShape&>(*hulls.shape));
+  const auto& compound = static_cast<const btCompoundShape&>(*hulls.shape);
+  if (compound.getNumChildShapes() == 0) return "there is no hull";
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    const auto& hull = static_cast<const btConvexHullShape&>(*compound.getChildShape(i));
+    if (std::string why = refusal_of(hull); !why.empty()) return why;
+  }
+  return "";
+}
 
 BulletShape hull_of_42(const TriangleMesh& body, double margin) {
   btConvexHullShape all;

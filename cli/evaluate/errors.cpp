@@ -31,6 +31,7 @@ void add(const Truth& truth, const TruePose& pose, const PairAnswer& answer, dou
   lists.normal.push_back(direction.norm() > 0
                              ? degrees_between(direction, vector(truth.oracle->outward_normal(answer.position)))
                              : kNotTold);
+  if (!truth.wrenches_exact()) return;
   const double typical = truth.force_rms[std::size_t(pose.range)];
   const Vector3d force = vector(answer.force);
   const Vector3d exact = vector(pose.wrench.force);

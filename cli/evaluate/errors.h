@@ -25,6 +25,7 @@ struct Errors {
   ContactErrors deep;
 };
 
+/// Of force and torque none is told where the truth's wrenches are not exact.
 /// @param answers       one for each pose of the truth
 /// @param longest_side  of the body. [m]
 [[nodiscard]] Errors contact_errors(const Truth& truth, std::span<const PairAnswer> answers, double longest_side);

@@ -76,13 +76,14 @@ std::string remark_of(const Setting& setting) {
 
 class Run {
  public:
-  Run(const TriangleMesh& mesh, const MeasureOptions& options) : mesh_(mesh), options_(options) {}
+  Run(const TriangleMesh& mesh, const TriangleMesh& closed, const MeasureOptions& options)
+      : mesh_(mesh), closed_(closed), options_(options) {}
 
   Measurement run() {
     const BakeOptions base = with_field(options_.base, Field::scaled);
     progress("bake the base", 0);
     const Baked& first = bake_once(base);
-    body_ = centred(mesh_, *first.file.asset);
+    body_ = centred(closed_, *first.file.asset);
     measure_bake_noise(base);
     const std::uint32_t levels = first.file.asset->info().levels;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -176,8 +177,9 @@ class Run {
 
   void add_peers(double margin) {
     const auto announce = [this] { progress("HACD, which takes minutes", 0); };
-    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out as asked"});
-    for (Peer& peer : make_peers(body_, {margin, options_.without, options_.cache, announce})) {
+    Peers made = make_peers(body_, {margin, options_.without, options_.cache, announce});
+    out_.left_out.insert(out_.left_out.end(), made.left_out.begin(), made.left_out.end());
+    for (Peer& peer : made.peers) {
       Row row;
       row.name = row.series = peer.series;
       row.knob = "peer";
@@ -264,6 +266,7 @@ class Run {
   }
 
   const TriangleMesh& mesh_;
+  const TriangleMesh& closed_;
   const MeasureOptions& options_;
   TriangleMesh body_;  // about its centre of mass
   std::list<Baked> baked_;
@@ -273,8 +276,8 @@ class Run {
 
 }  // namespace
 
-Measurement measure(const TriangleMesh& mesh, const MeasureOptions& options) {
-  return Run(mesh, options).run();
+Measurement measure(const TriangleMesh& mesh, const TriangleMesh& closed, const MeasureOptions& options) {
+  return Run(mesh, closed, options).run();
 }
 
 }  // namespace vps::evaluate

@@ -49,11 +49,6 @@ struct Row {
   bool on_bytes_front = false;
 };
 
-struct LeftOut {
-  std::string name;
-  std::string why;
-};
-
 struct Measurement {
   Truth truth;
   std::array<double, 3> size{};  ///< of the mesh's bounds. [m]
@@ -63,8 +58,9 @@ struct Measurement {
   std::vector<std::size_t> time_front, bytes_front;  ///< rows, from the cheapest
 };
 
-/// @param mesh  closed, as `closed_mesh` gives it
+/// @param mesh    as imported: each setting bakes it as a user would, and may be refused
+/// @param closed  as `closed_mesh` gives it for the base: what the truth is of and what peers get
 /// @throw BakeError, MeasureError, std::runtime_error
-[[nodiscard]] Measurement measure(const TriangleMesh& mesh, const MeasureOptions& options);
+[[nodiscard]] Measurement measure(const TriangleMesh& mesh, const TriangleMesh& closed, const MeasureOptions& options);
 
 }  // namespace vps::evaluate

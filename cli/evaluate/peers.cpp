@@ -29,11 +29,12 @@ class WithoutMargins final : public PairPeer {
   const double margin_;
 };
 
-class Peers {
+class PeerMaker {
  public:
-  Peers(const TriangleMesh& body, const PeerOptions& options) : body_(body), options_(options) {}
+  PeerMaker(const TriangleMesh& body, const PeerOptions& options) : body_(body), options_(options) {}
 
-  std::vector<Peer> run() {
+  Peers run() {
+    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out as asked"});
     if (wanted("hull")) {
       add_hulls("hull", "hull of 42", "Bullet's btShapeHull, convex, at most 42 vertices",
                 [this](double margin) { return hull_of_42(body_, margin); });
@@ -61,9 +62,9 @@ class Peers {
           "timed, "
           "but without an error",
           [mesh] { return fcl_collide(*mesh); });
-      peers_.back().distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
+      out_.peers.back().distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
     }
-    return std::move(peers_);
+    return std::move(out_);
   }
 
  private:
@@ -72,13 +73,17 @@ class Peers {
   }
   void add(const std::string& name, const std::string& series, const std::string& remark,
            std::function<std::unique_ptr<PairPeer>()> make) {
-    peers_.push_back({name, series, remark, {series, std::move(make)}, {}});
+    out_.peers.push_back({name, series, remark, {series, std::move(make)}, {}});
   }
   // With margins a pair is mostly told by GJK, without by EPA.
   template <class Make>
   void add_hulls(const std::string& name, const std::string& series, const std::string& remark, Make shape_with) {
     for (const double margin : {0.0, options_.margin}) {
       const auto shape = std::make_shared<BulletShape>(shape_with(margin));
+      if (const std::string why = hull_refusal(*shape); !why.empty()) {
+        out_.left_out.push_back({name, why});
+        return;
+      }
       const std::string with = margin > 0 ? "margin " + format_length(margin) : "no margin";
       add(name, series + ", " + with,
           remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : "") +
@@ -89,7 +94,7 @@ class Peers {
 
   const TriangleMesh& body_;
   const PeerOptions& options_;
-  std::vector<Peer> peers_;
+  Peers out_;
 };
 
 }  // namespace
@@ -99,8 +104,8 @@ const std::vector<std::string>& peer_names() {
   return names;
 }
 
-std::vector<Peer> make_peers(const TriangleMesh& body, const PeerOptions& options) {
-  return Peers(body, options).run();
+Peers make_peers(const TriangleMesh& body, const PeerOptions& options) {
+  return PeerMaker(body, options).run();
 }
 
 }  // namespace vps::evaluate

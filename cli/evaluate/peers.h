@@ -24,6 +24,16 @@ struct Peer {
   Side distance;  ///< without `make`: it has none
 };
 
+struct LeftOut {
+  std::string name;
+  std::string why;
+};
+
+struct Peers {
+  std::vector<Peer> peers;
+  std::vector<LeftOut> left_out;  ///< as asked, or since they cannot be asked
+};
+
 struct PeerOptions {
   double margin = 0;                    ///< a voxel of the base: what a user would give hulls and GImpact. [m]
   std::vector<std::string> without;     ///< names
@@ -32,6 +42,6 @@ struct PeerOptions {
 };
 
 /// @param body  closed, about its centre of mass
-[[nodiscard]] std::vector<Peer> make_peers(const TriangleMesh& body, const PeerOptions& options);
+[[nodiscard]] Peers make_peers(const TriangleMesh& body, const PeerOptions& options);
 
 }  // namespace vps::evaluate

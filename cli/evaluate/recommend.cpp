@@ -30,20 +30,24 @@ class Search {
   Search(const TriangleMesh& mesh, const RecommendOptions& options) : mesh_(mesh), options_(options) {}
 
   Recommendation run() {
-    std::vector<double> voxels = options_.limits.error > 0 ? voxels_for_error() : ladder();
-    BakeOptions base = options_.base;
-    base.voxel_size = voxels.front();
-    closed_ = closed_mesh(mesh_, base).mesh;
-    place(base);
+    const std::vector<double> voxels = options_.limits.error > 0 ? voxels_for_error() : ladder();
+    place(close(voxels));
     for (const double voxel : voxels) {
       if (options_.limits.error > 0) {
         find_alpha(voxel);
       } else {
-        for (const double alpha : {1.0, BakeOptions{}.alpha, 2.0}) (void)try_one(voxel, alpha);
+        (void)try_alphas(voxel);
       }
     }
-    if (out_.tried.empty()) throw BakeError("plan", refusal_);
     time();
+    // Fewer points take less time and fewer bytes: until no grid is so coarse.
+    double voxel = voxels.back();
+    while (options_.limits.error == 0 && !any_within_limits()) {
+      voxel = rounded(voxel * std::sqrt(2.0));
+      if (!try_alphas(voxel)) break;
+      time();
+    }
+    if (out_.tried.empty()) throw BakeError("plan", refusal_);
     choose();
     return std::move(out_);
   }
@@ -70,6 +74,21 @@ class Search {
     std::vector<double> voxels;
     for (const double n : {256.0, 180.0, 128.0, 90.0, 64.0}) voxels.push_back(rounded(longest / n));
     return voxels;
+  }
+
+  // The mesh that the truth is of: closed for the first voxel size that can close it. Those that are tried close it
+  // anew, as the bakes of whoever follows the recommendation do.
+  BakeOptions close(const std::vector<double>& voxels) {
+    BakeOptions base = options_.base;
+    for (std::size_t i = 0;; ++i) {
+      base.voxel_size = voxels[i];
+      try {
+        closed_ = closed_mesh(mesh_, base).mesh;
+        return base;
+      } catch (const BakeError&) {
+        if (i + 1 == voxels.size()) throw;
+      }
+    }
   }
 
   void place(const BakeOptions& base) {
@@ -109,6 +128,18 @@ class Search {
     }
   }
 
+  // Whether one of the usual spacings can be baked.
+  bool try_alphas(double voxel) {
+    bool baked = false;
+    for (const double alpha : {1.0, BakeOptions{}.alpha, 2.0}) baked |= try_one(voxel, alpha).has_value();
+    return baked;
+  }
+
+  [[nodiscard]] bool any_within_limits() const {
+    return std::any_of(out_.tried.begin(), out_.tried.end(),
+                       [this](const Tried& t) { return t.exceeds(options_.limits).empty(); });
+  }
+
   // The error, where it can be baked.
   std::optional<double> try_one(double voxel, double alpha) {
     Tried tried;
@@ -123,7 +154,7 @@ class Search {
     progress(fmt::format("voxel {}, alpha {:.3g}", format_length(voxel), alpha), 0);
     BakedFile file;
     try {
-      file = bake_file(closed_, tried.bake, options_.work / fmt::format("{}.vps.hdf", out_.tried.size()));
+      file = bake_file(mesh_, tried.bake, options_.work / fmt::format("{}.vps.hdf", out_.tried.size()));
     } catch (const BakeError& refusal) {
       refusal_ = refusal.what();
       return std::nullopt;
@@ -150,16 +181,18 @@ class Search {
     return tried.error();
   }
 
+  // Those that have not been timed yet.
   void time() {
     std::vector<Side> sides;
-    for (const auto& asset : assets_) sides.push_back({"", [asset] { return our_traverse(asset); }});
+    for (std::size_t i = timed_; i < assets_.size(); ++i)
+      sides.push_back({"", [asset = assets_[i]] { return our_traverse(asset); }});
     std::vector<Pose> poses;
     for (const TruePose& p : truth_.poses) poses.push_back(p.pose.first_in_second);
     RoundOptions rounds;
     rounds.rounds = options_.rounds;
     rounds.progress = [this](const std::string&, double fraction) { progress("times", fraction); };
     const std::vector<SideResult> results = ask_in_turn(sides, poses, rounds);
-    for (std::size_t i = 0; i < results.size(); ++i) out_.tried[i].contacts = results[i].times;
+    for (const SideResult& result : results) out_.tried[timed_++].contacts = result.times;
   }
 
   // By how much a setting exceeds a limit at most; up to 1: by nothing.
@@ -190,6 +223,7 @@ class Search {
   TriangleMesh closed_, body_;
   Truth truth_;
   std::vector<std::shared_ptr<const Asset>> assets_;
+  std::size_t timed_ = 0;
   std::string refusal_;
   Recommendation out_;
 };

@@ -8,7 +8,9 @@ namespace vps::evaluate {
 
 double percentile(std::vector<double> values, double part) {
   std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(std::floor(part * double(values.size() - 1)))];
+  // Not one too far where the product is whole but for its last digit.
+  const double rank = std::ceil(part * double(values.size()) - 1e-9);
+  return values[static_cast<std::size_t>(std::clamp(rank, 1.0, double(values.size()))) - 1];
 }
 
 Spread spread_of(std::span<const double> errors) {

@@ -8,7 +8,7 @@
 
 namespace vps::evaluate {
 
-/// The value that `part` of them do not exceed, one of them. @pre not empty
+/// The smallest of them that at least `part` of them do not exceed. @pre not empty
 [[nodiscard]] double percentile(std::vector<double> values, double part);
 
 /// Errors over poses: of `asked` poses `told` had an answer; the rest is about these. All 0 when none had.

@@ -48,6 +48,8 @@ struct Truth {
   std::shared_ptr<const Oracle> oracle;  ///< of the body
   double force_rms[3] = {0, 0, 0};       ///< of the exact forces, by range. [m^3]
   double wrench_error = 0;               ///< the largest ExactWrench::error
+  /// Forces are as exact as asked for: others judge nothing.
+  [[nodiscard]] bool wrenches_exact() const { return wrench_error <= wrench_options.tolerance; }
 };
 
 enum class Wrenches : std::uint8_t { none, exact };

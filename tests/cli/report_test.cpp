@@ -45,7 +45,7 @@ TEST(Report, WritesAPageATableAndJsonAndNamesTheFront) {
   ASSERT_EQ(r.run.code, 0) << r.run.err;
   EXPECT_EQ(r.run.err, "");
   for (const char* const file : {"first.html", "first.csv", "first.json"}) {
-    EXPECT_NE(r.run.out.find(std::string("wrote ") + file), std::string::npos) << r.run.out;
+    EXPECT_NE(r.run.out.find(std::string("\n") + file + ": "), std::string::npos) << r.run.out;
   }
   const Json& mesh = r.json["meshes"][0];
   EXPECT_NE(r.run.out.find(mesh["front_line"].get<std::string>()), std::string::npos);
@@ -248,9 +248,64 @@ TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
   expect_refusal(folder, "report " + ball + " --poses 0", 1, "--poses takes a whole number from 3");
   expect_refusal(folder, "report " + ball + " --without vhacd", 1, "vhacd");
   expect_refusal(folder, "report " + ball + " -o nowhere/report", 2, "the folder does not exist");
+  for (const std::string ending : {"json", "csv", "html"}) {
+    write_file(folder / ("mine." + ending), "not a report, and not to be lost");
+    expect_refusal(folder, "report " + ball + " -o mine", 2, "mine." + ending + ": the file exists and is not");
+    std::filesystem::remove(folder / ("mine." + ending));
+  }
   expect_refusal(folder, "report " + ball + " --cache junk.obj/cache", 2, "choose another folder for --cache");
   expect_refusal(folder, "report " + ball + " --voxel 10m", 3, "is larger than the mesh");
   expect_refusal(folder, "report", 1, "mesh");
+}
+
+// A cube of 100 mm whose top lies 1.8 mm above its walls: finer voxels leave the crack open.
+void write_cracked_cube(const std::filesystem::path& file) {
+  std::string cube = read_file(sample("cube"));
+  const std::size_t top = cube.find("f 5 6 7\nf 6 8 7\n");
+  ASSERT_NE(top, std::string::npos);
+  cube.replace(top, 16, "f 9 10 11\nf 10 12 11\n");
+  for (const char* const corner : {"-0.05 -0.05", "0.05 -0.05", "-0.05 0.05", "0.05 0.05"})
+    cube.insert(cube.find("f "), std::string("v ") + corner + " 0.0518\n");
+  write_file(file, cube);
+}
+
+TEST(Report, ASettingWhoseBakeLeavesACrackOpenIsLeftOut) {
+  const TemporaryFolder folder;
+  write_cracked_cube(folder / "crack.obj");
+  const Outcome run =
+      vpsbake(folder, "report crack.obj --voxel 2.2mm --poses 3 --rounds 1 --without hull,hacd,gimpact,fcl");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json mesh = Json::parse(read_file(folder / "report.json"))["meshes"][0];
+  std::size_t leaks = 0;
+  for (const Json& one : mesh["left_out"]) leaks += one["why"].get<std::string>().find("leaks") != std::string::npos;
+  EXPECT_GT(leaks, 0U);
+  for (const Json& row : mesh["rows"]) {
+    if (!row["setting"].is_null()) {
+      EXPECT_GT(row["setting"]["voxel_size"], 0.0018) << row["name"];
+    }
+  }
+}
+
+TEST(Recommend, WhatItRecommendsForACrackedMeshCanBeBaked) {
+  const TemporaryFolder folder;
+  write_cracked_cube(folder / "crack.obj");
+  const Outcome run = vpsbake(folder, "recommend crack.obj --max-error 0.5mm --poses 6 --json");
+  const Json json = Json::parse(run.out);
+  EXPECT_FALSE(json["tried"].empty());
+  for (const Json& tried : json["tried"]) {
+    const std::string command = tried["command"].get<std::string>().substr(std::string("vpsbake ").size());
+    const Outcome bake = vpsbake(folder, command + " -o crack.vps.hdf");
+    EXPECT_EQ(bake.code, 0) << bake.err;
+  }
+}
+
+TEST(Recommend, GoesCoarserThanItsFirstSettingsWhereTheLimitsAskForIt) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, "recommend " + sample("icosphere") + " --max-bytes 60kB --poses 6 --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json json = Json::parse(run.out);
+  EXPECT_GT(json["tried"].size(), 15U);
+  EXPECT_LE(json["tried"][json["chosen"].get<std::size_t>()]["bytes"], 60000);
 }
 
 TEST(Recommend, BakesWhatItMeasured) {

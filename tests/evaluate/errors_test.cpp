@@ -45,6 +45,18 @@ std::vector<PairAnswer> right_answers(const Truth& truth) {
   return answers;
 }
 
+TEST(Errors, OfForcesAreNotToldWhereTheExactOnesAreNotExact) {
+  const TemporaryFolder folder;
+  Truth truth = ball_on_ball(folder);
+  ASSERT_TRUE(truth.wrenches_exact());
+  truth.wrench_error = 2 * truth.wrench_options.tolerance;
+  const evaluate::Errors errors = evaluate::contact_errors(truth, right_answers(truth), 2 * kRadius);
+  for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
+    EXPECT_EQ(e.penetration.told, 3U);
+    EXPECT_EQ(e.force.told + e.force_direction.told + e.torque.told, 0U);
+  }
+}
+
 TEST(Errors, OfRightAnswersAreNone) {
   const TemporaryFolder folder;
   const Truth truth = ball_on_ball(folder);

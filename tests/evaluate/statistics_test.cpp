@@ -16,6 +16,24 @@ TEST(Statistics, PercentileIsOneOfTheValues) {
   EXPECT_EQ(evaluate::percentile(values, 0.99), 99);
   EXPECT_EQ(evaluate::percentile(values, 1), 100);
   EXPECT_EQ(evaluate::percentile({7}, 0.99), 7);
+  EXPECT_EQ(evaluate::percentile({7}, 0), 7);
+}
+
+TEST(Statistics, AtLeastTheAskedPartDoesNotExceedAPercentile) {
+  for (int count = 1; count <= 300; ++count) {
+    std::vector<double> values;
+    for (int i = 1; i <= count; ++i) values.push_back(i);
+    const int part = (99 * count + 99) / 100;  // rounded up
+    EXPECT_EQ(evaluate::percentile(values, 0.99), part) << count;
+  }
+}
+
+TEST(Statistics, OneLargeErrorAmongFiftyIsTheirNinetyNinthPercentile) {
+  std::vector<double> errors(50, 0.0);
+  errors[7] = 1;
+  const evaluate::Spread s = evaluate::spread_of(errors);
+  EXPECT_EQ(s.p99, 1);
+  EXPECT_GE(s.p99, s.rms);
 }
 
 TEST(Statistics, ErrorsThatWereNotToldAreCountedAndLeftOut) {
