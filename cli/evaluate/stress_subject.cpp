@@ -67,6 +67,7 @@ Column hull_column(const Subject& subject) {
   if (points.vertices.empty()) return absent("hull", "no mesh and no pointshell to make a hull of");
   // Bullet's margin lies outside a hull's vertices; a voxel of it would lift the body by one.
   column.body = evaluate::hull_of_42(points, 0.1 * subject.voxel);
+  if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hull", reason);
   column.corners = corners_of(static_cast<const btConvexHullShape&>(*column.body.shape), {});
   return column;
 }
@@ -82,6 +83,7 @@ Column hacd_column(const Subject& subject, const TriangleMesh& mesh, const std::
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
   }
+  if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hacd", reason);
   const auto& compound = static_cast<const btCompoundShape&>(*column.body.shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     column.corners = corners_of(static_cast<const btConvexHullShape&>(*compound.getChildShape(i)), column.corners);
