@@ -305,6 +305,14 @@ Scene read_urdf(const fs::path& file) {
   } catch (const std::exception& error) {
     reason = error.what();
   }
+  // Links own each other: where joints go round in a circle none would ever be freed.
+  const std::shared_ptr<void> free_links(nullptr, [&model](void*) {
+    if (!model) return;
+    for (const auto& [name, link] : model->links_) {
+      link->child_links.clear();
+      link->child_joints.clear();
+    }
+  });
   if (reason.empty()) reason = listener.first().empty() ? "it has no links" : listener.first();
   if (!model || !model->getRoot()) {
     throw SceneError({file.string(), 1}, fmt::format("this is not a URDF that can be used: {}", reason));
