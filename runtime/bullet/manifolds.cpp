@@ -124,7 +124,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
     if (slot == 0 && foundation_of(pair).stiffness > 0) make_spring(fresh, foundation_of(pair), contacts);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * voxel_size(pair));
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, beside(pair));
   }
 }
 
