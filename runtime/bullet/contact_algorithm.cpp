@@ -112,15 +112,16 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
   manifolds_.clear_from(1);
 }
 
-// Sec. 2.4: a manifold per segment, always the same one for the same segment.
+// Sec. 2.4: manifolds for each segment with a contact each, always the same one for the same contact.
 void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found,
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
+  const auto contacts = found.contacts.first(refine(pair, found, found.contacts));
   int next = 0;
-  for (Contact& contact : found.contacts.first(refine(pair, found, found.contacts))) {
-    const int slot = static_cast<int>(contact.node - base);
+  for (const SegmentPoint& kept : keep_segments(contacts, static_cast<float>(beside(pair)), memory_->segments)) {
+    const int slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
     for (; next < slot; ++next) manifolds_.clear(next);
-    manifolds_.fill(slot, pair, {&contact, 1}, found, result);
+    manifolds_.fill(slot, pair, {kept.at, 1}, found, result);
     next = slot + 1;
   }
   manifolds_.clear_from(next);

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <type_traits>
+#include <utility>
 
 #include "runtime/bullet/partner_field.h"
 #include "runtime/penetration.h"
+#include "runtime/place_field.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {
@@ -101,6 +103,42 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, float final_be
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }
 
+float depth_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
+  return vps::penetration(map, p, into_shell);
+}
+template <class Field>
+float depth_at(const Field& field, Vec3 p, Vec3) {
+  return vps::penetration(field, p);
+}
+
+// Tests points again that segments touched with before.
+// @param contacts  those that were found first, and room
+// @return how many there are now, in tree order
+template <class Field>
+std::size_t test_again(const PointshellView& shell, const Field& field, const Pose& pose, float distance,
+                       std::span<const SegmentPoint> before, std::span<Contact> contacts, std::size_t found) {
+  const detail::Transform to_field(pose);
+  std::size_t count = found;
+  for (const SegmentPoint& old : before) {
+    const auto is_it = [&](const Contact& contact) { return contact.point == old.point; };
+    if (std::any_of(contacts.begin(), contacts.begin() + found, is_it) || count == contacts.size()) continue;
+    Contact& contact = contacts[count];
+    contact.position = to_field.apply(point_position(shell, old.point));
+    contact.inward_normal = to_field.rotate(point_inward_normal(shell, old.point));
+    contact.penetration = depth_at(field, contact.position, contact.inward_normal);
+    contact.area = point_area(shell, old.point);
+    contact.point = old.point;
+    contact.node = old.node;
+    if (contact.penetration >= -distance) ++count;
+  }
+  if (count > found) {
+    std::sort(contacts.begin(), contacts.begin() + count, [](const Contact& a, const Contact& b) {
+      return std::pair(a.node, a.point) < std::pair(b.node, b.point);
+    });
+  }
+  return count;
+}
+
 }  // namespace
 
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found) {
@@ -109,6 +147,7 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   const float margin = margin_of(pair);
   options.contact_distance += margin;
   options.cache = &memory.cache;
+  memory.segments.belong_to(shell, options.segment_level);
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
   // `frame`: of the field, in its shape's.
   const auto query = [&](const auto& field, const btTransform& frame) {
@@ -119,7 +158,9 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     QueryResult result;
     const Status status = traverse(shell, field, pose, options, space.scratch, space.contacts, result);
     if (status != Status::ok) return status;
-    found.contacts = {space.contacts.data(), result.contacts};
+    const std::size_t count = test_again(shell, field, pose, options.contact_distance, memory.segments.points,
+                                         space.contacts, result.contacts);
+    found.contacts = {space.contacts.data(), count};
     found.frame = pair.field.world * frame;
     return status;
   };

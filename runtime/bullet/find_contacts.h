@@ -6,6 +6,7 @@
 
 #include "runtime/bullet/convex_planes.h"
 #include "runtime/bullet/pair.h"
+#include "runtime/bullet/segment_contacts.h"
 #include "runtime/bullet/triangle_contacts.h"
 
 namespace vps::bullet {
@@ -13,6 +14,7 @@ namespace vps::bullet {
 /// What a pair remembers from step to step.
 struct PairMemory {
   ContactCache cache;
+  SegmentMemory segments;
   ConvexPlanes planes;
   TriangleMemory triangles;
 };
@@ -32,6 +34,7 @@ struct FoundContacts {
   float final_beyond = std::numeric_limits<float>::infinity();  ///< farther off they are as they should be. [m]
 };
 
+/// Segmented, what the segments touched with before is tested again: more than one contact of a node may be found.
 /// @param options  of the query; the cache is set here, and the margins are added
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 

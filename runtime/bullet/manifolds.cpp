@@ -120,11 +120,12 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
     result->setShapeIdentifiersB(0, id);
     result->addContactPoint(normal, point_on_second, depth);
   }
+  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
-    if (slot == 0 && foundation_of(pair).stiffness > 0) make_spring(fresh, foundation_of(pair), contacts);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * voxel_size(pair));
+    if (has_springs) make_spring(fresh, foundation_of(pair), contacts);
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, beside(pair));
   }
 }
 

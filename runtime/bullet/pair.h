@@ -60,6 +60,11 @@ inline btScalar contact_distance(const Pair& pair) {
   return btScalar(0.1) * voxel_size(pair);
 }
 
+/// Points of the shell that are closer to each other touch the same place. [m]
+inline btScalar beside(const Pair& pair) {
+  return 2 * voxel_size(pair);
+}
+
 /// Bullet's concave shapes that hand out triangles.
 inline bool is_triangle_mesh(int type) {
   return type == TRIANGLE_MESH_SHAPE_PROXYTYPE || type == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE ||

@@ -63,8 +63,9 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
 
-  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with a manifold
-  /// of its deepest point. 0: one manifold of up to four points (Sec. 3.2).
+  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with up to
+  /// three contacts: its deepest point, and those it touched with before that are near still. 0: one manifold of up to
+  /// four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
   /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.

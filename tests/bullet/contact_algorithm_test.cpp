@@ -205,6 +205,21 @@ TEST(ContactAlgorithm, AFoundationYieldsByWeightOverAreaWhateverTheSampling) {
   EXPECT_EQ(shape.foundation().stiffness, 0);
 }
 
+TEST(ContactAlgorithm, SegmentsStayRigidWhateverTheFoundation) {
+  World scene;
+  bullet::Shape shape(brick());
+  shape.set_segments(16);
+  ASSERT_EQ(shape.set_foundation({1e6, 0}), Status::ok);
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  scene.add(plane, 0, {0, 0, 0});
+  scene.add(shape, 1, {0, 0, btScalar(0.05)});
+  scene.step(1);
+  ASSERT_FALSE(scene.points().empty());
+  for (const btManifoldPoint& p : scene.points()) {
+    EXPECT_EQ(p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING, 0);
+  }
+}
+
 TEST(ContactAlgorithm, ManifoldsAreGivenBackWhenABodyLeaves) {
   World scene;
   bullet::Shape shape(brick());
