@@ -267,6 +267,7 @@ Json to_json(const SceneReport& report) {
   }
   json["assets"] = Json::array();
   for (std::size_t i = 0; i < plan.assets.size(); ++i) json["assets"].push_back(asset_to_json(report, i));
+  json["removed"] = report.removed;
   json["notes"] = scene.notes;
   return json;
 }
@@ -303,6 +304,8 @@ std::string to_text(const SceneReport& report) {
   text += fmt::format("in all        {}\n", saving(totals.planned, totals.ordinary, totals.everything));
   if (!report.everything.empty() && !is_baked(report))
     text += fmt::format("written       {}: everything\n", format_bytes(totals.everything.bytes));
+  if (!report.removed.empty())
+    text += fmt::format("removed       {}: of an earlier plan\n", fmt::join(report.removed, ", "));
   if (report.everything.empty() && is_baked(report))
     text += "              --compare bakes everything too, and measures it\n";
   return text;
