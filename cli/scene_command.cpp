@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "bake/plan.h"
 #include "bake/vps_load.h"
@@ -108,8 +109,10 @@ BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions
   }
 }
 
-// Meshes that cannot be baked are refused before anything is, also in a dry run. What a cache has is good.
+// Meshes that cannot be baked are refused before anything is, also in a dry run. What a cache has is good, and the
+// first bake begins with this check.
 void check_meshes(const Run& run) {
+  bool is_first = !run.arguments.dry_run;
   for (const PlannedAsset& asset : run.plan.assets) {
     if (!is_written(run, asset) && !run.arguments.compare) continue;
     const TriangleMesh& mesh = run.meshes[asset.mesh].mesh;
@@ -119,6 +122,7 @@ void check_meshes(const Run& run) {
     BakeReport ignored;
     const std::string& cache = run.arguments.cache;
     if (!cache.empty() && AssetCache(cache).open(cache_key(mesh, settings), cached, ignored)) continue;
+    if (is_written(run, asset) && std::exchange(is_first, false)) continue;
     try {
       (void)closed_mesh(mesh, settings.options);
     } catch (const BakeError& error) {
@@ -213,6 +217,7 @@ int run_scene(const SceneArguments& arguments) {
   try {
     run.scene = read_scene(arguments.scene);
     run.meshes = read_meshes(run.scene);
+    doubt_units(run.scene, run.meshes);
     run.plan = plan_scene(run.scene, run.meshes);
     run.baked.resize(run.plan.assets.size());
     for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);

@@ -8,6 +8,7 @@
 #include <map>
 #include <system_error>
 
+#include "bake/plan.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
@@ -56,6 +57,11 @@ double SceneMesh::longest() const {
   return longest;
 }
 
+std::string SceneMesh::size() const {
+  const auto side = [&](std::size_t axis) { return format_length(bounds_max[axis] - bounds_min[axis]); };
+  return fmt::format("{} x {} x {}", side(0), side(1), side(2));
+}
+
 bool SceneMesh::is_of(const SceneShape& shape) const {
   return std::find(spellings.begin(), spellings.end(), std::pair(shape.mesh, shape.unit)) != spellings.end();
 }
@@ -82,6 +88,24 @@ std::vector<SceneMesh> read_meshes(const Scene& scene) {
     }
   }
   return meshes;
+}
+
+void doubt_units(Scene& scene, const std::vector<SceneMesh>& meshes) {
+  // Of the box round the mesh: a tenth of the air's, and somewhat more than the densest metal's. [kg/m^3]
+  constexpr double kLightest = 0.1;
+  constexpr double kHeaviest = 25'000;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.motion != Motion::dynamic || body.shapes.size() != 1 || body.shapes.front().solid != Solid::mesh) continue;
+    const auto mesh = std::find_if(meshes.begin(), meshes.end(),
+                                   [&](const SceneMesh& one) { return one.is_of(body.shapes.front()); });
+    double volume = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) volume *= mesh->bounds_max[axis] - mesh->bounds_min[axis];
+    const double density = body.mass / volume;
+    if (!(volume > 0) || (density >= kLightest && density <= kHeaviest)) continue;
+    scene.notes.push_back(
+        fmt::format("{}:{}: {:.4g} kg of '{}' in {} are {:.2g} kg/m^3; check its unit, scale and mass", body.place.file,
+                    body.place.line, body.mass, body.name, mesh->size(), density));
+  }
 }
 
 }  // namespace vps::cli

@@ -118,6 +118,9 @@ TEST(Scene, AMeshThatCannotBeBakedIsRefusedBeforeAnythingIs) {
   write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"") + open + "mass = \"1kg\"\n");
   const std::string why = "scene.toml:11: mesh 'open.obj': the mesh is open";
   // What was baked would be in the cache.
+  const std::string others = kPlane + open + "mass = \"1kg\"\n" + body("nut", "nut", "mass = \"20g\"");
+  write_file(folder / "first.toml", others);
+  expect_refusal(folder, "scene first.toml --cache cache", kBad, "first.toml:7: mesh 'open.obj': the mesh is open");
   expect_refusal(folder, "scene scene.toml --cache cache", kBad, why);
   expect_refusal(folder, "scene scene.toml --dry-run", kBad, why);
   // One that meets nobody is not baked, and may be open.
@@ -138,6 +141,19 @@ TEST(Scene, OneMeshOfSeveralNamesIsBakedOnce) {
   EXPECT_EQ(report["assets"][0]["mesh"], "a.obj");
   // Of another size it is another.
   EXPECT_EQ(plan(folder, text + "scale = 2\n")["assets"].size(), 2U);
+}
+
+TEST(Scene, AMassThatIsAbsurdForItsMeshIsDoubted) {
+  const TemporaryFolder folder;
+  const auto notes = [&](const char* rest) {
+    return plan(folder, kPlane + body("nut", "nut", std::string("mass = \"20g\"\n") + rest))["notes"];
+  };
+  EXPECT_EQ(notes(""), Json::array());
+  for (const char* const wrong : {"unit = \"mm\"", "scale = 100"}) {
+    const Json said = notes(wrong);
+    ASSERT_EQ(said.size(), 1U) << wrong;
+    EXPECT_NE(said[0].get<std::string>().find("scene.toml:5: 0.02 kg of 'nut' in "), std::string::npos) << said[0];
+  }
 }
 
 TEST(Scene, LongNamesOfMeshesAreShortened) {
