@@ -24,7 +24,7 @@ std::set<std::string> assets_of(const fs::path& manifest) {
   for (const auto& asset : *assets) {
     const auto name = asset.is_object() ? asset.find("file") : asset.end();
     if (name == asset.end() || !name->is_string()) continue;
-    const fs::path path = name->get<std::string>();
+    const fs::path path = fs::path(name->get<std::string>()).lexically_normal();
     if (path.filename() == path) names.insert(path);
   }
   return names;

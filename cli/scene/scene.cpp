@@ -104,7 +104,7 @@ void check_body(const SceneBody& body) {
   const auto require = [&](bool sound, const std::string& reason) {
     if (!sound) throw SceneError(body.place, reason);
   };
-  require(is_file_name(body.name), fmt::format("the name '{}' has control characters in it", body.name));
+  require(is_file_name(body.name), fmt::format("the name '{}' is empty or has control characters in it", body.name));
   require(body.name.size() <= scene_manifest::kLongestText,
           fmt::format("a body's name is longer than {} bytes", scene_manifest::kLongestText));
   const bool is_dynamic = body.motion == Motion::dynamic;
