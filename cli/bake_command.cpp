@@ -34,10 +34,6 @@ fs::path output_path(const BakeArguments& arguments) {
   return path.replace_extension(".vps.hdf");
 }
 
-std::string refusal(const fs::path& output) {
-  return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
-}
-
 ImportOptions complete_import(const BakeArguments& arguments) {
   ImportOptions options = arguments.import_options;
   options.unit = arguments.unit * arguments.scale;
@@ -169,7 +165,7 @@ int bake_file(const BakeArguments& arguments) {
   };
   if (with_cache) run.cache = timed(run, "cache", look_up) ? "hit" : "miss";
   if (hit.is_open()) {
-    if (const std::string reason = refusal(run.output); !reason.empty()) return fail_output(run, reason);
+    if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
     print_plan(run);
     return deliver(run, hit.info(), [&] {
       write_whole(run.output, hit.bytes());
@@ -180,7 +176,7 @@ int bake_file(const BakeArguments& arguments) {
   const ImportedMesh mesh = timed(run, "import", [&] { return import_mesh(arguments.mesh, settings.import); });
   if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
   // Better now than after the bake.
-  if (const std::string reason = refusal(run.output); !reason.empty()) return fail_output(run, reason);
+  if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
   const BakedAsset asset = bake_mesh(run, settings, mesh);
   if (with_cache) {
     run.progress.show("store", 1);

@@ -31,6 +31,10 @@ std::string output_refusal(const fs::path& output, std::string_view beginning, c
   return fmt::format("the file exists and is not {}; remove it or choose another output", kind);
 }
 
+std::string asset_refusal(const fs::path& output) {
+  return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
+}
+
 fs::path beside(const fs::path& asset, const char* ending) {
   return asset.parent_path() / (asset_name(asset) + ending);
 }

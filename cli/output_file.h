@@ -14,6 +14,9 @@ namespace vps::cli {
 [[nodiscard]] std::string output_refusal(const std::filesystem::path& output, std::string_view beginning,
                                          const char* kind);
 
+/// `output_refusal` of an asset.
+[[nodiscard]] std::string asset_refusal(const std::filesystem::path& output);
+
 /// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& asset, const char* ending);
 

@@ -8,14 +8,17 @@
 #include <cstdlib>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "bake/plan.h"
 #include "bake/vps_load.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
+#include "cli/scene/former_assets.h"
 #include "cli/scene/report_scene.h"
 #include "cli/scene/write_manifest.h"
+#include "formats/scene_manifest.h"
 
 namespace vps::cli {
 namespace {
@@ -31,10 +34,11 @@ struct SceneArguments {
 
 struct Run {
   const SceneArguments& arguments;
-  Scene scene;
-  std::vector<SceneMesh> meshes;
-  ScenePlan plan;
-  std::vector<BakedPart> baked, ordinary, everything;
+  Scene scene = {};
+  std::vector<SceneMesh> meshes = {};
+  ScenePlan plan = {};
+  std::vector<BakedPart> baked = {}, ordinary = {}, everything = {};
+  std::vector<std::string> removed = {};  // assets of an earlier plan
 };
 
 // Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
@@ -56,30 +60,38 @@ bool is_written(const Run& run, const PlannedAsset& asset) {
   return run.arguments.full || asset.is_needed();
 }
 
+const BakeOptions& wanted_options(const Run& run, const PlannedAsset& asset) {
+  return run.arguments.full ? asset.everything : asset.options;
+}
+
 void name_asset(Run& run, PlannedAsset& asset) {
-  asset.file = asset_file(run.meshes[asset.mesh], run.arguments.full ? asset.everything : asset.options);
+  asset.file = asset_file(run.meshes[asset.mesh], wanted_options(run, asset));
 }
 
 // Whether the folder has files of these names that are not the program's. @return false when one was complained of
 bool outputs_are_free(const Run& run, const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder, ignored)) return true;
-  const auto is_free = [](const fs::path& file, std::string_view beginning, const char* kind) {
-    const std::string reason = output_refusal(file, beginning, kind);
+  const auto is_free = [](const fs::path& file, const std::string& reason) {
     if (!reason.empty()) (void)fail(kIo, file.string(), reason);
     return reason.empty();
   };
   for (const PlannedAsset& asset : run.plan.assets) {
-    const std::string_view magic(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
-    if (is_written(run, asset) && !is_free(folder / asset.file, magic, "an asset")) return false;
+    const fs::path file = folder / asset.file;
+    if (is_written(run, asset) && !is_free(file, asset_refusal(file))) return false;
   }
-  return is_free(manifest_file(run.arguments, folder), kManifestBeginning, "a scene's manifest");
+  const fs::path manifest = manifest_file(run.arguments, folder);
+  return is_free(manifest, output_refusal(manifest, kManifestBeginning, "a scene's manifest"));
 }
 
 fs::path output_folder(const SceneArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path folder = arguments.scene;
   return folder.replace_extension(".vps");
+}
+
+[[noreturn]] void refuse_mesh(const Run& run, const PlannedAsset& asset, const char* reason) {
+  throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), reason));
 }
 
 BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions& options, const std::string& cache) {
@@ -93,7 +105,29 @@ BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions
     return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
   } catch (const LoadError& error) {
     if (error.stage == "write") throw WriteError(error.what());
-    throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), error.what()));
+    refuse_mesh(run, asset, error.what());
+  }
+}
+
+// Meshes that cannot be baked are refused before anything is, also in a dry run. What a cache has is good, and the
+// first bake begins with this check.
+void check_meshes(const Run& run) {
+  bool is_first = !run.arguments.dry_run;
+  for (const PlannedAsset& asset : run.plan.assets) {
+    if (!is_written(run, asset) && !run.arguments.compare) continue;
+    const TriangleMesh& mesh = run.meshes[asset.mesh].mesh;
+    BakeSettings settings;
+    settings.options = wanted_options(run, asset);
+    Asset cached;
+    BakeReport ignored;
+    const std::string& cache = run.arguments.cache;
+    if (!cache.empty() && AssetCache(cache).open(cache_key(mesh, settings), cached, ignored)) continue;
+    if (is_written(run, asset) && std::exchange(is_first, false)) continue;
+    try {
+      (void)closed_mesh(mesh, settings.options);
+    } catch (const BakeError& error) {
+      refuse_mesh(run, asset, error.what());
+    }
   }
 }
 
@@ -107,11 +141,10 @@ double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
 
 void bake_asset(Run& run, std::size_t i) {
   PlannedAsset& asset = run.plan.assets[i];
-  const bool full = run.arguments.full;
   if (!is_written(run, asset)) return;
   constexpr int kTrials = 5;
   for (int trial = 1;; ++trial) {
-    run.baked[i] = bake_part(run, asset, full ? asset.everything : asset.options, run.arguments.cache);
+    run.baked[i] = bake_part(run, asset, wanted_options(run, asset), run.arguments.cache);
     if (run.scene.error.value == 0) return;
     const double by = lacking(asset, run.baked[i].asset->info(), run.scene.error.value);
     if (by <= 1) return;
@@ -144,8 +177,8 @@ void bake_scene(Run& run) {
   }
 }
 
-// The manifest comes last: where it is, its assets are.
-std::string write_scene(const Run& run, const fs::path& folder) {
+// The manifest comes last: where it is, its assets are. Those that only its predecessor had go with it.
+std::string write_scene(Run& run, const fs::path& folder) {
   std::error_code failed;
   fs::create_directory(folder, failed);
   if (failed) throw WriteError("the folder cannot be made; choose another with -o");
@@ -154,7 +187,11 @@ std::string write_scene(const Run& run, const fs::path& folder) {
   }
   const fs::path manifest = manifest_file(run.arguments, folder);
   const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan, run.baked));
+  if (text.size() > scene_manifest::kMostBytes)
+    throw SceneError({run.arguments.scene, 1}, "the manifest would be larger than 64 MiB; leave bodies out");
+  const std::set<std::string> former = assets_of(manifest);
   write_whole(manifest, std::as_bytes(std::span(text)));
+  run.removed = remove_unlisted(folder, former);
   return manifest.string();
 }
 
@@ -175,18 +212,22 @@ std::string in_words_of(const Place& place, std::string text) {
 }
 
 int run_scene(const SceneArguments& arguments) {
-  Run run{arguments, {}, {}, {}, {}, {}, {}};
+  Run run{arguments};
   const fs::path folder = output_folder(arguments);
   try {
     run.scene = read_scene(arguments.scene);
     run.meshes = read_meshes(run.scene);
+    doubt_units(run.scene, run.meshes);
     run.plan = plan_scene(run.scene, run.meshes);
     run.baked.resize(run.plan.assets.size());
     for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);
-    std::string manifest;
     if (!arguments.dry_run) {
       if (const std::string reason = folder_refusal(folder); !reason.empty()) return fail(kIo, folder.string(), reason);
       if (!outputs_are_free(run, folder)) return kIo;
+    }
+    check_meshes(run);
+    std::string manifest;
+    if (!arguments.dry_run) {
       bake_scene(run);
       if (!outputs_are_free(run, folder)) return kIo;  // names change where an asset had to be finer
       manifest = write_scene(run, folder);
@@ -196,15 +237,15 @@ int run_scene(const SceneArguments& arguments) {
       run.everything = std::move(run.baked);
       run.baked.assign(run.plan.assets.size(), {});
     }
-    const SceneReport report{run.scene,    run.meshes,     run.plan,        run.baked,
-                             run.ordinary, run.everything, arguments.scene, manifest};
+    const SceneReport report{run.scene,      run.meshes,      run.plan, run.baked,  run.ordinary,
+                             run.everything, arguments.scene, manifest, run.removed};
     fmt::print("{}", arguments.json ? to_text(to_json(report)) : to_text(report));
     if (!arguments.json && !manifest.empty()) fmt::print("{}\n", manifest);
     return kOk;
   } catch (const SceneError& error) {
     const Place& place = error.place;
-    const bool is_missing = place.line == 0;
-    return fail(is_missing ? kIo : kBadInput, is_missing ? place.file : fmt::format("{}:{}", place.file, place.line),
+    return fail(error.kind == SceneError::Kind::io ? kIo : kBadInput,
+                place.line == 0 ? place.file : fmt::format("{}:{}", place.file, place.line),
                 in_words_of(place, error.what()));
   } catch (const WriteError& error) {
     return fail(kIo, folder.string(), error.what());

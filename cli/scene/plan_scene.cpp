@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <tuple>
 
 #include "bake/cache.h"
 #include "bake/plan.h"
-#include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 namespace {
@@ -190,8 +188,7 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
       PlannedShape planned{b, s};
       if (is_mesh(shape)) {
         const auto mesh = static_cast<std::size_t>(
-            std::find_if(meshes.begin(), meshes.end(),
-                         [&](const SceneMesh& m) { return m.file == shape.mesh && m.unit == shape.unit; }) -
+            std::find_if(meshes.begin(), meshes.end(), [&](const SceneMesh& m) { return m.is_of(shape); }) -
             meshes.begin());
         const auto [it, is_new] =
             known.emplace(std::tuple(mesh, shape.voxel_size, shape.repair, shape.sheet_thickness), plan.assets.size());
@@ -268,49 +265,6 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
 
 }  // namespace
 
-double SceneMesh::longest() const {
-  double longest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, bounds_max[axis] - bounds_min[axis]);
-  return longest;
-}
-
-std::vector<SceneMesh> read_meshes(const Scene& scene) {
-  std::vector<SceneMesh> meshes;
-  std::set<std::pair<std::filesystem::path, double>> known;
-  for (const SceneBody& body : scene.bodies) {
-    for (const SceneShape& shape : body.shapes) {
-      if (!is_mesh(shape) || !known.emplace(shape.mesh, shape.unit).second) continue;
-      SceneMesh one;
-      one.file = shape.mesh;
-      one.unit = shape.unit;
-      try {
-        ImportedMesh imported = import_mesh(shape.mesh, {.unit = shape.unit});
-        one.notes = imported.notes;
-        one.mesh = std::move(imported);
-      } catch (const ImportError& error) {
-        throw SceneError(shape.place, fmt::format("mesh '{}': {}", shape.mesh.string(), error.what()));
-      }
-      constexpr double kInfinity = std::numeric_limits<double>::infinity();
-      one.bounds_min = {kInfinity, kInfinity, kInfinity};
-      one.bounds_max = {-kInfinity, -kInfinity, -kInfinity};
-      for (const auto& p : one.mesh.vertices) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          one.bounds_min[axis] = std::min(one.bounds_min[axis], p[axis]);
-          one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
-        }
-      }
-      constexpr double kSmallest = 1e-6;  // below, inertias are zero to floats
-      if (!(one.longest() >= kSmallest)) {
-        throw SceneError(shape.place,
-                         fmt::format("mesh '{}' is smaller than a thousandth of a millimetre; check its unit and scale",
-                                     shape.mesh.string()));
-      }
-      meshes.push_back(std::move(one));
-    }
-  }
-  return meshes;
-}
-
 ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
   bool is_free = scene.error.value == 0;  // to be made coarser
   if (is_free) {
@@ -347,7 +301,14 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
 std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
   BakeSettings settings;
   settings.options = options;
-  return fmt::format("{}-{}.vps.hdf", mesh.file.stem().string(), cache_key(mesh.mesh, settings).digits.substr(0, 8));
+  constexpr std::size_t kLongest = 100;  // names of files have limits
+  std::string stem = mesh.file.stem().string();
+  if (stem.size() > kLongest) {
+    std::size_t end = kLongest;
+    while (end > 0 && (stem[end] & 0xC0) == 0x80) --end;  // not within a character
+    stem.resize(end);
+  }
+  return fmt::format("{}-{}.vps.hdf", stem, cache_key(mesh.mesh, settings).digits.substr(0, 8));
 }
 
 void refine(PlannedAsset& asset, double by) {

@@ -9,24 +9,12 @@
 
 #include "bake/vps_bake.h"
 #include "cli/scene/scene.h"
+#include "cli/scene/scene_mesh.h"
 
 namespace vps::cli {
 
 /// Of a wished error, for the bound of the field's certificate; the rest is for the shell's covering radius.
 inline constexpr double kFieldShare = 0.25;
-
-/// A mesh of the scene, in metres. Bodies with the same file and unit share it.
-struct SceneMesh {
-  std::filesystem::path file;
-  double unit = 1;
-  TriangleMesh mesh;
-  Triple bounds_min{}, bounds_max{};  ///< [m]
-  std::vector<std::string> notes;
-  [[nodiscard]] double longest() const;
-};
-
-/// Reads every mesh once. @throw SceneError naming the line that names the mesh
-[[nodiscard]] std::vector<SceneMesh> read_meshes(const Scene& scene);
 
 /// One asset to bake, for all shapes whose mesh is the same and is baked alike.
 struct PlannedAsset {
@@ -64,8 +52,8 @@ struct ScenePlan {
 /// @throw SceneError naming the line of a wish that cannot be met
 [[nodiscard]] ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes);
 
-/// Name of an asset's file, without folders: the mesh's stem and 8 digits of the cache_key, so that a name means the
-/// same bytes wherever it is.
+/// Name of an asset's file, without folders: the mesh's stem, shortened where it is long, and 8 digits of the
+/// cache_key, so that a name means the same bytes wherever it is.
 [[nodiscard]] std::string asset_file(const SceneMesh& mesh, const BakeOptions& options);
 
 /// Makes an asset finer by what a bake has shown, so that a wished error is met.

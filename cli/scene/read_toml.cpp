@@ -4,150 +4,21 @@
 
 #include <toml++/toml.h>
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <functional>
 #include <limits>
-#include <set>
-#include <sstream>
+#include <map>
+#include <string_view>
 
 #include "cli/options.h"
 #include "cli/scene/scene.h"
+#include "cli/scene/toml_table.h"
 
 namespace vps::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Edits that make one word of another (Levenshtein 1966).
-std::size_t edits_between(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t above = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
-}
-
-// A table whose keys are taken one by one; those that nobody asked for are errors.
-class Table {
- public:
-  Table(const toml::table& table, std::string file, std::string name)
-      : table_(table), file_(std::move(file)), name_(std::move(name)) {}
-
-  [[nodiscard]] Place place() const { return place_of(table_); }
-  [[nodiscard]] Place place_of(const toml::node& node) const {
-    return {file_, static_cast<int>(node.source().begin.line)};
-  }
-  [[noreturn]] void refuse(const toml::node& node, const std::string& reason) const {
-    throw SceneError(place_of(node), reason);
-  }
-
-  // Null when the key is absent.
-  const toml::node* take(const char* key) {
-    known_.insert(key);
-    return table_.get(key);
-  }
-  [[nodiscard]] bool has(const char* key) const { return table_.contains(key); }
-
-  std::string text(const char* key, const std::string& otherwise) {
-    const toml::node* const node = take(key);
-    return node == nullptr ? otherwise : text_of(key, *node);
-  }
-
-  using Parser = double (*)(const std::string&);
-  // @return false, and nothing done, when the key is absent
-  bool quantity(const char* key, Parser parse, double& out) {
-    const toml::node* const node = take(key);
-    if (node != nullptr) out = parsed(key, *node, parse);
-    return node != nullptr;
-  }
-  bool quantities(const char* key, Parser parse, Triple& out) {
-    const toml::node* const node = take(key);
-    if (node == nullptr) return false;
-    const toml::array* const list = node->as_array();
-    if (list == nullptr || list->size() != 3) refuse(*node, fmt::format("{} is a list of three, for x, y and z", key));
-    for (std::size_t i = 0; i < 3; ++i) out[i] = parsed(key, *list->get(i), parse);
-    return true;
-  }
-  bool number(const char* key, double low, double high, double& out) {
-    const toml::node* const node = take(key);
-    if (node == nullptr) return false;
-    const auto value = node->is_number() ? node->value<double>() : std::nullopt;
-    if (!value || !(*value >= low && *value <= high))
-      refuse(*node, fmt::format("{} is a number from {} to {}, without quotes", key, low, high));
-    out = *value;
-    return true;
-  }
-  template <class Integer>
-  bool integer(const char* key, std::int64_t low, std::int64_t high, Integer& out) {
-    const toml::node* const node = take(key);
-    if (node == nullptr) return false;
-    const auto* const value = node->as_integer();
-    if (value == nullptr || value->get() < low || value->get() > high)
-      refuse(*node, fmt::format("{} is a whole number from {} to {}", key, low, high));
-    out = static_cast<Integer>(value->get());
-    return true;
-  }
-  template <class T>
-  T choice(const char* key, std::initializer_list<std::pair<const char*, T>> choices, T otherwise) {
-    const toml::node* const node = take(key);
-    return node == nullptr ? otherwise : chosen(key, *node, choices);
-  }
-  template <class T>
-  T chosen(const char* key, const toml::node& node, std::initializer_list<std::pair<const char*, T>> choices) {
-    const std::string text = text_of(key, node);
-    std::string names;
-    for (const auto& [name, value] : choices) {
-      if (text == name) return value;
-      names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
-    }
-    refuse(node, fmt::format("{} is one of {}, not \"{}\"", key, names, text));
-  }
-
-  // What nobody took.
-  void finish() const { allow_only({known_.begin(), known_.end()}); }
-
-  // @param keys  of keys that are equally like a wrong one, the first is meant
-  void allow_only(const std::vector<std::string>& keys) const {
-    for (const auto& [key, node] : table_) {
-      const std::string name(key.str());
-      if (std::find(keys.begin(), keys.end(), name) != keys.end()) continue;
-      const auto nearest = std::min_element(keys.begin(), keys.end(), [&](const auto& a, const auto& b) {
-        return edits_between(name, a) < edits_between(name, b);
-      });
-      const bool alike = nearest != keys.end() && edits_between(name, *nearest) <= 1 + nearest->size() / 3;
-      const std::string help = alike ? fmt::format("did you mean '{}'?", *nearest) : "see docs/scene.md for the keys";
-      throw SceneError({file_, static_cast<int>(key.source().begin.line)},
-                       fmt::format("{} has no key '{}' here; {}", name_, name, help));
-    }
-  }
-
- private:
-  std::string text_of(const char* key, const toml::node& node) const {
-    const auto* const value = node.as_string();
-    if (value == nullptr) refuse(node, fmt::format("{} is a text, in quotes, with a unit where it is a quantity", key));
-    return value->get();
-  }
-  double parsed(const char* key, const toml::node& node, Parser parse) const {
-    try {
-      return parse(text_of(key, node));
-    } catch (const CLI::ValidationError& error) {
-      refuse(node, fmt::format("{}: {}", key, error.what()));
-    }
-  }
-
-  const toml::table& table_;
-  std::string file_, name_;
-  std::set<std::string> known_;
-};
-
 void read_wishes(Table table, Scene& scene) {
+  table.allow_only({"error", "time_budget", "memory", "step"});
   const auto wish = [&](const char* key, Table::Parser parse, Wish& out) {
     if (table.quantity(key, parse, out.value)) out.place = table.place_of(*table.take(key));
   };
@@ -157,17 +28,19 @@ void read_wishes(Table table, Scene& scene) {
       "memory", [](const std::string& text) { return static_cast<double>(parse_size(text)); }, scene.memory);
   if (table.quantity("step", parse_time, scene.step) && !(scene.step >= 1e-6 && scene.step <= 1))
     table.refuse(*table.take("step"), "step is a time from 1us to 1s");
-  table.finish();
 }
 
 void read_world(Table table, Scene& scene) {
+  table.allow_only({"gravity"});
   Triple gravity{};
   if (table.quantities("gravity", parse_acceleration, gravity)) scene.gravity = gravity;
-  table.finish();
 }
 
-fs::path beside(const std::string& file, const std::string& name) {
-  return (fs::path(file).parent_path() / name).lexically_normal();
+// The file that a key names, beside the scene's.
+fs::path file_at(Table& table, const char* key, const std::string& scene) {
+  const std::string name = table.text(key, "");
+  if (!is_file_name(name)) table.refuse(*table.take(key), fmt::format("{} is not the name of a file", key));
+  return (fs::path(scene).parent_path() / name).lexically_normal();
 }
 
 // A mesh or a shape of Bullet's; nothing when the body is a URDF's.
@@ -180,7 +53,7 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
   }
   if (const toml::node* const mesh = table.take("mesh")) {
     shape.place = table.place_of(*mesh);
-    shape.mesh = beside(file, table.text("mesh", ""));
+    shape.mesh = file_at(table, "mesh", file);
     const std::string unit = table.text("unit", "m");
     try {
       shape.unit = parse_unit(unit);
@@ -216,7 +89,7 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
   return shape;
 }
 
-// How the meshes of a body are baked.
+// How the meshes of a body are baked and used.
 void read_baking(Table& table, SceneBody& body) {
   SceneShape as_said;
   table.quantity("voxel", parse_length, as_said.voxel_size);
@@ -232,6 +105,15 @@ void read_baking(Table& table, SceneBody& body) {
     shape.voxel_size = as_said.voxel_size;
     shape.sheet_thickness = as_said.sheet_thickness;
     shape.repair = as_said.repair;
+  }
+  std::uint32_t segments = 0;
+  if (table.integer("segments", 0, 4096, segments)) body.segments = segments;
+  if (const toml::node* const keep = table.take("keep")) {
+    if (keep->as_array() == nullptr) table.refuse(*keep, "keep is a list, such as [\"voxelmap\"]");
+    for (const toml::node& part : *keep->as_array()) {
+      body.keep =
+          body.keep | table.chosen<Use>("keep", part, {{"voxelmap", Use::scaled}, {"pointshell", Use::pointshell}});
+    }
   }
 }
 
@@ -271,15 +153,6 @@ void read_motion(Table& table, SceneBody& body, bool from_urdf) {
   }
   table.number("friction", 0, 1000, body.friction);
   table.number("restitution", 0, 1, body.restitution);
-  std::uint32_t segments = 0;
-  if (table.integer("segments", 0, 4096, segments)) body.segments = segments;
-  if (const toml::node* const keep = table.take("keep")) {
-    if (keep->as_array() == nullptr) table.refuse(*keep, "keep is a list, such as [\"voxelmap\"]");
-    for (const toml::node& part : *keep->as_array()) {
-      body.keep =
-          body.keep | table.chosen<Use>("keep", part, {{"voxelmap", Use::scaled}, {"pointshell", Use::pointshell}});
-    }
-  }
 }
 
 void read_body(Table table, const std::string& file, Scene& scene) {
@@ -303,18 +176,20 @@ void read_body(Table table, const std::string& file, Scene& scene) {
     bodies.push_back(std::move(body));
   } else {
     const Place place = table.place_of(*table.take("urdf"));
-    const fs::path urdf = beside(file, table.text("urdf", ""));
+    const fs::path urdf = file_at(table, "urdf", file);
     std::error_code ignored;
     if (!fs::is_regular_file(urdf, ignored))
-      throw SceneError(place, fmt::format("'{}' does not exist; it is sought beside the scene", urdf.string()));
+      throw SceneError(place, fmt::format("'{}' does not exist; it is sought beside the scene", urdf.string()),
+                       SceneError::Kind::io);
     Scene robot = read_urdf(urdf);
     for (SceneBody& link : robot.bodies) {
       link.name = robot.bodies.size() == 1 ? body.name : body.name + "/" + link.name;
       bodies.push_back(std::move(link));
     }
     for (const auto& [a, b] : robot.joined) scene.joined.emplace_back(first + a, first + b);
+    scene.notes.insert(scene.notes.end(), robot.notes.begin(), robot.notes.end());
     if (!table.has("type") && !table.has("mass"))
-      scene.notes.insert(scene.notes.end(), robot.notes.begin(), robot.notes.end());
+      scene.assumptions.insert(scene.assumptions.end(), robot.assumptions.begin(), robot.assumptions.end());
     if (table.has("mass") && bodies.size() > 1)
       table.refuse(*table.take("mass"), "mass is for a URDF of one link; this one states its own");
   }
@@ -340,6 +215,7 @@ Scene read_toml(const fs::path& path) {
   }
   Scene scene;
   Table top(root, file, "a scene");
+  top.allow_only({"body", "wishes", "world"});
   const auto table_at = [&](const char* key, const char* name) -> std::optional<Table> {
     const toml::node* const node = top.take(key);
     if (node == nullptr) return std::nullopt;
@@ -349,7 +225,6 @@ Scene read_toml(const fs::path& path) {
   const auto wishes = table_at("wishes", "[wishes]");
   const auto world = table_at("world", "[world]");
   const toml::node* const bodies = top.take("body");
-  top.finish();
   if (wishes) read_wishes(*wishes, scene);
   if (world) read_world(*world, scene);
   const toml::array* const list = bodies != nullptr ? bodies->as_array() : nullptr;
@@ -359,12 +234,12 @@ Scene read_toml(const fs::path& path) {
     if (node.as_table() == nullptr) top.refuse(node, "write [[body]] for each body");
     read_body(Table(*node.as_table(), file, "[[body]]"), file, scene);
   }
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (scene.bodies[i].name != scene.bodies[j].name) continue;
-      throw SceneError(scene.bodies[i].place, fmt::format("two bodies are named '{}', the other on line {}; rename one",
-                                                          scene.bodies[i].name, scene.bodies[j].place.line));
-    }
+  std::map<std::string_view, int> lines;  // of the names
+  for (const SceneBody& body : scene.bodies) {
+    const auto [known, is_new] = lines.emplace(body.name, body.place.line);
+    if (is_new) continue;
+    throw SceneError(body.place, fmt::format("two bodies are named '{}', the other on line {}; rename one", body.name,
+                                             known->second));
   }
   return scene;
 }

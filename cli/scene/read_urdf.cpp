@@ -10,13 +10,14 @@
 #include <system_error>
 
 #include "cli/scene/scene.h"
+#include "cli/scene/urdf_elements.h"
 
 namespace vps::cli {
 namespace {
 
 namespace fs = std::filesystem;
 
-// urdfdom prints what it does not like; here the first sentence of it is the reason of the refusal.
+// urdfdom prints what it does not like; here its first sentence is the reason of the refusal.
 class Listener final : public console_bridge::OutputHandler {
  public:
   Listener() { console_bridge::useOutputHandler(this); }
@@ -24,67 +25,12 @@ class Listener final : public console_bridge::OutputHandler {
   Listener& operator=(const Listener&) = delete;
   ~Listener() override { console_bridge::restorePreviousOutputHandler(); }
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR) messages_.push_back(text);
   }
-  [[nodiscard]] const std::string& first() const { return first_; }
+  [[nodiscard]] const std::vector<std::string>& messages() const { return messages_; }
 
  private:
-  std::string first_;
-};
-
-// tinyxml calls itself for each element in an element: a file of nothing but opening tags would exhaust the stack.
-void refuse_deep(const std::string& file, const std::string& text) {
-  constexpr int kDeepest = 1000;  // a URDF has 6
-  int depth = 0;
-  int line = 1;
-  for (std::size_t i = 0; i + 1 < text.size(); ++i) {
-    if (text[i] == '\n') ++line;
-    if (text[i] == '<' && text[i + 1] != '!' && text[i + 1] != '?') depth += text[i + 1] == '/' ? -1 : 1;
-    if (text[i] == '/' && text[i + 1] == '>') --depth;
-    if (depth > kDeepest) throw SceneError({file, line}, "the elements are nested too deeply for a URDF");
-  }
-}
-
-// Lines of links and of their meshes, which urdfdom does not keep.
-class Lines {
- public:
-  // @throw SceneError when this is not XML, or has no robot
-  Lines(const std::string& file, const std::string& text) : file_(file) {
-    refuse_deep(file, text);
-    document_.Parse(text.c_str());
-    if (document_.Error()) {
-      throw SceneError({file, std::max(1, document_.ErrorRow())},
-                       fmt::format("this is not XML: {}", document_.ErrorDesc()));
-    }
-    robot_ = document_.FirstChildElement("robot");
-    if (robot_ == nullptr) throw SceneError({file, 1}, "this is not a URDF: it has no <robot>");
-  }
-  [[nodiscard]] Place of_link(const std::string& name) const {
-    const TiXmlElement* const link = find(name);
-    return {file_, link != nullptr ? link->Row() : robot_->Row()};
-  }
-  // @param number  of the collision element in its link
-  [[nodiscard]] Place of_geometry(const std::string& name, std::size_t number) const {
-    const TiXmlElement* const link = find(name);
-    const TiXmlElement* at = link != nullptr ? link->FirstChildElement("collision") : nullptr;
-    for (std::size_t i = 0; i < number && at != nullptr; ++i) at = at->NextSiblingElement("collision");
-    if (at == nullptr) return of_link(name);
-    const TiXmlElement* const geometry = at->FirstChildElement("geometry");
-    const TiXmlElement* const inner = geometry != nullptr ? geometry->FirstChildElement() : nullptr;
-    return {file_, (inner != nullptr ? inner : at)->Row()};
-  }
-
- private:
-  [[nodiscard]] const TiXmlElement* find(const std::string& name) const {
-    for (const TiXmlElement* e = robot_->FirstChildElement("link"); e != nullptr; e = e->NextSiblingElement("link")) {
-      const char* const attribute = e->Attribute("name");
-      if (attribute != nullptr && name == attribute) return e;
-    }
-    return nullptr;
-  }
-  std::string file_;
-  TiXmlDocument document_;
-  const TiXmlElement* robot_ = nullptr;
+  std::vector<std::string> messages_;
 };
 
 Placement to_placement(const urdf::Pose& pose) {
@@ -181,17 +127,17 @@ void add_inertial(Rigid& rigid, const urdf::Inertial& inertial, const Placement&
 
 class Reader {
  public:
-  Reader(const urdf::ModelInterface& model, const fs::path& file, const Lines& lines)
-      : model_(model), file_(file), lines_(lines) {}
+  Reader(const urdf::ModelInterface& model, const fs::path& file, const UrdfElements& elements)
+      : model_(model), file_(file), elements_(elements) {}
 
   Scene read() {
     const urdf::LinkConstSharedPtr root = model_.getRoot();
     visit(*root, start(*root, {}, root->name == "world"), {}, {});
     for (const auto& [name, link] : model_.links_) {
       if (visited_.count(name) == 0)
-        throw SceneError(lines_.of_link(name), fmt::format("link '{}' does not hang on the root '{}'; its joints go "
-                                                           "round in a circle",
-                                                           name, root->name));
+        throw SceneError(elements_.of_link(name), fmt::format("link '{}' does not hang on the root '{}'; its joints go "
+                                                              "round in a circle",
+                                                              name, root->name));
     }
     std::map<std::size_t, std::size_t> number;  // of those that can touch anything
     for (std::size_t i = 0; i < rigids_.size(); ++i) {
@@ -203,7 +149,7 @@ class Reader {
       if (number.count(a) > 0 && number.count(b) > 0) scene_.joined.emplace_back(number[a], number[b]);
     }
     if (scene_.bodies.empty())
-      throw SceneError(lines_.of_link(root->name), "no link has collision geometry; there is nothing to bake");
+      throw SceneError(elements_.of_link(root->name), "no link has collision geometry; there is nothing to bake");
     return std::move(scene_);
   }
 
@@ -212,7 +158,7 @@ class Reader {
     Rigid rigid;
     rigid.body.name = link.name;
     rigid.body.pose = world;
-    rigid.body.place = lines_.of_link(link.name);
+    rigid.body.place = elements_.of_link(link.name);
     rigid.fixed = fixed;
     rigids_.push_back(std::move(rigid));
     return rigids_.size() - 1;
@@ -224,23 +170,23 @@ class Reader {
     constexpr std::size_t kDeepest = 1000;
     // urdfdom lets joints share a child.
     if (!visited_.insert(link.name).second)
-      throw SceneError(lines_.of_link(link.name),
+      throw SceneError(elements_.of_link(link.name),
                        fmt::format("link '{}' is the child of two joints; a URDF is a tree", link.name));
     if (++depth_ > kDeepest) {
-      throw SceneError(lines_.of_link(link.name),
+      throw SceneError(elements_.of_link(link.name),
                        fmt::format("link '{}' hangs on a chain of more than {} links", link.name, kDeepest));
     }
     for (std::size_t i = 0; i < link.collision_array.size(); ++i) {
       const urdf::Collision& collision = *link.collision_array[i];
       if (!collision.geometry) continue;
-      SceneShape shape = read_geometry(*collision.geometry, file_, lines_.of_geometry(link.name, i));
+      SceneShape shape = read_geometry(*collision.geometry, file_, elements_.of_geometry(link.name, i));
       shape.pose = composed(at, to_placement(collision.origin));
       rigids_[rigid].body.shapes.push_back(std::move(shape));
     }
     if (link.inertial) {
       const urdf::Inertial& inertial = *link.inertial;
       if (!(inertial.mass >= 0 && inertial.ixx >= 0 && inertial.iyy >= 0 && inertial.izz >= 0))
-        throw SceneError(lines_.of_link(link.name),
+        throw SceneError(elements_.of_link(link.name),
                          fmt::format("link '{}' has a negative mass or moment of inertia", link.name));
       add_inertial(rigids_[rigid], inertial, at);
     }
@@ -275,8 +221,8 @@ class Reader {
       body.group = 2;
       body.mask = ~2;
       if (!rigid.fixed) {
-        scene_.notes.push_back(fmt::format("link '{}' has no mass: it is {}", body.name,
-                                           is_root ? "static" : "kinematic, moved by the program alone"));
+        scene_.assumptions.push_back(fmt::format("link '{}' has no mass: it is {}", body.name,
+                                                 is_root ? "static" : "kinematic, moved by the program alone"));
       }
     }
     return std::move(body);
@@ -284,7 +230,7 @@ class Reader {
 
   const urdf::ModelInterface& model_;
   const fs::path& file_;
-  const Lines& lines_;
+  const UrdfElements& elements_;
   Scene scene_;
   std::vector<Rigid> rigids_;
   std::set<std::string> visited_;  // links
@@ -296,7 +242,7 @@ class Reader {
 
 Scene read_urdf(const fs::path& file) {
   const std::string text = read_text(file);
-  const Lines lines(file.string(), text);
+  const UrdfElements elements(file.string(), text);
   const Listener listener;
   urdf::ModelInterfaceSharedPtr model;
   std::string reason;
@@ -313,13 +259,16 @@ Scene read_urdf(const fs::path& file) {
       link->child_joints.clear();
     }
   });
-  if (reason.empty()) reason = listener.first().empty() ? "it has no links" : listener.first();
-  if (!model || !model->getRoot()) {
-    throw SceneError({file.string(), 1}, fmt::format("this is not a URDF that can be used: {}", reason));
-  }
   // urdfdom leaves out the geometry that it does not understand.
-  if (!listener.first().empty()) throw SceneError({file.string(), 1}, listener.first());
-  return Reader(*model, file, lines).read();
+  if (reason.empty() && !listener.messages().empty()) reason = listener.messages().front();
+  if (reason.empty() && (!model || !model->getRoot())) reason = "it has no links";
+  if (!reason.empty()) {
+    throw SceneError(elements.of_messages(listener.messages()),
+                     fmt::format("this is not a URDF that can be used: {}", reason));
+  }
+  Scene scene = Reader(*model, file, elements).read();
+  scene.notes = elements.notes();
+  return scene;
 }
 
 }  // namespace vps::cli

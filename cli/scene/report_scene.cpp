@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bake/plan.h"
 #include "cli/scene/write_manifest.h"
@@ -99,10 +100,14 @@ std::string about(bool is_measured) {
 }
 
 std::string saving(const Cost& planned, const Cost& ordinary, const Cost& everything) {
-  const auto against = [&](const Cost& other) {
+  const auto against = [&](const Cost& other) -> std::string {
+    const double bytes = std::max(0.0, other.bytes - planned.bytes);
+    constexpr double kWorthSaying = 0.005;  // [s]
+    double seconds = other.seconds - planned.seconds;
+    if (std::abs(seconds) < kWorthSaying) seconds = 0;
+    if (bytes == 0 && seconds == 0) return "nothing";
     return fmt::format("{}{} and {}{:.2f} s", about(planned.bytes_measured && other.bytes_measured),
-                       format_bytes(std::max(0.0, other.bytes - planned.bytes)),
-                       about(planned.seconds_measured && other.seconds_measured), other.seconds - planned.seconds);
+                       format_bytes(bytes), about(planned.seconds_measured && other.seconds_measured), seconds);
   };
   return fmt::format("{}{} in {}{:.2f} s; saves {} against an ordinary bake, {} against everything",
                      about(planned.bytes_measured), format_bytes(planned.bytes), about(planned.seconds_measured),
@@ -115,7 +120,7 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
   if (planned.asset == PlannedShape::kNone)
     return fmt::format("  {}: Bullet's own, nothing baked\n", solid_name(shape.solid));
   const PlannedAsset& asset = report.plan.assets[planned.asset];
-  const std::string mesh = shape.mesh.filename().string();
+  const std::string mesh = fmt::format("{} ({})", shape.mesh.filename().string(), report.meshes[asset.mesh].size());
   const auto saved = [&] {
     return saving(cost_of(report, planned.asset), cost_of_ordinary(report, planned.asset),
                   cost_of_everything(report, planned.asset));
@@ -267,6 +272,7 @@ Json to_json(const SceneReport& report) {
   }
   json["assets"] = Json::array();
   for (std::size_t i = 0; i < plan.assets.size(); ++i) json["assets"].push_back(asset_to_json(report, i));
+  json["removed"] = report.removed;
   json["notes"] = scene.notes;
   return json;
 }
@@ -303,6 +309,8 @@ std::string to_text(const SceneReport& report) {
   text += fmt::format("in all        {}\n", saving(totals.planned, totals.ordinary, totals.everything));
   if (!report.everything.empty() && !is_baked(report))
     text += fmt::format("written       {}: everything\n", format_bytes(totals.everything.bytes));
+  if (!report.removed.empty())
+    text += fmt::format("removed       {}: of an earlier plan\n", fmt::join(report.removed, ", "));
   if (report.everything.empty() && is_baked(report))
     text += "              --compare bakes everything too, and measures it\n";
   return text;

@@ -25,6 +25,7 @@ struct SceneReport {
   std::vector<BakedPart> ordinary;    ///< with --compare, otherwise empty
   std::vector<BakedPart> everything;  ///< with --compare or --full, otherwise empty
   std::string scene_file, manifest;   ///< manifest: empty in a dry run
+  std::vector<std::string> removed;   ///< assets of an earlier plan
 };
 
 /// By docs/schemas/scene_report.schema.json.

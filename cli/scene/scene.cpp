@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/scene/scene.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <system_error>
+
+#include "formats/scene_manifest.h"
 
 namespace vps::cli {
 
@@ -39,49 +43,88 @@ Placement composed(const Placement& outer, const Placement& inner) {
   return result;
 }
 
+bool is_file_name(const std::string& name) {
+  return !name.empty() && std::none_of(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
+}
+
 std::string read_text(const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) {
-    throw SceneError({file.string(), 0}, "the scene does not exist or is not a file; check the name");
+    throw SceneError({file.string(), 0}, "the scene does not exist or is not a file; check the name",
+                     SceneError::Kind::io);
   }
   std::ifstream stream(file, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(stream), {}};
-  if (!stream) throw SceneError({file.string(), 0}, "the scene cannot be read; check its permissions");
+  if (!stream)
+    throw SceneError({file.string(), 0}, "the scene cannot be read; check its permissions", SceneError::Kind::io);
   return text;
 }
 
 namespace {
 
+using scene_manifest::kFarthest;
+using scene_manifest::kLeast;
+
+bool in_reach(const Triple& v) {
+  return std::all_of(v.begin(), v.end(), [](double x) { return std::abs(x) <= kFarthest; });
+}
+
+bool is_size(double x) {
+  return x >= kLeast && x <= kFarthest;
+}
+
+void check_shape(const SceneShape& shape) {
+  const auto require = [&](bool sound, const char* reason) {
+    if (!sound) throw SceneError(shape.place, reason);
+  };
+  require(in_reach(shape.pose.position), "the shape lies farther than 1e9 m from its body's origin");
+  constexpr const char* kSize = "a size of this shape is below 2 nm or above 2e9 m; check the number and its unit";
+  switch (shape.solid) {
+    case Solid::mesh:
+      require(is_file_name(shape.mesh.string()), "the mesh is not the name of a file");
+      require(is_size(shape.unit),
+              "the mesh's unit and scale make less than 1e-9 or more than 1e9 m of its numbers' 1");
+      break;
+    case Solid::box:
+      require(std::all_of(shape.half_extents.begin(), shape.half_extents.end(), is_size), kSize);
+      break;
+    case Solid::capsule:
+    case Solid::cylinder:
+      require(is_size(shape.half_height), kSize);
+      [[fallthrough]];
+    case Solid::sphere:
+      require(is_size(shape.radius), kSize);
+      break;
+    case Solid::plane:
+      break;
+  }
+}
+
+void check_body(const SceneBody& body) {
+  const auto require = [&](bool sound, const std::string& reason) {
+    if (!sound) throw SceneError(body.place, reason);
+  };
+  require(is_file_name(body.name), fmt::format("the name '{}' is empty or has control characters in it", body.name));
+  require(body.name.size() <= scene_manifest::kLongestText,
+          fmt::format("a body's name is longer than {} bytes", scene_manifest::kLongestText));
+  const bool is_dynamic = body.motion == Motion::dynamic;
+  require(in_reach(body.pose.position) && in_reach(body.velocity) && (!is_dynamic || is_size(body.mass)),
+          fmt::format("a number of '{}' is beyond 1e9, or its mass below 1e-9 kg", body.name));
+  require(body.shapes.size() <= scene_manifest::kMostShapes,
+          fmt::format("'{}' has more than {} shapes", body.name, scene_manifest::kMostShapes));
+  require(!is_dynamic || body.shapes.size() == 1 || body.centre_of_mass,
+          fmt::format("'{}' has several shapes and no centre of mass; state the link's <inertial>", body.name));
+  require(!is_dynamic || body.shapes.front().solid != Solid::plane, "a plane cannot move; set type = \"static\"");
+  for (const SceneShape& shape : body.shapes) check_shape(shape);
+}
+
 // What the runtime would refuse.
 void check_ranges(const Scene& scene) {
-  constexpr double kFarthest = 1e9;
-  constexpr double kLeast = 1e-9;
-  const auto in_reach = [](const Triple& v) {
-    return std::all_of(v.begin(), v.end(), [](double x) { return std::abs(x) <= kFarthest; });
-  };
-  const auto is_size = [](double x) { return x >= kLeast && x <= kFarthest; };
-  for (const SceneBody& body : scene.bodies) {
-    const bool good = in_reach(body.pose.position) && in_reach(body.velocity) &&
-                      (body.motion != Motion::dynamic || is_size(body.mass));
-    if (!good) throw SceneError(body.place, "a number of '" + body.name + "' is beyond 1e9, or its mass below 1e-9 kg");
-    if (std::any_of(body.name.begin(), body.name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }))
-      throw SceneError(body.place, "the name '" + body.name + "' has control characters in it");
-    if (body.motion == Motion::dynamic && body.shapes.size() > 1 && !body.centre_of_mass) {
-      throw SceneError(body.place,
-                       "'" + body.name + "' has several shapes and no centre of mass; state the link's <inertial>");
-    }
-    for (const SceneShape& shape : body.shapes) {
-      bool sound = in_reach(shape.pose.position);
-      if (shape.solid == Solid::mesh) sound = sound && is_size(shape.unit);
-      if (shape.solid == Solid::box)
-        sound = sound && std::all_of(shape.half_extents.begin(), shape.half_extents.end(), is_size);
-      const bool round = shape.solid != Solid::mesh && shape.solid != Solid::box && shape.solid != Solid::plane;
-      if (round) sound = sound && is_size(shape.radius) && (shape.solid == Solid::sphere || is_size(shape.half_height));
-      if (!sound) throw SceneError(shape.place, "a size or scale is not above zero, or beyond 1e9 m");
-    }
-    if (body.motion == Motion::dynamic && body.shapes.front().solid == Solid::plane)
-      throw SceneError(body.place, "a plane cannot move; set type = \"static\"");
+  if (scene.bodies.size() > scene_manifest::kMostBodies) {
+    throw SceneError(scene.bodies[scene_manifest::kMostBodies].place,
+                     fmt::format("a scene has at most {} bodies", scene_manifest::kMostBodies));
   }
+  for (const SceneBody& body : scene.bodies) check_body(body);
 }
 
 Scene read_any(const std::filesystem::path& file) {
@@ -96,6 +139,7 @@ Scene read_any(const std::filesystem::path& file) {
 Scene read_scene(const std::filesystem::path& file) {
   Scene scene = read_any(file);
   check_ranges(scene);
+  scene.notes.insert(scene.notes.end(), scene.assumptions.begin(), scene.assumptions.end());
   return scene;
 }
 

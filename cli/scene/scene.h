@@ -87,12 +87,16 @@ struct Scene {
   double step = 1.0 / 240;                                  ///< [s]
   std::optional<Triple> gravity;                            ///< [m/s^2]
   std::vector<std::string> notes;                           ///< what is worth knowing, one sentence each
+  std::vector<std::string> assumptions;                     ///< notes on what a URDF leaves open
 };
 
 /// What is wrong with a scene. `what()` is "reason; what to do".
 struct SceneError : std::runtime_error {
+  enum class Kind : std::uint8_t { bad_input, io };  ///< io: a file is missing or cannot be read
   Place place;
-  SceneError(Place place_in, const std::string& reason) : std::runtime_error(reason), place(std::move(place_in)) {}
+  Kind kind;
+  SceneError(Place place_in, const std::string& reason, Kind kind_in = Kind::bad_input)
+      : std::runtime_error(reason), place(std::move(place_in)), kind(kind_in) {}
 };
 
 /// By its extension: .toml, or .urdf and .xml. @throw SceneError
@@ -101,6 +105,8 @@ struct SceneError : std::runtime_error {
 [[nodiscard]] Scene read_toml(const std::filesystem::path& file);
 /// Links that fixed joints hold together are one body. @throw SceneError
 [[nodiscard]] Scene read_urdf(const std::filesystem::path& file);
+/// Whether a scene may name this file: not empty, without control characters.
+[[nodiscard]] bool is_file_name(const std::string& name);
 /// The whole of a text file. @throw SceneError
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
 

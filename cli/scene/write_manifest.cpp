@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/scene/write_manifest.h"
 
-#include <fmt/format.h>
-
+#include "formats/scene_manifest.h"
 #include "version.h"
 
 namespace vps::cli {
@@ -55,10 +54,6 @@ Json body_to_json(const SceneBody& body, bool meets) {
   return json;
 }
 
-std::string key_of(const Asset& asset) {
-  return fmt::format("{:016x}", hash_bytes(asset.bytes().first(kUserBlockBytes)));
-}
-
 }  // namespace
 
 const char* part_name(Use parts) {
@@ -90,7 +85,8 @@ Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const
     Json use = Json::array();
     if (asset.options.voxelmap) use.push_back("scaled");
     if (asset.options.pointshell) use.push_back("pointshell");
-    manifest["assets"].push_back({{"file", asset.file}, {"key", key_of(*baked[i].asset)}, {"use", use}});
+    manifest["assets"].push_back(
+        {{"file", asset.file}, {"key", scene_manifest::asset_key(baked[i].asset->bytes())}, {"use", use}});
   }
   manifest["bodies"] = Json::array();
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

@@ -9,7 +9,6 @@
 
 #include <cctype>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <tuple>
@@ -85,9 +84,26 @@ struct Placed {
 
 class Loader {
  public:
-  Loader(const Value& root, fs::path folder, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
-      : folder_(std::move(folder)), shapes_(shapes) {
-    for (const Value& asset : root["assets"].list()) assets_.push_back(open(asset));
+  Loader(fs::path folder, const LoadOptions& options, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
+      : folder_(std::move(folder)), options_(options), shapes_(shapes) {}
+
+  // Maps each file once, for all that its entries use.
+  void open_assets(const std::vector<Value>& entries) {
+    std::map<fs::path, Use> uses;
+    for (const Value& entry : entries) {
+      entry.allow_only({"file", "key", "use"});
+      Use& use = uses.emplace(entry["file"].file(), Use{}).first->second;
+      use = use | use_of(entry);
+    }
+    std::map<fs::path, std::shared_ptr<const Asset>> known;
+    for (const Value& entry : entries) {
+      const fs::path file = entry["file"].file();
+      std::shared_ptr<const Asset>& asset = known[file];
+      if (asset == nullptr) asset = open(file, uses[file]);
+      if (entry["key"].text() != scene_manifest::asset_key(asset->bytes()))
+        throw Refusal{file.string() + " is not the asset that the scene was planned with; plan it again"};
+      assets_.push_back(asset);
+    }
   }
 
   Placed placed(const Value& value) {
@@ -95,10 +111,12 @@ class Loader {
     result.pose = value.pose();
     result.centre = btVector3(0, 0, 0);
     if (value.has("asset")) {
+      value.allow_only({"asset", "part", "segments", "position", "orientation"});
       const Shape& shape = asset_shape(value);
       result.shape = const_cast<Shape*>(&shape);
       result.centre = shape.centre_of_mass();
     } else {
+      value.allow_only({"primitive", "half_extents", "radius", "half_height", "position", "orientation"});
       result.shape = primitive(value);
     }
     return result;
@@ -110,25 +128,30 @@ class Loader {
   }
 
  private:
-  std::shared_ptr<const Asset> open(const Value& value) const {
+  static Use use_of(const Value& entry) {
     Use use{};
-    for (const Value& one : value["use"].list()) {
+    for (const Value& one : entry["use"].list()) {
       use =
           use |
           choose<Use>(
               one,
               {{"layers", Use::layers}, {"scaled", Use::scaled}, {"real", Use::real}, {"pointshell", Use::pointshell}});
     }
-    const std::string file = value["file"].text();
+    return use;
+  }
+
+  [[nodiscard]] std::shared_ptr<const Asset> open(const fs::path& file, Use use) const {
+    const fs::path path = folder_ / file;
     auto asset = std::make_shared<Asset>();
-    const Status status = Asset::open((folder_ / file).c_str(), *asset, use);
-    if (status != Status::ok) throw Refusal{file + ": " + describe(status)};
-    // The directory has the hashes of all else.
-    char key[17];
-    std::snprintf(key, sizeof key, "%016llx",
-                  static_cast<unsigned long long>(hash_bytes(asset->bytes().first(kUserBlockBytes))));
-    if (value["key"].text() != key)
-      throw Refusal{file + " is not the asset that the scene was planned with; plan it again"};
+    Status status = Status::ok;
+    if (options_.verify) {
+      // By a mapping of its own: what is not used takes no memory afterwards.
+      Asset whole;
+      status = Asset::open(path.c_str(), whole, Use{});
+      if (status == Status::ok) status = whole.verify();
+    }
+    if (status == Status::ok) status = Asset::open(path.c_str(), *asset, use);
+    if (status != Status::ok) throw Refusal{file.string() + ": " + describe(status)};
     return asset;
   }
 
@@ -140,9 +163,10 @@ class Loader {
     constexpr std::int64_t kMostSegments = 1 << 20;
     const auto segments =
         static_cast<std::uint32_t>(value.has("segments") ? value["segments"].integer(0, kMostSegments) : 0);
-    Shape*& shape = known_[{number, part, segments}];
+    const std::shared_ptr<const Asset>& asset = assets_[number];
+    Shape*& shape = known_[{asset.get(), part, segments}];
     if (shape == nullptr) {
-      auto made = std::make_unique<Shape>(assets_[number], part);
+      auto made = std::make_unique<Shape>(asset, part);
       if ((part != Part::voxelmap && made->pointshell().points == 0) ||
           (part != Part::pointshell && made->voxelmap().field == Field::none)) {
         value.refuse("plays a part that its asset has not or that is not in use");
@@ -178,9 +202,10 @@ class Loader {
   }
 
   fs::path folder_;
+  const LoadOptions& options_;
   std::vector<std::unique_ptr<btCollisionShape>>& shapes_;
-  std::vector<std::shared_ptr<const Asset>> assets_;
-  std::map<std::tuple<std::size_t, Part, std::uint32_t>, Shape*> known_;
+  std::vector<std::shared_ptr<const Asset>> assets_;  // by their numbers in the manifest
+  std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
 };
 
 enum class Motion : std::uint8_t { fixed, moved, free };
@@ -202,11 +227,13 @@ struct MadeBody {
 };
 
 MadeBody make_body(const Value& value, Loader& loader) {
+  value.allow_only({"name", "type", "mass", "inertia", "centre_of_mass", "velocity", "position", "orientation", "group",
+                    "mask", "friction", "restitution", "shapes"});
   const Motion motion = choose<Motion>(
       value["type"], {{"static", Motion::fixed}, {"kinematic", Motion::moved}, {"dynamic", Motion::free}});
   std::vector<Placed> placed;
   bool has_plane = false;
-  for (const Value& shape : value["shapes"].list()) {
+  for (const Value& shape : value["shapes"].list(scene_manifest::kMostShapes)) {
     placed.push_back(loader.placed(shape));
     has_plane = has_plane || placed.back().shape->getShapeType() == STATIC_PLANE_PROXYTYPE;
   }
@@ -253,7 +280,7 @@ MadeBody make_body(const Value& value, Loader& loader) {
 
 }  // namespace
 
-Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world) {
+Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const LoadOptions& options) {
   Scene scene;
   const auto fail = [](std::string reason) {
     Scene failed;
@@ -272,9 +299,11 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world) {
     if (dispatcher == nullptr) throw Refusal{"the world's dispatcher is not a btCollisionDispatcher"};
     contents.step = static_cast<btScalar>(root["step"].number(1e-6, 10));
 
-    Loader loader(root, fs::path(path).parent_path(), contents.shapes);
+    root.allow_only({"format", "version", "generator", "step", "gravity", "assets", "bodies", "apart"});
+    Loader loader(fs::path(path).parent_path(), options, contents.shapes);
+    loader.open_assets(root["assets"].list(scene_manifest::kMostAssets));
     std::vector<std::pair<int, int>> filters;
-    for (const Value& value : root["bodies"].list()) {
+    for (const Value& value : root["bodies"].list(scene_manifest::kMostBodies)) {
       const std::size_t number = contents.bodies.size();
       if (!contents.numbers.emplace(value["name"].text(), number).second)
         value["name"].refuse("is that of another body");

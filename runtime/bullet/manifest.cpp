@@ -13,8 +13,8 @@ namespace fs = std::filesystem;
 Json read_json(const std::string& path) {
   std::error_code failed;
   if (!fs::is_regular_file(path, failed)) throw Refusal{"the manifest does not exist or is not a file"};
-  constexpr std::uintmax_t kLargest = 1u << 28;
-  if (fs::file_size(path, failed) > kLargest || failed) throw Refusal{"the manifest is too large"};
+  if (fs::file_size(path, failed) > scene_manifest::kMostBytes || failed)
+    throw Refusal{"the manifest is larger than 64 MiB"};
   std::ifstream file(path, std::ios::binary);
   const std::string text{std::istreambuf_iterator<char>(file), {}};
   if (!file) throw Refusal{"the manifest cannot be read"};

@@ -5,13 +5,18 @@
 
 #include <LinearMath/btTransform.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
+
+#include "formats/scene_manifest.h"
 
 namespace vps::bullet::manifest {
 
@@ -22,9 +27,8 @@ struct Refusal {
   std::string reason;
 };
 
-/// Far beyond what anyone simulates, and far below what floats hold when multiplied.
-inline constexpr double kFarthest = 1e9;
-inline constexpr double kLeast = 1e-9;
+using scene_manifest::kFarthest;
+using scene_manifest::kLeast;
 
 /// A value of the manifest and its name for messages, such as bodies[3].mass.
 class Value {
@@ -35,19 +39,39 @@ class Value {
 
   [[nodiscard]] bool has(const char* key) const { return json_->is_object() && json_->contains(key); }
   [[nodiscard]] Value operator[](const char* key) const {
-    const std::string inner = name_.empty() ? key : name_ + "." + key;
-    if (!has(key)) throw Refusal{inner + " is missing"};
-    return {json_->at(key), inner};
+    if (!has(key)) throw Refusal{inner(key) + " is missing"};
+    return {json_->at(key), inner(key)};
   }
-  [[nodiscard]] std::vector<Value> list() const {
+  /// Refuses keys that are not among these: a reader that passed over one would load another scene.
+  void allow_only(std::initializer_list<std::string_view> keys) const {
+    if (!json_->is_object()) return;
+    for (const auto& [key, value] : json_->items()) {
+      if (std::find(keys.begin(), keys.end(), key) == keys.end()) throw Refusal{inner(key) + " is not a known key"};
+    }
+  }
+  /// @param most  values that there may be
+  [[nodiscard]] std::vector<Value> list(std::size_t most = scene_manifest::kMostBytes) const {
     if (!json_->is_array()) refuse("is not a list");
+    if (json_->size() > most) refuse("has more than " + std::to_string(most) + " entries");
     std::vector<Value> values;
     for (const Json& one : *json_) values.emplace_back(one, name_ + "[" + std::to_string(values.size()) + "]");
     return values;
   }
   [[nodiscard]] std::string text() const {
     if (!json_->is_string()) refuse("is not a text");
-    return json_->get<std::string>();
+    auto text = json_->get<std::string>();
+    if (text.size() > scene_manifest::kLongestText)
+      refuse("is longer than " + std::to_string(scene_manifest::kLongestText) + " bytes");
+    return text;
+  }
+  /// A file in the manifest's folder or below.
+  [[nodiscard]] std::filesystem::path file() const {
+    const std::string name = text();
+    if (name.empty() || name.find('\0') != std::string::npos) refuse("is not the name of a file");
+    const std::filesystem::path path = name;
+    if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
+      refuse("leaves the manifest's folder; plan the scene again");
+    return path.lexically_normal();
   }
   [[nodiscard]] double number(double low, double high) const {
     const double x = json_->is_number() ? json_->get<double>() : std::nan("");
@@ -88,6 +112,8 @@ class Value {
   }
 
  private:
+  [[nodiscard]] std::string inner(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+
   const Json* json_;
   std::string name_;
 };

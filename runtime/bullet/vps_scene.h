@@ -23,6 +23,10 @@ inline namespace float64 {
 inline namespace float32 {
 #endif
 
+struct LoadOptions {
+  bool verify = false;  ///< compare every hash of the assets with their bytes, as `vpsbake info` does: reads them whole
+};
+
 /// Owns the bodies of a scene, their shapes and assets. Move-only.
 class Scene {
  public:
@@ -46,8 +50,8 @@ class Scene {
   [[nodiscard]] btScalar step() const;
 
  private:
-  friend Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world);
-  static Scene load(const std::string& manifest, btDiscreteDynamicsWorld& world);
+  friend Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world, const LoadOptions& options);
+  static Scene load(const std::string& manifest, btDiscreteDynamicsWorld& world, const LoadOptions& options);
   struct Contents;
   std::unique_ptr<Contents> contents_;
 };
@@ -55,9 +59,13 @@ class Scene {
 /// Maps each asset once, for the parts that the plan uses: sections that no body needs are never read. Registers the
 /// algorithm with the world's dispatcher, adds the bodies with their groups and masks, keeps those apart that the plan
 /// has apart, and sets the gravity if the scene has one. The solver's settings are the program's: see lint.
+/// The manifest may come from anywhere: it is checked, it names no file outside of its folder, and its size has limits
+/// (docs/scene.md). Indices of assets are always checked, payload hashes only when asked for, as by Asset::open.
+/// @pre the world's broadphase has room for the bodies: btAxisSweep3 has a limit of its own
 /// @return a scene whose `error` says what is wrong with the manifest or an asset; the world is as it was then
-[[nodiscard]] inline Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world) {
-  return Scene::load(manifest, world);
+[[nodiscard]] inline Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world,
+                                      const LoadOptions& options = {}) {
+  return Scene::load(manifest, world, options);
 }
 }
 

@@ -285,20 +285,74 @@ TEST(LoadScene, BodiesHaveTheirNamesAndTheirPlaces) {
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
 }
 
-TEST(LoadScene, AnotherAssetUnderTheNameOfThePlannedOneIsRefused) {
-  const TemporaryFolder folder;
+// A nut on a floor, planned into `out`. @return its manifest
+Json bake_nut(const TemporaryFolder& folder) {
   write_file(
       folder / "scene.toml",
       std::string("[[body]]\nname = \"floor\"\nshape = \"plane\"\ntype = \"static\"\n[[body]]\nname = \"nut\"\n") +
-          "mass = \"20g\"\nvoxel = \"1mm\"\nmesh = \"" + VPS_SAMPLE_MESHES + "/nut.obj\"\n");
-  ASSERT_EQ(vpsbake(folder, "scene scene.toml -o out").code, 0);
+          "mass = \"20g\"\nvoxel = \"1mm\"\nkeep = [\"voxelmap\"]\nmesh = \"" + VPS_SAMPLE_MESHES + "/nut.obj\"\n");
+  EXPECT_EQ(vpsbake(folder, "scene scene.toml -o out").code, 0);
+  return Json::parse(read_file(folder / "out/scene.vps.json"));
+}
+
+TEST(LoadScene, AnotherAssetUnderTheNameOfThePlannedOneIsRefused) {
+  const TemporaryFolder folder;
+  const std::string nut = bake_nut(folder)["assets"][0]["file"];
   const std::string manifest = folder / "out/scene.vps.json";
-  const std::string nut = Json::parse(read_file(manifest))["assets"][0]["file"];
   ASSERT_EQ(vpsbake(folder, std::string(VPS_SAMPLE_MESHES) + "/nut.obj --voxel 2mm -o out/" + nut).code, 0);
   World world;
   const bullet::Scene scene = bullet::load_scene(manifest, world.world);
   EXPECT_EQ(scene.error(), nut + " is not the asset that the scene was planned with; plan it again");
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
+}
+
+TEST(LoadScene, AFileOfSeveralEntriesIsMappedOnceForAllTheirUses) {
+  const TemporaryFolder folder;
+  Json manifest = bake_nut(folder);
+  Json second = manifest["assets"][0];
+  second["file"] = "./" + second["file"].get<std::string>();
+  second["use"] = {"scaled"};
+  manifest["assets"][0]["use"] = {"pointshell"};
+  manifest["assets"].push_back(second);
+  for (const char* const part : {"pointshell", "voxelmap"}) {
+    Json body = manifest["bodies"][1];
+    body["name"] = part;
+    body["shapes"][0]["part"] = part;
+    body["shapes"][0]["asset"] = part == std::string("voxelmap") ? 1 : 0;
+    manifest["bodies"].push_back(body);
+  }
+  write_file(folder / "out/s.json", manifest.dump());
+  World world;
+  const bullet::Scene scene = bullet::load_scene(folder / "out/s.json", world.world);
+  ASSERT_EQ(scene.error(), "");
+  const auto shape_of = [&](const char* name) {
+    return static_cast<const bullet::Shape*>(scene.find(name)->getCollisionShape());
+  };
+  EXPECT_EQ(&shape_of("pointshell")->asset(), &shape_of("voxelmap")->asset());
+  EXPECT_NE(shape_of("pointshell"), shape_of("voxelmap"));
+}
+
+TEST(LoadScene, DamagedPayloadsAreFoundWhenHashesAreAskedFor) {
+  const TemporaryFolder folder;
+  const Json manifest = bake_nut(folder);
+  const std::string name = manifest["assets"][0]["file"];
+  const std::string path = folder / "out/scene.vps.json";
+  const bullet::LoadOptions checked{.verify = true};
+  {
+    World world;
+    EXPECT_EQ(bullet::load_scene(path, world.world, checked).error(), "");
+  }
+  Asset nut;
+  ASSERT_EQ(Asset::open((folder / ("out/" + name)).c_str(), nut), Status::ok);
+  const auto at = static_cast<std::streamoff>(nut.directory().find(SectionKind::point_areas)->offset);
+  std::fstream file(folder / ("out/" + name), std::ios::in | std::ios::out | std::ios::binary);
+  const char changed = static_cast<char>(nut.bytes()[static_cast<std::size_t>(at)] ^ std::byte{1});
+  file.seekp(at).put(changed);
+  file.close();
+  World world;
+  EXPECT_EQ(bullet::load_scene(path, world.world, checked).error(), name + ": " + describe(Status::corrupt_payload));
+  EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
+  EXPECT_EQ(bullet::load_scene(path, world.world).error(), "");
 }
 
 TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
@@ -333,6 +387,22 @@ TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
   expect_refused(with("/bodies/0", nullptr), "bodies[0].name is missing");
   expect_refused(with("/bodies/1/name", "ground"), "bodies[1].name is that of another");
   expect_refused(with("/assets", {{{"file", "no\nfile\x01"}, {"use", {"scaled"}}}}), "no?file?: ");
+  const auto with_file = [&](const std::string& name) {
+    return with("/assets", {{{"file", name}, {"use", {"scaled"}}}});
+  };
+  for (const char* const outside : {"/s.json", "../s.json", "a/../../s.json", "a/..", ".."})
+    expect_refused(with_file(outside), "assets[0].file leaves the manifest's folder");
+  expect_refused(with_file(std::string("a\0b", 3)), "assets[0].file is not the name of a file");
+  expect_refused(with_file(""), "assets[0].file is not the name of a file");
+  expect_refused(with("/gravty", {0, 0, 0}), "gravty is not a known key");
+  expect_refused(with("/bodies/1/postion", {0, 0, 0}), "bodies[1].postion is not a known key");
+  expect_refused(with("/bodies/1/shapes/0/raduis", 1), "bodies[1].shapes[0].raduis is not a known key");
+  expect_refused(with("/assets", {{{"file", "a"}, {"use", {"scaled"}}, {"hash", ""}}}),
+                 "assets[0].hash is not a known");
+  expect_refused(with("/bodies/1/name", std::string(1025, 'a')), "bodies[1].name is longer than 1024 bytes");
+  expect_refused(with("/bodies", Json(65537, Json::object())), "bodies has more than 65536 entries");
+  expect_refused(with("/assets", Json(4097, Json::object())), "assets has more than 4096 entries");
+  expect_refused(with("/bodies/1/shapes", Json(1025, Json::object())), "shapes has more than 1024 entries");
   expect_refused(with("/bodies/1/mass", nullptr), "mass is not a number");
   expect_refused(with("/bodies/1/mass", -1), "mass is not a number");
   expect_refused(with("/bodies/1/mass", 1e300), "mass is not a number");
@@ -369,6 +439,8 @@ TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
     }
   }
   World world;
+  std::filesystem::resize_file(folder / "s.json", (std::uintmax_t{1} << 26) + 1);
+  EXPECT_EQ(bullet::load_scene(folder / "s.json", world.world).error(), "the manifest is larger than 64 MiB");
   EXPECT_NE(bullet::load_scene(folder / "none.json", world.world).error(), "");
   EXPECT_NE(bullet::load_scene(folder.path(), world.world).error(), "");
 }

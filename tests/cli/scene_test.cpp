@@ -37,9 +37,13 @@ std::filesystem::path asset_at(const TemporaryFolder& folder, const char* output
   return std::filesystem::path(folder / output) / report["assets"][number]["file"].get<std::string>();
 }
 
-void expect_scene_refused(const TemporaryFolder& folder, const std::string& text, const std::string& why) {
+constexpr int kMissing = 2;
+constexpr int kBad = 3;
+
+void expect_scene_refused(const TemporaryFolder& folder, const std::string& text, const std::string& why,
+                          int code = kBad) {
   write_file(folder / "scene.toml", text);
-  expect_refusal(folder, "scene scene.toml", 3, why);
+  expect_refusal(folder, "scene scene.toml", code, why);
 }
 
 TEST(Scene, BodiesPlayWhatTheirPairsAskFor) {
@@ -96,29 +100,122 @@ TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
   expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
   expect_scene_refused(folder, kPlane + open, "repair = \"fill\"");
-  const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o both");
-  const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o both");
+  const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled");
+  const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick");
   ASSERT_EQ(as_filled["assets"].size(), 1U);
   Asset filled;
   Asset thick;
-  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_filled, 0).c_str(), filled), Status::ok);
-  ASSERT_EQ(Asset::open(asset_at(folder, "both", as_thick, 0).c_str(), thick), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "filled", as_filled, 0).c_str(), filled), Status::ok);
+  ASSERT_EQ(Asset::open(asset_at(folder, "thick", as_thick, 0).c_str(), thick), Status::ok);
   EXPECT_NEAR(filled.info().volume, 1e-3 / 6, 1e-9);
   EXPECT_GT(thick.info().bounds_max[0], 0.103);
+}
+
+TEST(Scene, AMeshThatCannotBeBakedIsRefusedBeforeAnythingIs) {
+  const TemporaryFolder folder;
+  write_file(folder / "open.obj", "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\n");
+  const std::string open = "[[body]]\nname = \"open\"\nmesh = \"open.obj\"\n";
+  write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"") + open + "mass = \"1kg\"\n");
+  const std::string why = "scene.toml:11: mesh 'open.obj': the mesh is open";
+  // What was baked would be in the cache.
+  const std::string others = kPlane + open + "mass = \"1kg\"\n" + body("nut", "nut", "mass = \"20g\"");
+  write_file(folder / "first.toml", others);
+  expect_refusal(folder, "scene first.toml --cache cache", kBad, "first.toml:7: mesh 'open.obj': the mesh is open");
+  expect_refusal(folder, "scene scene.toml --cache cache", kBad, why);
+  expect_refusal(folder, "scene scene.toml --dry-run", kBad, why);
+  // One that meets nobody is not baked, and may be open.
+  (void)plan(folder, kPlane + open + "type = \"static\"\n", "-o out");
+}
+
+TEST(Scene, OneMeshOfSeveralNamesIsBakedOnce) {
+  const TemporaryFolder folder;
+  for (const char* const copy : {"a.obj", "copy.obj"}) std::filesystem::copy_file(sample("nut"), folder / copy);
+  std::filesystem::create_symlink("a.obj", folder / "link.obj");
+  std::filesystem::create_directory(folder / "sub");
+  std::string text = kPlane;
+  for (const char* const name : {"a.obj", "./a.obj", "sub/../a.obj", "link.obj", "copy.obj"})
+    text += std::string("[[body]]\nname = \"") + name + "\"\nmesh = \"" + name + "\"\nmass = \"20g\"\n";
+  const Json report = plan(folder, text);
+  EXPECT_EQ(report["assets"].size(), 1U);
+  EXPECT_EQ(report["assets"][0]["bodies"].size(), 5U);
+  EXPECT_EQ(report["assets"][0]["mesh"], "a.obj");
+  // Of another size it is another.
+  EXPECT_EQ(plan(folder, text + "scale = 2\n")["assets"].size(), 2U);
+}
+
+TEST(Scene, AMassThatIsAbsurdForItsMeshIsDoubted) {
+  const TemporaryFolder folder;
+  const auto notes = [&](const char* rest) {
+    return plan(folder, kPlane + body("nut", "nut", std::string("mass = \"20g\"\n") + rest))["notes"];
+  };
+  EXPECT_EQ(notes(""), Json::array());
+  for (const char* const wrong : {"unit = \"mm\"", "scale = 100"}) {
+    const Json said = notes(wrong);
+    ASSERT_EQ(said.size(), 1U) << wrong;
+    EXPECT_NE(said[0].get<std::string>().find("scene.toml:5: 0.02 kg of 'nut' in "), std::string::npos) << said[0];
+  }
+}
+
+TEST(Scene, LongNamesOfMeshesAreShortened) {
+  const TemporaryFolder folder;
+  std::string name;
+  for (int i = 0; i < 120; ++i) name += "\xC3\xB6";
+  std::filesystem::copy_file(sample("nut"), folder / (name + ".obj"));
+  const Json report = plan(
+      folder,
+      kPlane + std::string("[[body]]\nname = \"a\"\nmass = \"20g\"\nvoxel = \"1mm\"\nmesh = \"") + name + ".obj\"\n",
+      "-o out");
+  const std::string file = report["assets"][0]["file"];
+  EXPECT_EQ(file.substr(0, 101), name.substr(0, 100) + "-");
+  EXPECT_TRUE(std::filesystem::exists(folder / ("out/" + file)));
 }
 
 TEST(Scene, ScenesInOneFolderDoNotTouchEachOthersAssets) {
   const TemporaryFolder folder;
   const auto nut = [](const char* voxel) {
-    return kPlane + body("nut", "nut", (std::string("mass = \"20g\"\nvoxel = ") + voxel).c_str());
+    return kPlane + body("nut", "nut", std::string("mass = \"20g\"\nvoxel = ") + voxel);
   };
   const Json first = plan(folder, nut("\"1mm\""), "-o out");
   const std::string bytes = read_file(asset_at(folder, "out", first, 0));
+  Json other = Json::parse(read_file(folder / "out/scene.vps.json"));
+  other["assets"][0]["file"] = "./" + first["assets"][0]["file"].get<std::string>();
+  write_file(folder / "out/other.vps.json", other.dump());
   const Json second = plan(folder, nut("\"2mm\""), "-o out");
   EXPECT_NE(first["assets"][0]["file"], second["assets"][0]["file"]);
-  EXPECT_EQ(read_file(asset_at(folder, "out", first, 0)), bytes);
+  (void)plan(folder, nut("\"1mm\""), "-o out");
+  (void)plan(folder, nut("\"3mm\""), "-o out");
+  EXPECT_TRUE(read_file(asset_at(folder, "out", first, 0)) == bytes);
   // The same name for the same thing, baked or not.
   EXPECT_EQ(plan(folder, nut("\"1mm\""))["assets"][0]["file"], first["assets"][0]["file"]);
+}
+
+TEST(Scene, AssetsOfAnEarlierPlanGoWithItsManifest) {
+  const TemporaryFolder folder;
+  const auto text = [](const char* voxel) {
+    return kPlane + body("nut", "nut", std::string("mass = \"20g\"\nvoxel = \"") + voxel + "\"") +
+           body("peg", "peg", "mass = \"10g\"\nvoxel = \"1mm\"\nkeep = [\"voxelmap\", \"pointshell\"]");
+  };
+  const Json first = plan(folder, text("1mm"), "-o out");
+  const std::string old = first["assets"][0]["file"];
+  EXPECT_EQ(first["removed"], Json::array());
+  // What is not the program's stays, whatever the manifest says.
+  Json manifest = Json::parse(read_file(folder / "out/scene.vps.json"));
+  for (const char* const name : {"notes.txt", "../scene.toml", "none.vps.hdf"}) {
+    Json asset = manifest["assets"][0];
+    asset["file"] = name;
+    manifest["assets"].push_back(asset);
+  }
+  write_file(folder / "out/notes.txt", "notes");
+  write_file(folder / "out/scene.vps.json", "{\n  \"format\": \"vps-scene\"," + manifest.dump().substr(1));
+  write_file(folder / "scene.toml", text("0.05mm") + "[wishes]\nmemory = \"1kB\"\n");
+  EXPECT_EQ(vpsbake(folder, "scene scene.toml -o out").code, kBad);
+  EXPECT_TRUE(std::filesystem::exists(folder / ("out/" + old))) << "a run that fails changes nothing";
+  const Json second = plan(folder, text("2mm"), "-o out");
+  EXPECT_EQ(second["removed"], Json({old}));
+  EXPECT_FALSE(std::filesystem::exists(folder / ("out/" + old)));
+  EXPECT_EQ(read_file(folder / "out/notes.txt"), "notes");
+  EXPECT_TRUE(std::filesystem::exists(folder / "scene.toml"));
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(std::filesystem::exists(asset_at(folder, "out", second, i)));
 }
 
 TEST(Scene, FilesOfOthersAreNotOverwritten) {
@@ -235,7 +332,7 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
                        "scene.toml:2: [[body]] has no key 'Name' here; did you mean 'name'?");
   expect_scene_refused(folder, nut + nut, "scene.toml:5: two bodies are named 'nut', the other on line 1");
   expect_scene_refused(folder, "[[body]]\nname = \"a\"\n\nmesh = \"none.obj\"\nmass = \"1kg\"\n",
-                       "scene.toml:4: mesh 'none.obj': the file does not exist");
+                       "scene.toml:4: mesh 'none.obj': the file does not exist", kMissing);
   expect_scene_refused(folder, body("a", "nut", "type = \"dynamic\""), "scene.toml:1: body 'a' is dynamic and needs");
   expect_scene_refused(folder, body("a", "nut", ""), "scene.toml:1: body 'a' needs type");
   expect_scene_refused(folder, body("a", "nut", "mass = \"0kg\""), "scene.toml:4: mass: 0kg is not a positive mass");
@@ -251,8 +348,20 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"sphere\"\n", "scene.toml:1: this shape needs radius");
   expect_scene_refused(folder, "[[body]]\nname = \"b\"\nshape = \"plane\"\nmass = \"1kg\"\n",
                        "scene.toml:1: a plane cannot move");
-  expect_refusal(folder, "scene none.toml", 2, "none.toml: the scene does not exist");
-  expect_refusal(folder, "scene " + sample("nut"), 2, "a scene is a .toml or a .urdf file");
+  expect_scene_refused(folder, "[[body]]\nname = \"a\"\nurdf = \"none.urdf\"\n", "scene.toml:3: 'none.urdf' does not",
+                       kMissing);
+  expect_scene_refused(folder, "[[body]]\nname = \"a\"\nmesh = \"n\\u0000.obj\"\nmass = \"1kg\"\n",
+                       "scene.toml:3: mesh is not the name of a file");
+  expect_scene_refused(folder, body(std::string(1025, 'a'), "nut", "mass = \"1kg\""), "longer than 1024 bytes");
+  const std::string ball = "[[body]]\nname = \"b\"\nshape = \"sphere\"\nradius = \"1cm\"\nmass = \"1kg\"\n";
+  for (const char* const mesh_only : {"voxel = \"1mm\"", "keep = [\"voxelmap\"]", "segments = 3", "scale = 2"})
+    expect_scene_refused(folder, ball + mesh_only, "means nothing beside the other keys of this [[body]]");
+  expect_scene_refused(folder, nut + "radius = \"1mm\"\n", "scene.toml:5: 'radius' means nothing beside");
+  expect_scene_refused(
+      folder, "[[body]]\nname = \"b\"\nshape = \"box\"\nsize = [\"0.001um\", \"1m\", \"1m\"]\nmass = \"1kg\"\n",
+      "scene.toml:1: a size of this shape is below 2 nm");
+  expect_refusal(folder, "scene none.toml", kMissing, "none.toml: the scene does not exist");
+  expect_refusal(folder, "scene " + sample("nut"), kBad, "a scene is a .toml or a .urdf file");
   write_file(folder / "scene.toml", nut);
   write_file(folder / "scene.vps", "");
   expect_refusal(folder, "scene scene.toml", 2, "scene.vps: this is a file");
@@ -324,9 +433,9 @@ TEST(Scene, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
 
 TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   const TemporaryFolder folder;
-  const auto expect_urdf_refused = [&](const std::string& text, const std::string& why) {
+  const auto expect_urdf_refused = [&](const std::string& text, const std::string& why, int code = kBad) {
     write_file(folder / "r.urdf", text);
-    expect_refusal(folder, "scene r.urdf", 3, why);
+    expect_refusal(folder, "scene r.urdf", code, why);
   };
   expect_urdf_refused("", "r.urdf:1: this is not XML");
   expect_urdf_refused("<robot name=\"a\">\n<link name=\"b\">\n</robot>", "r.urdf:3: this is not XML");
@@ -336,8 +445,10 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused("<html/>", "r.urdf:1: this is not a URDF: it has no <robot>");
   expect_urdf_refused("<robot name=\"a\"/>", "r.urdf:1: this is not a URDF");
   expect_urdf_refused("<robot name=\"a\"><link name=\"b\"/></robot>", "no link has collision geometry");
-  expect_urdf_refused(robot("<mesh filename=\"none.obj\"/>"), "r.urdf:13: mesh 'none.obj': the file does not exist");
-  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'");
+  expect_urdf_refused(robot("<mesh filename=\"none.obj\"/>"), "r.urdf:13: mesh 'none.obj': the file does not exist",
+                      kMissing);
+  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'",
+                      kMissing);
   expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
                       "r.urdf:13: this mesh is scaled differently");
   std::string light = robot("<sphere radius=\"1\"/>");
@@ -346,7 +457,45 @@ TEST(Scene, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   std::string spun = robot("<sphere radius=\"1\"/>");
   spun.replace(spun.find("iyy=\"0.3\""), 9, "iyy=\"-9\"");
   expect_urdf_refused(spun, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
-  expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size or scale is not above zero");
+  expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size of this shape is below 2 nm");
+  // What urdfdom says without a line.
+  expect_urdf_refused(robot("<sphere radius=\"wide\"/>"), "r.urdf:10: this is not a URDF that can be used: ");
+  expect_urdf_refused(robot("<capsule radius=\"1\" length=\"1\"/>"),
+                      "r.urdf:10: this is not a URDF that can be used: ");
+  const auto with = [&](const std::string& old, const std::string& text) {
+    std::string whole = robot("<sphere radius=\"1\"/>");
+    return whole.replace(whole.find(old), old.size(), text);
+  };
+  expect_urdf_refused(with("<child link=\"block\"/>", "<child link=\"blok\"/>"), "r.urdf:20: this is not a URDF");
+  expect_urdf_refused(with("<link name=\"finger\">", "<link name=\"ram\">"), "r.urdf:5: this is not a URDF");
+  // What urdfdom passes over.
+  expect_urdf_refused(with("<collision><geometry><box size=\"0.1 0.2 0.3\"/></geometry></collision>", "<colision/>"),
+                      "r.urdf:8: <link> has no <colision>; did you mean <collision>?");
+  expect_urdf_refused(with("<link name=\"world\"/>", "<link name=\"world\"/><jiont/>"),
+                      "r.urdf:3: <robot> has no <jiont>");
+  expect_urdf_refused(with("<origin xyz=\"0 0 1\"/>", "<orign xyz=\"0 0 1\"/>"), "r.urdf:21: <joint> has no <orign>");
+  expect_urdf_refused(with("<origin xyz=\"0 0 1\"/>", "<origin xzy=\"0 0 1\"/>"),
+                      "r.urdf:21: <origin> has no xzy; did");
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scael=\"2 2 2\"/>"), "r.urdf:13: <mesh> has no scael; did you");
+  expect_urdf_refused(robot("<cylinder radius=\"1\"/>"), "r.urdf:13: <cylinder> needs radius, length");
+  expect_urdf_refused(robot("<mesh filename=\"m\xE9sh.obj\"/>"), "r.urdf:13: this is not a text in UTF-8");
+  expect_urdf_refused(robot("<mesh filename=\"a&#10;b.obj\"/>"), "r.urdf:13: the mesh is not the name of a file");
+}
+
+TEST(Scene, WhatAUrdfHasBesidesIsSaidOnce) {
+  const TemporaryFolder folder;
+  write_file(folder / "r.urdf", R"(<robot name="r" xmlns:sim="http://sim">
+  <gazebo/><material name="white"><color rgba="1 1 1 1"/></material><sim:thing/>
+  <link name="a"><visual><geometry><sphere radius="1"/></geometry><anything/></visual><contact/><collision><sdf resolution="256"/>
+    <geometry><sphere radius="1"/></geometry></collision></link>
+  <link name="b"><contact/></link>
+  <joint name="j" type="floating" sim:x="1"><parent link="a"/><child link="b"/></joint>
+</robot>)");
+  const Outcome run = vpsbake(folder, "scene r.urdf --dry-run --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(Json::parse(run.out)["notes"],
+            Json({"r.urdf:3: <contact> in <link> is left out", "r.urdf:3: <sdf> in <collision> is left out",
+                  "link 'a' has no mass: it is static"}));
 }
 
 TEST(Scene, AUrdfWhoseJointsGoRoundInACircleIsRefused) {
@@ -363,7 +512,7 @@ TEST(Scene, AUrdfWhoseJointsGoRoundInACircleIsRefused) {
               "\"/><child link=\"" + child + "\"/></joint>\n";
     }
     write_file(folder / "r.urdf", text + "</robot>");
-    expect_refusal(folder, "scene r.urdf", 3, why);
+    expect_refusal(folder, "scene r.urdf", kBad, why);
   };
   expect_joints_refused({{"r", "x"}, {"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' is the child of two joints");
   expect_joints_refused({{"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' does not hang on the root 'r'");

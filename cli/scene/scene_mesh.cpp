@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene/scene_mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <system_error>
+
+#include "bake/plan.h"
+#include "formats/mesh/mesh_import.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+SceneMesh read_mesh(const SceneShape& shape) {
+  const auto refuse = [&](const std::string& reason, SceneError::Kind kind) {
+    throw SceneError(shape.place, fmt::format("mesh '{}': {}", shape.mesh.string(), reason), kind);
+  };
+  SceneMesh one;
+  one.file = shape.mesh;
+  try {
+    ImportedMesh imported = import_mesh(shape.mesh, {.unit = shape.unit});
+    one.notes = imported.notes;
+    one.mesh = std::move(imported);
+  } catch (const ImportError& error) {
+    refuse(error.what(), error.kind == ImportError::Kind::io ? SceneError::Kind::io : SceneError::Kind::bad_input);
+  }
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  one.bounds_min = {kInfinity, kInfinity, kInfinity};
+  one.bounds_max = {-kInfinity, -kInfinity, -kInfinity};
+  for (const auto& p : one.mesh.vertices) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      one.bounds_min[axis] = std::min(one.bounds_min[axis], p[axis]);
+      one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
+    }
+  }
+  constexpr double kSmallest = 1e-6;  // below, inertias are zero to floats
+  if (!(one.longest() >= kSmallest)) {
+    refuse("it is smaller than a thousandth of a millimetre; check its unit and scale", SceneError::Kind::bad_input);
+  }
+  return one;
+}
+
+bool are_equal(const TriangleMesh& a, const TriangleMesh& b) {
+  return a.vertices == b.vertices && a.triangles == b.triangles;
+}
+
+}  // namespace
+
+double SceneMesh::longest() const {
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, bounds_max[axis] - bounds_min[axis]);
+  return longest;
+}
+
+std::string SceneMesh::size() const {
+  const auto side = [&](std::size_t axis) { return format_length(bounds_max[axis] - bounds_min[axis]); };
+  return fmt::format("{} x {} x {}", side(0), side(1), side(2));
+}
+
+bool SceneMesh::is_of(const SceneShape& shape) const {
+  return std::find(spellings.begin(), spellings.end(), std::pair(shape.mesh, shape.unit)) != spellings.end();
+}
+
+std::vector<SceneMesh> read_meshes(const Scene& scene) {
+  std::vector<SceneMesh> meshes;
+  std::map<std::pair<fs::path, double>, std::size_t> known;  // by canonical names
+  for (const SceneBody& body : scene.bodies) {
+    for (const SceneShape& shape : body.shapes) {
+      if (shape.solid != Solid::mesh) continue;
+      std::error_code failed;  // the import says what is wrong with a file
+      const fs::path canonical = fs::weakly_canonical(shape.mesh, failed);
+      const auto [file, is_new] = known.emplace(std::pair(failed ? shape.mesh : canonical, shape.unit), meshes.size());
+      if (is_new) {
+        SceneMesh one = read_mesh(shape);
+        file->second = static_cast<std::size_t>(
+            std::find_if(meshes.begin(), meshes.end(),
+                         [&](const SceneMesh& other) { return are_equal(one.mesh, other.mesh); }) -
+            meshes.begin());
+        if (file->second == meshes.size()) meshes.push_back(std::move(one));
+      }
+      SceneMesh& mesh = meshes[file->second];
+      if (!mesh.is_of(shape)) mesh.spellings.emplace_back(shape.mesh, shape.unit);
+    }
+  }
+  return meshes;
+}
+
+void doubt_units(Scene& scene, const std::vector<SceneMesh>& meshes) {
+  // Of the box round the mesh: a tenth of the air's, and somewhat more than the densest metal's. [kg/m^3]
+  constexpr double kLightest = 0.1;
+  constexpr double kHeaviest = 25'000;
+  for (const SceneBody& body : scene.bodies) {
+    if (body.motion != Motion::dynamic || body.shapes.size() != 1 || body.shapes.front().solid != Solid::mesh) continue;
+    const auto mesh = std::find_if(meshes.begin(), meshes.end(),
+                                   [&](const SceneMesh& one) { return one.is_of(body.shapes.front()); });
+    double volume = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) volume *= mesh->bounds_max[axis] - mesh->bounds_min[axis];
+    const double density = body.mass / volume;
+    if (!(volume > 0) || (density >= kLightest && density <= kHeaviest)) continue;
+    scene.notes.push_back(
+        fmt::format("{}:{}: {:.4g} kg of '{}' in {} are {:.2g} kg/m^3; check its unit, scale and mass", body.place.file,
+                    body.place.line, body.mass, body.name, mesh->size(), density));
+  }
+}
+
+}  // namespace vps::cli
