@@ -83,7 +83,7 @@ struct Body {
   std::array<double, 3> centre{};
   double radius = 0;
   bool is_box = false;
-  bool is_fixed = false;
+  bool is_fixed = false;  ///< never moves
 };
 
 class Reader {
@@ -184,7 +184,8 @@ class Reader {
         const auto first = poses_.begin() + std::ptrdiff_t(7 * b);
         fixed = std::equal(first, first + 7, first + std::ptrdiff_t(f * row));
       }
-      out_["bodies"][b]["fixed"] = bodies_[b].is_fixed = fixed;
+      out_["bodies"][b]["fixed"] = fixed;
+      bodies_[b].is_fixed = fixed || times_.size() == 1;
     }
   }
 

@@ -69,6 +69,31 @@ TEST_F(Motion, ThePageShowsEveryBodyWhereItWasAtAnyTime) {
   EXPECT_NE(visit.text.find("contact points\n(0)"), std::string::npos) << visit.text;
 }
 
+TEST_F(Motion, EveryBodyIsPainted) {
+  VPS_BROWSER_OR_SKIP();
+  for (const bool still : {false, true}) {
+    Json motion = sample_motion();
+    if (still) {
+      for (const char* const frames : {"times", "poses", "contacts"}) motion[frames] = Json::array({motion[frames][0]});
+    }
+    write(motion);
+    ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+    const PageVisit visit =
+        visit_small(folder_ / "motion.html",
+                    std::string("(async () => { state.go(0.3); const shares = [];"
+                                "for (let i = 0; i <= 3; ++i) {"
+                                "  state.meshes.forEach((mesh, j) => mesh.visible = i === j);"
+                                "  state.view.paint();"
+                                "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
+                                "  shares.push(") +
+                        kPaintedShare + "); } return shares; })()");
+    const double least[] = {0.02, 0.001, 0.1};  // gear, ball, floor
+    const double contacts = visit.value[3];
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_GT(visit.value[i].get<double>() - contacts, least[i]) << i << still;
+    EXPECT_LT(contacts, 0.01);
+  }
+}
+
 TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
   VPS_BROWSER_OR_SKIP();
   write(sample_motion());

@@ -16,12 +16,9 @@ std::string show_each(const std::string& last) {
          "  for (const p of kParts) if (!box(p).disabled && box(p).checked !== (p === part)) box(p).click();"
          "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
          "};"
-         "const painted = () => {"
-         "  const copy = Object.assign(document.createElement('canvas'), {width: 200, height: 200});"
-         "  copy.getContext('2d').drawImage(document.querySelector('#view canvas'), 0, 0, 200, 200);"
-         "  const data = copy.getContext('2d').getImageData(0, 0, 200, 200).data;"
-         "  let n = 0; for (let i = 3; i < data.length; i += 4) n += data[i] > 0; return n / 40000;"
-         "};"
+         "const painted = () => " +
+         std::string(kPaintedShare) +
+         ";"
          "await only('');"
          "const frame = painted(), found = {};"
          "for (const p of kParts) {"
