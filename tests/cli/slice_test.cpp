@@ -138,6 +138,11 @@ void expect_legible(const Plot& plot) {
   EXPECT_FALSE(column_inked(0, image.height)(image.width - 1));
 }
 
+TriangleMesh moved(TriangleMesh mesh, double x, double z) {
+  for (auto& p : mesh.vertices) p = {p[0] + x, p[1], p[2] + z};
+  return mesh;
+}
+
 std::string obj_of(const TriangleMesh& mesh) {
   std::string text;
   for (const auto& p : mesh.vertices)
@@ -231,27 +236,26 @@ TEST_F(Slice, TheHeadNamesTheAssetItsVoxelAndThePlace) {
 TEST_F(Slice, NothingOverlapsWhateverTheShapeTheBandAndTheScale) {
   write_file(folder_ / "plate.obj", box_obj(0.1, 0.1, 0.001));
   write_file(folder_ / "rod.obj", box_obj(0.001, 0.001, 0.1));
-  const char* const bodies[] = {"plate.obj --voxel 1mm", "plate.obj --voxel 1mm --band-inside 8vx --band-outside 8vx",
-                                "plate.obj --voxel 1.2345um --scale 1e-3", "plate.obj --voxel 98.76m --scale 1e5",
-                                "rod.obj --voxel 0.5mm"};
+  write_file(folder_ / "far.obj", obj_of(moved(samples::make_box({0.1, 0.1, 0.001}), 123.4, 0)));
+  const char* const bodies[] = {"plate.obj --voxel 1mm",
+                                "plate.obj --voxel 1mm --band-inside 8vx --band-outside 8vx",
+                                "plate.obj --voxel 1.2345um --scale 1e-3",
+                                "plate.obj --voxel 98.76m --scale 1e5",
+                                "rod.obj --voxel 0.5mm",
+                                "far.obj --voxel 1mm"};
   for (const char* const body : bodies) {
     ASSERT_EQ(vpsbake(folder_, std::string(body) + " -o a.vps.hdf").code, 0);
-    for (const char* const options : {"--axis x --width 600", "--axis z --width 600", "--axis x --width 2000"}) {
+    for (const char* const options : {"--axis x --width 600", "--axis z --width 600"}) {
       SCOPED_TRACE(std::string(body) + " " + options);
       expect_legible(plot_of(folder_, options));
     }
   }
 }
 
-TriangleMesh cube_at_height(double z) {
-  TriangleMesh cube = samples::make_box({0.01, 0.01, 0.01});
-  for (auto& p : cube.vertices) p[2] += z;
-  return cube;
-}
-
 TEST_F(Slice, WithoutAZeroLineItSaysWhatThereIsInstead) {
   // Two boxes with a gap between them, wider than the bands.
-  write_file(folder_ / "boxes.obj", obj_of(joined(cube_at_height(-0.03), cube_at_height(0.03))));
+  const TriangleMesh cube = samples::make_box({0.01, 0.01, 0.01});
+  write_file(folder_ / "boxes.obj", obj_of(joined(moved(cube, 0, -0.03), moved(cube, 0, 0.03))));
   ASSERT_EQ(vpsbake(folder_, "boxes.obj --voxel 1mm -o a.vps.hdf").code, 0);
   const Plot gap = plot_of(folder_, "");
   EXPECT_EQ(gap.err, "vpsbake: note: slice.png: no zero line: all outside, out of the band\n");
