@@ -7,7 +7,6 @@
 #include <cmath>
 #include <vector>
 
-#include "bake/plan.h"
 #include "cli/stored_field.h"
 
 namespace vps::cli {
@@ -107,7 +106,8 @@ class SliceDrawing {
   }
 
   void draw_head() {
-    const std::string voxel = fmt::format(", voxel {}", format_length(voxel_));
+    const LengthUnit unit(layers_ * voxel_);  // that of the legend
+    const std::string voxel = fmt::format(", voxel {} {}", unit.number(voxel_), unit.name());
     const auto letters = std::size_t(options_.width - 2 * kMargin) / std::size_t(Picture::width_of(" "));
     picture_.write(kMargin, 10, shortened(options_.name, letters - voxel.size()) + voxel);
     picture_.write(kMargin, 10 + kLine, fmt::format("{}, field {}", place_, field_name(map_.field)));
