@@ -234,15 +234,15 @@ TEST_F(Slice, TheHeadNamesTheAssetItsVoxelAndThePlace) {
 }
 
 TEST_F(Slice, NothingOverlapsWhateverTheShapeTheBandAndTheScale) {
-  write_file(folder_ / "plate.obj", box_obj(0.1, 0.1, 0.001));
-  write_file(folder_ / "rod.obj", box_obj(0.001, 0.001, 0.1));
-  write_file(folder_ / "far.obj", obj_of(moved(samples::make_box({0.1, 0.1, 0.001}), 123.4, 0)));
-  const char* const bodies[] = {"plate.obj --voxel 1mm",
-                                "plate.obj --voxel 1mm --band-inside 8vx --band-outside 8vx",
-                                "plate.obj --voxel 1.2345um --scale 1e-3",
-                                "plate.obj --voxel 98.76m --scale 1e5",
-                                "rod.obj --voxel 0.5mm",
-                                "far.obj --voxel 1mm"};
+  write_file(folder_ / "plate.obj", box_obj(0.1, 0.1, 0.004));
+  write_file(folder_ / "rod.obj", box_obj(0.01, 0.01, 0.05));
+  write_file(folder_ / "far.obj", obj_of(moved(samples::make_box({0.1, 0.1, 0.004}), 123.4, 0)));
+  const char* const bodies[] = {"plate.obj --voxel 4mm",
+                                "plate.obj --voxel 4mm --band-inside 8vx --band-outside 8vx",
+                                "plate.obj --voxel 4.938um --scale 1e-3",
+                                "plate.obj --voxel 395.12m --scale 1e5",
+                                "rod.obj --voxel 2mm",
+                                "far.obj --voxel 4mm"};
   for (const char* const body : bodies) {
     ASSERT_EQ(vpsbake(folder_, std::string(body) + " -o a.vps.hdf").code, 0);
     for (const char* const options : {"--axis x --width 600", "--axis z --width 600"}) {
