@@ -22,7 +22,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMaxBodies = 10'000;
 constexpr double kDrawnTriangles = 1.5e6;  // of all bodies together
+constexpr double kLeastTriangles = 100;    // of a surface
 constexpr double kFarthest = 1e12;         // [m]
+constexpr double kFrameBytes = 9e6;        // of poses and contacts on the page, before base64
+constexpr double kLongPath = 3;            // times the bodies' box at the start: longer ones are followed
+constexpr std::size_t kListed = 12;        // surfaces whose making is told
 
 [[noreturn]] void refuse(const std::string& reason) {
   throw ImportError(ImportError::Kind::bad_input, reason + "; see docs/motion.md");
@@ -42,6 +46,14 @@ const Json& member(const Json& object, const char* key, Json::value_t type) {
   return *found;
 }
 
+// A key that nobody knows is a slip of the pen.
+void refuse_unknown(const Json& object, const std::string& what, const std::vector<std::string>& known) {
+  for (const auto& [key, value] : object.items()) {
+    if (std::find(known.begin(), known.end(), key) == known.end())
+      refuse(fmt::format("{} has an unknown key \"{}\"; there are {}", what, key, fmt::join(known, ", ")));
+  }
+}
+
 Json read_json(const std::filesystem::path& path) {
   std::error_code ignored;
   std::ifstream file(path, std::ios::binary);
@@ -56,6 +68,8 @@ Json read_json(const std::filesystem::path& path) {
 
 struct Box {
   std::array<double, 3> low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  [[nodiscard]] bool is_empty() const { return low[0] > high[0]; }
+  [[nodiscard]] double diagonal() const { return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]); }
   void add(const std::array<double, 3>& centre, double radius) {
     for (std::size_t k = 0; k < 3; ++k) {
       low[k] = std::min(low[k], centre[k] - radius);
@@ -68,7 +82,8 @@ struct Box {
 struct Body {
   std::array<double, 3> centre{};
   double radius = 0;
-  bool frames_view = true;  ///< boxes are mostly floors and walls
+  bool is_box = false;
+  bool is_fixed = false;  ///< never moves
 };
 
 class Reader {
@@ -76,6 +91,7 @@ class Reader {
   explicit Reader(const std::filesystem::path& path) : folder_(path.parent_path()), in_(read_json(path)) {}
 
   Json read() {
+    refuse_unknown(in_, "it", {"format", "title", "up", "bodies", "times", "poses", "contacts"});
     const Json& bodies = member(in_, "bodies", Json::value_t::array);
     if (bodies.empty() || bodies.size() > kMaxBodies) refuse(fmt::format("it has not 1 to {} bodies", kMaxBodies));
     out_["title"] = in_.contains("title") ? member(in_, "title", Json::value_t::string).get<std::string>() : "Motion";
@@ -86,7 +102,9 @@ class Reader {
     out_["up"] = up;
     for (std::size_t i = 0; i < bodies.size(); ++i) read_body(bodies[i], fmt::format("body {}", i + 1));
     read_frames();
+    frame_view();
     read_contacts();
+    pack_frames();
     make_surfaces();
     describe();
     return std::move(out_);
@@ -95,6 +113,7 @@ class Reader {
  private:
   void read_body(const Json& body, const std::string& what) {
     if (!body.is_object()) refuse(what + " is not an object");
+    refuse_unknown(body, what, {"name", "asset", "box", "sphere"});
     Body shape;
     Json& out = out_["bodies"].emplace_back(Json::object());
     out["name"] = body.contains("name") ? member(body, "name", Json::value_t::string).get<std::string>() : what;
@@ -107,7 +126,7 @@ class Reader {
       for (std::size_t k = 0; k < 3; ++k) extents[k] = number(half[k], what + ": a half extent");
       if (!(std::min({extents[0], extents[1], extents[2]}) > 0)) refuse(what + ": a half extent is not positive");
       shape.radius = std::hypot(extents[0], extents[1], extents[2]);
-      shape.frames_view = false;
+      shape.is_box = true;
       out["box"] = extents;
       out["kind"] = fmt::format("box of {} x {} x {}", format_length(2 * extents[0]), format_length(2 * extents[1]),
                                 format_length(2 * extents[2]));
@@ -148,17 +167,16 @@ class Reader {
   void read_frames() {
     const Json& times = member(in_, "times", Json::value_t::array);
     const Json& poses = member(in_, "poses", Json::value_t::array);
-    if (times.empty() || times.size() != poses.size()) refuse("\"times\" and \"poses\" have not as many frames");
+    if (times.empty()) refuse("\"times\" is empty: a motion has one frame at least");
+    if (times.size() != poses.size())
+      refuse(fmt::format("\"times\" has {} frames and \"poses\" has {}", times.size(), poses.size()));
     for (std::size_t f = 0; f < times.size(); ++f) {
       const std::string frame = fmt::format("frame {}", f + 1);
       times_.push_back(number(times[f], frame + ": the time"));
       if (f > 0 && !(times_[f] > times_[f - 1])) refuse(frame + ": its time is not after the one before");
       if (!poses[f].is_array() || poses[f].size() != bodies_.size()) refuse(frame + " has not a pose for each body");
-      for (std::size_t b = 0; b < bodies_.size(); ++b)
-        read_pose(poses[f][b], fmt::format("{}, body {}", frame, b + 1), b);
+      for (std::size_t b = 0; b < bodies_.size(); ++b) read_pose(poses[f][b], fmt::format("{}, body {}", frame, b + 1));
     }
-    out_["times"] = pack_array(times_);
-    out_["poses"] = pack_array(poses_);
     const std::size_t row = 7 * bodies_.size();
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
       bool fixed = times_.size() > 1;
@@ -167,19 +185,24 @@ class Reader {
         fixed = std::equal(first, first + 7, first + std::ptrdiff_t(f * row));
       }
       out_["bodies"][b]["fixed"] = fixed;
+      bodies_[b].is_fixed = fixed || times_.size() == 1;
     }
-    const Box& box = seen_.low[0] < 1e300 ? seen_ : all_;
-    out_["bounds_min"] = box.low;
-    out_["bounds_max"] = box.high;
   }
 
-  void read_pose(const Json& pose, const std::string& what, std::size_t body) {
+  void read_pose(const Json& pose, const std::string& what) {
     if (!pose.is_array() || pose.size() != 7) refuse(what + ": a pose is seven numbers, x y z qx qy qz qw");
     std::array<double, 7> p;
     for (std::size_t k = 0; k < 7; ++k) p[k] = number(pose[k], what + ": a pose");
     const double length = std::sqrt(p[3] * p[3] + p[4] * p[4] + p[5] * p[5] + p[6] * p[6]);
     if (!(std::abs(length - 1) <= 1e-3)) refuse(what + ": the quaternion is not of unit length");
     for (std::size_t k = 0; k < 7; ++k) poses_.push_back(static_cast<float>(k < 3 ? p[k] : p[k] / length));
+  }
+
+  // In the world.
+  [[nodiscard]] std::array<double, 3> centre_of(std::size_t body, std::size_t frame) const {
+    const float* const pose = &poses_[7 * (frame * bodies_.size() + body)];
+    std::array<double, 7> p;
+    std::copy_n(pose, 7, p.begin());
     // Rotated by the quaternion: c + 2 w (u x c) + 2 u x (u x c).
     const auto& c = bodies_[body].centre;
     const auto cross = [&](const std::array<double, 3>& a) {
@@ -188,27 +211,69 @@ class Reader {
     const std::array<double, 3> once = cross(c), twice = cross(once);
     std::array<double, 3> at;
     for (std::size_t k = 0; k < 3; ++k) at[k] = p[k] + c[k] + 2 * (p[6] * once[k] + twice[k]);
-    all_.add(at, bodies_[body].radius);
-    if (bodies_[body].frames_view) seen_.add(at, bodies_[body].radius);
+    return at;
+  }
+
+  // Round the bodies in so many frames; boxes that stay are mostly floors and walls, and count only when all are.
+  [[nodiscard]] Box box_of(std::size_t frames) const {
+    Box all, seen;
+    for (std::size_t f = 0; f < frames; ++f) {
+      for (std::size_t b = 0; b < bodies_.size(); ++b) {
+        const std::array<double, 3> at = centre_of(b, f);
+        all.add(at, bodies_[b].radius);
+        if (!bodies_[b].is_box || !bodies_[b].is_fixed) seen.add(at, bodies_[b].radius);
+      }
+    }
+    return seen.is_empty() ? all : seen;
+  }
+
+  // On a way much longer than the bodies they would be tiny: they are shown at the start then, and followed.
+  void frame_view() {
+    const Box start = box_of(1), path = box_of(times_.size());
+    const bool is_long = path.diagonal() > kLongPath * start.diagonal();
+    out_["bounds_min"] = is_long ? start.low : path.low;
+    out_["bounds_max"] = is_long ? start.high : path.high;
+    if (is_long) out_["path"] = {path.low, path.high};
   }
 
   void read_contacts() {
     if (!in_.contains("contacts")) return;
     const Json& contacts = member(in_, "contacts", Json::value_t::array);
     if (contacts.size() != times_.size()) refuse("\"contacts\" has not as many frames as \"times\"");
-    std::vector<std::uint32_t> first = {0};
-    std::vector<float> places;
+    contact_first_ = {0};
     for (std::size_t f = 0; f < contacts.size(); ++f) {
       const std::string what = fmt::format("frame {}: a contact", f + 1);
       if (!contacts[f].is_array()) refuse(fmt::format("frame {} has no array of contacts", f + 1));
       for (const Json& contact : contacts[f]) {
         if (!contact.is_array() || contact.size() != 3) refuse(what + " is three numbers");
-        for (const Json& x : contact) places.push_back(static_cast<float>(number(x, what)));
+        for (const Json& x : contact) contacts_.push_back(static_cast<float>(number(x, what)));
       }
-      first.push_back(static_cast<std::uint32_t>(places.size() / 3));
+      contact_first_.push_back(static_cast<std::uint32_t>(contacts_.size() / 3));
       most_contacts_ = std::max<std::size_t>(most_contacts_, contacts[f].size());
     }
-    out_["contacts"] = {{"first", pack_array(first)}, {"places", pack_array(places)}};
+  }
+
+  // Every frame, or every n-th and the last, so that the page stays small.
+  void pack_frames() {
+    const double bytes = double(poses_.size() + contacts_.size()) * sizeof(float);
+    stride_ = static_cast<std::size_t>(std::ceil(bytes / kFrameBytes));
+    const std::size_t row = 7 * bodies_.size();
+    std::vector<double> times;
+    std::vector<float> poses, places;
+    std::vector<std::uint32_t> first = {0};
+    for (std::size_t f = 0; f < times_.size(); ++f) {
+      if (f % stride_ != 0 && f + 1 < times_.size()) continue;
+      times.push_back(times_[f]);
+      const auto pose = poses_.begin() + std::ptrdiff_t(f * row);
+      poses.insert(poses.end(), pose, pose + std::ptrdiff_t(row));
+      if (contact_first_.empty()) continue;
+      places.insert(places.end(), contacts_.begin() + 3 * std::ptrdiff_t(contact_first_[f]),
+                    contacts_.begin() + 3 * std::ptrdiff_t(contact_first_[f + 1]));
+      first.push_back(static_cast<std::uint32_t>(places.size() / 3));
+    }
+    out_["times"] = pack_array(times);
+    out_["poses"] = pack_array(poses);
+    if (!contact_first_.empty()) out_["contacts"] = {{"first", pack_array(first)}, {"places", pack_array(places)}};
   }
 
   void make_surfaces() {
@@ -217,8 +282,15 @@ class Reader {
     std::size_t drawn = 0;
     for (const Json& body : out_["bodies"]) drawn += body.contains("surface") ? 1 : 0;
     const double triangles = std::min(double(kPageTriangles) / double(opened_.size()), kDrawnTriangles / double(drawn));
-    for (const Asset& asset : opened_)
-      out_["surfaces"].push_back(pack_field_surface(asset, static_cast<std::size_t>(std::max(triangles, 2000.0))));
+    for (const Asset& asset : opened_) {
+      Json surface = pack_field_surface(asset, static_cast<std::size_t>(std::max(triangles, kLeastTriangles)));
+      if (surface.contains("missing")) {
+        surface = {{"low", asset.info().bounds_min},
+                   {"high", asset.info().bounds_max},
+                   {"note", "Thinner than its voxels, so that its field has no surface: its bounding box is drawn."}};
+      }
+      out_["surfaces"].push_back(std::move(surface));
+    }
   }
 
   void describe() {
@@ -228,9 +300,15 @@ class Reader {
         fmt::format("{} bod{} over {:.4g} s, recorded from a simulation.", bodies, bodies == 1 ? "y" : "ies", length);
     Json& facts = out_["facts"];
     facts.push_back({"Length", fmt::format("{:.4g} s", length)});
-    facts.push_back({"Frames", fmt::format("{}", times_.size())});
+    std::string frames = fmt::format("{}", times_.size());
+    if (stride_ > 1) frames += fmt::format("; one in {} is on this page, to keep it small", stride_);
+    facts.push_back({"Frames", frames});
     if (in_.contains("contacts")) facts.push_back({"Contacts", fmt::format("{} at most in a frame", most_contacts_)});
-    for (const Json& surface : out_["surfaces"]) facts.push_back({"Surface", surface["note"]});
+    for (const auto& [name, number] : assets_) {
+      if (number < kListed)
+        facts.push_back({fmt::format("Surface of {}", asset_name(name)), out_["surfaces"][number]["note"]});
+    }
+    for (Json& fact : origin_facts()) facts.push_back(std::move(fact));
   }
 
   std::filesystem::path folder_;
@@ -240,8 +318,10 @@ class Reader {
   std::vector<Body> bodies_;
   std::vector<double> times_;
   std::vector<float> poses_;
-  Box seen_, all_;
+  std::vector<std::uint32_t> contact_first_;  ///< of each frame; empty when the motion has no contacts
+  std::vector<float> contacts_;
   std::size_t most_contacts_ = 0;
+  std::size_t stride_ = 1;  ///< from one frame of the page to the next
 };
 
 }  // namespace

@@ -27,8 +27,8 @@ class Picture {
   void fill(int x, int y, int width, int height, const Colour& colour);
   /// The rim of a rectangle, a pixel wide.
   void frame(int x, int y, int width, int height, const Colour& colour);
-  /// Lower-case letters, digits, V and signs; 10 x 14 pixels each, 12 from one to the next. (x, y) is the upper left
-  /// corner. Letters it does not know are left out as blanks.
+  /// Letters, digits and the signs of names and numbers; 10 x 14 pixels each, 12 from one to the next. (x, y) is the
+  /// upper left corner. Any other byte is a question mark.
   void write(int x, int y, std::string_view text);
   [[nodiscard]] static int width_of(std::string_view text) { return 12 * static_cast<int>(text.size()); }
 

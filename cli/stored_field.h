@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a field holds at a point, for pictures: queries may claim less distance where nothing is stored.
+/// @file What a field holds at a point, for pictures: queries may claim less distance where nothing is stored. And
+/// where pictures look.
 #pragma once
 
 #include <cmath>
 #include <limits>
 
 #include "runtime/penetration.h"
+#include "runtime/vps_runtime.h"
 
 namespace vps::cli {
 
@@ -20,6 +22,16 @@ inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
     stored = detail::find_cell(map, point).entry < kNodeFlag;
   }
   return stored ? v : std::copysign(std::numeric_limits<float>::infinity(), v);
+}
+
+/// Places along an axis that slices are drawn at: the body and the band round it, asset frame. [m]
+struct SliceRange {
+  double low = 0, high = 0;
+  double middle = 0;  ///< of the body: where a slice is drawn when no place is said
+};
+[[nodiscard]] inline SliceRange slice_range(const AssetInfo& info, std::size_t axis) {
+  const double low = info.bounds_min[axis], high = info.bounds_max[axis];
+  return {low - info.band_outer, high + info.band_outer, (low + high) / 2};
 }
 
 /// As the command line and docs/format.md call it.

@@ -105,6 +105,8 @@ Command add_view_command(CLI::App& app) {
       ->group("Mesh");
   add_unit_options(*view, arguments->mesh);
   add_import_options(*view, arguments->mesh);
+  for (const char* const name : {"--unit", "--scale", "--import-memory", "--import-timeout"})
+    view->get_option(name)->needs("--mesh");
   return {view, [arguments] { return run(*arguments); }};
 }
 

@@ -10,6 +10,7 @@
 #include "bake/plan.h"
 #include "cli/field_surface.h"
 #include "cli/pack_array.h"
+#include "cli/provenance.h"
 #include "cli/stored_field.h"
 
 namespace vps::cli {
@@ -149,15 +150,17 @@ Json pack_field(const Asset& asset) {
   std::string note = fmt::format("Field \"{}\", kept from {} outside to {} inside.", field_name(map.field),
                                  format_length(info.band_outer), format_length(info.band_inner));
   if (grid.merge > 1) note += fmt::format(" Drawn from every {} voxels.", grid.merge);
+  Json places = Json::array();
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const SliceRange range = slice_range(info, axis);
+    places.push_back({range.low, range.middle, range.high});
+  }
   const double step = grid.merge * info.voxel_size;
   const Vec3 origin = voxel_centre(info, offset, offset, offset);
-  return {{"note", note},
-          {"origin", {origin.x, origin.y, origin.z}},
-          {"step", step},
-          {"dims", {grid.dims[0], grid.dims[1], grid.dims[2]}},
-          {"scale", scale},
-          {"reach", reach},
-          {"values", pack_array(out)}};
+  return {{"note", note},     {"origin", {origin.x, origin.y, origin.z}},
+          {"step", step},     {"dims", {grid.dims[0], grid.dims[1], grid.dims[2]}},
+          {"scale", scale},   {"reach", reach},
+          {"places", places}, {"values", pack_array(out)}};
 }
 
 // For each level of few nodes the first drawn point of every node: the points below a node follow each other.
@@ -273,6 +276,8 @@ Json facts(const Asset& asset) {
   }
   add("Volume", fmt::format("{:.6g} m³", info.volume));
   add("File", format_bytes(double(asset.directory().file_bytes)));
+  add("Baked by", info.generator.data());
+  for (Json& fact : origin_facts()) out.push_back(std::move(fact));
   return out;
 }
 
@@ -288,6 +293,12 @@ std::string about(const Asset& asset) {
 
 }  // namespace
 
+Json origin_facts() {
+  const Json origin = provenance(0);
+  return Json::array({Json::array({"Page made by", "vpsbake " + origin["versions"]["vpsbake"].get<std::string>()}),
+                      Json::array({"With", origin["command"]})});
+}
+
 Json pack_field_surface(const Asset& asset, std::size_t triangles) {
   VoxelmapView map;
   if (asset.voxelmap(map) != Status::ok) return missing("No voxelmap to make it from: give the mesh with --mesh.");
@@ -297,9 +308,10 @@ Json pack_field_surface(const Asset& asset, std::size_t triangles) {
         "The field is nowhere 0: the body is thinner than its voxels. Bake it finer, or give the mesh with --mesh.");
   Json out = pack_mesh(surface.mesh);
   out["flat"] = false;
-  out["note"] =
-      fmt::format("Made from the field \"{}\" (an asset holds no mesh): V = 0, in cells of {}, within {} of it.",
-                  field_name(map.field), format_length(surface.step), format_length(surface.residual));
+  out["note"] = fmt::format(
+      "An asset holds no mesh: this is where the field \"{}\" is 0, found in cells of {}. In the corners and "
+      "the middles of these triangles the field is no farther than {} from 0.",
+      field_name(map.field), format_length(surface.step), format_length(surface.residual));
   return out;
 }
 

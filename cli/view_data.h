@@ -18,7 +18,10 @@ inline constexpr std::size_t kPageTriangles = 120'000;
 /// @param mesh  that the asset was baked from; null: the surface is made from the field
 [[nodiscard]] nlohmann::ordered_json view_data(const Asset& asset, const std::string& name, const TriangleMesh* mesh);
 
-/// The surface of the field for a page, as `pack_mesh` has it, with `flat` and `note`.
+/// What a page's numbers come from: the program's version, and the command that makes the page again; pairs of texts.
+[[nodiscard]] nlohmann::ordered_json origin_facts();
+
+/// The surface of the field for a page, as `pack_mesh` has it, with `flat` and `note`; or `missing` with the reason.
 [[nodiscard]] nlohmann::ordered_json pack_field_surface(const Asset& asset, std::size_t triangles);
 
 }  // namespace vps::cli

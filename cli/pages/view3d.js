@@ -9,11 +9,16 @@ function unpack(text, Type) {
   return new Type(bytes.buffer);
 }
 
-function lengthText(metres, digits = 3) {
+// The unit in which a length of this size is read best.
+function lengthUnit(metres) {
   const size = Math.abs(metres);
-  const [scale, unit] = size === 0 || (size >= 1e-3 && size < 1) ? [1e3, 'mm']
-      : size >= 1 ? [1, 'm'] : size >= 1e-6 ? [1e6, 'µm'] : [1e9, 'nm'];
-  return `${+(metres * scale).toPrecision(digits)} ${unit}`.replace('-', '−');
+  const [scale, name] = size >= 1e3 ? [1e-3, 'km'] : size >= 1 ? [1, 'm'] : size >= 1e-3 ? [1e3, 'mm']
+      : [1e6, 'µm'];
+  return {name, number: (length, digits = 3) => `${+(length * scale).toPrecision(digits)}`.replace('-', '−')};
+}
+function lengthText(metres, digits) {
+  const unit = lengthUnit(metres);
+  return metres === 0 ? '0' : `${unit.number(metres, digits)} ${unit.name}`;
 }
 
 // Units and signs as they are printed.
@@ -36,6 +41,18 @@ function mixStops(stops, t) {
 const kDiverging = [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
 const kSequential = [[253, 200, 39], [237, 121, 83], [189, 55, 134], [128, 40, 190], [70, 84, 214]];
 const cssColour = c => `rgb(${c.map(Math.round).join(',')})`;
+
+// A ramp of colours with ticks: [place from 0 to 1, text] each.
+function showRamp(holder, colours, ticks) {
+  holder.innerHTML = '<i></i><div></div>';
+  holder.firstChild.style.background = `linear-gradient(to right, ${colours})`;
+  for (const [at, text] of ticks) {
+    const tick = document.createElement('span');
+    tick.style.left = `${100 * at}%`;
+    tick.textContent = text;
+    holder.lastChild.append(tick);
+  }
+}
 const threeColour = c => new THREE.Color(c[0] / 255, c[1] / 255, c[2] / 255);
 
 function textSprite(text, height) {
@@ -67,12 +84,10 @@ class View {
   constructor(holder, low, high, up, margin) {
     this.margin = margin;
     this.labels = [];
-    this.low = new THREE.Vector3(...low);
-    this.high = new THREE.Vector3(...high);
-    this.size = this.high.distanceTo(this.low);
     this.holder = holder;
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(35, 1, this.size / 200, this.size * 50);
+    this.camera = new THREE.PerspectiveCamera(35);
+    this.frame(low, high);
     this.renderer = new THREE.WebGLRenderer({antialias: true, alpha: true, preserveDrawingBuffer: true});
     this.renderer.localClippingEnabled = true;
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
@@ -84,15 +99,26 @@ class View {
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x777788, 0.75));
     this.light = new THREE.DirectionalLight(0xffffff, 0.5);
     this.scene.add(this.light, this.light.target);
-    this.bar = document.createElement('div');
-    this.bar.className = 'scale';
-    this.bar.innerHTML = '<i></i><span></span>';
-    holder.append(this.bar);
+    const below = document.createElement('div');
+    below.className = 'below';
+    below.innerHTML = '<span class="scale"><i></i><span></span></span>' +
+        '<span class="soft">Drag: turn. Wheel or pinch: zoom. Right-drag or two fingers: shift.</span>';
+    this.bar = below.firstChild;
+    holder.after(below);
     this.setUp(up);
     this.canvas.addEventListener('keydown', event => this.onKey(event));
     new ResizeObserver(() => this.resize()).observe(holder);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => location.reload());
     this.resize();
+  }
+
+  // The box that is in the picture from the next look on.
+  frame(low, high) {
+    this.low = new THREE.Vector3(...low);
+    this.high = new THREE.Vector3(...high);
+    this.size = this.high.distanceTo(this.low);
+    Object.assign(this.camera, {near: this.size / 200, far: this.size * 200});
+    this.camera.updateProjectionMatrix();
   }
 
   setUp(up) {
@@ -101,7 +127,9 @@ class View {
     this.camera.up.set(up === 'x' ? 1 : 0, up === 'y' ? 1 : 0, up === 'z' ? 1 : 0);
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     this.controls.enableKeys = false;
-    this.controls.addEventListener('change', () => this.paint());
+    // It tells of changes only from a millimetre on.
+    const update = this.controls.update;
+    this.controls.update = () => { update(); this.paint(); };
     this.controls.addEventListener('start', () => this.moved = true);
     this.look({x: [0.2, 0.3, 1], y: [0.5, 0.35, 1], z: [0.55, -1, 0.4]}[up]);
   }
@@ -125,10 +153,10 @@ class View {
     for (let corner = 0; corner < 8; ++corner)
       fit(new THREE.Vector3(...[0, 1, 2].map(k => (corner >> k & 1 ? high : low).getComponent(k))), 0);
     for (const label of this.labels) fit(label.position, label.scale.x / 2);
+    Object.assign(this.controls, {minDistance: this.size / 50, maxDistance: this.size * 20});
     this.controls.target.copy(centre);
     camera.position.copy(centre).addScaledVector(back, distance);
     this.controls.update();
-    this.paint();
   }
 
   onKey(event) {
@@ -149,7 +177,6 @@ class View {
     offset.setFromSpherical(around).applyQuaternion(toY.inverse());
     this.camera.position.copy(this.controls.target).add(offset);
     this.controls.update();
-    this.paint();
   }
 
   resize() {
@@ -175,7 +202,7 @@ class View {
       const perPixel = 2 * distance * Math.tan(this.camera.fov * Math.PI / 360) / this.holder.clientHeight;
       const length = niceLength(130 * perPixel);
       this.bar.firstChild.style.width = `${length / perPixel}px`;
-      this.bar.lastChild.textContent = lengthText(length);
+      this.bar.lastChild.textContent = `${lengthText(length)} (at the middle)`;
     });
   }
 
@@ -190,9 +217,13 @@ class View {
     for (const [i, [name, axisColour]] of axes.entries()) {
       const direction = new THREE.Vector3().setComponent(i, 1);
       const reach = Math.max(high.getComponent(i) - low.getComponent(i), 0.1 * size);
-      this.scene.add(new THREE.ArrowHelper(direction, low, reach * 1.12, axisColour, 0.04 * size, 0.02 * size));
+      // Made of length 1: it draws none shorter than a tenth of a millimetre.
+      const length = reach * 1.12;
+      const arrow = new THREE.ArrowHelper(direction, low, 1, axisColour, 0.04 * size / length, 0.02 * size / length);
+      arrow.scale.setScalar(length);
+      this.scene.add(arrow);
       const label = textSprite(`${name} ${lengthText(high.getComponent(i) - low.getComponent(i))}`, 0.045 * size);
-      label.position.copy(low).addScaledVector(direction, reach * 1.12 + 0.04 * size);
+      label.position.copy(low).addScaledVector(direction, reach * 1.12 + 0.075 * size);
       this.scene.add(label);
       this.labels.push(label);
     }

@@ -69,6 +69,31 @@ TEST_F(Motion, ThePageShowsEveryBodyWhereItWasAtAnyTime) {
   EXPECT_NE(visit.text.find("contact points\n(0)"), std::string::npos) << visit.text;
 }
 
+TEST_F(Motion, EveryBodyIsPainted) {
+  VPS_BROWSER_OR_SKIP();
+  for (const bool still : {false, true}) {
+    Json motion = sample_motion();
+    if (still) {
+      for (const char* const frames : {"times", "poses", "contacts"}) motion[frames] = Json::array({motion[frames][0]});
+    }
+    write(motion);
+    ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+    const PageVisit visit =
+        visit_small(folder_ / "motion.html",
+                    std::string("(async () => { state.go(0.3); const shares = [];"
+                                "for (let i = 0; i <= 3; ++i) {"
+                                "  state.meshes.forEach((mesh, j) => mesh.visible = i === j);"
+                                "  state.view.paint();"
+                                "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
+                                "  shares.push(") +
+                        kPaintedShare + "); } return shares; })()");
+    const double least[] = {0.02, 0.001, 0.1};  // gear, ball, floor
+    const double contacts = visit.value[3];
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_GT(visit.value[i].get<double>() - contacts, least[i]) << i << still;
+    EXPECT_LT(contacts, 0.01);
+  }
+}
+
 TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
   VPS_BROWSER_OR_SKIP();
   write(sample_motion());
@@ -87,6 +112,87 @@ TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
   EXPECT_NEAR(visit.value[1].get<double>(), 1, 1e-9);
   EXPECT_EQ(visit.value[2], "Again");
   EXPECT_NE(visit.text.find("contact points\n(2)"), std::string::npos) << visit.text;
+}
+
+// A ball of 10 mm that flies 20 m, and one that stays, above a floor.
+Json long_motion() {
+  Json motion = {{"format", "vps-motion 1"},
+                 {"bodies", {{{"sphere", 0.01}}, {{"sphere", 0.01}}, {{"box", {100, 100, 0.1}}}}}};
+  for (int i = 0; i <= 20; ++i) {
+    motion["times"].push_back(0.1 * i);
+    motion["poses"].push_back({{double(i), 0, 0, 0, 0, 0, 1}, {0, 0.05, 0, 0, 0, 0, 1}, {0, 0, -0.2, 0, 0, 0, 1}});
+  }
+  return motion;
+}
+
+TEST_F(Motion, BodiesOnALongWayAreFollowedAndTheWholeWayCanBeShown) {
+  VPS_BROWSER_OR_SKIP();
+  write(long_motion());
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  // How high the flying ball is in the picture, of 2, and whether its ends are in it.
+  const PageVisit visit =
+      visit_small(folder_ / "motion.html",
+                  "(() => {"
+                  "const {view, meshes, go} = state;"
+                  "const seen = (x, y) => { view.camera.updateMatrixWorld(); const p = new THREE.Vector3(x, y, "
+                  "0).project(view.camera);"
+                  "  return Math.abs(p.x) < 1 && Math.abs(p.y) < 1 && Math.abs(p.z) < 1; };"
+                  "const height = () => 2 * 0.01 / Math.tan(view.camera.fov * Math.PI / 360) /"
+                  "  view.camera.position.distanceTo(meshes[0].position);"
+                  "go(0); const begin = [height(), seen(0, 0), seen(0, 0.05)];"
+                  "go(2); const end = [height(), seen(20, 0), seen(0, 0)];"
+                  "$('path').click(); const path = [seen(0, 0), seen(20, 0), $('follow').checked];"
+                  "$('reset').click(); go(1); const again = [height(), seen(10, 0), $('follow').checked];"
+                  "return [...begin, ...end, ...path, ...again]; })()");
+  const auto& v = visit.value;
+  for (const int height : {0, 3, 9}) EXPECT_GT(v[std::size_t(height)], 0.15);
+  EXPECT_EQ(v[1], true);
+  EXPECT_EQ(v[2], true);
+  EXPECT_EQ(v[4], true);
+  EXPECT_EQ(v[5], false);
+  EXPECT_EQ(nlohmann::json(v.begin() + 6, v.begin() + 9), nlohmann::json({true, true, false}));
+  EXPECT_EQ(v[10], true);
+  EXPECT_EQ(v[11], true);
+}
+
+TEST_F(Motion, OnAShortWayTheWholeOfItIsInThePicture) {
+  VPS_BROWSER_OR_SKIP();
+  write(sample_motion());
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  EXPECT_EQ(visit_small(folder_ / "motion.html", "[$('follow').checked, $('path').offsetParent === null]").value,
+            nlohmann::json({false, true}));
+}
+
+TEST_F(Motion, ALongRecordingIsThinnedAndSaysSo) {
+  VPS_BROWSER_OR_SKIP();
+  constexpr int kFrames = 1500, kContacts = 560;
+  std::string times, poses, contacts, frame;
+  for (int i = 0; i < kContacts; ++i) frame += i == 0 ? "[0,0,0]" : ",[0,0,0]";
+  for (int f = 0; f < kFrames; ++f) {
+    const char* const comma = f == 0 ? "" : ",";
+    times += comma + std::to_string(0.01 * f);
+    poses += std::string(comma) + "[[0,0,0,0,0,0,1]]";
+    contacts += comma + ("[" + frame + "]");
+  }
+  write_file(folder_ / "motion.json", R"({"format":"vps-motion 1","bodies":[{"sphere":0.1}],"times":[)" + times +
+                                          R"(],"poses":[)" + poses + R"(],"contacts":[)" + contacts + "]}");
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  EXPECT_LT(std::filesystem::file_size(folder_ / "motion.html"), 12e6);
+  const PageVisit visit = visit_small(folder_ / "motion.html", "[times.length, times[1], times[times.length - 1]]");
+  EXPECT_NE(visit.text.find("1500; one in 2 is on this page"), std::string::npos) << visit.text;
+  EXPECT_EQ(visit.value, nlohmann::json({751, 0.02, 14.99}));
+}
+
+TEST_F(Motion, ABodyThinnerThanItsVoxelsIsDrawnAsItsBox) {
+  VPS_BROWSER_OR_SKIP();
+  ASSERT_EQ(vpsbake(folder_, sample("thin_plate") + " --voxel 10mm --parts voxelmap -o a.vps.hdf").code, 0);
+  Json motion = sample_motion();
+  motion["bodies"] = Json::array({motion["bodies"][0]});
+  for (Json& frame : motion["poses"]) frame = Json::array({frame[0]});
+  write(motion);
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  const PageVisit visit = visit_small(folder_ / "motion.html", "");
+  EXPECT_NE(visit.text.find("its bounding box is drawn"), std::string::npos) << visit.text;
 }
 
 TEST_F(Motion, TheExampleOfTheDocumentationFollowsTheSchemaAndMakesAPage) {
@@ -110,6 +216,12 @@ TEST_F(Motion, TheSchemaRefusesWhatTheProgramRefuses) {
     write(motion);
     EXPECT_FALSE(follows_schema(folder_ / "motion.json", "motion.schema.json")) << place;
   }
+  for (const char* const place : {"/contact", "/bodies/1/radius"}) {
+    Json motion = sample_motion();
+    motion[Json::json_pointer(place)] = Json::array();
+    write(motion);
+    EXPECT_FALSE(follows_schema(folder_ / "motion.json", "motion.schema.json")) << place;
+  }
 }
 
 TEST_F(Motion, WhatCannotBePlayedIsRefusedInOneLine) {
@@ -121,7 +233,10 @@ TEST_F(Motion, WhatCannotBePlayedIsRefusedInOneLine) {
   expect_refused("/bodies/1/sphere", -1, "not positive");
   expect_refused("/bodies/2/box", Json::array({1, 1}), "three half extents");
   expect_refused("/times/3", 5.0, "frame 4: its time is not after");
-  expect_refused("/times", Json::array({1}), "not as many frames");
+  expect_refused("/times", Json::array({1}), "\"times\" has 1 frames and \"poses\" has 11");
+  expect_refused("/times", Json::array(), "\"times\" is empty");
+  expect_refused("/contact", Json::array(), "it has an unknown key \"contact\"; there are format, title");
+  expect_refused("/bodies/1/radius", 1, "body 2 has an unknown key \"radius\"; there are name, asset, box, sphere");
   expect_refused("/poses/2", Json::array(), "frame 3 has not a pose for each body");
   expect_refused("/poses/2/1", Json::array({0, 0, 0}), "frame 3, body 2: a pose is seven numbers");
   expect_refused("/poses/2/1/0", nullptr, "frame 3, body 2: a pose is not a number");

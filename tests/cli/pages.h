@@ -7,6 +7,15 @@
 
 namespace vps::test {
 
+/// Script: the share of the three-dimensional view, without what lies round it, that is painted.
+inline constexpr const char* kPaintedShare =
+    "(() => {"
+    "  const copy = Object.assign(document.createElement('canvas'), {width: 200, height: 200});"
+    "  copy.getContext('2d').drawImage(document.querySelector('#view canvas'), 0, 0, 200, 200);"
+    "  const data = copy.getContext('2d').getImageData(0, 0, 200, 200).data;"
+    "  let n = 0; for (let i = 3; i < data.length; i += 4) n += data[i] > 0; return n / 40000;"
+    "})()";
+
 /// The page in a small window; sound.
 inline PageVisit visit_small(const std::filesystem::path& page, const std::string& script) {
   VisitOptions options;

@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <set>
 #include <sstream>
 
+#include "cli/picture.h"
 #include "tests/cli/program.h"
 #include "tests/support/image.h"
 #include "tests/support/shapes.h"
@@ -19,6 +21,7 @@ constexpr std::array<int, 3> kBlack = {0, 0, 0};
 // The numbers of the plot: inside its frame, which is the first dark line from the left and from above.
 struct Plot {
   Image image;
+  std::string out, err;  // what the program said
   std::size_t left = 0, top = 0, right = 0, bottom = 0;
   double pixel = 0;  // [m]
 
@@ -30,18 +33,17 @@ constexpr std::array<int, 3> kInk = {20, 22, 26};
 Plot plot_of(const TemporaryFolder& folder, const std::string& arguments) {
   const Outcome run = vpsbake(folder, "slice a.vps.hdf -o slice.png " + arguments);
   EXPECT_EQ(run.code, 0) << run.err;
-  Plot plot{decode_png(read_file(folder / "slice.png"))};
+  Plot plot{decode_png(read_file(folder / "slice.png")), run.out, run.err};
   // The frame's left side is the first long line of ink.
-  for (std::size_t x = 0; plot.left == 0; ++x) {
-    std::size_t first = 0, count = 0;
-    for (std::size_t y = plot.image.height; y-- > 0;) {
-      if (plot.image.at(x, y) != kInk) continue;
-      first = y;
-      ++count;
+  constexpr std::size_t kLeastRows = 120;
+  for (std::size_t x = 0, length = 0; plot.left == 0; ++x) {
+    for (std::size_t y = 0; y < plot.image.height; ++y) {
+      length = plot.image.at(x, y) == kInk ? length + 1 : 0;
+      if (length < kLeastRows) continue;
+      plot.left = x + 1;
+      plot.top = y + 2 - length;
+      break;
     }
-    if (count < plot.image.height / 2) continue;
-    plot.left = x + 1;
-    plot.top = first + 1;
   }
   plot.right = plot.left;
   while (plot.image.at(plot.right, plot.top) != kInk) ++plot.right;
@@ -50,7 +52,7 @@ Plot plot_of(const TemporaryFolder& folder, const std::string& arguments) {
   std::istringstream words(run.out.substr(run.out.find("a pixel is ") + 11));
   std::string unit;
   words >> plot.pixel >> unit;
-  plot.pixel *= unit.starts_with("um") ? 1e-6 : 1e-3;
+  plot.pixel *= unit.starts_with("um") ? 1e-6 : unit.starts_with("mm") ? 1e-3 : 1;
   return plot;
 }
 
@@ -70,14 +72,88 @@ std::array<double, 2> zero_radii(const Plot& plot) {
   return {double(high[0] - low[0]) / 2 * plot.pixel, double(high[1] - low[1]) / 2 * plot.pixel};
 }
 
-// A box round the origin, of these half extents.
-std::string box_obj(double x, double y, double z) {
+// Whether the picture shows these words, their first letter's corner being there.
+bool shows(const Image& image, std::size_t left, std::size_t top, const std::string& words) {
+  cli::Picture picture(cli::Picture::width_of(words), 14);
+  picture.write(0, 0, words);
+  const Image wanted = decode_png(picture.png());
+  for (std::size_t y = 0; y < wanted.height; ++y) {
+    for (std::size_t x = 0; x < wanted.width; ++x) {
+      if (image.at(left + x, top + y) != wanted.at(x, y)) return false;
+    }
+  }
+  return true;
+}
+
+// Lengths of what is written, one after the other: inked lines with less than `gap` blank ones between. [px]
+std::vector<std::size_t> runs(std::size_t first, std::size_t last, std::size_t gap,
+                              const std::function<bool(std::size_t)>& is_inked) {
+  std::vector<std::size_t> lengths;
+  std::size_t blank = gap;
+  for (std::size_t i = first; i < last; ++i) {
+    if (!is_inked(i)) {
+      ++blank;
+      continue;
+    }
+    if (blank >= gap) {
+      lengths.push_back(1);
+    } else {
+      lengths.back() += blank + 1;
+    }
+    blank = 0;
+  }
+  return lengths;
+}
+
+// No words nor numbers of the axes and the legend touch each other or the picture's edge.
+void expect_legible(const Plot& plot) {
+  const Image& image = plot.image;
+  const auto row_inked = [&](std::size_t left, std::size_t right) {
+    return [&image, left, right](std::size_t y) {
+      for (std::size_t x = left; x < right; ++x) {
+        if (image.at(x, y) == kInk) return true;
+      }
+      return false;
+    };
+  };
+  constexpr std::size_t kLetters = 14, kHead = 30, kTicks = 9, kLegend = 60;
+  for (const auto& [left, right] :
+       {std::pair{std::size_t{0}, plot.left - kTicks}, {plot.right + kLegend, image.width}}) {
+    const auto heights = runs(plot.top - kHead, image.height, 1, row_inked(left, right));
+    EXPECT_GE(heights.size(), 2U);
+    for (const std::size_t height : heights) EXPECT_LE(height, kLetters);
+  }
+  const auto column_inked = [&](std::size_t top, std::size_t bottom) {
+    return [&image, top, bottom](std::size_t x) {
+      for (std::size_t y = top; y < bottom; ++y) {
+        if (image.at(x, y) == kInk) return true;
+      }
+      return false;
+    };
+  };
+  const std::size_t below = plot.bottom + 1;
+  const std::size_t ticks = runs(plot.left, plot.right, 2, column_inked(below + 2, below + 5)).size();
+  EXPECT_GE(ticks, 1U);
+  EXPECT_EQ(runs(0, plot.right + 20, 13, column_inked(below + 10, below + 24)).size(), ticks);
+  EXPECT_FALSE(column_inked(0, image.height)(image.width - 1));
+}
+
+TriangleMesh moved(TriangleMesh mesh, double x, double z) {
+  for (auto& p : mesh.vertices) p = {p[0] + x, p[1], p[2] + z};
+  return mesh;
+}
+
+std::string obj_of(const TriangleMesh& mesh) {
   std::string text;
-  for (const auto& p : samples::make_box({x, y, z}).vertices)
+  for (const auto& p : mesh.vertices)
     text += "v " + std::to_string(p[0]) + " " + std::to_string(p[1]) + " " + std::to_string(p[2]) + "\n";
-  for (const auto& [a, b, c] : samples::make_box({x, y, z}).triangles)
+  for (const auto& [a, b, c] : mesh.triangles)
     text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
   return text;
+}
+// A box round the origin, of these half extents.
+std::string box_obj(double x, double y, double z) {
+  return obj_of(samples::make_box({x, y, z}));
 }
 
 class Slice : public ::testing::Test {
@@ -142,14 +218,61 @@ TEST_F(Slice, ATallBodyIsDrawnWhole) {
   EXPECT_NEAR(half[1], 0.1, 0.0002);
 }
 
+TEST_F(Slice, TheHeadNamesTheAssetItsVoxelAndThePlace) {
+  std::filesystem::rename(folder_ / "a.vps.hdf", folder_ / "Ball_2 (x).vps.hdf");
+  ASSERT_EQ(vpsbake(folder_, "slice 'Ball_2 (x).vps.hdf' --axis x --at 11mm -o slice.png").code, 0);
+  const Image image = decode_png(read_file(folder_ / "slice.png"));
+  EXPECT_TRUE(shows(image, 8, 10, "Ball_2 (x), voxel 2 mm"));
+  EXPECT_TRUE(shows(image, 8, 32, "x = 11 mm, field real"));
+  EXPECT_FALSE(shows(image, 8, 10, "Ball_2 (y), voxel 2 mm"));
+  // Of a long name the middle is left out.
+  const std::string name(60, 'n');
+  std::filesystem::rename(folder_ / "Ball_2 (x).vps.hdf", folder_ / (name + ".vps.hdf"));
+  ASSERT_EQ(vpsbake(folder_, "slice " + name + ".vps.hdf --width 600 -o slice.png").code, 0);
+  const std::string half(17, 'n');
+  EXPECT_TRUE(shows(decode_png(read_file(folder_ / "slice.png")), 8, 10, half + ".." + half + ", voxel 2 mm"));
+}
+
+TEST_F(Slice, NothingOverlapsWhateverTheShapeTheBandAndTheScale) {
+  write_file(folder_ / "plate.obj", box_obj(0.1, 0.1, 0.004));
+  write_file(folder_ / "rod.obj", box_obj(0.01, 0.01, 0.05));
+  write_file(folder_ / "far.obj", obj_of(moved(samples::make_box({0.1, 0.1, 0.004}), 123.4, 0)));
+  const char* const bodies[] = {"plate.obj --voxel 4mm",
+                                "plate.obj --voxel 4mm --band-inside 8vx --band-outside 8vx",
+                                "plate.obj --voxel 4.938um --scale 1e-3",
+                                "plate.obj --voxel 395.12m --scale 1e5",
+                                "rod.obj --voxel 2mm",
+                                "far.obj --voxel 4mm"};
+  for (const char* const body : bodies) {
+    ASSERT_EQ(vpsbake(folder_, std::string(body) + " -o a.vps.hdf").code, 0);
+    for (const char* const options : {"--axis x --width 600", "--axis z --width 600"}) {
+      SCOPED_TRACE(std::string(body) + " " + options);
+      expect_legible(plot_of(folder_, options));
+    }
+  }
+}
+
+TEST_F(Slice, WithoutAZeroLineItSaysWhatThereIsInstead) {
+  // Two boxes with a gap between them, wider than the bands.
+  const TriangleMesh cube = samples::make_box({0.01, 0.01, 0.01});
+  write_file(folder_ / "boxes.obj", obj_of(joined(moved(cube, 0, -0.03), moved(cube, 0, 0.03))));
+  ASSERT_EQ(vpsbake(folder_, "boxes.obj --voxel 1mm -o a.vps.hdf").code, 0);
+  const Plot gap = plot_of(folder_, "");
+  EXPECT_EQ(gap.err, "vpsbake: note: slice.png: no zero line: all outside, out of the band\n");
+  EXPECT_TRUE(shows(gap.image, 8, 54, "no zero line: all outside, out of the band"));
+  const Plot near = plot_of(folder_, "--at 19mm");
+  EXPECT_EQ(near.err, "vpsbake: note: slice.png: no zero line: all outside\n");
+  EXPECT_EQ(plot_of(folder_, "--at 21mm").err, "");
+}
+
 TEST_F(Slice, WhatCannotBeDrawnIsRefusedInOneLine) {
   ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 2mm --parts pointshell -o shell.vps.hdf").code, 0);
   ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 2mm -o scaled.vps.hdf").code, 0);
   write_file(folder_ / "junk.vps.hdf", "no asset");
   write_file(folder_ / "notes.png", "mine");
-  expect_refusal(folder_, "slice a.vps.hdf --at 1m", 1, "from -55mm to 55mm");
+  expect_refusal(folder_, "slice a.vps.hdf --at 1m", 1, "beyond the field; choose z from -55mm to 55mm");
   expect_refusal(folder_, "slice a.vps.hdf --at -56mm", 1, "from -55mm to 55mm");
-  expect_refusal(folder_, "slice a.vps.hdf --at 12", 1, "needs a unit");
+  expect_refusal(folder_, "slice a.vps.hdf --at 12", 1, "--at: a length needs a unit; write 12mm or 12m");
   expect_refusal(folder_, "slice a.vps.hdf --at nanmm", 1, "is not a");
   expect_refusal(folder_, "slice a.vps.hdf --at 12furlongs", 1, "unknown unit");
   expect_refusal(folder_, "slice a.vps.hdf --axis w", 1, "axis");

@@ -16,12 +16,9 @@ std::string show_each(const std::string& last) {
          "  for (const p of kParts) if (!box(p).disabled && box(p).checked !== (p === part)) box(p).click();"
          "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
          "};"
-         "const painted = () => {"
-         "  const copy = Object.assign(document.createElement('canvas'), {width: 200, height: 200});"
-         "  copy.getContext('2d').drawImage(document.querySelector('#view canvas'), 0, 0, 200, 200);"
-         "  const data = copy.getContext('2d').getImageData(0, 0, 200, 200).data;"
-         "  let n = 0; for (let i = 3; i < data.length; i += 4) n += data[i] > 0; return n / 40000;"
-         "};"
+         "const painted = () => " +
+         std::string(kPaintedShare) +
+         ";"
          "await only('');"
          "const frame = painted(), found = {};"
          "for (const p of kParts) {"
@@ -53,7 +50,7 @@ void bake_sample(const TemporaryFolder& folder, const std::string& mesh, const s
 void view(const TemporaryFolder& folder, const std::string& options = "") {
   const Outcome run = vpsbake(folder, "view a.vps.hdf " + options);
   ASSERT_EQ(run.code, 0) << run.err;
-  EXPECT_NE(run.out.find("a.html"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find(".html: "), std::string::npos) << run.out;
 }
 
 TEST(View, APageOfAllFieldsShowsEveryPart) {
@@ -129,9 +126,123 @@ TEST(View, SlidersListsAndKeysChangeWhatIsShown) {
       "return [new Set(pictures).size, pictures.length, $('layer-text').textContent, $('at-text').textContent,"
       "        $('up').textContent]; })()");
   EXPECT_EQ(visit.value[0], visit.value[1]) << "some change is not seen";
-  EXPECT_TRUE(visit.value[2].get<std::string>().starts_with("Layer -")) << visit.value[2];
+  EXPECT_TRUE(visit.value[2].get<std::string>().starts_with("Layer −")) << visit.value[2];
   EXPECT_TRUE(visit.value[3].get<std::string>().starts_with("At x = ")) << visit.value[3];
   EXPECT_EQ(visit.value[4], "z is up");
+}
+
+TEST(View, WhatAnAssetLacksCannotBeUsedAndSaysSo) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "cube", "--voxel 2mm --parts pointshell");
+  view(folder);
+  const PageVisit visit =
+      visit_small(folder / "a.html",
+                  "['surface', 'voxels', 'field'].forEach((part, i) => {"
+                  "  box(part).click(); dispatchEvent(new KeyboardEvent('keydown', {key: String(i + 1)})); });"
+                  "[...document.querySelectorAll('.missing input, .missing select')].map(e => [e.disabled,"
+                  "    e.checked && e.type === 'checkbox' && e === e.closest('fieldset').querySelector('input'),"
+                  "    e.offsetParent !== null && !e.closest('fieldset > label')])");
+  EXPECT_GE(visit.value.size(), 8U);
+  for (const auto& control : visit.value) EXPECT_EQ(control, nlohmann::json({true, false, false}));
+  for (const char* const part : {"Surface", "Voxels by layer", "Slice of the field"})
+    EXPECT_NE(visit.text.find(std::string(part) + ": not in this asset"), std::string::npos) << visit.text;
+  EXPECT_EQ(visit.text.find("Points by tree level: not"), std::string::npos);
+}
+
+TEST(View, ButtonsAndScaleLieBesideThePictureAtAnyWidth) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "cube", "--voxel 2mm");
+  view(folder);
+  for (const int width : {320, 500, 1280}) {
+    VisitOptions options;
+    options.width = width;
+    options.height = 900;
+    options.script =
+        "(() => { const picture = document.querySelector('#view canvas').getBoundingClientRect();"
+        "return [picture.height, ...[...document.querySelectorAll('.buttons button, .below > *')]"
+        ".map(e => e.getBoundingClientRect()).map(r => r.bottom <= picture.top || r.top >= picture.bottom)]; })()";
+    const PageVisit visit = visit_page(folder / "a.html", options);
+    expect_sound(visit, 0.05);
+    EXPECT_GT(visit.value[0], 300);
+    ASSERT_EQ(visit.value.size(), 8U);
+    for (std::size_t i = 1; i < visit.value.size(); ++i) EXPECT_EQ(visit.value[i], true) << width << " " << i;
+  }
+}
+
+TEST(View, SlicesBeginInTheMiddleOfTheBodyAsThoseOfTheSliceCommand) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "gear", "--voxel 0.7mm --band-outside 5vx");  // the grid's middle lies elsewhere
+  view(folder);
+  const PageVisit visit = visit_small(folder / "a.html",
+                                      "box('field').click(), ['x', 'y', 'z'].map((name, i) => {"
+                                      "  document.querySelector(`[name=axis][value=\"${i}\"]`).click();"
+                                      "  return [+$('at').value, $('at-text').textContent]; })");
+  for (const auto& [axis, value] : std::vector<std::pair<std::string, nlohmann::json>>{
+           {"x", visit.value[0]}, {"y", visit.value[1]}, {"z", visit.value[2]}}) {
+    EXPECT_NEAR(value[0].get<double>(), axis == "z" ? 0.004 : 0, 1e-9);
+    const Outcome slice = vpsbake(folder, "slice a.vps.hdf --axis " + axis);
+    const std::string place = axis + (axis == "z" ? " = 4 mm" : " = 0 mm");
+    EXPECT_NE(slice.out.find(place + ","), std::string::npos) << slice.out;
+    EXPECT_EQ(value[1], "At " + place + ", the middle of the body");
+  }
+}
+
+TEST(View, BothRampsHaveTicksInTheSameUnit) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "cube", "--voxel 0.5mm --fields layers,scaled");
+  view(folder);
+  const PageVisit visit = visit_small(folder / "a.html",
+                                      "['layer', 'field'].map(name => [$(name + '-unit').textContent,"
+                                      "  ...[...$(name + '-ramp').querySelectorAll('span')].map(e => e.textContent)])");
+  EXPECT_EQ(visit.value[0][0], "Depth in mm, a voxel of 0.5 mm for each layer:");
+  EXPECT_EQ(visit.value[1], nlohmann::json({"V in mm:", "−1", "−0.5", "0", "0.5", "1"}));
+  const std::vector<std::string> ticks = visit.value[0];
+  EXPECT_NE(std::find(ticks.begin(), ticks.end(), "0"), ticks.end());
+  EXPECT_GE(ticks.size(), 4U);
+}
+
+TEST(View, BodiesOfAnySizeFitThePictureAndCanBeZoomed) {
+  VPS_BROWSER_OR_SKIP();
+  for (const char* const options : {"--scale 2.3e-4 --voxel 0.1um", "--scale 2.3e5 --voxel 100m"}) {
+    const TemporaryFolder folder;
+    bake_sample(folder, "gear", options);
+    view(folder);
+    const PageVisit visit = visit_small(
+        folder / "a.html",
+        "(async () => {"
+        "const canvas = document.querySelector('#view canvas');"
+        "const picture = async () => {"
+        "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
+        "  const copy = Object.assign(document.createElement('canvas'), {width: canvas.width, height: canvas.height});"
+        "  const pen = copy.getContext('2d'); pen.drawImage(canvas, 0, 0);"
+        "  const {width, height, data} = pen.getImageData(0, 0, copy.width, copy.height);"
+        "  let all = 0, rim = 0;"
+        "  for (let i = 0; i < width * height; ++i) {"
+        "    if (data[4 * i + 3] === 0) continue;"
+        "    ++all; const x = i % width, y = (i - x) / width;"
+        "    rim += x === 0 || y === 0 || x === width - 1 || y === height - 1; }"
+        "  return [all, rim]; };"
+        "const whole = await picture();"
+        "canvas.dispatchEvent(new WheelEvent('wheel', {deltaY: 100, bubbles: true, cancelable: true}));"
+        "return [...whole, ...await picture()]; })()");
+    EXPECT_GT(visit.value[0], 1000) << options;
+    EXPECT_EQ(visit.value[1], 0) << options << ": something reaches beyond the picture";
+    EXPECT_LT(visit.value[2].get<double>(), 0.97 * visit.value[0].get<double>()) << options;
+  }
+}
+
+TEST(View, NumbersComeWithTheProgramAndTheCommand) {
+  const TemporaryFolder folder;
+  bake_sample(folder, "cube", "--voxel 2mm");
+  view(folder, "-o 'a page.html'");
+  const std::string page = read_file(folder / "a page.html");
+  EXPECT_NE(page.find(R"(["With","vpsbake view a.vps.hdf -o 'a page.html'"])"), std::string::npos);
+  EXPECT_NE(page.find(R"(["Page made by","vpsbake )"), std::string::npos);
+  EXPECT_NE(page.find(R"(["Baked by","vpsbake )"), std::string::npos);
 }
 
 TEST(View, ThePageHoldsTheSurfaceWithoutTheBrowser) {
@@ -164,6 +275,8 @@ TEST(View, WhatCannotBeShownIsRefusedInOneLine) {
   expect_refusal(folder, "view a.vps.hdf --mesh junk.vps.hdf", 3, "junk.vps.hdf");
   expect_refusal(folder, "view a.vps.hdf --unit mm --mesh " + sample("cube"), 3, "check --unit and --scale");
   expect_refusal(folder, "view a.vps.hdf --mesh " + sample("gear"), 3, "was not baked from this mesh");
+  for (const char* const option : {"--unit mm", "--scale 2", "--import-memory 1GB", "--import-timeout 5s"})
+    expect_refusal(folder, std::string("view a.vps.hdf ") + option, 1, "requires --mesh");
   EXPECT_EQ(read_file(folder / "notes.html"), "mine");
 }
 
