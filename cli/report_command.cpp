@@ -130,7 +130,7 @@ void print_rows(const evaluate::Measurement& m, const evaluate::Front& front) {
                    ? "does not tell"
                    : fmt::format("{:.3g} / {:.3g} / {:.3g}", s.rms / unit.size, s.p99 / unit.size, s.max / unit.size),
                fmt::format("{} of {}", row.errors.contact.missed, s.asked),
-               t.rounds > 0 ? fmt::format("{:.3g} +- {:.1g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed",
+               t.rounds > 0 ? fmt::format("{:.3g} +- {:.2g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed",
                row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "");
   }
 }
