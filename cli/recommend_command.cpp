@@ -4,16 +4,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
 #include "cli/evaluate/recommend.h"
+#include "cli/evaluate/units.h"
 #include "cli/exit_code.h"
 #include "cli/progress.h"
 #include "cli/provenance.h"
-#include "cli/work_folder.h"
 
 namespace vps::cli {
 namespace {
@@ -25,20 +26,23 @@ using nlohmann::ordered_json;
 struct RecommendArguments {
   BakeArguments bake;
   evaluate::Limits limits;
-  std::uint32_t poses = 36;
+  std::uint32_t poses = 90;
   std::uint64_t seed = 1;
   std::string cache;
 };
 
-// A length as parse_length reads it back, to the last digit. [m]
+// A length as parse_length reads it back, to the last digit, in the unit that makes it shortest. [m]
 std::string exact_length(double metres) {
+  std::string shortest;
   for (const auto& [unit, size] : {std::pair{"mm", 1e-3}, {"um", 1e-6}, {"m", 1.0}}) {
     for (int digits = 1; digits <= 17; ++digits) {
-      const std::string text = fmt::format("{:.{}g}{}", metres / size, digits, unit);
-      if (text.find('e') == std::string::npos && parse_length(text) == metres) return text;
+      const std::string text = fmt::format("{:.{}f}", metres / size, std::max(0, digits - 1)) + unit;
+      if (!(std::strtod(text.c_str(), nullptr) > 0) || parse_length(text) != metres) continue;
+      if (shortest.empty() || text.size() < shortest.size()) shortest = text;
+      break;
     }
   }
-  return fmt::format("{}m", metres);
+  return shortest.empty() ? fmt::format("{}m", metres) : shortest;
 }
 
 // The command that bakes a setting, as a shell takes it.
@@ -52,21 +56,27 @@ std::string command_of(const RecommendArguments& arguments, const Tried& tried) 
   if (bake.scale != 1) out += fmt::format(" --scale {}", bake.scale);
   if (bake.options.repair != Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
   if (bake.options.sheet_thickness > 0) out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
-  out += tried.by_certificate ? " --max-error " + exact_length(arguments.limits.error)
-                              : " --voxel " + exact_length(tried.bake.voxel_size);
+  out += " --voxel " + exact_length(tried.bake.voxel_size);
   if (tried.bake.alpha != defaults.alpha) out += fmt::format(" --alpha {}", tried.bake.alpha);
   if (tried.bake.band_inside != defaults.band_inside) out += fmt::format(" --band-inside {}vx", tried.bake.band_inside);
   return out;
 }
 
+std::string spread_line(const char* what, const evaluate::Spread& s, const evaluate::LengthUnit& unit) {
+  if (s.told == 0) return "";
+  return fmt::format("     {} in {} poses: off by {} median, {} RMS, {} at most\n", what, s.told, unit.text(s.p50),
+                     unit.text(s.rms), unit.text(s.max));
+}
+
 std::string numbers_of(const Tried& t) {
+  const evaluate::LengthUnit unit = evaluate::unit_for({t.error()});
   return fmt::format(
-      "whole queries are off by {} at most in {} poses, {} RMS, the field by {}; 99 % of them take {:.3g} us (noise "
-      "{:.2g}); {}, "
-      "{} points",
-      format_length(std::max(t.penetration.max, t.distance.max)), t.penetration.told + t.distance.told,
-      format_length(t.penetration.rms), format_length(t.field_bound), t.contacts.p99, t.contacts.noise_p99,
-      format_bytes(static_cast<double>(t.bytes)), t.points);
+             "off by {} at most, {}, {} points; 99 % of contact queries take {:.3g} us, {:.3g} us with the noise\n",
+             unit.text(t.error()), format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99, t.slowest()) +
+         spread_line("depths", t.penetration, unit) +
+         (t.missed > 0 ? fmt::format("     contacts missed: {} of {}\n", t.missed, t.penetration.asked) : "") +
+         spread_line("distances", t.distance, unit) +
+         fmt::format("     the field by its certificate: off by {} at most\n", unit.text(t.field_bound));
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {
@@ -77,9 +87,10 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
   out["mesh"] = arguments.bake.mesh;
   out["limits"] = {
       {"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
-  out["poses"] = {{"contact", r.truth.poses[std::size_t(evaluate::Range::contact)]},
+  out["poses"] = {{"sought", r.truth.poses[0] + r.truth.poses[1]},
+                  {"contact", r.poses[std::size_t(evaluate::Range::contact)]},
                   {"deepest", r.truth.contact},
-                  {"apart", r.truth.poses[std::size_t(evaluate::Range::apart)]},
+                  {"apart", r.poses[std::size_t(evaluate::Range::apart)]},
                   {"farthest", r.truth.gap}};
   out["chosen"] = r.chosen ? ordered_json(*r.chosen) : ordered_json(nullptr);
   out["tried"] = ordered_json::array();
@@ -91,7 +102,11 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
                             {"error", t.error()},
                             {"penetration_max", t.penetration.max},
                             {"penetration_rms", t.penetration.rms},
+                            {"penetration_p50", t.penetration.p50},
+                            {"missed", t.missed},
                             {"distance_max", t.distance.max},
+                            {"distance_rms", t.distance.rms},
+                            {"distance_p50", t.distance.p50},
                             {"field_bound", t.field_bound},
                             {"time_us", t.contacts.p99},
                             {"time_noise_us", t.contacts.noise_p99},
@@ -104,39 +119,38 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
 
 void print_text(const RecommendArguments& arguments, const Recommendation& r) {
   const Tried& chosen = r.tried[*r.chosen];
+  const std::size_t contact = r.poses[std::size_t(evaluate::Range::contact)];
+  const std::size_t apart = r.poses[std::size_t(evaluate::Range::apart)];
   fmt::print("{}\n", command_of(arguments, chosen));
-  fmt::print("why: {}\n", numbers_of(chosen));
-  fmt::print("     measured on {} poses up to {} deep and {} up to {} apart, against exact depths and distances\n",
-             r.truth.poses[std::size_t(evaluate::Range::contact)], format_length(r.truth.contact),
-             r.truth.poses[std::size_t(evaluate::Range::apart)], format_length(r.truth.gap));
-  if (*r.chosen > 0) {
-    const Tried& cheaper = r.tried[*r.chosen - 1];
-    const std::vector<std::string> exceeds = cheaper.exceeds(arguments.limits);
-    fmt::print("next smaller file: {}\n", command_of(arguments, cheaper));
-    fmt::print("     {}{}\n", numbers_of(cheaper),
-               exceeds.empty() ? "" : fmt::format(": {}", fmt::join(exceeds, " and ")));
-  } else {
+  fmt::print("why: {}", numbers_of(chosen));
+  fmt::print(
+      "     {} poses of the body on a copy of itself, against exact depths and distances: {} up to {} deep, {} up to "
+      "{} apart\n     a sample: other poses may err more\n",
+      contact + apart, contact, format_length(r.truth.contact), apart, format_length(r.truth.gap));
+  if (contact + apart < r.truth.poses[0] + r.truth.poses[1]) {
+    fmt::print("     {} were sought: the exact depths of the others take too long\n",
+               r.truth.poses[0] + r.truth.poses[1]);
+  }
+  if (*r.chosen == 0) {
     fmt::print("no smaller file was tried\n");
+    return;
   }
-  if (chosen.by_certificate) {
-    fmt::print(
-        "the voxel size is {}, which is what --max-error finds: it counts the field alone, the above whole queries\n",
-        format_length(chosen.bake.voxel_size));
-  }
+  const Tried& cheaper = r.tried[*r.chosen - 1];
+  const std::vector<std::string> exceeds = cheaper.exceeds(arguments.limits);
+  fmt::print("next smaller file of {} tried: {}\n     {}", r.tried.size(), command_of(arguments, cheaper),
+             exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
 }
 
 int run(const RecommendArguments& arguments) {
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
-    const WorkFolder work;
     const Progress progress;
     evaluate::RecommendOptions options;
     options.base = arguments.bake.options;
     options.limits = arguments.limits;
     options.poses = arguments.poses;
     options.seed = arguments.seed;
-    options.cache = arguments.cache.empty() ? work.path().string() : arguments.cache;
-    options.work = work.path();
+    options.cache = arguments.cache;
     options.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
     const Recommendation r = evaluate::recommend(mesh, options);
     progress.clear();
@@ -181,7 +195,7 @@ Command add_recommend_command(CLI::App& app) {
   recommend
       ->add_option_function<std::string>(
           "--max-time", [=](const std::string& text) { arguments->limits.microseconds = 1e6 * parse_time(text); },
-          "99 % of contact queries take no longer on this machine, such as 20us")
+          "99 % of contact queries take no longer on this machine, with the noise of the measurement, such as 20us")
       ->option_text("TIME")
       ->group(kGroup);
   recommend
@@ -191,7 +205,7 @@ Command add_recommend_command(CLI::App& app) {
           "The file is no larger, such as 2MB")
       ->option_text("SIZE")
       ->group(kGroup);
-  add_integer(*recommend, "--poses", arguments->poses, 6, 10000, "Poses of the body on a copy of itself [default: 36]")
+  add_integer(*recommend, "--poses", arguments->poses, 6, 10000, "Poses of the body on a copy of itself [default: 90]")
       ->option_text("N")
       ->group("Measurement");
   add_integer(*recommend, "--seed", arguments->seed, 0, 99999999, "Of the poses [default: 1]")

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -11,13 +12,13 @@
 
 #include "bake/plan.h"
 #include "cli/describe_asset.h"
+#include "cli/evaluate/units.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
 #include "cli/page.h"
 #include "cli/progress.h"
 #include "cli/provenance.h"
 #include "cli/report_json.h"
-#include "cli/work_folder.h"
 
 namespace vps::cli {
 namespace {
@@ -27,6 +28,10 @@ using nlohmann::ordered_json;
 
 // Of the longest side, where nothing else is asked for.
 constexpr std::uint32_t kResolution = 200;
+constexpr std::uint32_t kQuickResolution = 64;
+// Of a force's integral; beyond, errors of forces are not told.
+constexpr std::size_t kQuickPieces = 200000;
+constexpr std::size_t kQuickWork = 60000;  // of a pose's search
 
 struct ReportArguments {
   std::vector<std::string> meshes;
@@ -52,6 +57,8 @@ struct Candidate {
 };
 
 Candidate prepare(const ReportArguments& arguments, const std::string& file) {
+  const Progress progress;
+  progress.show(fs::path(file).filename().string() + ": import and close", 0);
   BakeArguments bake = arguments.bake;
   bake.mesh = file;
   ImportedMesh mesh = import_with(bake);
@@ -59,7 +66,7 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   out.file = file;
   BakeOptions& base = out.options.base;
   base = bake.options;
-  if (base.voxel_size == 0 && base.resolution == 0) base.resolution = kResolution;
+  if (base.voxel_size == 0 && base.resolution == 0) base.resolution = arguments.quick ? kQuickResolution : kResolution;
   base.voxel_size = plan_bake(mesh, base).voxel_size;
   base.resolution = 0;
   out.closed = closed_mesh(mesh, base);
@@ -70,17 +77,19 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
 }
 
 evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
-  const WorkFolder work;
   const Progress progress;
   std::mutex mutex;
   evaluate::MeasureOptions& options = mesh.options;
   options.size = arguments.quick ? evaluate::SweepSize::quick : evaluate::SweepSize::full;
   options.truth = evaluate::truth_options_for(mesh.closed.mesh, arguments.pose_count());
   options.truth.seed = arguments.seed;
+  if (arguments.quick) {
+    options.truth.wrench.most_pieces = kQuickPieces;
+    options.truth.most_work = kQuickWork;
+  }
   options.rounds.rounds = arguments.round_count();
   options.without = arguments.without;
-  options.cache = arguments.cache.empty() ? work.path() : fs::path(arguments.cache);
-  options.work = work.path();
+  options.cache = arguments.cache;
   const std::string name = fs::path(mesh.file).filename().string();
   options.progress = [&](const std::string& what, double fraction) {
     const std::lock_guard lock(mutex);
@@ -89,28 +98,55 @@ evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh)
   return evaluate::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
-std::string cell(const evaluate::Spread& s) {
-  if (s.told == 0) return "does not tell";
-  const std::string told = s.told < s.asked ? fmt::format(" ({} of {})", s.told, s.asked) : "";
-  return fmt::format("{} / {} / {}{}", format_length(s.rms), format_length(s.p99), format_length(s.max), told);
+// Base, members of a front and peers that were asked in one way.
+std::vector<std::size_t> rows_to_print(const evaluate::Measurement& m, const evaluate::Front& front) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < m.rows.size(); ++i) {
+    const evaluate::Row& row = m.rows[i];
+    const bool member =
+        std::any_of(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
+    if (row.way == front.way && (member || row.knob == "base" || row.knob == "peer")) out.push_back(i);
+  }
+  return out;
+}
+
+void print_rows(const evaluate::Measurement& m, const evaluate::Front& front) {
+  constexpr const char* kColumns = "{:<50} {:<26} {:<14} {:<24} {}\n";
+  const std::vector<std::size_t> rows = rows_to_print(m, front);
+  std::vector<double> errors;
+  for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
+  const evaluate::LengthUnit unit = evaluate::unit_for(errors);
+  fmt::print(kColumns, fmt::format("  {}", evaluate::describe(front.way)),
+             fmt::format("depth off, RMS/99 %/max, {}", unit.name), "missed", "us, median / 99 %", "file, MB");
+  for (const std::size_t i : rows) {
+    const evaluate::Row& row = m.rows[i];
+    const evaluate::Spread& s = row.errors.contact.penetration;
+    const evaluate::Times& t = row.contacts;
+    const auto member =
+        std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
+    const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
+    fmt::print(kColumns, mark + row.name,
+               s.told == 0
+                   ? "does not tell"
+                   : fmt::format("{:.3g} / {:.3g} / {:.3g}", s.rms / unit.size, s.p99 / unit.size, s.max / unit.size),
+               fmt::format("{} of {}", row.errors.contact.missed, s.asked),
+               t.rounds > 0 ? fmt::format("{:.3g} +- {:.2g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed",
+               row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "");
+  }
 }
 
 void print_table(const ReportedMesh& mesh) {
   const evaluate::Measurement& m = mesh.measured;
-  constexpr const char* kColumns = "{:<48} {:<44} {:<22} {}\n";
-  fmt::print("{}: {} triangles, {} poses; base, front (*) and peers of {} rows\n", mesh.file, mesh.triangles,
-             m.truth.poses.size(), m.rows.size());
-  fmt::print(kColumns, "", "penetration off by, RMS / 99 % / max", "us, median / 99 %", "file");
-  for (const evaluate::Row& row : m.rows) {
-    if (row.knob != "base" && row.knob != "peer" && !row.on_time_front) continue;
-    const evaluate::Times& t = row.contacts;
-    const std::string time =
-        t.rounds > 0 ? fmt::format("{:.3g} +- {:.1g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed";
-    fmt::print(kColumns, (row.on_time_front ? "* " : "  ") + row.name, cell(row.errors.contact.penetration), time,
-               row.bytes > 0 ? format_bytes(static_cast<double>(row.bytes)) : "");
+  fmt::print(
+      "{}: {} triangles, {} poses; of {} rows the base, peers and fronts (*, ~ where the time is within the noise "
+      "of the one before)\n",
+      mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
+  for (const evaluate::Front& front : m.fronts) {
+    if (front.cost == evaluate::Cost::time) print_rows(m, front);
   }
   for (const evaluate::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
-  fmt::print("{}\n", front_line(m));
+  for (const std::string& note : mesh.closed.notes) fmt::print("note: {}\n", note);
+  for (const evaluate::Front& front : m.fronts) fmt::print("{}\n", front_line(m, front));
 }
 
 ordered_json report_head(const ReportArguments& arguments) {
@@ -165,6 +201,31 @@ int write_outputs(const std::string& name, const ordered_json& report) {
   return code;
 }
 
+// What the truth falls short of.
+void add_notes(const evaluate::Truth& truth, std::vector<std::string>& notes) {
+  const std::size_t(&sought)[3] = truth.options.poses;
+  const std::size_t all = sought[0] + sought[1] + sought[2];
+  if (truth.poses.size() < all) {
+    notes.push_back(fmt::format(
+        "{} of {} poses were found (apart {} of {}, in contact {} of {}, deep {} of {}): for the "
+        "others the exact depth takes too long, or no approach gets so deep",
+        truth.poses.size(), all, truth.found[0], sought[0], truth.found[1], sought[1], truth.found[2], sought[2]));
+  }
+  constexpr double kCoarse = 0.1;
+  if (truth.options.tolerance > kCoarse * truth.options.contact) {
+    notes.push_back(
+        fmt::format("the body is so thin that its contacts are {} deep at most, and exact depths are known to {}: "
+                    "smaller errors of depth say nothing",
+                    format_length(truth.options.contact), format_length(truth.options.tolerance)));
+  }
+  if (!truth.wrenches_exact()) {
+    notes.push_back(
+        fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
+                    "nobody's errors of force and torque are told",
+                    100 * truth.wrench_error, 100 * truth.options.wrench.tolerance));
+  }
+}
+
 int run_report(const ReportArguments& arguments) {
   if (const int code = check_outputs(arguments.output); code != kOk) return code;
   if (!arguments.cache.empty()) {
@@ -184,12 +245,7 @@ int run_report(const ReportArguments& arguments) {
   for (Candidate& mesh : meshes) {
     const int code = guarded(mesh.file, [&] {
       ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
-      if (const evaluate::Truth& truth = reported.measured.truth; !truth.wrenches_exact()) {
-        reported.closed.notes.push_back(
-            fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
-                        "nobody's errors of force and torque are told",
-                        100 * truth.wrench_error, 100 * truth.wrench_options.tolerance));
-      }
+      add_notes(reported.measured.truth, reported.closed.notes);
       print_table(reported);
       std::fflush(stdout);
       report["meshes"].push_back(mesh_to_json(reported));
@@ -211,7 +267,8 @@ void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
       ->option_text("N")
       ->group(kGroup);
   add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses [default: 1]")->option_text("N")->group(kGroup);
-  app.add_flag("--quick", arguments.quick, "A few settings, 9 poses, 2 rounds: to see that it works")->group(kGroup);
+  app.add_flag("--quick", arguments.quick, "A few settings, 64 voxels, 9 poses, 2 rounds: to see that it works")
+      ->group(kGroup);
   app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -245,7 +302,9 @@ Command add_report_command(CLI::App& app) {
       ->option_text("DIR")
       ->group("Output");
   report->footer(
-      "The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given.\n"
+      "The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given "
+      "(--quick: "
+      "64).\n"
       "Example: vpsbake report gear.stl --unit mm -o gear");
   return {report, [arguments] { return run_report(*arguments); }};
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "bake/plan.h"
+#include "cli/evaluate/units.h"
 
 namespace vps::cli {
 namespace {
@@ -81,12 +82,23 @@ ordered_json errors_to_json(const Row& row) {
           {"deep_torque_percent", to_json(d.torque)}};
 }
 
+ordered_json missed_to_json(const evaluate::ContactErrors& errors) {
+  return {{"asked", errors.penetration.asked}, {"missed", errors.missed}};
+}
+
+ordered_json left_out_to_json(const std::vector<evaluate::LeftOut>& left_out) {
+  ordered_json out = ordered_json::array();
+  for (const evaluate::LeftOut& one : left_out) out.push_back({{"name", one.name}, {"why", one.why}});
+  return out;
+}
+
 ordered_json row_to_json(const Row& row) {
-  const bool peer = row.knob == "peer";
   return {{"name", row.name},
           {"series", row.series},
           {"knob", row.knob},
-          {"kind", peer && !row.setting ? "peer" : "ours"},
+          {"kind", row.setting ? "ours" : "peer"},
+          {"way", evaluate::describe(row.way)},
+          {"depth_of", evaluate::describe(row.depth_of)},
           {"remark", row.remark},
           {"repeatable", !row.setting || row.setting->repeatable()},
           {"setting", row.setting ? setting_to_json(*row.setting) : ordered_json(nullptr)},
@@ -97,16 +109,27 @@ ordered_json row_to_json(const Row& row) {
           {"covering_radius", or_null(row.covering_radius > 0, row.covering_radius)},
           {"contacts_us", to_json(row.contacts)},
           {"distances_us", to_json(row.distances)},
+          {"missed", missed_to_json(row.errors.contact)},
+          {"deep_missed", missed_to_json(row.errors.deep)},
           {"errors", errors_to_json(row)},
-          {"bounds", {{"separation", to_json(row.separation_held)}, {"budget", to_json(row.budget_held)}}},
-          {"on_time_front", row.on_time_front},
-          {"on_bytes_front", row.on_bytes_front}};
+          {"bounds", {{"separation", to_json(row.separation_held)}, {"budget", to_json(row.budget_held)}}}};
 }
 
-std::vector<std::string> names_of(const evaluate::Measurement& m, const std::vector<std::size_t>& front) {
-  std::vector<std::string> names;
-  for (const std::size_t i : front) names.push_back(m.rows[i].name);
-  return names;
+ordered_json poses_to_json(const evaluate::Truth& truth, evaluate::Range range, double least, double most) {
+  const auto i = std::size_t(range);
+  return {{"count", truth.found[i]}, {"sought", truth.options.poses[i]}, {"least", least}, {"most", most}};
+}
+
+ordered_json front_to_json(const evaluate::Measurement& m, const evaluate::Front& front) {
+  ordered_json out = {{"way", evaluate::describe(front.way)},
+                      {"cost", front.cost == evaluate::Cost::time ? "contacts_us.p50" : "bytes"},
+                      {"line", front_line(m, front)},
+                      {"members", ordered_json::array()},
+                      {"left_out", left_out_to_json(front.left_out)}};
+  for (const evaluate::Front::Member& one : front.members) {
+    out["members"].push_back({{"name", m.rows[one.row].name}, {"tied", one.tied}});
+  }
+  return out;
 }
 
 void flatten(const ordered_json& json, const std::string& prefix,
@@ -160,8 +183,8 @@ ordered_json measure_definitions() {
       {"penetration",
        entry(
            "m", "penetration",
-           "Depth told against exact depth, over the poses in contact. The exact depth is that of the deepest point of "
-           "the first body's surface below the second's.")},
+           "Depth told against exact depth, over the poses in contact; where a contact is missed, the whole depth. The "
+           "exact depth is that of the deepest point of the first body's surface below the second's.")},
       {"distance", entry("m", "distance",
                          "Distance told against exact distance, over the poses apart: ours by the query `separation`, "
                          "those of peers in "
@@ -202,23 +225,21 @@ ordered_json mesh_to_json(const ReportedMesh& mesh) {
                       {"filled_share", mesh.closed.filled_share},
                       {"notes", mesh.closed.notes},
                       {"poses",
-                       {{"apart", {{"count", t.poses[0]}, {"least", -t.gap}, {"most", 0}}},
-                        {"contact", {{"count", t.poses[1]}, {"least", 0}, {"most", t.contact}}},
-                        {"deep", {{"count", t.poses[2]}, {"least", t.contact}, {"most", t.deep}}}}},
+                       {{"apart", poses_to_json(m.truth, evaluate::Range::apart, -t.gap, 0)},
+                        {"contact", poses_to_json(m.truth, evaluate::Range::contact, 0, t.contact)},
+                        {"deep", poses_to_json(m.truth, evaluate::Range::deep, t.contact, t.deep)}}},
                       {"oracle",
                        {{"depth_tolerance", t.tolerance},
-                        {"force_tolerance", m.truth.wrench_options.tolerance},
+                        {"force_tolerance", t.wrench.tolerance},
                         {"force_error", m.truth.wrench_error},
                         {"force_rms", m.truth.force_rms[std::size_t(evaluate::Range::contact)]},
                         {"deep_force_rms", m.truth.force_rms[std::size_t(evaluate::Range::deep)]}}},
                       {"bake_noise", m.bake_noise},
                       {"rows", ordered_json::array()},
-                      {"left_out", ordered_json::array()},
-                      {"time_front", names_of(m, m.time_front)},
-                      {"bytes_front", names_of(m, m.bytes_front)},
-                      {"front_line", front_line(m)}};
+                      {"left_out", left_out_to_json(m.left_out)},
+                      {"fronts", ordered_json::array()}};
   for (const Row& row : m.rows) out["rows"].push_back(row_to_json(row));
-  for (const evaluate::LeftOut& one : m.left_out) out["left_out"].push_back({{"name", one.name}, {"why", one.why}});
+  for (const evaluate::Front& front : m.fronts) out["fronts"].push_back(front_to_json(m, front));
   return out;
 }
 
@@ -245,12 +266,21 @@ std::string rows_to_csv(const ordered_json& report) {
   return out;
 }
 
-std::string front_line(const evaluate::Measurement& m) {
-  std::string out = "Pareto front, RMS error of penetration against median time of a query, fastest first:";
-  for (const std::size_t i : m.time_front) {
+std::string front_line(const evaluate::Measurement& m, const evaluate::Front& front) {
+  const bool time = front.cost == evaluate::Cost::time;
+  std::string out = fmt::format("Pareto front, {}, RMS error of penetration against {}:",
+                                front.way == evaluate::Way::query ? "bare queries" : "whole collisions in Bullet",
+                                time ? "median time, fastest first (~: as fast as the one before, within noise)"
+                                     : "size of the file, smallest first");
+  if (front.members.empty()) return out + " none";
+  std::vector<double> errors;
+  for (const auto& [i, tied] : front.members) errors.push_back(m.rows[i].errors.contact.penetration.rms);
+  const evaluate::LengthUnit unit = evaluate::unit_for(errors);
+  for (const auto& [i, tied] : front.members) {
     const Row& row = m.rows[i];
-    out += fmt::format("{} {} ({:.3g} us, {})", i == m.time_front.front() ? "" : ";", row.name, row.contacts.p50,
-                       format_length(row.errors.contact.penetration.rms));
+    out += fmt::format("{} {}{} ({}, {})", i == front.members.front().row ? "" : ";", tied ? "~ " : "", row.name,
+                       time ? fmt::format("{:.3g} us", row.contacts.p50) : format_bytes(double(row.bytes)),
+                       unit.text(row.errors.contact.penetration.rms));
   }
   return out;
 }

@@ -28,7 +28,7 @@ struct ReportedMesh {
 /// empty.
 [[nodiscard]] std::string rows_to_csv(const nlohmann::ordered_json& report);
 
-/// "Pareto front of ...: A (1.2 us, 0.03 mm); B ...".
-[[nodiscard]] std::string front_line(const evaluate::Measurement& measured);
+/// "Pareto front of ...: A (1.2 us, 0.03 mm); ~ B ...": the tilde where B's time is within the noise of A's.
+[[nodiscard]] std::string front_line(const evaluate::Measurement& measured, const evaluate::Front& front);
 
 }  // namespace vps::cli

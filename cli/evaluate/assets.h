@@ -14,12 +14,18 @@ namespace vps::evaluate {
 struct BakedFile {
   std::filesystem::path path;
   std::shared_ptr<const Asset> asset;
+  std::shared_ptr<const void> open;  ///< a file without a name lives with this; else empty
 };
 
 /// Bakes, writes and opens again.
 /// @throw BakeError, std::runtime_error
 [[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options,
                                   const std::filesystem::path& path);
+
+/// The same in the folder for temporary files, without a name: the path is one of this process, and nothing stays
+/// behind however it ends.
+/// @throw BakeError, std::runtime_error
+[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options);
 
 /// The mesh with its origin at the asset's centre of mass, where all peers have it.
 [[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);

@@ -22,11 +22,20 @@ double degrees_between(const Vector3d& a, const Vector3d& b) {
 }
 
 struct Lists {
-  std::vector<double> penetration, normal, force, force_direction, torque;
+  std::vector<double> normal, force, force_direction, torque;
 };
 
+bool misses(const PairAnswer& answer) {
+  return answer.contacts == 0 || answer.depth < 0;
+}
+
+// Who tells no contact tells a depth of nothing.
+double depth_error(const PairAnswer& answer, double exact) {
+  const double depth = std::isnan(answer.depth) && answer.contacts == 0 ? 0 : answer.depth;
+  return std::abs(depth - exact);
+}
+
 void add(const Truth& truth, const TruePose& pose, const PairAnswer& answer, double longest_side, Lists& lists) {
-  lists.penetration.push_back(std::abs(answer.depth - pose.pose.depth));
   const Vector3d direction = vector(answer.direction);
   lists.normal.push_back(direction.norm() > 0
                              ? degrees_between(direction, vector(truth.oracle->outward_normal(answer.position)))
@@ -43,22 +52,38 @@ void add(const Truth& truth, const TruePose& pose, const PairAnswer& answer, dou
                          (typical * longest_side / 2));
 }
 
-ContactErrors spreads(const Lists& lists) {
-  return {spread_of(lists.penetration), spread_of(lists.normal), spread_of(lists.force),
-          spread_of(lists.force_direction), spread_of(lists.torque)};
+ContactErrors errors_in(const Truth& truth, std::span<const PairAnswer> answers, double longest_side, Range range) {
+  Lists lists;
+  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
+    if (truth.poses[i].range == range) add(truth, truth.poses[i], answers[i], longest_side, lists);
+  }
+  return {penetration_errors(truth, answers, range),
+          count_missed(truth, answers, range),
+          spread_of(lists.normal),
+          spread_of(lists.force),
+          spread_of(lists.force_direction),
+          spread_of(lists.torque)};
 }
 
 }  // namespace
 
 Errors contact_errors(const Truth& truth, std::span<const PairAnswer> answers, double longest_side) {
-  Lists contact;
-  Lists deep;
+  return {errors_in(truth, answers, longest_side, Range::contact),
+          errors_in(truth, answers, longest_side, Range::deep)};
+}
+
+Spread penetration_errors(const Truth& truth, std::span<const PairAnswer> answers, Range range) {
+  std::vector<double> errors;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
-    const TruePose& pose = truth.poses[i];
-    if (pose.range == Range::apart) continue;
-    add(truth, pose, answers[i], longest_side, pose.range == Range::deep ? deep : contact);
+    if (truth.poses[i].range == range) errors.push_back(depth_error(answers[i], truth.poses[i].pose.depth));
   }
-  return {spreads(contact), spreads(deep)};
+  return spread_of(errors);
+}
+
+std::size_t count_missed(const Truth& truth, std::span<const PairAnswer> answers, Range range) {
+  std::size_t missed = 0;
+  for (std::size_t i = 0; i < truth.poses.size(); ++i) missed += truth.poses[i].range == range && misses(answers[i]);
+  return missed;
 }
 
 Spread distance_errors(const Truth& truth, std::span<const PairAnswer> answers) {

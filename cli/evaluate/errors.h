@@ -12,9 +12,11 @@ namespace vps::evaluate {
 
 /// Over the poses of one range that overlap.
 struct ContactErrors {
-  Spread penetration;  ///< |told depth - exact depth|. [m]
-  Spread normal;       ///< between the direction told at the deepest contact and the exact one at that place. [degrees]
-  Spread force;        ///< |force told - exact|, over the RMS of the range's exact forces. [%]
+  /// |told depth - exact depth|; the whole depth where there is a contact and none was told. [m]
+  Spread penetration;
+  std::size_t missed = 0;  ///< of them: told to be apart, or told no contact
+  Spread normal;  ///< between the direction told at the deepest contact and the exact one at that place. [degrees]
+  Spread force;   ///< |force told - exact|, over the RMS of the range's exact forces. [%]
   Spread force_direction;  ///< between force told and exact force. [degrees]
   Spread torque;           ///< |torque told - exact|, over that RMS times half the body's longest side. [%]
 };
@@ -29,6 +31,11 @@ struct Errors {
 /// @param answers       one for each pose of the truth
 /// @param longest_side  of the body. [m]
 [[nodiscard]] Errors contact_errors(const Truth& truth, std::span<const PairAnswer> answers, double longest_side);
+
+/// ContactErrors::penetration alone. @param range  not `apart`
+[[nodiscard]] Spread penetration_errors(const Truth& truth, std::span<const PairAnswer> answers, Range range);
+/// ContactErrors::missed alone.
+[[nodiscard]] std::size_t count_missed(const Truth& truth, std::span<const PairAnswer> answers, Range range);
 
 /// |told distance - exact distance| over the poses apart. [m]
 [[nodiscard]] Spread distance_errors(const Truth& truth, std::span<const PairAnswer> answers);

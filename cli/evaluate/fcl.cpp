@@ -5,6 +5,7 @@
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -47,6 +48,11 @@ class Collide final : public PairPeer {
     PairAnswer answer;
     answer.microseconds = microseconds_since(begin);
     answer.contacts = result.numContacts();
+    if (answer.contacts == 0) return answer;
+    answer.depth = 0;
+    for (std::size_t i = 0; i < answer.contacts; ++i) {
+      answer.depth = std::max(answer.depth, result.getContact(i).penetration_depth);
+    }
     return answer;
   }
 

@@ -9,7 +9,7 @@
 
 namespace vps::evaluate {
 
-/// All contacts of all pairs of triangles. Tells no depth: FCL's is that of a pair of triangles.
+/// All contacts of all pairs of triangles. Its depth is that of the deepest pair, not of the bodies.
 [[nodiscard]] std::unique_ptr<PairPeer> fcl_collide(const TriangleMesh& body);
 
 /// Distance; tells none where the bodies overlap.

@@ -11,7 +11,6 @@
 #include "cli/evaluate/assets.h"
 #include "cli/evaluate/bullet.h"
 #include "cli/evaluate/ours.h"
-#include "cli/evaluate/pareto.h"
 
 namespace vps::evaluate {
 namespace {
@@ -81,25 +80,25 @@ class Run {
 
   Measurement run() {
     const BakeOptions base = with_field(options_.base, Field::scaled);
-    progress("bake the base", 0);
     const Baked& first = bake_once(base);
     body_ = centred(closed_, *first.file.asset);
-    measure_bake_noise(base);
     const std::uint32_t levels = first.file.asset->info().levels;
     for (std::size_t axis = 0; axis < 3; ++axis)
       out_.size[axis] = first.file.asset->info().bounds_max[axis] - first.file.asset->info().bounds_min[axis];
     TruthOptions truth = options_.truth;
     truth.progress = [this](const char* what, double fraction) { progress(std::string("oracle: ") + what, fraction); };
     out_.truth = find_truth(body_, truth, Wrenches::exact, options_.cache);
+    measure_bake_noise(base);
     const std::vector<Setting> settings = sweep(base, levels, options_.size);
     for (std::size_t i = 0; i < settings.size(); ++i) {
-      progress("bake " + settings[i].name, double(i) / double(settings.size()));
+      baking_ = settings[i].name;
+      baked_share_ = double(i) / double(settings.size());
       add_ours(settings[i]);
     }
-    add_in_bullet(first.file.path);
+    add_in_bullet();
     add_peers(base.voxel_size);
     ask();
-    find_fronts();
+    out_.fronts = find_fronts(out_.rows);
     return std::move(out_);
   }
 
@@ -112,8 +111,12 @@ class Run {
     const auto found =
         std::find_if(baked_.begin(), baked_.end(), [&](const Baked& b) { return same(b.options, bake); });
     if (found != baked_.end()) return *found;
+    BakeOptions told = bake;
+    told.progress = [this](const char* stage, double) {
+      progress(fmt::format("bake {}: {}", baking_, stage), baked_share_);
+    };
     const auto begin = Clock::now();
-    BakedFile file = bake_file(mesh_, bake, options_.work / fmt::format("{}.vps.hdf", baked_.size()));
+    BakedFile file = bake_nameless(mesh_, told);
     return baked_.emplace_back(Baked{bake, std::move(file), microseconds_since(begin) / 1e6});
   }
 
@@ -121,7 +124,7 @@ class Run {
     std::vector<double> seconds{baked_.front().seconds};
     for (int i = 0; i < 2; ++i) {
       const auto begin = Clock::now();
-      (void)bake_file(mesh_, base, options_.work / "again.vps.hdf");
+      (void)bake_nameless(mesh_, base);
       seconds.push_back(microseconds_since(begin) / 1e6);
     }
     std::sort(seconds.begin(), seconds.end());
@@ -159,20 +162,22 @@ class Run {
     out_.rows.push_back(std::move(row));
   }
 
-  void add_in_bullet(const std::filesystem::path& base) {
-    Row row;
-    row.name = "base, in Bullet";
-    row.series = "in Bullet";
-    row.knob = "peer";
-    row.remark =
-        "the base asset in Bullet's narrowphase by the plug-in, from the pair to its manifold; contacts of the "
-        "manifold";
-    row.setting = out_.rows.front().setting;
-    row.bytes = out_.rows.front().bytes;
-    row.points = out_.rows.front().points;
-    out_.rows.push_back(row);
-    contacts_.push_back({row.name, [base] { return bullet_pair(ours_of(reopened(base))); }});
-    distances_.emplace_back();
+  // Voxels and spacings again, as the peers in Bullet are asked.
+  void add_in_bullet() {
+    for (std::size_t i = 0, ours = out_.rows.size(); i < ours; ++i) {
+      const Setting& setting = *out_.rows[i].setting;
+      if (setting.knob != "base" && setting.knob != "voxel" && setting.knob != "alpha") continue;
+      Row row = out_.rows[i];
+      row.name += ", in Bullet";
+      row.series = "ours in Bullet";
+      row.knob = "bullet";
+      row.way = Way::bullet;
+      row.remark = "the same file in Bullet's narrowphase by the plug-in, from the pair to its manifold";
+      contacts_.push_back(
+          {row.name, [path = bake_once(setting.bake).file.path] { return bullet_pair(ours_of(reopened(path))); }});
+      distances_.emplace_back();
+      out_.rows.push_back(std::move(row));
+    }
   }
 
   void add_peers(double margin) {
@@ -184,6 +189,8 @@ class Run {
       row.name = row.series = peer.series;
       row.knob = "peer";
       row.remark = peer.remark;
+      row.way = peer.way;
+      row.depth_of = peer.depth_of;
       out_.rows.push_back(std::move(row));
       contacts_.push_back(std::move(peer.contacts));
       distances_.push_back(std::move(peer.distance));
@@ -226,7 +233,7 @@ class Run {
       }
       if (!distances_[i].make) {
         // Contacts in Bullet may be apart.
-        if (row.knob == "peer") row.distance = distance_errors(out_.truth, contacts[i].answers);
+        if (row.way == Way::bullet) row.distance = distance_errors(out_.truth, contacts[i].answers);
         continue;
       }
       row.distances = distances[i].times;
@@ -246,30 +253,13 @@ class Run {
     return apart;
   }
 
-  void find_fronts() {
-    std::vector<Candidate> by_time;
-    std::vector<Candidate> by_bytes;
-    for (const Row& row : out_.rows) {
-      const Spread& off = row.errors.contact.penetration;
-      // Whoever tells nothing of some poses may have told the easy ones. What the clock decides is another next time,
-      // and the base in Bullet is the base again.
-      const bool compared = off.asked > 0 && off.told == off.asked &&
-                            (row.setting ? row.setting->repeatable() && row.knob != "peer" : true);
-      const double error = compared ? off.rms : kNotTold;
-      by_time.push_back({row.contacts.rounds > 0 ? row.contacts.p50 : kNotTold, error});
-      by_bytes.push_back({row.bytes > 0 ? double(row.bytes) : kNotTold, error});
-    }
-    out_.time_front = pareto_front(by_time);
-    out_.bytes_front = pareto_front(by_bytes);
-    for (const std::size_t i : out_.time_front) out_.rows[i].on_time_front = true;
-    for (const std::size_t i : out_.bytes_front) out_.rows[i].on_bytes_front = true;
-  }
-
   const TriangleMesh& mesh_;
   const TriangleMesh& closed_;
   const MeasureOptions& options_;
   TriangleMesh body_;  // about its centre of mass
   std::list<Baked> baked_;
+  std::string baking_ = "the base";
+  double baked_share_ = 0;
   std::vector<Side> contacts_, distances_;  // by row
   Measurement out_;
 };

@@ -7,12 +7,14 @@
 #include <iterator>
 
 #include "cli/evaluate/oracle.h"
+#include "formats/hdf5/hdf5_writer.h"
 #include "formats/vps_format.h"
 
 namespace vps::evaluate {
 
 std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name, const TriangleMesh& mesh,
                                  std::span<const double> options) {
+  if (folder.empty()) return {};
   const std::uint64_t hashes[] = {hash_bytes(std::as_bytes(std::span(mesh.vertices))),
                                   hash_bytes(std::as_bytes(std::span(mesh.triangles))),
                                   hash_bytes(std::as_bytes(options))};
@@ -26,13 +28,15 @@ std::optional<std::vector<double>> read_numbers(const std::filesystem::path& fil
 }
 
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers) {
+  if (file.empty()) return;
   std::filesystem::create_directories(file.parent_path());
-  const std::filesystem::path unfinished = file.string() + ".part";
-  std::ofstream out(unfinished);
-  for (const double number : numbers) out << fmt::format("{}\n", number);  // the shortest text that reads back the same
-  out.close();
-  if (!out) throw MeasureError(unfinished.string() + " cannot be written; free space or choose another folder");
-  std::filesystem::rename(unfinished, file);
+  std::string text;
+  for (const double number : numbers) text += fmt::format("{}\n", number);  // the shortest that reads back the same
+  try {
+    write_whole(file, std::as_bytes(std::span(text)));
+  } catch (const WriteError& error) {
+    throw MeasureError(file.string() + ": " + error.what());
+  }
 }
 
 }  // namespace vps::evaluate

@@ -12,14 +12,15 @@
 
 namespace vps::evaluate {
 
-/// `folder`/`name`_HASH.txt, with the hash of the mesh and the options.
+/// `folder`/`name`_HASH.txt, with the hash of the mesh and the options. Without a folder empty: nothing is read or
+/// written.
 [[nodiscard]] std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name,
                                                const TriangleMesh& mesh, std::span<const double> options);
 
 /// All numbers of the file; nothing when there is none.
 [[nodiscard]] std::optional<std::vector<double>> read_numbers(const std::filesystem::path& file);
 
-/// Writes beside the file and renames, so that an interrupted run leaves nothing half done.
+/// Whole or not at all: an interrupted run leaves nothing half done.
 /// @throw MeasureError
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
 

@@ -51,18 +51,21 @@ class PeerMaker {
     if (wanted("gimpact")) {
       const auto shape = std::make_shared<BulletShape>(gimpact_of(body_, options_.margin));
       add("gimpact", "GImpact",
-          fmt::format("Bullet's triangles against triangles, margin {}; depths are of pairs of triangles",
-                      format_length(options_.margin)),
+          fmt::format("Bullet's triangles against triangles, margin {}", format_length(options_.margin)),
           [shape] { return bullet_pair(*shape); });
+      out_.peers.back().depth_of = DepthOf::triangles;
     }
     if (wanted("fcl")) {
       const auto mesh = std::make_shared<const TriangleMesh>(body_);
       add("fcl", "FCL",
-          "triangles in boxes of type OBBRSS; all contacts, no depth of the bodies. Its distances are the truth here: "
-          "timed, "
-          "but without an error",
+          "triangles in boxes of type OBBRSS; all contacts of all pairs of triangles. Its distances are the truth "
+          "here: "
+          "timed, but without an error",
           [mesh] { return fcl_collide(*mesh); });
-      out_.peers.back().distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
+      Peer& fcl = out_.peers.back();
+      fcl.way = Way::query;
+      fcl.depth_of = DepthOf::triangles;
+      fcl.distance = {"FCL", [mesh] { return fcl_distance(*mesh); }};
     }
     return std::move(out_);
   }
@@ -73,7 +76,7 @@ class PeerMaker {
   }
   void add(const std::string& name, const std::string& series, const std::string& remark,
            std::function<std::unique_ptr<PairPeer>()> make) {
-    out_.peers.push_back({name, series, remark, {series, std::move(make)}, {}});
+    out_.peers.push_back({name, series, remark, Way::bullet, DepthOf::hulls, {series, std::move(make)}, {}});
   }
   // With margins a pair is mostly told by GJK, without by EPA.
   template <class Make>
@@ -85,9 +88,7 @@ class PeerMaker {
         return;
       }
       const std::string with = margin > 0 ? "margin " + format_length(margin) : "no margin";
-      add(name, series + ", " + with,
-          remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : "") +
-              "; depths are those of pairs of hulls, along the way that parts them soonest",
+      add(name, series + ", " + with, remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : ""),
           [shape, margin] { return std::make_unique<WithoutMargins>(bullet_pair(*shape), margin); });
     }
   }

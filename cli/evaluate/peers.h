@@ -16,10 +16,25 @@ namespace vps::evaluate {
 /// "hull", "hacd", "gimpact", "fcl": what may be left out.
 [[nodiscard]] const std::vector<std::string>& peer_names();
 
+/// What is timed, and answers: only rows asked alike compare.
+enum class Way : std::uint8_t {
+  query,   ///< one call of a library, with all contacts
+  bullet,  ///< Bullet's whole narrowphase of a pair, down to a manifold of at most four contacts
+};
+
+/// What a depth that is told is the depth of.
+enum class DepthOf : std::uint8_t {
+  bodies,     ///< the deepest point of one body below the other's surface
+  hulls,      ///< a pair of hulls, along the way that parts them soonest
+  triangles,  ///< a pair of triangles
+};
+
 struct Peer {
   std::string name;    ///< of `peer_names`
   std::string series;  ///< for people
-  std::string remark;  ///< its settings, and what its answers mean
+  std::string remark;  ///< its settings
+  Way way = Way::bullet;
+  DepthOf depth_of = DepthOf::hulls;
   Side contacts;
   Side distance;  ///< without `make`: it has none
 };

@@ -21,16 +21,24 @@ namespace {
 // which are halved in turn.
 class DeepestPoint {
  public:
-  explicit DeepestPoint(const TriangleMesh& body) : oracle_(body), distance_(fcl_distance(body)), tree_(body) {}
+  /// @param most_work  of PoseOptions
+  DeepestPoint(const TriangleMesh& body, std::size_t most_work)
+      : oracle_(body), distance_(fcl_distance(body)), tree_(body), most_work_(most_work) {}
   /// A depth that there is; the greatest is at most `tolerance` more. Bodies without a common point must not lie in
   /// each other. [m]
-  [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) const {
+  [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) {
+    constexpr std::size_t kDistance = 1000;  // takes about as long
+    work_ += kDistance;
     if (const double apart = distance_->query(first_in_second).depth; apart < 0) return apart;
     Search search{first_in_second, tolerance};
     visit(0, penetration(tree_.ball(0).centre, first_in_second), search);
     return search.best;
   }
   /// Radius of a ball round the origin that holds the body. [m]
+  /// For the next pose.
+  void start() { work_ = 0; }
+  /// What `depth` said is less than there is.
+  [[nodiscard]] bool exhausted() const { return most_work_ > 0 && work_ >= most_work_; }
   [[nodiscard]] double reach() const { return distance(tree_.ball(0).centre, {}) + tree_.ball(0).radius; }
 
  private:
@@ -41,18 +49,20 @@ class DeepestPoint {
     [[nodiscard]] bool worth(double bound) const { return bound > best + tolerance; }
   };
 
-  [[nodiscard]] double penetration(const Point& point, const Pose& pose) const {
+  [[nodiscard]] double penetration(const Point& point, const Pose& pose) {
+    ++work_;
     return oracle_.penetration(moved(pose, point));
   }
 
-  [[nodiscard]] double depth_bound(const Patch& patch, const Pose& pose) const {
+  [[nodiscard]] double depth_bound(const Patch& patch, const Pose& pose) {
+    ++work_;
     const auto& [a, b, c] = patch.corners;
     return oracle_.depth_bound({moved(pose, a), moved(pose, b), moved(pose, c)});
   }
 
-  void visit(std::size_t at, double at_centre, Search& search) const {
+  void visit(std::size_t at, double at_centre, Search& search) {
     const PatchTree::Ball& ball = tree_.ball(at);
-    if (!search.worth(at_centre + ball.radius)) return;
+    if (exhausted() || !search.worth(at_centre + ball.radius)) return;
     if (ball.children[0] == 0) {
       const Patch& patch = tree_.patch(ball);
       visit(patch, penetration(patch.centre, search.pose), search);
@@ -66,8 +76,9 @@ class DeepestPoint {
     for (const auto& [value, child] : children) visit(child, value, search);
   }
 
-  void visit(const Patch& patch, double at_centre, Search& search) const {
+  void visit(const Patch& patch, double at_centre, Search& search) {
     search.best = std::max(search.best, at_centre);
+    if (exhausted()) return;
     // Of flat faces the ball alone leaves far too much.
     if (!search.worth(at_centre + patch.radius) || !search.worth(depth_bound(patch, search.pose))) return;
     const std::array<Patch, 2> halves = patch.halves();
@@ -79,10 +90,12 @@ class DeepestPoint {
   Oracle oracle_;
   std::unique_ptr<PairPeer> distance_;
   PatchTree tree_;
+  const std::size_t most_work_;
+  std::size_t work_ = 0;
 };
 
 // One approach; false when it does not get there, or only by many steps because it grazes.
-bool approach(const DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
+bool approach(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
   constexpr int kSteps = 60;
   const std::array<double, 9> rotation = random.rotation();
   const std::array<double, 9> direction = random.rotation();
@@ -91,6 +104,7 @@ bool approach(const DeepestPoint& deepest, double wanted, const PoseOptions& opt
   for (int step = 0; step < kSteps && away > 0; ++step) {
     for (std::size_t i = 0; i < 3; ++i) out.first_in_second.translation[i] = away * direction[i];
     out.depth = deepest.depth(out.first_in_second, options.tolerance);
+    if (deepest.exhausted()) return false;
     const double lacking = wanted - out.depth;
     if (lacking < options.arrival) return true;
     away -= lacking;
@@ -98,24 +112,43 @@ bool approach(const DeepestPoint& deepest, double wanted, const PoseOptions& opt
   return false;
 }
 
-std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
+// Whether some approach gets there.
+bool place(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
   constexpr int kApproaches = 200;
-  const DeepestPoint deepest(body);
+  deepest.start();
+  for (int i = 0; i < kApproaches && !deepest.exhausted(); ++i) {
+    if (approach(deepest, wanted, options, random, out)) return true;
+  }
+  return false;
+}
+
+std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
+  constexpr int kInARow = 5;  // where so many are left out the rest of the range is not sought
+  DeepestPoint deepest(body, options.most_work);
   Random random(options.seed);
   std::vector<PairPose> poses;
-  for (const DepthRange& range : options.ranges) {
-    for (std::size_t i = 0; i < range.count; ++i) {
+  std::size_t asked = 0;
+  for (std::size_t r = 0; r < options.ranges.size(); ++r) {
+    const DepthRange& range = options.ranges[r];
+    const std::size_t before = poses.size();
+    int failed = 0;
+    for (std::size_t i = 0; i < range.count && failed < kInARow; ++i) {
       const double part = (double(i) + 0.5) / double(range.count);
       const double wanted = range.least + part * (range.most - range.least);
-      PairPose& pose = poses.emplace_back();
-      int tried = 0;
-      while (!approach(deepest, wanted, options, random, pose)) {
-        if (++tried < kApproaches) continue;
+      PairPose pose;
+      pose.range = r;
+      if (place(deepest, wanted, options, random, pose)) {
+        poses.push_back(pose);
+        failed = 0;
+      } else if (options.most_work == 0) {
         throw MeasureError(
             fmt::format("no approach of the body to its copy gets {:.4g} m deep; its walls may be too thin", wanted));
+      } else {
+        ++failed;
       }
-      if (options.progress) options.progress(poses.size());
+      if (options.progress) options.progress(++asked);
     }
+    if (range.count > 0 && poses.size() == before) break;  // nor would deeper ones be found
   }
   return poses;
 }
@@ -124,8 +157,9 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
 
 std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                  const std::filesystem::path& folder) {
-  constexpr std::size_t kNumbers = 13;  // rotation, translation, depth
-  std::vector<double> key{options.tolerance, options.arrival, double(options.seed)};
+  constexpr std::size_t kNumbers = 14;  // rotation, translation, depth, range
+  std::vector<double> key{options.tolerance, options.arrival, double(options.seed), double(options.most_work),
+                          double(kNumbers)};
   std::size_t count = 0;
   for (const DepthRange& range : options.ranges) {
     key.insert(key.end(), {double(range.count), range.least, range.most});
@@ -133,13 +167,15 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
   }
   const std::filesystem::path file = cache_file(folder, "poses", body, key);
   if (const auto numbers = read_numbers(file)) {
-    if (numbers->size() != count * kNumbers) throw MeasureError(file.string() + " is damaged; delete it");
-    std::vector<PairPose> poses(count);
+    if (numbers->size() % kNumbers != 0 || numbers->size() > count * kNumbers)
+      throw MeasureError(file.string() + " is damaged; delete it");
+    std::vector<PairPose> poses(numbers->size() / kNumbers);
     const double* at = numbers->data();
     for (PairPose& pose : poses) {
       std::copy_n(at, 9, pose.first_in_second.rotation);
       std::copy_n(at + 9, 3, pose.first_in_second.translation);
       pose.depth = at[12];
+      pose.range = static_cast<std::size_t>(at[13]);
       at += kNumbers;
     }
     return poses;
@@ -150,7 +186,7 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
   for (const PairPose& pose : poses) {
     numbers.insert(numbers.end(), pose.first_in_second.rotation, pose.first_in_second.rotation + 9);
     numbers.insert(numbers.end(), pose.first_in_second.translation, pose.first_in_second.translation + 3);
-    numbers.push_back(pose.depth);
+    numbers.insert(numbers.end(), {pose.depth, double(pose.range)});
   }
   write_numbers(file, numbers);
   return poses;

@@ -22,7 +22,8 @@ namespace vps::evaluate {
 
 struct PairPose {
   Pose first_in_second;
-  double depth = 0;  ///< of the first body in the second; negative: minus the distance. [m]
+  double depth = 0;       ///< of the first body in the second; negative: minus the distance. [m]
+  std::size_t range = 0;  ///< of PoseOptions::ranges
 };
 
 struct DepthRange {
@@ -36,11 +37,15 @@ struct PoseOptions {
   double tolerance = 1e-5;  ///< how much deeper than told a pose may be. [Limits: value > 0] [Units: m]
   double arrival = 1e-6;    ///< how much a pose may lack of its depth. [Limits: value > 0] [Units: m]
   std::uint64_t seed = 1;   ///< of rotations and directions of approach
-  std::function<void(std::size_t placed)> progress;  ///< may be empty
+  /// Points that the oracle is asked of for one pose, which is then left out, after five in a row
+  /// the rest of the range, and where a range has none the ranges after it; 0: no limit, and a depth that no approach
+  /// reaches is an error. Not a time, so that every run has the same poses.
+  std::size_t most_work = 0;
+  std::function<void(std::size_t asked)> progress;  ///< may be empty
 };
 
-/// Poses range by range, each in order of depth, computed, which takes minutes, or read from what an earlier run has
-/// left in `folder`.
+/// Poses range by range, fewer than asked for where `most_work` does not suffice, each in order of depth, computed,
+/// which takes minutes, or read from what an earlier run has left in `folder`.
 /// @param body  closed, about its centre of mass
 /// @throw MeasureError when a depth is not reached, or `folder` fails
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,

@@ -6,20 +6,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/plan.h"
+#include "cli/evaluate/units.h"
 
 namespace vps::evaluate {
 namespace {
 
-std::string words(const BakeOptions& bake) {
-  return fmt::format("{}, voxel {}, alpha {:.3g}", describe(field_of(bake)), format_length(bake.voxel_size),
-                     bake.alpha);
-}
-
 class Sweep {
  public:
   Sweep(const BakeOptions& base, SweepSize size)
-      : base_(with_field(base, Field::scaled)), quick_(size == SweepSize::quick) {}
+      : base_(with_field(base, Field::scaled)), quick_(size == SweepSize::quick), unit_(unit_for({base.voxel_size})) {}
 
   std::vector<Setting> run(std::uint32_t levels) {
     add("base", base_);
@@ -48,6 +43,10 @@ class Sweep {
   template <class T>
   std::vector<T> list(std::initializer_list<T> all, std::initializer_list<T> few) const {
     return quick_ ? few : all;
+  }
+
+  [[nodiscard]] std::string words(const BakeOptions& bake) const {
+    return fmt::format("{}, voxel {}, alpha {:.3g}", describe(field_of(bake)), unit_.text(bake.voxel_size), bake.alpha);
   }
 
   void add(const char* knob, const BakeOptions& bake, const std::string& more = "") {
@@ -124,6 +123,7 @@ class Sweep {
 
   const BakeOptions base_;
   const bool quick_;
+  const LengthUnit unit_;
   std::vector<Setting> settings_;
 };
 

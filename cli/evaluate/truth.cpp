@@ -41,7 +41,7 @@ void from_numbers(const std::vector<double>& numbers, std::vector<TruePose>& pos
 }
 
 void integrate(const TriangleMesh& body, Truth& truth, const Progress& progress) {
-  const WrenchOracle oracle(body, body, truth.wrench_options);
+  const WrenchOracle oracle(body, body, truth.options.wrench);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, truth.poses.size(), [&](std::size_t i) {
     TruePose& pose = truth.poses[i];
@@ -53,8 +53,8 @@ void integrate(const TriangleMesh& body, Truth& truth, const Progress& progress)
 void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem::path& folder,
                   const Progress& progress) {
   // The poses themselves are the key.
-  std::vector<double> key{truth.wrench_options.tolerance, truth.wrench_options.widest,
-                          double(truth.wrench_options.most_pieces)};
+  std::vector<double> key{truth.options.wrench.tolerance, truth.options.wrench.widest,
+                          double(truth.options.wrench.most_pieces)};
   for (const TruePose& p : truth.poses) {
     const Pose& pose = p.pose.first_in_second;
     key.insert(key.end(), pose.rotation, pose.rotation + 9);
@@ -98,16 +98,18 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
   pose_options.tolerance = options.tolerance;
   pose_options.arrival = 0.1 * options.tolerance;
   pose_options.seed = options.seed;
+  pose_options.most_work = options.most_work;
   const double count = double(options.poses[0] + options.poses[1] + options.poses[2]);
   pose_options.progress = [&](std::size_t placed) {
     if (options.progress) options.progress("poses", double(placed) / count);
   };
   for (const PairPose& pose : pair_poses(body, pose_options, folder)) {
-    const std::size_t i = truth.poses.size();
-    const Range range = i < options.poses[0]                      ? Range::apart
-                        : i < options.poses[0] + options.poses[1] ? Range::contact
-                                                                  : Range::deep;
-    truth.poses.push_back({pose, range, {}});
+    truth.poses.push_back({pose, Range(pose.range), {}});
+    ++truth.found[pose.range];
+  }
+  if (options.poses[std::size_t(Range::contact)] > 0 && truth.found[std::size_t(Range::contact)] == 0) {
+    throw MeasureError(
+        "no pose of contact with a copy was found; the walls may be too thin, or too many triangles touch");
   }
   if (wrenches == Wrenches::none) return truth;
   add_wrenches(body, truth, folder, options.progress);
@@ -118,7 +120,7 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
       if (std::size_t(p.range) != range) continue;
       squares += std::inner_product(p.wrench.force.begin(), p.wrench.force.end(), p.wrench.force.begin(), 0.0);
     }
-    if (options.poses[range] > 0) truth.force_rms[range] = std::sqrt(squares / double(options.poses[range]));
+    if (truth.found[range] > 0) truth.force_rms[range] = std::sqrt(squares / double(truth.found[range]));
   }
   return truth;
 }

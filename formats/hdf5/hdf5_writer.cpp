@@ -151,6 +151,13 @@ class OutputFile {
     }
   }
 
+  // The file without a name, the caller's to close.
+  [[nodiscard]] int take() {
+    if (!name_.empty()) ::unlink(name_.c_str());
+    name_.clear();
+    return std::exchange(fd_, -1);
+  }
+
  private:
   // Short: the target's own name may already be as long as names can be. Another container's process may have the same
   // number and use it in the same folder: callers try again.
@@ -371,16 +378,13 @@ Section write_section(hid_t file, const SectionData& data) {
   return section;
 }
 
-}  // namespace
-
-std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
-                        std::span<const SectionData> sections) {
+// Returns the file's size.
+std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   // libhdf5 is seldom built for threads.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   const SilentErrors silent;
-  OutputFile output(path);
   Directory directory;
   directory.info = info;
   MemoryFile memory;
@@ -406,8 +410,24 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
   directory.metadata_hash = hash_metadata(image, directory);
   encode_directory(directory, image.first<kUserBlockBytes>());
   output.write(image);
-  output.move_into_place();
   return image.size();
+}
+
+}  // namespace
+
+std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
+                        std::span<const SectionData> sections) {
+  OutputFile output(path);
+  const std::size_t bytes = write_into(output, info, sections);
+  output.move_into_place();
+  return bytes;
+}
+
+int write_nameless_asset(const std::filesystem::path& folder, const AssetInfo& info,
+                         std::span<const SectionData> sections) {
+  OutputFile output(folder / "asset");
+  (void)write_into(output, info, sections);
+  return output.take();
 }
 
 void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {

@@ -30,6 +30,7 @@ std::vector<PairAnswer> right_answers(const Truth& truth) {
   for (const evaluate::TruePose& p : truth.poses) {
     PairAnswer& a = answers.emplace_back();
     a.depth = p.pose.depth;
+    a.contacts = p.pose.depth < 0 ? 0 : 1;
     a.force = p.wrench.force;
     a.torque = p.wrench.torque;
     a.lower = a.depth - 1e-6;
@@ -49,7 +50,7 @@ TEST(Errors, OfForcesAreNotToldWhereTheExactOnesAreNotExact) {
   const TemporaryFolder folder;
   Truth truth = ball_on_ball(folder);
   ASSERT_TRUE(truth.wrenches_exact());
-  truth.wrench_error = 2 * truth.wrench_options.tolerance;
+  truth.wrench_error = 2 * truth.options.wrench.tolerance;
   const evaluate::Errors errors = evaluate::contact_errors(truth, right_answers(truth), 2 * kRadius);
   for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
     EXPECT_EQ(e.penetration.told, 3U);
@@ -96,6 +97,59 @@ TEST(Errors, AreWhatAnswersAreOff) {
     a.lower = 0.1;
   }
   EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 0U);
+}
+
+TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
+  const TemporaryFolder folder;
+  const Truth truth = ball_on_ball(folder);
+  std::vector<PairAnswer> answers = right_answers(truth);
+  std::vector<double> depths;
+  for (std::size_t i = 0; i < answers.size(); ++i) {
+    if (truth.poses[i].range != Range::contact) continue;
+    depths.push_back(truth.poses[i].pose.depth);
+    answers[i].contacts = 0;
+    answers[i].depth = evaluate::kNotTold;
+  }
+  const evaluate::ContactErrors missed = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  EXPECT_EQ(missed.missed, 3U);
+  EXPECT_EQ(missed.penetration.told, 3U);
+  EXPECT_EQ(missed.penetration.rms, evaluate::spread_of(depths).rms);
+  // Whoever tells how far apart they are is off by that as well.
+  for (PairAnswer& a : answers) a.depth = a.contacts == 0 ? -0.001 : a.depth;
+  const evaluate::ContactErrors apart = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  EXPECT_EQ(apart.missed, 3U);
+  EXPECT_NEAR(apart.penetration.max, missed.penetration.max + 0.001, 1e-12);
+  // A contact without a depth is neither missed nor told.
+  for (PairAnswer& a : answers) {
+    a.contacts = 2;
+    a.depth = evaluate::kNotTold;
+  }
+  const evaluate::ContactErrors untold = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  EXPECT_EQ(untold.missed, 0U);
+  EXPECT_EQ(untold.penetration.told, 0U);
+}
+
+TEST(Errors, PosesWhoseDepthTakesTooLongAreLeftOutTheSameEveryTime) {
+  const TemporaryFolder folder;
+  const TemporaryFolder other;
+  const TriangleMesh ball = make_sphere(kRadius, 4);
+  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 30);
+  const Truth all = evaluate::find_truth(ball, options, evaluate::Wrenches::none, folder.path());
+  EXPECT_EQ(all.poses.size(), 30U);
+  options.most_work = 12000;
+  const Truth some = evaluate::find_truth(ball, options, evaluate::Wrenches::none, folder.path());
+  EXPECT_LT(some.poses.size(), 30U);
+  EXPECT_EQ(some.poses.size(), some.found[0] + some.found[1] + some.found[2]);
+  for (const auto& where : {other.path(), folder.path(), std::filesystem::path()}) {  // computed, read, computed
+    const Truth again = evaluate::find_truth(ball, options, evaluate::Wrenches::none, where);
+    ASSERT_EQ(again.poses.size(), some.poses.size());
+    for (std::size_t i = 0; i < some.poses.size(); ++i) {
+      EXPECT_EQ(again.poses[i].range, some.poses[i].range);
+      EXPECT_EQ(again.poses[i].pose.depth, some.poses[i].pose.depth);
+    }
+  }
+  options.most_work = 1;
+  EXPECT_THROW((void)evaluate::find_truth(ball, options, evaluate::Wrenches::none, {}), evaluate::MeasureError);
 }
 
 TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
