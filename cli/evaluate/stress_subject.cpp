@@ -110,13 +110,20 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
   }
+  // Among HACD's hulls are triangles: they have no inside.
+  const auto is_flat = [](const evaluate::Hull& hull) {
+    return !evaluate::hull_refusal(evaluate::compound_of({hull}, {}, 0)).empty();
+  };
+  const std::size_t flat = std::erase_if(hulls, is_flat);
+  if (hulls.empty()) return absent("hacd", "all of HACD's hulls are flat: Bullet's EPA fails on them");
+  std::string from = mesh->from;
+  if (flat > 0) from += fmt::format(", {} of {} hulls left out, as they are flat", flat, flat + hulls.size());
   const std::array<double, 3> centre = subject.asset->info().centre_of_mass;
-  Column column = peer_column("hacd", subject, mesh->from, [hulls, centre](double scale, double margin) {
+  Column column = peer_column("hacd", subject, from, [hulls, centre](double scale, double margin) {
     std::vector<evaluate::Hull> larger;
     for (const evaluate::Hull& hull : hulls) larger.push_back(scaled(hull, scale));
     return evaluate::compound_of(larger, scaled({centre}, scale)[0], margin);
   });
-  if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hacd", reason);
   const auto& compound = static_cast<const btCompoundShape&>(*column.body.shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     column.corners = corners_of(static_cast<const btConvexHullShape&>(*compound.getChildShape(i)), column.corners);
