@@ -215,7 +215,9 @@ Command add_stress_command(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   stress->add_option("assets", a.assets, "Assets")->option_text("ASSET...");
-  stress->add_option("--mesh", a.mesh.mesh, "The mesh that the asset was baked from, for HACD, GImpact and other sizes")
+  stress
+      ->add_option("--mesh", a.mesh.mesh,
+                   "The mesh that the asset was baked from, for peers and other sizes [default: the asset's zero set]")
       ->check(not_empty())
       ->option_text("MESH");
   add_unit_options(*stress, a.mesh);
@@ -241,15 +243,17 @@ Command add_stress_command(CLI::App& app) {
           "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
       ->option_text("MASS");
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
-  stress->add_flag("--quick", a.quick, "Fewer settings of each case, under a minute: see docs/stress.md");
+  stress->add_flag("--quick", a.quick,
+                   "Fewer settings of each case, about a minute for 70,000 points: see docs/stress.md");
   stress->add_flag("--strict", a.strict,
                    "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver");
   stress->add_flag("--list", a.list, "Print the cases and their limits");
   std::string& cache = a.mesh.cache;
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;
   stress
-      ->add_option("--cache", cache,
-                   "Keep HACD's hulls and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
+      ->add_option(
+          "--cache", cache,
+          "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
       ->check(not_empty())
       ->option_text("DIR");
   stress->footer(
