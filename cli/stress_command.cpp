@@ -158,7 +158,8 @@ int run(const Arguments& arguments) {
     list_cases(arguments);
     return kOk;
   }
-  if (arguments.assets.empty()) return fail(kCommandLine, "command line", "an asset is required; run vpsbake --help");
+  if (arguments.assets.empty())
+    return fail(kCommandLine, "command line", "an asset is required; run vpsbake stress --help");
   if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
     return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
   }

@@ -256,7 +256,9 @@ StackBody stack_body(const Subject& subject, const Column& column) {
   at.getOrigin().setZ(btScalar(half));
   std::vector<btVector3> corners{{btScalar(half), btScalar(half), btScalar(half)},
                                  {-btScalar(half), -btScalar(half), -btScalar(half)}};
-  return {cube, corners, at, 2 * half, "ten baked cubes of 40 voxels: the asset has no two flat faces opposite"};
+  const char* const what = column.ours ? "ten baked cubes of 40 voxels: the asset has no two flat faces opposite"
+                                       : "ten of Bullet's boxes of 40 voxels: the asset has no two flat faces opposite";
+  return {cube, corners, at, 2 * half, what};
 }
 
 void add_pile_cases(std::vector<Case>& cases) {

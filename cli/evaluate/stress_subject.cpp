@@ -100,12 +100,13 @@ const PeerMesh* light_mesh(const SubjectOptions& options) {
 Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   const PeerMesh* const mesh = !options.cache.empty() && options.mesh ? &*options.mesh : light_mesh(options);
   if (mesh == nullptr) return absent("hacd", kNoMesh);
-  if (options.cache.empty() && mesh->mesh.triangles.size() > 2 * kMostTriangles)
+  const bool takes_minutes = mesh->mesh.triangles.size() > 2 * kMostTriangles;
+  if (options.cache.empty() && takes_minutes)
     return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
   std::vector<evaluate::Hull> hulls;
   try {
     evaluate::HacdOptions hacd;
-    if (options.cache.empty()) hacd.announce = [] {};  // seconds, then
+    if (!takes_minutes) hacd.announce = [] {};
     hulls = evaluate::hacd_hulls(mesh->mesh, hacd, options.cache);
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
