@@ -78,6 +78,9 @@ struct PeerMesh {
 /// GImpact asks a box triangle by triangle: 37 ms a step with 70,000. HACD takes minutes with more.
 inline constexpr std::size_t kMostTriangles = 5000;
 
+inline constexpr const char* kNoMesh =
+    "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
+
 struct SubjectOptions {
   double mass = 1;                   ///< [Limits: value > 0] [Units: kg]
   std::uint64_t seed = 1;            ///< of disturbances and directions

@@ -88,8 +88,6 @@ Column hull_column(const Subject& subject, const SubjectOptions& options) {
   return column;
 }
 
-constexpr const char* kNoMesh = "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
-
 // The mesh that was given, or the zero set where that has too many triangles to do.
 const PeerMesh* light_mesh(const SubjectOptions& options) {
   if (options.mesh && (options.mesh->mesh.triangles.size() <= kMostTriangles || !options.zero_set))
