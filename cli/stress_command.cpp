@@ -6,11 +6,8 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <optional>
 
@@ -23,6 +20,7 @@
 #include "cli/output_file.h"
 #include "cli/page.h"
 #include "cli/provenance.h"
+#include "cli/stress_peers.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
@@ -88,47 +86,22 @@ int write_outputs(const Arguments& arguments, const std::vector<stress::AssetRes
   const auto write = [&](const fs::path& file, const std::string& text) {
     if (code == kOk) code = write_output(file, text);
   };
+  nlohmann::ordered_json about = provenance(arguments.seed);
+  about["quick"] = arguments.quick;
   if (!arguments.output.empty()) {
-    nlohmann::ordered_json about = provenance(arguments.seed);
-    about["quick"] = arguments.quick;
     const nlohmann::ordered_json json = stress::to_json(results, about, strictness(arguments));
     const Embedded libraries[] = {kChart};
     write(arguments.output + ".json", to_text(json));
     write(arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
   }
-  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results, strictness(arguments)));
+  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results, about, strictness(arguments)));
   return code;
 }
 
-// Why this cannot be the mesh that the asset was baked from; empty when it can.
-std::string mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
-  std::array<double, 3> low;
-  std::array<double, 3> high;
-  low.fill(std::numeric_limits<double>::infinity());
-  high.fill(-std::numeric_limits<double>::infinity());
-  for (const auto& triangle : mesh.triangles) {
-    for (const std::uint32_t vertex : triangle) {
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        low[axis] = std::min(low[axis], mesh.vertices[vertex][axis]);
-        high[axis] = std::max(high[axis], mesh.vertices[vertex][axis]);
-      }
-    }
-  }
-  double length = 0;
-  double of_asset = 0;
-  double off = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    length = std::max(length, high[axis] - low[axis]);
-    of_asset = std::max(of_asset, info.bounds_max[axis] - info.bounds_min[axis]);
-    off = std::max({off, std::abs(low[axis] - info.bounds_min[axis]), std::abs(high[axis] - info.bounds_max[axis])});
-  }
-  // Repairs may move a vertex.
-  const double most = 2 * info.voxel_size;
-  if (off <= most) return "";
-  if (std::abs(length - of_asset) > most) {
-    return fmt::format("the mesh is {:.3g} m long, the asset {:.3g} m; check --unit and --scale", length, of_asset);
-  }
-  return fmt::format("the mesh's bounds are {:.3g} m from the asset's; give the mesh that it was baked from", off);
+// Peers are made of the mesh that was given, or of the asset's own field.
+void add_meshes(const std::optional<TriangleMesh>& mesh, const Asset& asset, stress::SubjectOptions& options) {
+  if (mesh) options.mesh = {*mesh, fmt::format("the mesh that was given, {} triangles", mesh->triangles.size())};
+  if (!mesh || mesh->triangles.size() > stress::kMostTriangles) options.zero_set = zero_set(asset);
 }
 
 // One asset through all cases. @return the exit code of what was wrong with it
@@ -137,14 +110,17 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
   const auto asset = std::make_shared<Asset>();
   if (const int code = open_asset(path, *asset); code != kOk) return code;
   if (mesh) {
-    if (const std::string reason = mismatch(*mesh, asset->info()); !reason.empty())
-      return fail(kBadInput, arguments.mesh.mesh, reason);
+    const auto compare = [&] {
+      const std::string reason = mesh_mismatch(*mesh, asset->info());
+      return reason.empty() ? int{kOk} : fail(kBadInput, arguments.mesh.mesh, reason);
+    };
+    if (const int code = guarded(arguments.mesh.mesh, compare); code != kOk) return code;
   }
   return guarded(path, [&] {
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;
     options.seed = arguments.seed;
-    options.mesh = mesh;
+    add_meshes(mesh, *asset, options);
     const stress::Subject subject = stress::make_subject(path, asset, options);
     stress::AssetResult& result = results.emplace_back();
     result.asset = path;
@@ -152,7 +128,14 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
     result.size = subject.size;
     result.voxel = subject.voxel;
     result.points = asset->info().points;
+    for (const stress::Column& column : subject.columns) {
+      if (!column.from.empty()) result.peers[column.name] = column.from;
+    }
     if (arguments.assets.size() > 1) fmt::print("{}\n", path);
+    std::string peers;
+    for (const auto& [column, from] : result.peers)
+      peers += fmt::format("{}{} of {}", peers.empty() ? "peers: " : "; ", column, from);
+    if (!peers.empty()) fmt::print("{}\n", peers);
     for (const stress::Case* one : chosen(arguments)) {
       result.cases.push_back(
           stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
@@ -175,7 +158,8 @@ int run(const Arguments& arguments) {
     list_cases(arguments);
     return kOk;
   }
-  if (arguments.assets.empty()) return fail(kCommandLine, "command line", "an asset is required; run vpsbake --help");
+  if (arguments.assets.empty())
+    return fail(kCommandLine, "command line", "an asset is required; run vpsbake stress --help");
   if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
     return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
   }
@@ -186,6 +170,10 @@ int run(const Arguments& arguments) {
   for (const std::string& output : {arguments.output, arguments.junit}) {
     if (names_no_file(output))
       return fail(kCommandLine, "command line", fmt::format("'{}' is a folder; add the name of a file", output));
+  }
+  for (const char* const ending : {".html", ".json"}) {
+    if (fs::path(arguments.output + ending).lexically_normal() == fs::path(arguments.junit).lexically_normal())
+      return fail(kCommandLine, "command line", fmt::format("'{}' is written twice; rename one", arguments.junit));
   }
   for (const auto& [file, beginning, kind] : outputs(arguments)) {
     if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
@@ -228,7 +216,9 @@ Command add_stress_command(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   stress->add_option("assets", a.assets, "Assets")->option_text("ASSET...");
-  stress->add_option("--mesh", a.mesh.mesh, "The mesh that the asset was baked from, for HACD, GImpact and other sizes")
+  stress
+      ->add_option("--mesh", a.mesh.mesh,
+                   "The mesh that the asset was baked from, for peers and other sizes [default: the asset's zero set]")
       ->check(not_empty())
       ->option_text("MESH");
   add_unit_options(*stress, a.mesh);
@@ -254,15 +244,17 @@ Command add_stress_command(CLI::App& app) {
           "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
       ->option_text("MASS");
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
-  stress->add_flag("--quick", a.quick, "Fewer settings of each case, under a minute: see docs/stress.md");
+  stress->add_flag("--quick", a.quick,
+                   "Fewer settings of each case, about a minute for 70,000 points: see docs/stress.md");
   stress->add_flag("--strict", a.strict,
                    "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver");
   stress->add_flag("--list", a.list, "Print the cases and their limits");
   std::string& cache = a.mesh.cache;
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;
   stress
-      ->add_option("--cache", cache,
-                   "Keep HACD's hulls and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
+      ->add_option(
+          "--cache", cache,
+          "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
       ->check(not_empty())
       ->option_text("DIR");
   stress->footer(

@@ -76,7 +76,7 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
                              const std::filesystem::path& folder) {
   const double key[] = {double(options.hulls), double(options.vertices_per_hull), options.concavity,
                         options.compacity_weight};
-  const std::filesystem::path file = cache_file(folder, "hacd", mesh, key);
+  const std::filesystem::path file = folder.empty() ? folder : cache_file(folder, "hacd", mesh, key);
   // Per hull the number of its vertices, then their coordinates.
   if (const auto numbers = read_numbers(file)) {
     std::vector<Hull> hulls;
@@ -96,6 +96,7 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
   }
   const std::vector<Hull> hulls = decompose(mesh, options);
   check_place(hulls, mesh);
+  if (file.empty()) return hulls;
   std::vector<double> numbers;
   for (const Hull& hull : hulls) {
     numbers.push_back(double(hull.size()));

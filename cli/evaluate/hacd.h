@@ -22,7 +22,7 @@ struct HacdOptions {
 };
 
 /// Decomposes a mesh, which takes minutes, or reads what an earlier run has left in `folder` for the same mesh and
-/// options.
+/// options. @param folder  empty: nothing is kept
 /// @throw std::runtime_error when HACD fails or its hulls are not where the mesh is
 [[nodiscard]] std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& options,
                                            const std::filesystem::path& folder);

@@ -47,7 +47,7 @@ std::vector<std::vector<double>> settings(const std::vector<Axis>& axes) {
 std::string missing(const Case& asked, const Subject& subject) {
   if (!subject.asset->has_pointshell()) return "the asset has no pointshell";
   if (asked.needs == Part::both && !subject.asset->has_voxelmap()) return "the asset has no voxelmap";
-  if (asked.needs == Part::mesh && !subject.mesh) return "no mesh was given; give it with --mesh";
+  if (asked.needs == Part::mesh && !subject.mesh) return kNoMesh;
   return "";
 }
 

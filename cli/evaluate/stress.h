@@ -10,6 +10,7 @@
 
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -43,6 +44,9 @@ struct Column {
   std::vector<btVector3> corners;  ///< of the convex hull of what this column plays, same frame. [m]
   std::size_t triangles = 0;       ///< of a triangle mesh; 0 for others
   std::string absent;              ///< why there is no shape
+  std::string from;                ///< of a peer: what it is made of
+  /// Of a peer: the same, so many times as large, with a margin. [m]
+  std::function<evaluate::BulletShape(double scale, double margin)> resized;
 };
 
 /// Bodies that cases need beside the asset: boxes and a needle, baked at the asset's voxel size for our columns, and as
@@ -65,13 +69,36 @@ class Props {
   std::vector<std::pair<std::string, evaluate::BulletShape>> boxes_;
 };
 
+/// A mesh for the peers, asset frame.
+struct PeerMesh {
+  TriangleMesh mesh;
+  std::string from;  ///< such as "the mesh that was given"
+};
+
+/// GImpact asks a box triangle by triangle: 37 ms a step with 70,000. HACD takes minutes with more.
+inline constexpr std::size_t kMostTriangles = 5000;
+
+inline constexpr const char* kNoMesh =
+    "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
+
 struct SubjectOptions {
   double mass = 1;                   ///< [Limits: value > 0] [Units: kg]
   std::uint64_t seed = 1;            ///< of disturbances and directions
-  std::optional<TriangleMesh> mesh;  ///< the asset's own, for the peers; none: what can do without
+  std::optional<PeerMesh> mesh;      ///< the asset's own, for the peers and other sizes
+  std::optional<PeerMesh> zero_set;  ///< of few triangles, where there is no mesh or it has too many
   std::filesystem::path cache;       ///< folder for HACD's hulls and baked props; empty: none is kept
   std::vector<std::string> without;  ///< columns to leave out
 };
+
+/// How a body that was dropped on a plane, or into a wedge, is at the end.
+struct Rest {
+  double off = 0;             ///< lowest point from the ground, either way, in the last quarter. [m]
+  double kinetic = 0;         ///< largest in the last quarter. [J]
+  std::vector<double> trace;  ///< lowest point. [m]
+  std::string failure;        ///< the NaN that ended it; empty: none
+};
+/// Drops that were played, by column and rate [Hz]: two cases judge each.
+using Rests = std::map<std::pair<std::string, double>, Rest>;
 
 /// An asset, and all that its cases need.
 struct Subject {
@@ -85,6 +112,7 @@ struct Subject {
   std::vector<btVector3> corners;    ///< of the convex hull of the shell's points, or of the mesh; body frame. [m]
   std::vector<Column> columns;
   std::shared_ptr<Props> props;
+  std::shared_ptr<Rests> rests = std::make_shared<Rests>();
 };
 
 /// @throw std::runtime_error, BakeError
@@ -116,7 +144,9 @@ struct Case {
   std::string name;
   std::string family;
   std::string question;
-  std::string measured;  ///< what the number is
+  std::string measured;    ///< what the number is
+  std::string quantity;    ///< the same in a word or three
+  std::string below_zero;  ///< what a negative number's size is; empty: no more than its sign
   std::string unit;
   std::string limit;       ///< as text
   std::string limit_from;  ///< theory or tolerance, and why

@@ -28,7 +28,7 @@ bool run(Arena& arena, double rate, double seconds, double scale, Gain& out, con
     each_step();
     const double gain = (arena.energy() - first) / scale;
     trace.add(gain);
-    out.most = std::max(out.most, gain);
+    keep_largest(out.most, gain);
   }
   out.trace = trace.values;
   return true;
@@ -60,14 +60,10 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
     falls = now;
   };
   if (!run(arena, rate, kSeconds, scale, gain, count)) return broken(arena);
-  // Each bounce may be seen a step's way late, and the body is lifted by that much. A ball would bounce after a fall,
-  // and then each time that it was up and down.
-  const double fall = std::sqrt(2 * height / kGravity);
-  const double per_bounce = kGravity * fall / rate / height;
-  const double expected = 1 + std::max(0.0, std::floor((kSeconds - fall) / (2 * fall)));
-  Trial trial = of_gain(gain, expected * per_bounce);
+  const int expected = bounces_of_a_ball(height, kSeconds);
+  Trial trial = of_gain(gain, expected * gain_of_a_late_bounce(height, rate));
   trial.remark =
-      fmt::format("{:+.3g} % at the end, {} bounces of {:g} expected", 100 * gain.trace.back(), bounces, expected);
+      fmt::format("{:+.3g} % at the end, {} bounces of {} expected", 100 * gain.trace.back(), bounces, expected);
   return trial;
 }
 
@@ -123,6 +119,16 @@ Trial near_singular(const Subject& subject, const Column& column, bool plate, do
 
 }  // namespace
 
+int bounces_of_a_ball(double height, double seconds) {
+  const double fall = std::sqrt(2 * height / kGravity);
+  return 1 + int(std::max(0.0, (seconds - fall) / (2 * fall)));
+}
+
+double gain_of_a_late_bounce(double height, double rate) {
+  const double speed = std::sqrt(2 * kGravity * height);
+  return speed / rate / height;
+}
+
 void add_energy_cases(std::vector<Case>& cases) {
   Case one;
   one.family = "energy";
@@ -130,6 +136,7 @@ void add_energy_cases(std::vector<Case>& cases) {
   one.trace = "energy gained, as a share";
 
   one.name = "restitution";
+  one.quantity = "energy gained";
   one.question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?";
   one.measured = "most energy above the first";
   one.limit = "a step's way at the bounce, as height, for each bounce that a ball makes in 2 s";

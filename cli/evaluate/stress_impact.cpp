@@ -46,7 +46,7 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
     }
     // Beyond the wall's back.
     const double beyond = -double(half.z()) - lowest(body, column.corners);
-    worst = std::max(worst, beyond);
+    keep_largest(worst, beyond);
     through += beyond > subject.voxel ? 1 : 0;
   }
   Trial trial;
@@ -70,7 +70,7 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   const double first = arena.energy();
   for (long i = 0; i < kSteps; ++i) {
     if (!arena.step(1 / kRate)) return broken(arena);
-    gained = std::max(gained, arena.energy() - first);
+    keep_largest(gained, arena.energy() - first);
     trace.add(lowest(body, column.corners) / subject.voxel);
   }
   const double left = -lowest(body, column.corners);
@@ -98,7 +98,7 @@ Trial coincident(const Subject& subject, const Column& column, double offset_vx)
   double gained = 0;
   for (long i = 0; i < kSteps; ++i) {
     if (!arena.step(1 / kRate)) return broken(arena);
-    gained = std::max(gained, arena.kinetic_energy());
+    keep_largest(gained, arena.kinetic_energy());
     trace.add(arena.kinetic_energy());
   }
   Trial trial;
@@ -125,6 +125,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   one.axes = {{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}}, {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
 
   one.name = "impact_baked";
+  one.quantity = "beyond the wall's back";
+  one.below_zero = "before the wall's back";
   one.question = "Is a body stopped that is thrown at a thin baked wall, at 240 Hz, without restitution?";
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
     return throw_at(subject, column, {Wall::baked, at[0], at[1]});
@@ -147,7 +149,9 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.needs_continuous = false;
+  one.below_zero.clear();
   one.name = "deep_overlap";
+  one.quantity = "energy gained";
   one.question = "Does a body that starts deep in a slab leave it, without being shot off?";
   one.measured = "most energy above the first in 10 s, over what lifts the body by the overlap";
   one.unit = "m g depth";
@@ -161,6 +165,7 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "coincident";
+  one.quantity = "kinetic energy";
   one.question = "Do two of the asset at the same pose stay finite, without gravity?";
   one.measured = "largest kinetic energy in 5 s, over what lifts the body by its length";
   one.unit = "m g length";

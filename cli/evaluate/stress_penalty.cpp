@@ -136,8 +136,7 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
   Wrench balance;
   wrench(rotation_, position_, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), balance);
 
-  evaluate::Random random;
-  for (std::uint64_t i = 0; i < seed_ % 1000; ++i) (void)random.next();
+  evaluate::Random random(seed_);
   const auto draw = [&] {
     return Eigen::Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
   };
@@ -278,6 +277,7 @@ void add_penalty_cases(std::vector<Case>& cases) {
       "gradient. 5 % is for what is not linear: points that come into touch and leave it.";
 
   one.name = "penalty_bound_plane";
+  one.quantity = "measured over theory";
   one.question =
       "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?";
   one.limit_from = theory;
@@ -303,6 +303,7 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "penalty_sweep";
+  one.quantity = "growth of the disturbance";
   one.question = "Is the contact stable everywhere below the bound and nowhere above it?";
   one.measured = "growth of a disturbance within 300 steps, 100 at most";
   one.limit = "below 100 where k dt^2 < 4 m_eff, 100 where more";
@@ -316,6 +317,7 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "penalty_bounce";
+  one.quantity = "change of energy";
   one.question = "How much energy does an undamped bounce onto a face gain or lose?";
   one.measured = "energy after over energy before, less 1, whichever its sign";
   one.unit = "%";

@@ -38,6 +38,12 @@ std::string limit_text(const Trial& trial) {
 // Of a trial that was run.
 std::string value_text(const Case& asked, const Trial& trial) {
   if (!std::isfinite(trial.value)) return trial.remark;
+  // A number within its limit does not say what broke it.
+  if (trial.verdict == Verdict::broken && trial.value <= trial.limit && trial.value >= trial.least) return trial.remark;
+  if (trial.value < 0 && !asked.below_zero.empty()) {
+    return fmt::format("{} {}, limit {}", with_unit(fmt::format("{:.3g}", -trial.value), asked.unit), asked.below_zero,
+                       with_unit(limit_text(trial), asked.unit));
+  }
   return with_unit(fmt::format("{:.3g} of {}", trial.value, limit_text(trial)), asked.unit);
 }
 
@@ -96,6 +102,8 @@ ordered_json to_json(const CaseResult& result, Strictness strictness) {
                     {"family", asked.family},
                     {"question", asked.question},
                     {"measured", asked.measured},
+                    {"quantity", asked.quantity},
+                    {"below_zero", asked.below_zero},
                     {"unit", asked.unit},
                     {"limit", asked.limit},
                     {"limit_from", asked.limit_from},
@@ -155,11 +163,25 @@ std::string failures(const CaseResult& result, Strictness strictness) {
       const bool solver = trial.verdict == Verdict::solver && strictness == Strictness::strict;
       if (trial.verdict != Verdict::broken && !solver) continue;
       const std::string at = setting(result.axes, trial.at);
-      out += fmt::format("{}{}: {}; {}\n", outcome.column, at.empty() ? "" : " at " + at,
-                         value_text(*result.asked, trial), trial.remark);
+      std::string what = value_text(*result.asked, trial);
+      if (what != trial.remark) what += "; " + trial.remark;
+      out += fmt::format("{}{}: {}\n", outcome.column, at.empty() ? "" : " at " + at, what);
     }
   }
   return out;
+}
+
+// "machine.processor" and what is beside it, as a suite's properties.
+std::string properties(const ordered_json& provenance) {
+  std::string out = "    <properties>\n";
+  const ordered_json flat = provenance.flatten();
+  for (const auto& [key, value] : flat.items()) {
+    std::string name = key.substr(1);  // without the first /
+    std::replace(name.begin(), name.end(), '/', '.');
+    out += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", escaped(name),
+                       escaped(value.is_string() ? value.get<std::string>() : value.dump()));
+  }
+  return out + "    </properties>\n";
 }
 
 std::string to_junit(const std::string& asset, const CaseResult& result, Strictness strictness) {
@@ -193,8 +215,8 @@ std::string stiffness_part(const AssetResult& result) {
   for (const Trial& trial : bound->trials) {
     if (trial.verdict == Verdict::skipped) continue;
     const double stiffness = std::strtod(trial.remark.c_str(), nullptr);
-    text += fmt::format("{}{:.2e} N/m at {:g} Hz ({:.2f} of theory)", text.empty() ? "" : ", ", stiffness, trial.at[0],
-                        trial.value);
+    text += fmt::format("{}{:.2e} N/m at {:g} Hz ({:.3g} ms, {:.2f} of theory)", text.empty() ? "" : ", ", stiffness,
+                        trial.at[0], 1000 / trial.at[0], trial.value);
   }
   return fmt::format("{:g} kg in a penalty loop is stable to {}", result.mass, text);
 }
@@ -206,13 +228,17 @@ std::string rest_part(const AssetResult& result) {
   if (depth == nullptr || jitter == nullptr) return "";
   std::vector<double> rests;
   std::vector<double> does_not;
+  double step = 0;  // the largest that holds with all smaller ones. [s]
   for (std::size_t i = 0; i < depth->trials.size() && i < jitter->trials.size(); ++i) {
     const bool held = depth->trials[i].verdict == Verdict::held && jitter->trials[i].verdict == Verdict::held;
-    (held ? rests : does_not).push_back(depth->trials[i].at[0]);
+    const double rate = depth->trials[i].at[0];
+    (held ? rests : does_not).push_back(rate);
+    if (held && does_not.empty()) step = 1 / rate;
   }
   if (rests.empty()) return fmt::format("does not rest in Bullet at {} Hz", listed(does_not));
-  return fmt::format("rests in Bullet at {} Hz{}", listed(rests),
-                     does_not.empty() ? "" : ", not at " + listed(does_not) + " Hz");
+  return fmt::format("rests in Bullet at {} Hz{}{}", listed(rests),
+                     does_not.empty() ? "" : ", not at " + listed(does_not) + " Hz",
+                     step > 0 ? fmt::format(": up to a step of {:.3g} ms", 1000 * step) : "");
 }
 
 // The thinnest wall at the highest speed, such that all slower and thicker ones hold: what was tried of these.
@@ -270,17 +296,22 @@ ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json
   j["strict"] = strictness == Strictness::strict;
   j["assets"] = ordered_json::array();
   for (const AssetResult& result : results) {
-    ordered_json asset = {{"asset", result.asset},         {"mass", result.mass},
-                          {"length", result.size},         {"voxel_size", result.voxel},
-                          {"points", result.points},       {"certificate", certificate(result, strictness)},
+    ordered_json asset = {{"asset", result.asset},
+                          {"mass", result.mass},
+                          {"length", result.size},
+                          {"voxel_size", result.voxel},
+                          {"points", result.points},
+                          {"peers", ordered_json::object()},
+                          {"certificate", certificate(result, strictness)},
                           {"cases", ordered_json::array()}};
+    for (const auto& [column, from] : result.peers) asset["peers"][column] = from;
     for (const CaseResult& one : result.cases) asset["cases"].push_back(to_json(one, strictness));
     j["assets"].push_back(std::move(asset));
   }
   return j;
 }
 
-std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness) {
+std::string to_junit(const std::vector<AssetResult>& results, const ordered_json& provenance, Strictness strictness) {
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
   for (const AssetResult& result : results) {
     std::size_t broken = 0;
@@ -293,8 +324,8 @@ std::string to_junit(const std::vector<AssetResult>& results, Strictness strictn
       cases += to_junit(result.asset, one, strictness);
     }
     out += fmt::format(
-        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}  </testsuite>\n",
-        escaped(result.asset), result.cases.size(), broken, skipped, cases);
+        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}{}  </testsuite>\n",
+        escaped(result.asset), result.cases.size(), broken, skipped, properties(provenance), cases);
   }
   return with_utf8_alone(out + "</testsuites>\n");
 }

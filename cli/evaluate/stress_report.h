@@ -2,6 +2,7 @@
 /// @file What the stability cases found, as JSON (docs/schemas/stress.schema.json), JUnit XML and lines of text.
 #pragma once
 
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@ struct AssetResult {
   double voxel = 0;   ///< [m]
   std::uint64_t points = 0;
   std::vector<CaseResult> cases;
+  std::map<std::string, std::string> peers{};  ///< by column: what the peer is made of
 };
 
 /// One line without an end: the verdict, and for each column its worst trial.
@@ -32,6 +34,8 @@ struct AssetResult {
 
 /// A suite for each asset, a test for each case; the columns that count decide, the others are in its output. Bytes
 /// that are not UTF-8 are replaced.
-[[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results, Strictness strictness);
+/// @param provenance  becomes each suite's properties
+[[nodiscard]] std::string to_junit(const std::vector<AssetResult>& results, const nlohmann::ordered_json& provenance,
+                                   Strictness strictness);
 
 }  // namespace vps::stress

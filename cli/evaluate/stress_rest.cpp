@@ -17,47 +17,64 @@ double rest_limit_vx(const Subject& subject, double dt) {
   return 1 + 0.01 * kGravity * dt * dt / subject.voxel;
 }
 
-struct Rest {
-  double off = 0;      // lowest point from the ground, either way, in the last part. [m]
-  double kinetic = 0;  // largest in the last part. [J]
-  std::vector<double> trace;
-};
-
-// Runs the world and watches one body for the last quarter. @return false for NaN
+// Runs the world and watches one body for the last quarter.
 template <class Height>
-bool settle(Arena& arena, const btRigidBody& body, double rate, double seconds, const Height& height, Rest& out) {
+Rest settle(Arena& arena, const btRigidBody& body, double rate, double seconds, const Height& height) {
+  Rest out;
   const long steps = std::lround(seconds * rate);
   Trace trace(steps);
   for (long i = 0; i < steps; ++i) {
-    if (!arena.step(1 / rate)) return false;
+    if (!arena.step(1 / rate)) break;
     const double h = height();
     trace.add(h);
     if (i < 3 * steps / 4) continue;
-    out.off = std::max(out.off, std::abs(h));
-    out.kinetic = std::max(out.kinetic, kinetic_energy(body));
+    keep_largest(out.off, std::abs(h));
+    keep_largest(out.kinetic, kinetic_energy(body));
   }
   out.trace = trace.values;
-  return true;
+  out.failure = arena.failure();
+  return out;
 }
 
-enum class Watched : std::uint8_t { depth, jitter };
+// A trial of it, to be judged; broken where it ended in NaN.
+Trial trial_of(const Rest& rest, double voxel) {
+  Trial trial;
+  if (!rest.failure.empty()) {
+    trial.verdict = Verdict::broken;
+    trial.remark = rest.failure;
+    return trial;
+  }
+  for (const double height : rest.trace) trial.trace.push_back(height / voxel);
+  return trial;
+}
 
-Trial rest_on_plane(const Subject& subject, const Column& column, double rate, Watched watched) {
+// Played once for both cases that judge it.
+const Rest& rest_on_plane(const Subject& subject, const Column& column, double rate) {
+  const auto [found, is_new] = subject.rests->try_emplace({column.name, rate});
+  if (!is_new) return found->second;
   Arena arena({column.motion});
   arena.add_plane();
-  btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
-  Rest rest;
-  if (!settle(
-          arena, body, rate, 12, [&] { return lowest(body, column.corners); }, rest))
-    return broken(arena);
-  Trial trial;
-  for (double& height : rest.trace) height /= subject.voxel;
-  trial.trace = rest.trace;
-  if (watched == Watched::depth) {
-    judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
-  } else {
-    judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
-  }
+  const btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
+  found->second = settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); });
+  return found->second;
+}
+
+Trial rest_depth(const Subject& subject, const Column& column, double rate) {
+  const Rest& rest = rest_on_plane(subject, column, rate);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (rest.failure.empty()) judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
+  return trial;
+}
+
+// Over what lifts the body by a voxel.
+void judge_jitter(const Subject& subject, const Rest& rest, Trial& trial) {
+  judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+}
+
+Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
+  const Rest& rest = rest_on_plane(subject, column, rate);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (rest.failure.empty()) judge_jitter(subject, rest, trial);
   return trial;
 }
 
@@ -84,13 +101,11 @@ Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
     }
     return low;
   };
-  Rest rest;
-  if (!settle(arena, body, rate, 12, depth, rest)) return broken(arena);
-  Trial trial;
-  for (double& height : rest.trace) height /= subject.voxel;
-  trial.trace = rest.trace;
+  const Rest rest = settle(arena, body, rate, 12, depth);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (!rest.failure.empty()) return trial;
   trial.remark = fmt::format("{:.2g} voxels from the faces", rest.off / subject.voxel);
-  judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+  judge_jitter(subject, rest, trial);
   if (rest.off > 2 * subject.voxel) trial.verdict = Verdict::broken;
   return trial;
 }
@@ -104,13 +119,9 @@ Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
   arena.add_plane();
   btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
   body.setAngularFactor(0);
-  Rest rest;
-  if (!settle(
-          arena, body, rate, 8, [&] { return lowest(body, corners); }, rest))
-    return broken(arena);
-  Trial trial;
-  for (double& h : rest.trace) h /= subject.voxel;
-  trial.trace = rest.trace;
+  const Rest rest = settle(arena, body, rate, 8, [&] { return lowest(body, corners); });
+  Trial trial = trial_of(rest, subject.voxel);
+  if (!rest.failure.empty()) return trial;
   trial.remark =
       fmt::format("kinetic energy {:.2g} m g voxel", rest.kinetic / (subject.mass * kGravity * subject.voxel));
   judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
@@ -127,6 +138,7 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.trace = "lowest point above the ground, in voxels";
 
   one.name = "rest_depth";
+  one.quantity = "off the plane";
   one.question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?";
   one.measured = "lowest point from the plane, above or below, in the last 3 of 12 s";
   one.unit = "vx";
@@ -134,11 +146,12 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.limit_from =
       "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_on_plane(subject, column, at[0], Watched::depth);
+    return rest_depth(subject, column, at[0]);
   };
   cases.push_back(one);
 
   one.name = "rest_jitter";
+  one.quantity = "kinetic energy";
   one.question = "And does it stay still there?";
   one.measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel";
   one.unit = "m g vx";
@@ -146,11 +159,12 @@ void add_rest_cases(std::vector<Case>& cases) {
   one.limit_from =
       "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
   one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_on_plane(subject, column, at[0], Watched::jitter);
+    return rest_jitter(subject, column, at[0]);
   };
   cases.push_back(one);
 
   one.name = "wedge";
+  one.quantity = "kinetic energy";
   one.question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?";
   one.limit = "0.1 m g vx, and no more than 2 vx from the faces";
   one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
@@ -160,6 +174,7 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "tip";
+  one.quantity = "off the plane";
   one.question = "Does a needle, 50 voxels long and kept upright, stand on its tip?";
   one.measured = "tip from the plane, above or below, in the last 2 of 8 s";
   one.unit = "vx";

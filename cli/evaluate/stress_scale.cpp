@@ -26,8 +26,7 @@ struct Parts {
 
 // Poses of a body of length 1 in another, from the seed: overlapping, by some.
 std::vector<Pose> poses_of(const Subject& subject, int count) {
-  evaluate::Random random;
-  for (std::uint64_t i = 0; i < subject.seed % 1000; ++i) (void)random.next();
+  evaluate::Random random(subject.seed);
   std::vector<Pose> poses(static_cast<std::size_t>(count));
   for (Pose& pose : poses) {
     const auto rotation = random.rotation();
@@ -82,10 +81,10 @@ Trial far_queries(const Subject& subject, double distance) {
       const auto found =
           std::find_if(far.begin(), far.end(), [&](const Contact& c) { return c.point == contact.point; });
       if (found == far.end()) {
-        worst = std::max(worst, double(contact.penetration));
+        keep_largest(worst, double(contact.penetration));
         ++lost;
       } else {
-        worst = std::max(worst, std::abs(double(found->penetration) - double(contact.penetration)));
+        keep_largest(worst, std::abs(double(found->penetration) - double(contact.penetration)));
       }
     }
   }
@@ -109,7 +108,7 @@ Trial far_world(const Subject& subject, const Column& column, double distance) {
   double most = 0;
   for (int i = 0; i < 480; ++i) {
     if (!arena.step(1.0 / 240)) return broken(arena);
-    most = std::max(most, kinetic_energy(body));
+    keep_largest(most, kinetic_energy(body));
   }
   // A float is good for this much there.
   const double grain = distance * 0x1p-23;
@@ -119,14 +118,17 @@ Trial far_world(const Subject& subject, const Column& column, double distance) {
   return trial;
 }
 
-std::shared_ptr<const Asset> resized(const Subject& subject, double size, TriangleMesh& mesh) {
-  mesh = *subject.mesh;
+// No finer than 100 voxels: four more bakes of a large asset would take longer than all other cases. [m]
+double voxel_at(const Subject& subject, double size) {
+  return std::max(subject.voxel / subject.size, 0.01) * size;
+}
+
+std::shared_ptr<const Asset> resized(const Subject& subject, double size) {
+  TriangleMesh mesh = *subject.mesh;
   for (auto& v : mesh.vertices) {
     for (double& x : v) x *= size / subject.size;
   }
-  // No finer than 100 voxels: four more bakes of a large asset would take longer than all other cases.
-  const double voxel = std::max(subject.voxel / subject.size, 0.01) * size;
-  return subject.props->baked(mesh, voxel, Props::Part::mixed);
+  return subject.props->baked(mesh, voxel_at(subject, size), Props::Part::mixed);
 }
 
 // Comes from outside along the pose's translation until the deepest point is half a voxel deep: in the band, where
@@ -150,9 +152,8 @@ bool bring_near(const Parts& parts, double voxel, Pose& pose) {
 
 // The same queries at another size, relative to the body.
 Trial size_queries(const Subject& subject, double size) {
-  TriangleMesh mesh;
-  const auto usual = resized(subject, 1, mesh);
-  const auto other = resized(subject, size, mesh);
+  const auto usual = resized(subject, 1);
+  const auto other = resized(subject, size);
   const Parts a(*usual);
   const Parts b(*other);
   if (!a.good || !b.good) return skipped("the resized asset cannot be read");
@@ -168,7 +169,7 @@ Trial size_queries(const Subject& subject, double size) {
       judge(trial, std::numeric_limits<double>::quiet_NaN(), 0);
       return trial;
     }
-    worst = std::max(worst, std::abs(at_size.delta / size - at_one.delta));
+    keep_largest(worst, std::abs(at_size.delta / size - at_one.delta));
   }
   judge(trial, worst / usual->info().voxel_size,
         (double(a.map.error) + double(b.map.error) / size) / usual->info().voxel_size);
@@ -177,37 +178,33 @@ Trial size_queries(const Subject& subject, double size) {
 
 // A drop at another size, gravity as large in proportion: the same motion, but for constants in metres.
 Trial size_world(const Subject& subject, const Column& column, double size) {
-  Column resized_column = column;
-  TriangleMesh mesh = *subject.mesh;
-  double voxel = std::max(subject.voxel / subject.size, 0.01) * size;
-  if (column.ours) {
-    const auto asset = resized(subject, size, mesh);
-    resized_column.body = evaluate::ours_of(asset);
-    voxel = asset->info().voxel_size;
-  } else if (column.name == "hull") {
-    for (auto& v : mesh.vertices) {
-      for (double& x : v) x *= size / subject.size;
-    }
-    resized_column.body = evaluate::hull_of_42(mesh, 0.1 * voxel);
-  } else {
-    return skipped("the hull alone is resized");
-  }
   const double shrunk = size / subject.size;
-  for (btVector3& corner : resized_column.corners) corner *= btScalar(shrunk);
+  double voxel = voxel_at(subject, size);
+  evaluate::BulletShape body;
+  std::vector<btVector3> corners;
+  if (column.ours) {
+    const auto asset = resized(subject, size);
+    body = evaluate::ours_of(asset);
+    corners = shell_corners(*asset);
+    voxel = asset->info().voxel_size;
+  } else {
+    body = column.resized(shrunk, 0.1 * voxel);
+    for (const btVector3& corner : column.corners) corners.push_back(corner * btScalar(shrunk));
+  }
   const double mass = subject.mass * shrunk * shrunk * shrunk;
   // How far the lowest point is from the plane in the end; NaN when anything is no number.
   std::string failure;
-  const auto rest = [&](const evaluate::BulletShape& shape, const std::vector<btVector3>& corners) {
+  const auto rest = [&](const evaluate::BulletShape& shape, const std::vector<btVector3>& feet) {
     Arena arena({column.motion, kGravity * shrunk});
     arena.add_plane();
-    btRigidBody& body = arena.add(shape, mass, standing(corners, size / 4));
+    const btRigidBody& falling = arena.add(shape, mass, standing(feet, size / 4));
     double off = 0;
     for (int i = 0; i < 12 * 240; ++i) {
       if (!arena.step(1.0 / 240)) {
         failure = arena.failure();
         return std::numeric_limits<double>::quiet_NaN();
       }
-      if (i >= 9 * 240) off = std::max(off, std::abs(lowest(body, corners)));
+      if (i >= 9 * 240) keep_largest(off, std::abs(lowest(falling, feet)));
     }
     return off;
   };
@@ -215,7 +212,7 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
   const double of_box = rest(evaluate::BulletShape{{}, std::make_shared<btBoxShape>(half)}, {half, -half}) / voxel;
   failure.clear();
   Trial trial;
-  const double off = rest(resized_column.body, resized_column.corners) / voxel;
+  const double off = rest(body, corners) / voxel;
   trial.remark = failure;
   judge_beside(trial, std::isfinite(off) ? std::min(off, 1e6) : off, 2, of_box);
   return trial;
@@ -229,6 +226,7 @@ void add_scale_cases(std::vector<Case>& cases) {
   one.family = "scale";
 
   one.name = "far_queries";
+  one.quantity = "change of depth";
   one.question = "Are the runtime's contacts the same when both bodies are far from the origin?";
   one.measured = "largest change of a contact's depth, in 32 poses of the asset in itself";
   one.unit = "vx";
@@ -243,6 +241,7 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "far_world";
+  one.quantity = "kinetic energy";
   one.question =
       "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather than explode?";
   one.measured = "largest kinetic energy in 2 s, over what lifts the body by its length, or by what floats are apart";
@@ -257,6 +256,7 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "size_queries";
+  one.quantity = "change of depth";
   one.question = "Baked from 10 um to 10 km long, does the runtime answer as at 1 m?";
   one.measured = "largest change of depth over size, in 32 poses of the asset half a voxel in itself";
   one.unit = "vx";
@@ -271,6 +271,7 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back(one);
 
   one.name = "size_world";
+  one.quantity = "off the plane";
   one.question =
       "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a plane as at "
       "1 m?";

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Who plays the asset, and what it meets.
-#include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 #include <fmt/format.h>
 
@@ -10,7 +9,7 @@
 #include "bake/vps_load.h"
 #include "cli/evaluate/assets.h"
 #include "cli/evaluate/hacd.h"
-#include "cli/evaluate/stress.h"
+#include "cli/evaluate/stress_world.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "sample_meshes/shapes.h"
 
@@ -19,7 +18,9 @@ namespace {
 
 using evaluate::BulletShape;
 
-std::vector<btVector3> hull_corners(const std::vector<std::array<double, 3>>& points) {
+using Points = std::vector<std::array<double, 3>>;
+
+std::vector<btVector3> hull_corners(const Points& points) {
   std::vector<double> coordinates;
   for (const auto& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
   btConvexHullComputer hull;
@@ -29,8 +30,9 @@ std::vector<btVector3> hull_corners(const std::vector<std::array<double, 3>>& po
   return corners;
 }
 
-std::vector<std::array<double, 3>> shell_points(const Asset& asset) {
-  std::vector<std::array<double, 3>> points;
+// About the centre of mass.
+Points shell_points(const Asset& asset) {
+  Points points;
   PointshellView shell;
   if (asset.pointshell(shell) != Status::ok) return points;
   const auto& c = asset.info().centre_of_mass;
@@ -55,35 +57,72 @@ Column absent(const char* name, std::string why) {
   return column;
 }
 
-Column hull_column(const Subject& subject) {
-  Column column;
-  column.name = "hull";
-  TriangleMesh points;
-  if (subject.mesh) {
-    points.vertices = subject.mesh->vertices;
-  } else {
-    points.vertices = shell_points(*subject.asset);
+Points scaled(Points points, double scale) {
+  for (auto& p : points) {
+    for (double& x : p) x *= scale;
   }
-  if (points.vertices.empty()) return absent("hull", "no mesh and no pointshell to make a hull of");
+  return points;
+}
+
+Column peer_column(const char* name, const Subject& subject, std::string from,
+                   std::function<BulletShape(double, double)> resized) {
+  Column column;
+  column.name = name;
+  column.from = std::move(from);
+  column.resized = std::move(resized);
   // Bullet's margin lies outside a hull's vertices; a voxel of it would lift the body by one.
-  column.body = evaluate::hull_of_42(points, 0.1 * subject.voxel);
+  column.body = column.resized(1, 0.1 * subject.voxel);
+  return column;
+}
+
+// Of a mesh's points, or of the shell's.
+Column hull_column(const Subject& subject, const SubjectOptions& options) {
+  const Points points = options.mesh ? subject.mesh->vertices : shell_points(*subject.asset);
+  if (points.empty()) return absent("hull", "no mesh and no pointshell to make a hull of");
+  Column column = peer_column("hull", subject, options.mesh ? options.mesh->from : "the pointshell",
+                              [points](double scale, double margin) {
+                                return evaluate::hull_of_42({scaled(points, scale), {}}, margin);
+                              });
   if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hull", reason);
   column.corners = corners_of(static_cast<const btConvexHullShape&>(*column.body.shape), {});
   return column;
 }
 
-Column hacd_column(const Subject& subject, const TriangleMesh& mesh, const std::filesystem::path& cache) {
-  Column column;
-  column.name = "hacd";
-  if (cache.empty())
+// The mesh that was given, or the zero set where that has too many triangles to do.
+const PeerMesh* light_mesh(const SubjectOptions& options) {
+  if (options.mesh && (options.mesh->mesh.triangles.size() <= kMostTriangles || !options.zero_set))
+    return &*options.mesh;
+  return options.zero_set ? &*options.zero_set : nullptr;
+}
+
+Column hacd_column(const Subject& subject, const SubjectOptions& options) {
+  const PeerMesh* const mesh = !options.cache.empty() && options.mesh ? &*options.mesh : light_mesh(options);
+  if (mesh == nullptr) return absent("hacd", kNoMesh);
+  const bool takes_minutes = mesh->mesh.triangles.size() > 2 * kMostTriangles;
+  if (options.cache.empty() && takes_minutes)
     return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
-  const std::array<double, 3>& centre = subject.asset->info().centre_of_mass;
+  std::vector<evaluate::Hull> hulls;
   try {
-    column.body = evaluate::compound_of(evaluate::hacd_hulls(mesh, {}, cache), centre, 0.1 * subject.voxel);
+    evaluate::HacdOptions hacd;
+    if (!takes_minutes) hacd.announce = [] {};
+    hulls = evaluate::hacd_hulls(mesh->mesh, hacd, options.cache);
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
   }
-  if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hacd", reason);
+  // Among HACD's hulls are triangles: they have no inside.
+  const auto is_flat = [](const evaluate::Hull& hull) {
+    return !evaluate::hull_refusal(evaluate::compound_of({hull}, {}, 0)).empty();
+  };
+  const std::size_t flat = std::erase_if(hulls, is_flat);
+  if (hulls.empty()) return absent("hacd", "all of HACD's hulls are flat: Bullet's EPA fails on them");
+  std::string from = mesh->from;
+  if (flat > 0) from += fmt::format(", {} of {} hulls left out, as they are flat", flat, flat + hulls.size());
+  const std::array<double, 3> centre = subject.asset->info().centre_of_mass;
+  Column column = peer_column("hacd", subject, from, [hulls, centre](double scale, double margin) {
+    std::vector<evaluate::Hull> larger;
+    for (const evaluate::Hull& hull : hulls) larger.push_back(scaled(hull, scale));
+    return evaluate::compound_of(larger, scaled({centre}, scale)[0], margin);
+  });
   const auto& compound = static_cast<const btCompoundShape&>(*column.body.shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     column.corners = corners_of(static_cast<const btConvexHullShape&>(*compound.getChildShape(i)), column.corners);
@@ -91,14 +130,15 @@ Column hacd_column(const Subject& subject, const TriangleMesh& mesh, const std::
   return column;
 }
 
-Column gimpact_column(const Subject& subject) {
-  Column column;
-  column.name = "gimpact";
-  column.body = evaluate::gimpact_of(*subject.mesh);
-  column.body.shape->setMargin(btScalar(0.1 * subject.voxel));
-  static_cast<btGImpactShapeInterface&>(*column.body.shape).updateBound();
-  column.corners = subject.corners;
-  column.triangles = subject.mesh->triangles.size();
+Column gimpact_column(const Subject& subject, const SubjectOptions& options) {
+  const PeerMesh* const mesh = light_mesh(options);
+  if (mesh == nullptr) return absent("gimpact", kNoMesh);
+  const TriangleMesh body = evaluate::centred(mesh->mesh, *subject.asset);
+  Column column = peer_column("gimpact", subject, mesh->from, [body](double scale, double margin) {
+    return evaluate::gimpact_of({scaled(body.vertices, scale), body.triangles}, margin);
+  });
+  column.corners = hull_corners(body.vertices);
+  column.triangles = body.triangles.size();
   return column;
 }
 
@@ -118,6 +158,11 @@ TriangleMesh cone(double radius, double height) {
 }
 
 }  // namespace
+
+std::vector<btVector3> shell_corners(const Asset& asset) {
+  const Points points = shell_points(asset);
+  return points.empty() ? std::vector<btVector3>{} : hull_corners(points);
+}
 
 std::shared_ptr<const Asset> Props::baked(const TriangleMesh& mesh, double voxel_size, Part part) const {
   BakeSettings settings;
@@ -166,9 +211,9 @@ Subject make_subject(std::string name, std::shared_ptr<const Asset> asset, Subje
     subject.size = std::max(subject.size, info.bounds_max[axis] - info.bounds_min[axis]);
   }
   subject.voxel = info.voxel_size;
-  if (options.mesh) subject.mesh = evaluate::centred(*options.mesh, *subject.asset);
-  const auto points = shell_points(*subject.asset);
-  if (!points.empty()) subject.corners = hull_corners(points);
+  if (const PeerMesh* const mesh = options.mesh ? &*options.mesh : light_mesh(options); mesh != nullptr)
+    subject.mesh = evaluate::centred(mesh->mesh, *subject.asset);
+  subject.corners = shell_corners(*subject.asset);
   subject.props = std::make_shared<Props>(subject.voxel, options.cache);
 
   const auto wanted = [&](const char* column) {
@@ -184,13 +229,9 @@ Subject make_subject(std::string name, std::shared_ptr<const Asset> asset, Subje
     column.corners = subject.corners;
     if (wanted(column.name.c_str())) subject.columns.push_back(std::move(column));
   }
-  if (wanted("hull")) subject.columns.push_back(hull_column(subject));
-  constexpr const char* kNoMesh = "an asset holds no mesh; give it with --mesh";
-  if (wanted("hacd")) {
-    subject.columns.push_back(options.mesh ? hacd_column(subject, *options.mesh, options.cache)
-                                           : absent("hacd", kNoMesh));
-  }
-  if (wanted("gimpact")) subject.columns.push_back(options.mesh ? gimpact_column(subject) : absent("gimpact", kNoMesh));
+  if (wanted("hull")) subject.columns.push_back(hull_column(subject, options));
+  if (wanted("hacd")) subject.columns.push_back(hacd_column(subject, options));
+  if (wanted("gimpact")) subject.columns.push_back(gimpact_column(subject, options));
   return subject;
 }
 

@@ -4,6 +4,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -61,6 +62,8 @@ class Arena {
   long steps_ = 0;
 };
 
+/// Corners of the convex hull of the shell's points, about the centre of mass; none without a shell. [m]
+[[nodiscard]] std::vector<btVector3> shell_corners(const Asset& asset);
 /// z of the lowest corner. [m]
 [[nodiscard]] double lowest(const btTransform& at, const std::vector<btVector3>& corners);
 [[nodiscard]] inline double lowest(const btRigidBody& body, const std::vector<btVector3>& corners) {
@@ -69,6 +72,10 @@ class Arena {
 /// A pose with its lowest corner at a height. [m]
 [[nodiscard]] btTransform standing(const std::vector<btVector3>& corners, double height);
 [[nodiscard]] double kinetic_energy(const btRigidBody& body);
+/// Keeps the larger. A value that is no number stays, whatever comes after it, and breaks the trial.
+inline void keep_largest(double& most, double value) {
+  if (!(value <= most) && !std::isnan(most)) most = value;
+}
 /// Broken for the NaN that the arena saw.
 [[nodiscard]] Trial broken(const Arena& arena);
 /// Every value that a long run gives, thinned to a few hundred.
@@ -84,6 +91,13 @@ class Trace {
   long every_, seen_ = 0;
 };
 
+/// Bounces within a time of a ball that falls from a height and loses nothing: after a fall of t = sqrt(2 h / g), and
+/// every 2 t from then on. One at least.
+[[nodiscard]] int bounces_of_a_ball(double height, double seconds);
+/// Energy that a ball gains, over m g height, when a bounce is seen a step late: it is up to v dt deep then, and lifted
+/// by that.
+[[nodiscard]] double gain_of_a_late_bounce(double height, double rate);
+
 /// What a stack is made of.
 struct StackBody {
   evaluate::BulletShape shape;
@@ -95,8 +109,6 @@ struct StackBody {
 /// The asset, where it has two flat faces opposite to each other, otherwise a baked cube.
 [[nodiscard]] StackBody stack_body(const Subject& subject, const Column& column);
 
-/// GImpact asks a box triangle by triangle: 37 ms a step with 70,000.
-inline constexpr std::size_t kMostTriangles = 5000;
 inline constexpr const char* kTooManyTriangles =
     "GImpact takes tens of milliseconds a step with more than 5,000 triangles";
 

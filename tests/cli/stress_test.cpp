@@ -31,7 +31,8 @@ TEST(StressCommand, ACaseThatIsHeldEndsWith0AndALineAndACertificate) {
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.err, "");
   EXPECT_NE(run.out.find("held     penalty_bound_plane"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("hacd skipped (an asset holds no mesh"), std::string::npos) << run.out;
+  EXPECT_EQ(run.out.rfind("peers: gimpact of the asset's zero set, ", 0), 0U) << run.out;
+  EXPECT_NE(run.out.find("hacd held"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("\ncertificate: gear.vps.hdf: 0.5 kg in a penalty loop is stable to "), std::string::npos)
       << run.out;
 }
@@ -70,8 +71,9 @@ TEST(StressCommand, TheJsonIsAsItsSchemaSays) {
   const TemporaryFolder folder;
   bake_gear(folder);
   bake_gear(folder, "--parts voxelmap", "map.vps.hdf");
-  const Outcome run =
-      vpsbake(folder, "stress gear.vps.hdf map.vps.hdf --quick --cases 'penalty_*,tip,impact_b*,size*' -o s --seed 7");
+  const Outcome run = vpsbake(folder,
+                              "stress gear.vps.hdf map.vps.hdf --quick --cases "
+                              "'penalty_bound_plane,penalty_sweep,tip,impact_b*,size_world' -o s --seed 7");
   EXPECT_LE(run.code, 5) << run.err;
   const auto json = nlohmann::json::parse(read_file(folder / "s.json"));
   EXPECT_EQ(json["seed"], 7);
@@ -87,7 +89,7 @@ TEST(StressCommand, TheJsonIsAsItsSchemaSays) {
 
 TEST(StressCommand, JUnitIsWellFormedAndHasAFailureForEachBrokenCase) {
   const TemporaryFolder folder;
-  bake_gear(folder);
+  bake_gear(folder, "--parts pointshell");  // of which no other size can be baked
   std::filesystem::copy_file(folder / "gear.vps.hdf", folder / "a<&\">.vps.hdf");
   const Outcome run = vpsbake(folder,
                               "stress 'a<&\">.vps.hdf' --quick --cases 'impact_bouncing,tip,size_queries' "
@@ -123,6 +125,44 @@ TEST(StressCommand, WhereEveryCaseWasSkippedTheRunFailsAndSaysSo) {
   EXPECT_EQ(run.err, "vpsbake: error: map.vps.hdf: every case was skipped: nothing was tested\n");
 }
 
+TEST(StressCommand, PeersOfAnAssetWithoutMeshAndVoxelmapAreSkippedAndSaid) {
+  const TemporaryFolder folder;
+  bake_gear(folder, "--parts pointshell", "shell.vps.hdf");
+  const Outcome run = vpsbake(folder, "stress shell.vps.hdf --quick --cases slide --without ours,continuous");
+  EXPECT_EQ(run.out.rfind("peers: hull of the pointshell\n", 0), 0U) << run.out;
+  for (const std::string peer : {"hacd", "gimpact"})
+    EXPECT_NE(run.out.find(peer + " skipped (an asset holds no mesh, and this one no voxelmap"), std::string::npos)
+        << run.out;
+}
+
+TEST(StressCommand, PeersArePlayedAtEverySize) {
+  const TemporaryFolder folder;
+  bake_gear(folder);
+  const Outcome run = vpsbake(folder, "stress gear.vps.hdf --quick --cases size_world --without ours,continuous -o s");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const auto json = nlohmann::json::parse(read_file(folder / "s.json"));
+  const auto& columns = json["assets"][0]["cases"][0]["columns"];
+  ASSERT_EQ(columns.size(), 3U);
+  for (const auto& column : columns) {
+    EXPECT_EQ(column["trials"].size(), 2U);
+    for (const auto& trial : column["trials"]) EXPECT_NE(trial["verdict"], "skipped") << column["column"];
+    EXPECT_TRUE(json["assets"][0]["peers"].contains(column["column"])) << column["column"];
+  }
+}
+
+// As long, wide and high as the cube that was baked, and a sixth of it.
+TEST(StressCommand, AMeshThatEnclosesAnotherVolumeIsRefused) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o cube.vps.hdf").code, 0);
+  write_file(folder / "octahedron.obj",
+             "v 0.05 0 0\nv 0 0.05 0\nv 0 0 0.05\nv -0.05 0 0\nv 0 -0.05 0\nv 0 0 -0.05\n"
+             "f 1 2 3\nf 2 4 3\nf 4 5 3\nf 5 1 3\nf 2 1 6\nf 4 2 6\nf 5 4 6\nf 1 5 6\n");
+  const std::string command = "stress cube.vps.hdf --quick --cases slide --without hacd --mesh ";
+  expect_refusal(folder, command + "octahedron.obj --unit m", 3,
+                 "octahedron.obj: the mesh encloses 0.000167 m^3, the asset 0.001 m^3");
+  EXPECT_EQ(vpsbake(folder, command + sample("cube") + " --unit m").code, 0);
+}
+
 TEST(StressCommand, ListNamesEveryCaseAndItsLimit) {
   const TemporaryFolder folder;
   const Outcome run = vpsbake(folder, "stress --list --cases 'impact_*'");
@@ -142,13 +182,14 @@ TEST(StressCommand, BadInputIsOneLine) {
   expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "a mass needs a unit; write 3g or 3kg");
   expect_refusal(folder, "stress gear.vps.hdf --mass 1e36kg", 1, "--mass takes 1e-9kg to 1e9kg");
   expect_refusal(folder, "stress gear.vps.hdf -o ./", 1, "'./' is a folder");
+  expect_refusal(folder, "stress gear.vps.hdf -o s --junit ./s.html", 1, "'./s.html' is written twice");
   expect_refusal(folder, "stress gear.vps.hdf --mass=-3kg", 1, "-3kg is not a positive mass");
   expect_refusal(folder, "stress gear.vps.hdf --without us", 1, "us");
   expect_refusal(folder, "stress gear.vps.hdf gear.vps.hdf --mesh gear.obj", 1, "--mesh is that of one asset");
   expect_refusal(folder, "stress nowhere.vps.hdf", 2, "nowhere.vps.hdf");
   expect_refusal(folder, "stress text.vps.hdf", 3, "text.vps.hdf");
   expect_refusal(folder, "stress gear.vps.hdf -o nowhere/a", 2, "the folder does not exist");
-  expect_refusal(folder, "stress gear.vps.hdf --mesh " + sample("gear") + " --unit cm", 3, "m long, the asset 0.0");
+  expect_refusal(folder, "stress gear.vps.hdf --mesh " + sample("gear") + " --unit cm", 3, " um long, the asset 43.7");
   expect_refusal(folder, "stress gear.vps.hdf --mesh nowhere.obj", 2, "nowhere.obj: the file does not exist");
 }
 

@@ -107,6 +107,91 @@ TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
   EXPECT_FALSE(arena.step(1.0 / 240));
 }
 
+TEST(Stress, ALargestValueThatIsNoNumberStaysOne) {
+  double most = 0;
+  keep_largest(most, 2);
+  keep_largest(most, 1);
+  EXPECT_EQ(most, 2);
+  keep_largest(most, std::numeric_limits<double>::quiet_NaN());
+  keep_largest(most, 3);
+  EXPECT_TRUE(std::isnan(most));
+}
+
+// A ball in steps of 10 us that loses nothing.
+int bounces_by_simulation(double height, double seconds) {
+  constexpr double kStep = 1e-5;
+  double speed = 0;
+  int bounces = 0;
+  for (double t = 0, at = height; t < seconds; t += kStep) {
+    speed -= 9.81 * kStep;
+    at += speed * kStep;
+    if (at > 0 || speed > 0) continue;
+    speed = std::sqrt(2 * 9.81 * height);
+    ++bounces;
+  }
+  return bounces;
+}
+
+TEST(Stress, TheBouncesThatTheLimitOfRestitutionAllowsAreThoseOfABall) {
+  for (const double height : {0.02, 0.044, 0.1, 0.155, 0.5, 1.0, 3.0}) {
+    EXPECT_EQ(bounces_of_a_ball(height, 2), bounces_by_simulation(height, 2)) << height;
+  }
+  EXPECT_EQ(bounces_of_a_ball(100, 2), 1);  // that is still falling
+}
+
+TEST(Stress, ALateBounceMayLiftABallByAStepsWay) {
+  // Bounced at the depth that it has reached a step after the ground, with the speed that it had on the ground.
+  constexpr double kHeight = 0.1;
+  constexpr double kRate = 240;
+  const double speed = std::sqrt(2 * 9.81 * kHeight);
+  EXPECT_NEAR(gain_of_a_late_bounce(kHeight, kRate), speed / kRate / kHeight, 1e-12);
+  EXPECT_NEAR(gain_of_a_late_bounce(kHeight, 2 * kRate), gain_of_a_late_bounce(kHeight, kRate) / 2, 1e-12);
+}
+
+// What gains as much as the limit is held and what gains more is broken, whatever the body does in between.
+TEST(Stress, TheLimitOfRestitutionDependsOnHeightAndStepAlone) {
+  const CaseResult result = run_case(find("restitution"), box(), Extent::full);
+  ASSERT_EQ(result.outcomes.size(), 3U);
+  const double height = box().size;
+  const double fall = std::sqrt(2 * height / 9.81);
+  const double bounces = 1 + std::floor((2 - fall) / (2 * fall));
+  for (const Outcome& outcome : result.outcomes) {
+    for (const Trial& trial : outcome.trials) {
+      const double limit = 100 * bounces * 9.81 * fall / trial.at[0] / height;
+      EXPECT_NEAR(trial.limit, limit, 1e-9 * limit) << outcome.column;
+      EXPECT_EQ(trial.verdict, trial.value <= limit ? Verdict::held : Verdict::broken) << outcome.column;
+    }
+  }
+}
+
+TEST(Stress, ADropIsPlayedOnceAndJudgedTwice) {
+  Subject subject = box();
+  subject.columns.resize(1);
+  subject.rests = std::make_shared<Rests>();
+  const CaseResult depth = run_case(find("rest_depth"), subject, Extent::quick);
+  EXPECT_EQ(depth.outcomes[0].verdict, Verdict::held);
+  ASSERT_EQ(subject.rests->size(), depth.outcomes[0].trials.size());
+  subject.rests->begin()->second.kinetic = 1e9;  // seen by the second case alone when it plays nothing anew
+  const CaseResult jitter = run_case(find("rest_jitter"), subject, Extent::quick);
+  EXPECT_EQ(jitter.outcomes[0].verdict, Verdict::broken);
+  EXPECT_EQ(jitter.outcomes[0].trials[0].trace, depth.outcomes[0].trials[0].trace);
+}
+
+TEST(Stress, EverySeedDisturbsInItsOwnWay) {
+  PressedBody::LoopOptions options;
+  options.step = 1e-3;
+  std::vector<std::vector<double>> traces;
+  for (const std::uint64_t seed : {1ULL, 1001ULL, 99999999ULL}) {
+    Subject subject = box();
+    subject.seed = seed;
+    const PressedBody body(subject, Ground::plane);
+    options.stiffness = body.effective_mass() / (options.step * options.step);
+    traces.push_back(body.run(options).trace);
+  }
+  EXPECT_NE(traces[0], traces[1]);
+  EXPECT_NE(traces[1], traces[2]);
+}
+
 TEST(Stress, ANaNBreaksTheCase) {
   Case one;
   const CaseResult result = run_alone(one, [](const Subject& subject, const Column& column, std::span<const double>) {
@@ -121,7 +206,8 @@ TEST(Stress, ANaNBreaksTheCase) {
   EXPECT_TRUE(is_broken(result, Strictness::promised));
   const std::string line = to_line(result, Strictness::promised);
   EXPECT_NE(line.find("NaN: the angular velocity of body 0"), std::string::npos) << line;
-  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}, Strictness::promised).find("<failure"), std::string::npos);
+  EXPECT_NE(to_junit({{"a", 1, 1, 1, 1, {result}}}, {{"seed", 1}}, Strictness::promised).find("<failure"),
+            std::string::npos);
 }
 
 TEST(Stress, AValueThatIsNoNumberIsBroken) {
@@ -188,17 +274,25 @@ TEST(Stress, LinesCertificateAndJUnitCountAsTheExitCodeDoes) {
     const AssetResult asset{"a", 1, 1, 1, 1, {result}};
     EXPECT_EQ(to_line(result, Strictness::strict).rfind("broken ", 0), 0U);
     EXPECT_NE(certificate(asset, Strictness::strict).find("1 of 1 cases broken"), std::string::npos);
-    const std::string strict = to_junit({asset}, Strictness::strict);
+    const std::string strict = to_junit({asset}, {{"seed", 1}}, Strictness::strict);
     EXPECT_NE(strict.find("failures=\"1\" errors=\"0\" skipped=\"0\""), std::string::npos) << strict;
     EXPECT_NE(strict.find("ours: 2 of 1"), std::string::npos) << strict;
     EXPECT_NE(certificate(asset, Strictness::promised).find("0 of 1 cases broken"), std::string::npos);
-    const std::string promised = to_junit({asset}, Strictness::promised);
+    const std::string promised = to_junit({asset}, {{"seed", 1}}, Strictness::promised);
     EXPECT_NE(promised.find("failures=\"0\" errors=\"0\" skipped=\"0\""), std::string::npos) << promised;
   }
 }
 
+TEST(Stress, JUnitSaysWithWhatItWasMeasured) {
+  const std::string xml = to_junit(
+      {{"a", 1, 1, 1, 1, {}}}, {{"machine", {{"processor", "A&B"}, {"cores", 2}}}, {"seed", 7}}, Strictness::promised);
+  EXPECT_NE(xml.find("<property name=\"machine.processor\" value=\"A&amp;B\"/>"), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<property name=\"machine.cores\" value=\"2\"/>"), std::string::npos) << xml;
+  EXPECT_NE(xml.find("<property name=\"seed\" value=\"7\"/>"), std::string::npos) << xml;
+}
+
 TEST(Stress, BytesThatAreNotUtf8AreReplacedInJUnit) {
-  const std::string xml = to_junit({{"a\xC3\"\xFF", 1, 1, 1, 1, {}}}, Strictness::promised);
+  const std::string xml = to_junit({{"a\xC3\"\xFF", 1, 1, 1, 1, {}}}, {{"seed", 1}}, Strictness::promised);
   EXPECT_NE(xml.find("\"a\xEF\xBF\xBD&quot;\xEF\xBF\xBD\""), std::string::npos) << xml;
 }
 
@@ -228,7 +322,9 @@ TEST(Stress, TheCertificateNamesWhatWasTriedAndRestsOnlyWithoutJitter) {
   asset.cases.push_back(
       made_up(find("impact_baked"), {{{1, 0.5}, kHeld}, {{1, 4}, kHeld}, {{10, 0.5}, kBroken}, {{10, 4}, kHeld}}));
   const std::string text = certificate(asset, Strictness::promised);
-  EXPECT_NE(text.find("rests in Bullet at 1000 and 10 Hz, not at 60 and 5 Hz"), std::string::npos) << text;
+  EXPECT_NE(text.find("rests in Bullet at 1000 and 10 Hz, not at 60 and 5 Hz: up to a step of 1 ms;"),
+            std::string::npos)
+      << text;
   EXPECT_NE(text.find("is stopped at 1 and 10 m/s by walls of 4 voxels as bodies"), std::string::npos) << text;
 }
 
@@ -255,7 +351,7 @@ TEST(Stress, NamesOfCasesAreDistinctAndEveryCaseSaysWhatItAsks) {
   for (const Case& one : all_cases()) {
     EXPECT_EQ(std::count(names.begin(), names.end(), one.name), 0) << one.name;
     names.push_back(one.name);
-    for (const std::string& text : {one.family, one.question, one.measured, one.limit, one.limit_from}) {
+    for (const std::string& text : {one.family, one.question, one.measured, one.quantity, one.limit, one.limit_from}) {
       EXPECT_FALSE(text.empty()) << one.name;
     }
     EXPECT_TRUE(one.run) << one.name;
