@@ -111,17 +111,28 @@ float depth_at(const Field& field, Vec3 p, Vec3) {
   return vps::penetration(field, p);
 }
 
-// Tests points again that segments touched with before.
+// Beyond that a segment is about to land, and its deepest point serves: with more contacts 10 iterations do not
+// suffice.
+constexpr btScalar kTouching_vx = 8;
+
+// How far off the surface contacts may be, and segments that touch. [m]
+struct Reach {
+  float contact, touching;
+};
+
+// Tests points again with which segments that touch did so before.
 // @param contacts  those that were found first, and room
 // @return how many there are now, in tree order
 template <class Field>
-std::size_t test_again(const PointshellView& shell, const Field& field, const Pose& pose, float distance,
+std::size_t test_again(const PointshellView& shell, const Field& field, const Pose& pose, Reach reach,
                        std::span<const SegmentPoint> before, std::span<Contact> contacts, std::size_t found) {
   const detail::Transform to_field(pose);
   std::size_t count = found;
   for (const SegmentPoint& old : before) {
-    const auto is_it = [&](const Contact& contact) { return contact.point == old.point; };
-    if (std::any_of(contacts.begin(), contacts.begin() + found, is_it) || count == contacts.size()) continue;
+    const auto deepest = std::find_if(contacts.begin(), contacts.begin() + found,
+                                      [&](const Contact& contact) { return contact.node == old.node; });
+    const bool touches = deepest != contacts.begin() + found && deepest->penetration >= -reach.touching;
+    if (!touches || deepest->point == old.point || count == contacts.size()) continue;
     Contact& contact = contacts[count];
     contact.position = to_field.apply(point_position(shell, old.point));
     contact.inward_normal = to_field.rotate(point_inward_normal(shell, old.point));
@@ -129,7 +140,7 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
     contact.area = point_area(shell, old.point);
     contact.point = old.point;
     contact.node = old.node;
-    if (contact.penetration >= -distance) ++count;
+    if (contact.penetration >= -reach.contact) ++count;
   }
   if (count > found) {
     std::sort(contacts.begin(), contacts.begin() + count, [](const Contact& a, const Contact& b) {
@@ -158,8 +169,9 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     QueryResult result;
     const Status status = traverse(shell, field, pose, options, space.scratch, space.contacts, result);
     if (status != Status::ok) return status;
-    const std::size_t count = test_again(shell, field, pose, options.contact_distance, memory.segments.points,
-                                         space.contacts, result.contacts);
+    const Reach reach{options.contact_distance, margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
+    const std::size_t count =
+        test_again(shell, field, pose, reach, memory.segments.points, space.contacts, result.contacts);
     found.contacts = {space.contacts.data(), count};
     found.frame = pair.field.world * frame;
     return status;
