@@ -18,11 +18,13 @@ using detail::operator*;
 // How a body is about to move, by the forces of the step as well.
 struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
+  btVector3 gain{0, 0, 0};  // of `linear`, by the forces of the step
 
   Course(const Side& side, btScalar step) {
     const btRigidBody* const body = btRigidBody::upcast(side.object);
     if (body == nullptr || body->isStaticObject()) return;
-    linear = body->getLinearVelocity() + step * body->getInvMass() * body->getTotalForce();
+    gain = step * body->getInvMass() * body->getTotalForce();
+    linear = body->getLinearVelocity() + gain;
     angular = body->getAngularVelocity();
     centre = body->getWorldTransform().getOrigin();
   }
@@ -69,8 +71,8 @@ bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float
 
 }  // namespace
 
-btScalar approach(const Pair& pair, btScalar step) {
-  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return 0;
+Approach approach(const Pair& pair, btScalar step) {
+  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return {};
   const Course shell(pair.shell, step);
   const Course field(pair.field, step);
   btScalar spin = 0;
@@ -84,7 +86,10 @@ btScalar approach(const Pair& pair, btScalar step) {
   }
   const btScalar way = step * ((shell.linear - field.linear).length() + spin);
   constexpr btScalar kFarthest = 1000;  // a body that goes farther in a step has come off its world
-  return way > voxel_size(pair) && way < kFarthest ? way : 0;
+  if (!(way > voxel_size(pair) && way < kFarthest)) return {};
+  constexpr btScalar kSteps = 5;
+  const btScalar fall = kSteps * step * (shell.gain - field.gain).length();
+  return {way, way > voxel_size(pair) + fall ? Approach::Phase::landing : Approach::Phase::resting};
 }
 
 void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found) {

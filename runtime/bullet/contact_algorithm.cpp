@@ -63,9 +63,11 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
-  const btScalar way = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : 0;
+  const auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
   if (way > 0) {
     options.contact_distance += static_cast<float>(way);
+    // More contacts than one each, and the solver's iterations do not suffice to stop a body.
+    if (phase == Approach::Phase::landing) memory_->segments.points.clear();
     if (options.segment_level == 0 && !(foundation_of(pair).stiffness > 0)) {
       options.segment_level = segment_level_for(pair.shell.vps->pointshell(), kLandingSegments);
     }

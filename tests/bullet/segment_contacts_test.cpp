@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "runtime/bullet/arriving_contacts.h"
 #include "tests/bullet/world.h"
 
 namespace vps::test {
@@ -92,6 +93,30 @@ TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
   memory.belong_to(shell, 2);
   shell.points = 11;
   EXPECT_FALSE(is_kept(shell, 2));
+}
+
+TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) {
+  World scene;
+  bullet::Shape shape(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  btRigidBody& floor = scene.add(plane, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
+  body.applyGravity();
+  const auto approach = [&](double speed) {
+    body.setLinearVelocity({0, 0, btScalar(-speed)});
+    const bullet::Pair pair{bullet::Side(&shape, &body, body.getWorldTransform()),
+                            bullet::Side(&plane, &floor, floor.getWorldTransform())};
+    return bullet::approach(pair, btScalar(1.0 / 30));
+  };
+  // A step's fall is 10.9 mm, five are 54.5 mm, a voxel is 4 mm.
+  EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
+  EXPECT_EQ(approach(0).phase, bullet::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.4).phase, bullet::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.5).phase, bullet::Approach::Phase::landing);
+  EXPECT_NEAR(approach(1.5).way, 0.0609, 1e-4);
+  body.setRestitution(1);
+  floor.setRestitution(1);
+  EXPECT_EQ(approach(1.5).way, 0);
 }
 
 // A ball with dents and bumps, on any ground that it finds under it.
