@@ -10,11 +10,11 @@ namespace {
 
 // Why a row's numbers do not compare; empty: they do.
 std::string refusal_of(const Row& row, Cost cost) {
+  if (row.setting && !row.setting->repeatable()) return "a clock decides what it answers: another time another depth";
   const Spread& off = row.errors.contact.penetration;
   if (off.told == 0) return "tells no depth";
   if (off.told < off.asked) return fmt::format("tells {} of {} depths, perhaps the easy ones", off.told, off.asked);
   if (row.errors.contact.missed == off.asked) return "misses every contact, so that its error is only their depth";
-  if (row.setting && !row.setting->repeatable()) return "a clock decides what it answers: another time another depth";
   if (cost == Cost::time && row.contacts.rounds == 0) return "not timed";
   return "";
 }
