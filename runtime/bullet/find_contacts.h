@@ -34,7 +34,8 @@ struct FoundContacts {
   float final_beyond = std::numeric_limits<float>::infinity();  ///< farther off they are as they should be. [m]
 };
 
-/// Segmented, what the segments touched with before is tested again: more than one contact of a node may be found.
+/// Segmented, what the segments touched with before is tested again, but not on triangle meshes: more than one contact
+/// of a node may be found.
 /// @param options  of the query; the cache is set here, and the margins are added
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 

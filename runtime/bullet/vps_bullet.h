@@ -64,8 +64,8 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
 
   /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with up to
-  /// three contacts: its deepest point, and those it touched with before that are near still. 0: one manifold of up to
-  /// four points (Sec. 3.2).
+  /// three contacts: its deepest point, and at rest (not on triangle meshes) what it touched with before. 0: one
+  /// manifold of up to four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
   /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.
