@@ -22,4 +22,15 @@ inline double speed(const btRigidBody& body) {
   return double(body.getLinearVelocity().length()) + 0.05 * double(body.getAngularVelocity().length());
 }
 
+/// How many manifolds have a contact; none may have two.
+inline int count_single_contacts(World& scene) {
+  int manifolds = 0;
+  for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m) {
+    const int contacts = scene.dispatcher.getManifoldByIndexInternal(m)->getNumContacts();
+    EXPECT_LE(contacts, 1);
+    manifolds += contacts;
+  }
+  return manifolds;
+}
+
 }  // namespace vps::test
