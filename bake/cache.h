@@ -26,19 +26,37 @@ struct BakeSettings {
 /// Without what changes no byte: limits of memory and time, and `progress`.
 [[nodiscard]] std::string describe_settings(const BakeSettings& settings);
 
-/// 32 hexadecimal digits: XXH3-128 of the settings and of the mesh's bytes. No path, no time.
+/// What an asset is baked from: `describe_settings`, then `mesh EXTENSION HASH` and `buffer HASH` for each buffer of a
+/// gltf or glb file, or `vertices HASH` and `triangles HASH` of a mesh in memory. No path, no time. Kept in the asset.
+struct BakeRecord {
+  std::string text;
+  bool operator==(const BakeRecord&) const = default;
+};
+
+/// Record of a mesh file. Materials and textures change no geometry.
+/// @return nothing when a file cannot be read or understood: import_mesh says why
+[[nodiscard]] std::optional<BakeRecord> bake_record(const std::filesystem::path& mesh, const BakeSettings& settings);
+
+/// Record of a mesh in memory: vertices and triangles as they are, in their order.
+[[nodiscard]] BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings);
+
+/// The files that decide a mesh's geometry: itself, and the buffers of a gltf or glb file. Those that cannot be read
+/// are among them.
+[[nodiscard]] std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& mesh);
+
+/// Puts a record into an asset that was just baked.
+void add_record(const BakeRecord& record, BakedAsset& baked);
+
+/// The record in an asset; empty when it has none.
+[[nodiscard]] BakeRecord record_of(const Asset& asset);
+
+/// 32 hexadecimal digits: XXH3-128 of a record's text.
 struct CacheKey {
   std::string digits;
   bool operator==(const CacheKey&) const = default;
 };
 
-/// Key of a mesh file: its bytes, its format (the extension), and the bytes of the buffers that a gltf or glb file
-/// refers to. Materials and textures change no geometry.
-/// @return nothing when a file cannot be read or understood: import_mesh says why
-[[nodiscard]] std::optional<CacheKey> cache_key(const std::filesystem::path& mesh, const BakeSettings& settings);
-
-/// Key of a mesh in memory: vertices and triangles as they are, in their order.
-[[nodiscard]] CacheKey cache_key(const TriangleMesh& mesh, const BakeSettings& settings);
+[[nodiscard]] CacheKey cache_key(const BakeRecord& record);
 
 /// What a bake says besides its asset. Kept beside it, so that a hit says the same.
 struct BakeReport {
@@ -59,7 +77,7 @@ class AssetCache {
   [[nodiscard]] bool open(const CacheKey& key, Asset& asset, BakeReport& report) const;
 
   /// Adds an entry, or replaces it.
-  /// @param key  nothing when it is not certain which bytes were baked; then nothing is stored
+  /// @param key  of the record in `baked`; nothing when it is not certain what was baked: then nothing is stored
   /// @return why it could not be stored, without a full stop; empty when it was
   [[nodiscard]] std::string store(const std::optional<CacheKey>& key, const BakedAsset& baked,
                                   const BakeReport& report) const;

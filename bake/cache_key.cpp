@@ -84,9 +84,41 @@ std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
   return names;
 }
 
-CacheKey key_of(const std::string& settings, const std::string& mesh) {
-  const std::string text = settings + mesh;
-  return {hash_of(std::as_bytes(std::span(text)))};
+// Names of a glTF file's buffers as paths, as the importer finds them: a name is not decoded, and a slash in front
+// means nothing.
+std::vector<fs::path> beside(const fs::path& mesh, const std::vector<std::string>& names) {
+  const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.emplace_back(folder + name);
+  return files;
+}
+
+std::string lower_extension(const fs::path& mesh) {
+  std::string extension = mesh.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// The files of a mesh and their hashes, the mesh first. A hash is empty when the file cannot be read.
+struct HashedFiles {
+  std::vector<fs::path> paths;
+  std::vector<std::string> hashes;
+  bool understood = true;  // false: what the mesh refers to is not known
+};
+
+HashedFiles hash_files(const fs::path& mesh) {
+  const std::string extension = lower_extension(mesh);
+  const bool gltf = extension == ".gltf" || extension == ".glb";
+  std::string text;
+  HashedFiles out{{mesh}, {hash_file(mesh, gltf ? &text : nullptr)}};
+  if (!gltf) return out;
+  const auto names = gltf_buffers(text);
+  out.understood = names.has_value();
+  for (const fs::path& buffer : beside(mesh, names.value_or(std::vector<std::string>()))) {
+    out.paths.push_back(buffer);
+    out.hashes.push_back(hash_file(buffer, nullptr));
+  }
+  return out;
 }
 
 }  // namespace
@@ -123,32 +155,41 @@ std::string describe_settings(const BakeSettings& settings) {
   return text;
 }
 
-std::optional<CacheKey> cache_key(const fs::path& mesh, const BakeSettings& settings) {
-  std::string extension = mesh.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const bool gltf = extension == ".gltf" || extension == ".glb";
-  std::string text;
-  const std::string hash = hash_file(mesh, gltf ? &text : nullptr);
-  if (hash.empty()) return std::nullopt;
-  std::string description = fmt::format("mesh {} {}\n", extension, hash);
-  if (gltf) {
-    const auto names = gltf_buffers(text);
-    if (!names) return std::nullopt;
-    for (const std::string& name : *names) {
-      // As the importer does: the name is not decoded, and a slash in front means nothing.
-      const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
-      const std::string buffer = hash_file(folder + name, nullptr);
-      if (buffer.empty()) return std::nullopt;
-      description += fmt::format("buffer {}\n", buffer);
-    }
-  }
-  return key_of(describe_settings(settings), description);
+std::vector<fs::path> mesh_files(const fs::path& mesh) {
+  return hash_files(mesh).paths;
 }
 
-CacheKey cache_key(const TriangleMesh& mesh, const BakeSettings& settings) {
-  return key_of(describe_settings(settings),
-                fmt::format("vertices {}\ntriangles {}\n", hash_of(std::as_bytes(std::span(mesh.vertices))),
-                            hash_of(std::as_bytes(std::span(mesh.triangles)))));
+std::optional<BakeRecord> bake_record(const fs::path& mesh, const BakeSettings& settings) {
+  const HashedFiles files = hash_files(mesh);
+  BakeRecord record{describe_settings(settings)};
+  for (std::size_t i = 0; i < files.hashes.size(); ++i) {
+    if (files.hashes[i].empty()) return std::nullopt;
+    record.text += i == 0 ? fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[i])
+                          : fmt::format("buffer {}\n", files.hashes[i]);
+  }
+  return files.understood ? std::optional(record) : std::nullopt;
+}
+
+BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings) {
+  return {describe_settings(settings) + fmt::format("vertices {}\ntriangles {}\n",
+                                                    hash_of(std::as_bytes(std::span(mesh.vertices))),
+                                                    hash_of(std::as_bytes(std::span(mesh.triangles))))};
+}
+
+CacheKey cache_key(const BakeRecord& record) {
+  return {hash_of(std::as_bytes(std::span(record.text)))};
+}
+
+void add_record(const BakeRecord& record, BakedAsset& baked) {
+  const auto bytes = std::as_bytes(std::span(record.text));
+  baked.sections.push_back(
+      {SectionKind::record, ElementType::i8, {bytes.size()}, std::vector<std::byte>(bytes.begin(), bytes.end())});
+}
+
+BakeRecord record_of(const Asset& asset) {
+  const Section* const section = asset.directory().find(SectionKind::record);
+  if (section == nullptr) return {};
+  return {std::string(reinterpret_cast<const char*>(asset.bytes().data() + section->offset), section->bytes)};
 }
 
 }  // namespace vps

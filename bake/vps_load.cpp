@@ -53,17 +53,21 @@ BakedAsset bake_as_set(const TriangleMesh& mesh, const BakeSettings& settings, B
   return baked;
 }
 
-using Baker = std::function<BakedAsset(BakeReport&, std::optional<CacheKey>&)>;
+// Bakes; empties the record when it is not certain that it is what was baked.
+using Baker = std::function<BakedAsset(BakeReport&, std::optional<BakeRecord>&)>;
 
-LoadedAsset load(const fs::path& cache_folder, std::optional<CacheKey> key, const Baker& baker) {
+LoadedAsset load(const fs::path& cache_folder, std::optional<BakeRecord> record, const Baker& baker) {
   const AssetCache cache(cache_folder);
   LoadedAsset loaded;
   const auto asset = std::make_shared<Asset>();
   loaded.asset = asset;
-  if (key && cache.open(*key, *asset, loaded.report)) return loaded;
+  const bool with_cache = !cache_folder.empty();
+  if (with_cache && record && cache.open(cache_key(*record), *asset, loaded.report)) return loaded;
   loaded.baked = true;
-  const BakedAsset baked = baker(loaded.report, key);
-  if (!cache_folder.empty()) {
+  BakedAsset baked = baker(loaded.report, record);
+  if (record) add_record(*record, baked);
+  if (with_cache) {
+    const auto key = record ? std::optional(cache_key(*record)) : std::nullopt;
     loaded.warning = cache.store(key, baked, loaded.report);
     if (loaded.warning.empty() && cache.open(*key, *asset, loaded.report)) return loaded;
   }
@@ -87,10 +91,10 @@ LoadedAsset guarded(const std::string& file, const std::function<LoadedAsset()>&
 
 LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
   return guarded(mesh.string(), [&] {
-    const auto key_now = [&] { return cache_folder.empty() ? std::nullopt : cache_key(mesh, settings); };
-    return load(cache_folder, key_now(), [&](BakeReport& report, std::optional<CacheKey>& key) {
+    return load(cache_folder, bake_record(mesh, settings), [&](BakeReport& report, std::optional<BakeRecord>& record) {
       const ImportedMesh imported = import_mesh(mesh, settings.import);
-      if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
+      // Edited meanwhile: nobody knows which bytes were imported.
+      if (record != bake_record(mesh, settings)) record.reset();
       report.notes = imported.notes;
       return bake_as_set(imported, settings, report);
     });
@@ -99,8 +103,8 @@ LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, con
 
 LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
   return guarded({}, [&] {
-    const auto key = cache_folder.empty() ? std::nullopt : std::optional(cache_key(mesh, settings));
-    return load(cache_folder, key, [&](BakeReport& report, auto&) { return bake_as_set(mesh, settings, report); });
+    return load(cache_folder, bake_record(mesh, settings),
+                [&](BakeReport& report, auto&) { return bake_as_set(mesh, settings, report); });
   });
 }
 

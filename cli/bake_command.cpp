@@ -151,19 +151,32 @@ BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh&
   return asset;
 }
 
+// The mesh and what it is: imported again when its bytes changed meanwhile.
+ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& settings,
+                           std::optional<BakeRecord>& record) {
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    ImportedMesh mesh = import_mesh(arguments.mesh, settings.import);
+    std::optional<BakeRecord> after = bake_record(arguments.mesh, settings);
+    if (after == record) return mesh;
+    record = std::move(after);
+  }
+  throw ImportError(ImportError::Kind::io, "the mesh changes while it is read; bake again when it is complete");
+}
+
 int bake_file(const BakeArguments& arguments) {
   Run run{arguments, output_path(arguments)};
   const BakeSettings settings = complete_settings(arguments);
   const bool with_cache = !arguments.cache.empty();
   const AssetCache cache(arguments.cache);
-  const auto key_now = [&] { return with_cache ? cache_key(arguments.mesh, settings) : std::nullopt; };
-  std::optional<CacheKey> key;
+  std::optional<BakeRecord> record;
   Asset hit;
   const auto look_up = [&] {
-    key = key_now();
-    return key && cache.open(*key, hit, run.report);
+    record = bake_record(arguments.mesh, settings);
+    return with_cache && record && cache.open(cache_key(*record), hit, run.report);
   };
-  if (with_cache) run.cache = timed(run, "cache", look_up) ? "hit" : "miss";
+  const bool found = with_cache ? timed(run, "cache", look_up) : look_up();
+  if (with_cache) run.cache = found ? "hit" : "miss";
   if (hit.is_open()) {
     if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
     print_plan(run);
@@ -173,13 +186,14 @@ int bake_file(const BakeArguments& arguments) {
     });
   }
   run.progress.show("import", 0);
-  const ImportedMesh mesh = timed(run, "import", [&] { return import_mesh(arguments.mesh, settings.import); });
-  if (key != key_now()) key.reset();  // edited meanwhile: nobody knows which bytes were imported
+  const ImportedMesh mesh = timed(run, "import", [&] { return import_steady(arguments, settings, record); });
   // Better now than after the bake.
   if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
-  const BakedAsset asset = bake_mesh(run, settings, mesh);
+  BakedAsset asset = bake_mesh(run, settings, mesh);
+  if (record) add_record(*record, asset);
   if (with_cache) {
     run.progress.show("store", 1);
+    const auto key = record ? std::optional(cache_key(*record)) : std::nullopt;
     const std::string reason = timed(run, "store", [&] { return cache.store(key, asset, run.report); });
     run.progress.clear();
     if (!reason.empty()) complain("warning", arguments.cache, reason + "; the asset is not kept there");

@@ -131,6 +131,8 @@ const char* section_name(SectionKind kind) {
       return "parent_points";
     case SectionKind::level_offsets:
       return "level_offsets";
+    case SectionKind::record:
+      return "record";
   }
   return "unknown";
 }

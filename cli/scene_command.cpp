@@ -121,7 +121,7 @@ void check_meshes(const Run& run) {
     Asset cached;
     BakeReport ignored;
     const std::string& cache = run.arguments.cache;
-    if (!cache.empty() && AssetCache(cache).open(cache_key(mesh, settings), cached, ignored)) continue;
+    if (!cache.empty() && AssetCache(cache).open(cache_key(bake_record(mesh, settings)), cached, ignored)) continue;
     if (is_written(run, asset) && std::exchange(is_first, false)) continue;
     try {
       (void)closed_mesh(mesh, settings.options);

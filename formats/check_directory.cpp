@@ -88,6 +88,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::level_offsets, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::record, {ElementType::i8, kNone}, 1, {}},
 };
 
 const Layout* find_layout(SectionKind kind) noexcept {

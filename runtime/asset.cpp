@@ -51,6 +51,8 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::parent_points:
     case SectionKind::level_offsets:
       return Use::pointshell;
+    case SectionKind::record:
+      break;
   }
   return Use{};
 }

@@ -308,7 +308,7 @@ std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
     while (end > 0 && (stem[end] & 0xC0) == 0x80) --end;  // not within a character
     stem.resize(end);
   }
-  return fmt::format("{}-{}.vps.hdf", stem, cache_key(mesh.mesh, settings).digits.substr(0, 8));
+  return fmt::format("{}-{}.vps.hdf", stem, cache_key(bake_record(mesh.mesh, settings)).digits.substr(0, 8));
 }
 
 void refine(PlannedAsset& asset, double by) {

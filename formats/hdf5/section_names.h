@@ -51,6 +51,9 @@ inline constexpr SectionName kSectionNames[] = {
     {SectionKind::parent_points, "/pointshell/tree/parent_points", "1", "point that represents a node", "Eq. (6)"},
     {SectionKind::level_offsets, "/pointshell/tree/level_offsets", "1",
      "first node of each level, root first; number of nodes last", "Eq. (6)"},
+    {SectionKind::record, "/record", "1",
+     "text in UTF-8, one 'name value' per line: the settings and the hashes of the files that the asset was baked from",
+     ""},
 };
 
 }  // namespace vps::detail

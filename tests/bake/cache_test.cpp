@@ -27,8 +27,8 @@ const TriangleMesh& box() {
   return mesh;
 }
 
-std::string digits(const std::optional<CacheKey>& key) {
-  return key ? key->digits : "none";
+std::string digits(const std::optional<BakeRecord>& record) {
+  return record ? cache_key(*record).digits : "none";
 }
 
 TEST(CacheKey, EverySettingThatChangesBytesChangesTheKey) {
@@ -53,11 +53,11 @@ TEST(CacheKey, EverySettingThatChangesBytesChangesTheKey) {
       [](BakeSettings& s) { s.options.repair = Repair::wrap; },
       [](BakeSettings& s) { s.options.sheet_thickness = 0.002; },
   };
-  std::set<std::string> keys = {cache_key(box(), coarse_settings()).digits};
+  std::set<std::string> keys = {cache_key(bake_record(box(), coarse_settings())).digits};
   for (const Change& change : changes) {
     BakeSettings settings = coarse_settings();
     change(settings);
-    keys.insert(cache_key(box(), settings).digits);
+    keys.insert(cache_key(bake_record(box(), settings)).digits);
   }
   EXPECT_EQ(keys.size(), 1 + std::size(changes));
 }
@@ -68,7 +68,7 @@ TEST(CacheKey, LimitsAndProgressDoNotChangeTheKey) {
   settings.import.timeout = 1;
   settings.options.memory_limit_bytes = 1;
   settings.options.progress = [](const char*, double) {};
-  EXPECT_EQ(cache_key(box(), settings), cache_key(box(), coarse_settings()));
+  EXPECT_EQ(cache_key(bake_record(box(), settings)), cache_key(bake_record(box(), coarse_settings())));
 }
 
 TEST(CacheKey, TheProgramAndTheFormatAreAmongTheSettings) {
@@ -84,21 +84,22 @@ TEST(CacheKey, AFileIsItsBytesAndItsExtension) {
   const TemporaryFolder folder;
   const BakeSettings settings = coarse_settings();
   write_file(folder / "a.off", "OFF\n1 2 3");
-  const auto key = cache_key(folder / "a.off", settings);
-  ASSERT_TRUE(key);
-  EXPECT_EQ(key->digits.size(), 32U);
-  EXPECT_EQ(key->digits.find_first_not_of("0123456789abcdef"), std::string::npos);
+  const auto record = bake_record(folder / "a.off", settings);
+  ASSERT_TRUE(record);
+  const std::string key = digits(record);
+  EXPECT_EQ(key.size(), 32U);
+  EXPECT_EQ(key.find_first_not_of("0123456789abcdef"), std::string::npos);
   fs::last_write_time(folder / "a.off", fs::file_time_type() + std::chrono::hours(1));
-  EXPECT_EQ(cache_key(folder / "a.off", settings), key);
+  EXPECT_EQ(bake_record(folder / "a.off", settings), record);
   fs::create_directory(folder / "b");
   write_file(folder / "b/other.OFF", "OFF\n1 2 3");
-  EXPECT_EQ(cache_key(folder / "b/other.OFF", settings), key);
-  std::set<std::string> keys = {key->digits};
+  EXPECT_EQ(bake_record(folder / "b/other.OFF", settings), record);
+  std::set<std::string> keys = {key};
   write_file(folder / "a.obj", "OFF\n1 2 3");
-  keys.insert(digits(cache_key(folder / "a.obj", settings)));
+  keys.insert(digits(bake_record(folder / "a.obj", settings)));
   for (const char* text : {"OFF\n1 2 4", "OFF\n1 2 3\n", "OFF\n1 2", ""}) {
     write_file(folder / "a.off", text);
-    keys.insert(digits(cache_key(folder / "a.off", settings)));
+    keys.insert(digits(bake_record(folder / "a.off", settings)));
   }
   EXPECT_EQ(keys.size(), 6U);
 }
@@ -107,12 +108,12 @@ TEST(CacheKey, WhatIsNoReadableFileHasNone) {
   const TemporaryFolder folder;
   ASSERT_EQ(::mkfifo((folder / "pipe.obj").c_str(), 0600), 0);
   for (const char* name : {"absent.obj", "", "pipe.obj"})
-    EXPECT_FALSE(cache_key(folder / name, coarse_settings())) << name;
+    EXPECT_FALSE(bake_record(folder / name, coarse_settings())) << name;
 }
 
 TEST(CacheKey, TheBuffersOfAGltfFileCountAndItsTexturesDoNot) {
   const TemporaryFolder folder;
-  const auto key_of = [&](const char* name) { return cache_key(folder / name, coarse_settings()); };
+  const auto key_of = [&](const char* name) { return bake_record(folder / name, coarse_settings()); };
   const std::string text =
       R"({"images": [{"uri": "skin.png"}], "buffers": [{"uri": "a b.bin", "byteLength": 3}, {"uri": "data:,xyz"},)"
       R"( {"byteLength": 1, "uri": "c.bin"}], "scenes": [{"uri": "nothing"}]})";
@@ -144,14 +145,16 @@ TEST(CacheKey, TheBuffersOfAGltfFileCountAndItsTexturesDoNot) {
 TEST(CacheKey, TheOlderFormOfGltfIsUnderstoodToo) {
   const TemporaryFolder folder;
   write_file(folder / "a.gltf", R"({"buffers": {"first": {"uri": "a.bin"}}, "images": {"i": {"uri": "i.png"}}})");
-  EXPECT_FALSE(cache_key(folder / "a.gltf", coarse_settings()));
+  EXPECT_FALSE(bake_record(folder / "a.gltf", coarse_settings()));
   write_file(folder / "a.bin", "a");
-  EXPECT_TRUE(cache_key(folder / "a.gltf", coarse_settings()));
+  EXPECT_TRUE(bake_record(folder / "a.gltf", coarse_settings()));
 }
 
 TEST(CacheKey, AMeshInMemoryIsItsVerticesAndTriangles) {
   std::set<std::string> keys;
-  const auto add = [&](const TriangleMesh& mesh) { keys.insert(cache_key(mesh, coarse_settings()).digits); };
+  const auto add = [&](const TriangleMesh& mesh) {
+    keys.insert(cache_key(bake_record(mesh, coarse_settings())).digits);
+  };
   add(box());
   add(TriangleMesh(box()));
   EXPECT_EQ(keys.size(), 1U);
@@ -163,6 +166,31 @@ TEST(CacheKey, AMeshInMemoryIsItsVerticesAndTriangles) {
   add(turned);
   add({});
   EXPECT_EQ(keys.size(), 4U);
+}
+
+TEST(BakeRecord, AnAssetSaysWhatItWasBakedFrom) {
+  const TemporaryFolder folder;
+  const BakeSettings settings = coarse_settings();
+  const BakeRecord record = bake_record(box(), settings);
+  EXPECT_TRUE(record.text.starts_with(describe_settings(settings)));
+  BakedAsset baked = bake(box(), settings.options);
+  write_asset(folder / "without.vps.hdf", baked.info, baked.sections);
+  add_record(record, baked);
+  write_asset(folder / "with.vps.hdf", baked.info, baked.sections);
+  Asset with, without;
+  ASSERT_EQ(Asset::open((folder / "with.vps.hdf").c_str(), with), Status::ok);
+  ASSERT_EQ(Asset::open((folder / "without.vps.hdf").c_str(), without), Status::ok);
+  EXPECT_EQ(with.verify(), Status::ok);
+  EXPECT_EQ(record_of(with), record);
+  EXPECT_EQ(record_of(without), BakeRecord());
+}
+
+TEST(BakeRecord, TheFilesOfAMeshAreItsBuffersToo) {
+  const TemporaryFolder folder;
+  write_file(folder / "mesh.gltf",
+             R"({"images": [{"uri": "skin.png"}], "buffers": [{"uri": "a.bin"}, {"uri": "absent"}]})");
+  EXPECT_EQ(mesh_files(folder / "mesh.gltf"), (std::vector{folder / "mesh.gltf", folder / "a.bin", folder / "absent"}));
+  EXPECT_EQ(mesh_files(folder / "mesh.obj"), std::vector{folder / "mesh.obj"});
 }
 
 // A cache with the asset of the box in it.
@@ -184,7 +212,7 @@ class Entry : public testing::Test {
 
   const TemporaryFolder folder_;
   const AssetCache cache_{folder_ / "a/b"};  // made with the first entry
-  const CacheKey key_ = cache_key(box(), coarse_settings());
+  const CacheKey key_ = cache_key(bake_record(box(), coarse_settings()));
   const fs::path asset_file_ = folder_ / "a/b" / (key_.digits + ".vps.hdf");
   const fs::path report_file_ = folder_ / "a/b" / (key_.digits + ".json");
   BakedAsset baked_;
