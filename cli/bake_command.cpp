@@ -3,6 +3,7 @@
 #include "cli/bake_command.h"
 
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -40,20 +41,6 @@ ImportOptions complete_import(const BakeArguments& arguments) {
   return options;
 }
 
-BakeSettings complete_settings(const BakeArguments& arguments) {
-  const auto has = [](const std::vector<std::string>& list, const char* name) {
-    return std::find(list.begin(), list.end(), name) != list.end();
-  };
-  BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
-  BakeOptions& options = settings.options;
-  options.layers = has(arguments.fields, "layers");
-  options.scaled = has(arguments.fields, "scaled");
-  options.real = has(arguments.fields, "real");
-  options.voxelmap = has(arguments.parts, "voxelmap");
-  options.pointshell = has(arguments.parts, "pointshell");
-  return settings;
-}
-
 std::string plan_line(const BakePlan& plan) {
   std::string line = fmt::format("grid of {} x {} x {} voxels of {}", plan.dims[0], plan.dims[1], plan.dims[2],
                                  format_length(plan.voxel_size));
@@ -81,16 +68,19 @@ auto timed(Run& run, const char* stage, const Work& work) {
   return result;
 }
 
+nlohmann::ordered_json plan_to_json(const BakePlan& plan) {
+  return {{"dims", plan.dims},
+          {"voxels", plan.voxels},
+          {"predicted_points", plan.predicted_points},
+          {"predicted_memory_bytes", plan.predicted_memory_bytes}};
+}
+
 void print_json(const Run& run, const AssetInfo& info, std::size_t bytes) {
-  const BakePlan& plan = run.report.plan;
   nlohmann::ordered_json j;
   j["output"] = run.output.string();
   j["bytes"] = bytes;
   j["cache"] = run.cache;
-  j["plan"] = {{"dims", plan.dims},
-               {"voxels", plan.voxels},
-               {"predicted_points", plan.predicted_points},
-               {"predicted_memory_bytes", plan.predicted_memory_bytes}};
+  j["plan"] = plan_to_json(run.report.plan);
   j.update(info_to_json(info));
   j["repair"] = describe(run.report.repair);
   j["filled_share"] = run.report.filled_share;
@@ -133,13 +123,36 @@ int deliver(Run& run, const AssetInfo& info, const std::function<std::size_t()>&
   }
 }
 
-BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
+// The voxel size and what follows from it.
+BakeOptions planned_options(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
   BakeOptions options = settings.options;
   if (settings.max_error > 0) {
     run.progress.show("search", 0);
     options.voxel_size = find_voxel_size(mesh, options, settings.max_error);
   }
   run.report.plan = plan_bake(mesh, options);
+  return options;
+}
+
+int plan_file(Run& run, const BakeSettings& settings) {
+  run.progress.show("import", 0);
+  (void)planned_options(run, settings, import_mesh(run.arguments.mesh, settings.import));
+  run.progress.clear();
+  const BakePlan& plan = run.report.plan;
+  if (run.arguments.json) {
+    nlohmann::ordered_json j = {{"output", run.output.string()}, {"voxel_size", plan.voxel_size}};
+    j["plan"] = plan_to_json(plan);
+    j["plan"]["predicted_asset_bytes"] = plan.predicted_asset_bytes;
+    fmt::print("{}", to_text(j));
+  } else {
+    fmt::print("{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan), run.output.string(),
+               format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+  }
+  return kOk;
+}
+
+BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
+  BakeOptions options = planned_options(run, settings, mesh);
   print_plan(run);
   options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
   BakedAsset asset = bake(mesh, options);
@@ -167,6 +180,7 @@ ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& s
 int bake_file(const BakeArguments& arguments) {
   Run run{arguments, output_path(arguments)};
   const BakeSettings settings = complete_settings(arguments);
+  if (arguments.dry_run) return plan_file(run, settings);
   const bool with_cache = !arguments.cache.empty();
   const AssetCache cache(arguments.cache);
   std::optional<BakeRecord> record;
@@ -203,6 +217,20 @@ int bake_file(const BakeArguments& arguments) {
 
 }  // namespace
 
+BakeSettings complete_settings(const BakeArguments& arguments) {
+  const auto has = [](const std::vector<std::string>& list, const char* name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+  };
+  BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
+  BakeOptions& options = settings.options;
+  options.layers = has(arguments.fields, "layers");
+  options.scaled = has(arguments.fields, "scaled");
+  options.real = has(arguments.fields, "real");
+  options.voxelmap = has(arguments.parts, "voxelmap");
+  options.pointshell = has(arguments.parts, "pointshell");
+  return settings;
+}
+
 ImportedMesh import_with(const BakeArguments& arguments) {
   return import_mesh(arguments.mesh, complete_import(arguments));
 }
@@ -230,6 +258,8 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
 }
 
 int run_bake(const BakeArguments& arguments) {
+  std::optional<tbb::global_control> limit;
+  if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);
   return guarded(arguments.mesh, [&] { return bake_file(arguments); });
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "bake/cache.h"
 #include "bake/vps_bake.h"
 #include "formats/mesh/mesh_import.h"
 
@@ -23,6 +24,8 @@ struct BakeArguments {
   BakeOptions options;
   std::string cache;  ///< folder of an AssetCache; empty: none
   bool json = false;
+  bool dry_run = false;  ///< only says what would be baked
+  unsigned threads = 0;  ///< 0: all cores
 };
 
 /// Reads the mesh in metres. @throw ImportError
@@ -30,6 +33,9 @@ struct BakeArguments {
 
 /// Runs a command on a mesh, and turns what it throws into one line and an exit code.
 [[nodiscard]] int guarded(const std::string& mesh, const std::function<int()>& work);
+
+/// What the arguments ask for.
+[[nodiscard]] BakeSettings complete_settings(const BakeArguments& arguments);
 
 /// @return the exit code of the program
 [[nodiscard]] int run_bake(const BakeArguments& arguments);

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "cli/bake_command.h"
+#include "cli/bake_options.h"
 #include "cli/check_command.h"
 #include "cli/exit_code.h"
 #include "cli/info_command.h"
@@ -28,62 +29,6 @@
 namespace vps::cli {
 namespace {
 
-void add_error_option(CLI::App& app, BakeArguments& arguments) {
-  app.add_option_function<std::string>(
-         "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
-         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
-         "lies between points as well")
-      ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
-      ->option_text("LENGTH")
-      ->group("Grid (a bake needs one of these)");
-}
-
-void add_content_options(CLI::App& app, BakeArguments& arguments) {
-  constexpr const char* kGroup = "Contents of the asset";
-  app.add_option_function<std::string>(
-         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
-         "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--band-outside",
-         [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
-         "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--field-error", [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
-         "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
-  app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember({"voxelmap", "pointshell"}))
-      ->option_text("LIST")
-      ->group(kGroup);
-  app.add_option("--fields", arguments.fields, "Fields of the voxelmap: layers,scaled,real [default: scaled]")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember({"layers", "scaled", "real"}))
-      ->option_text("LIST")
-      ->group(kGroup);
-  add_integer(app, "--precision", arguments.options.precision, 0, 15,
-              "Scaled distances in steps of 10^-P m, no finer than 16 bits hold, 0 to 15 [default: a fiftieth of a "
-              "voxel or finer]")
-      ->option_text("P")
-      ->group(kGroup);
-  add_integer(app, "--branching", arguments.options.branching, 2, 64,
-              "Children of a tree node, about, 2 to 64 [default: 14]")
-      ->option_text("K")
-      ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
-         "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
-      ->option_text("X")
-      ->group(kGroup);
-}
-
 void add_output_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
       ->check(not_empty())
@@ -94,6 +39,12 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
          "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
          "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
       ->option_text("SIZE")
+      ->group("Output");
+  add_integer(app, "--threads", arguments.threads, 1, 1024,
+              "Processor cores to use, 1 to 1024; no byte depends on it [default: all]")
+      ->option_text("N")
+      ->group("Output");
+  app.add_flag("--dry-run", arguments.dry_run, "Read the mesh, say what would be baked, and write nothing")
       ->group("Output");
 }
 
@@ -110,19 +61,6 @@ void add_cache_options(CLI::App& app, BakeArguments& arguments) {
       ->group("Output");
 }
 
-// What CLI11 cannot check for the command without a name.
-void require_bakeable(const CLI::App& app, const BakeArguments& bake) {
-  if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
-  if (bake.options.voxel_size == 0 && bake.options.resolution == 0 && bake.max_error == 0) {
-    throw CLI::RequiredError("--voxel, --resolution or --max-error");
-  }
-  if (std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end()) return;
-  for (const char* const name : {"--fields", "--precision", "--field-error"}) {
-    if (app.get_option(name)->count() > 0)
-      throw CLI::ArgumentMismatch(std::string(name) + " needs the voxelmap among --parts");
-  }
-}
-
 int run(int argc, char** argv) {
   CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
                "vpsbake");
@@ -131,11 +69,8 @@ int run(int argc, char** argv) {
       "Example: vpsbake bunny.obj --voxel 0.5mm\n"
       "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
   BakeArguments bake;
-  add_mesh_options(app, bake);
-  add_import_options(app, bake);
-  add_grid_options(app, bake);
-  add_error_option(app, bake);
-  add_content_options(app, bake);
+  app.add_option("mesh", bake.mesh, kMeshHelp)->option_text("MESH");
+  add_bake_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
@@ -158,6 +93,7 @@ int run(int argc, char** argv) {
         throw CLI::ArgumentMismatch(option->get_name() + " does not go before " + command->app->get_name());
       }
     } else {
+      if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
       require_bakeable(app, bake);
     }
   } catch (const CLI::Success& success) {

@@ -140,8 +140,7 @@ void add_unit_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
-  auto* const mesh =
-      app.add_option("mesh", arguments.mesh, "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx");
+  auto* const mesh = app.add_option("mesh", arguments.mesh, kMeshHelp);
   mesh->option_text("MESH");
   add_surface_options(app, arguments);
   return mesh;

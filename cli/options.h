@@ -65,6 +65,8 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// How to read and repair a mesh.
 void add_surface_options(CLI::App& app, BakeArguments& arguments);
+constexpr const char* kMeshHelp = "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx";
+
 /// The mesh, and `add_surface_options`. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
 /// Limits of reading a mesh.
