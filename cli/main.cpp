@@ -13,10 +13,13 @@
 
 #include "cli/bake_command.h"
 #include "cli/bake_options.h"
+#include "cli/batch_command.h"
 #include "cli/check_command.h"
 #include "cli/exit_code.h"
+#include "cli/explain_command.h"
 #include "cli/info_command.h"
 #include "cli/options.h"
+#include "cli/plan_command.h"
 #include "cli/provenance.h"
 #include "cli/recommend_command.h"
 #include "cli/report_command.h"
@@ -74,7 +77,8 @@ int run(int argc, char** argv) {
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
-      add_check_command(app),     add_info_command(app),   add_scene_command(app),
+      add_batch_command(app),     add_plan_command(app),   add_run_command(app),    add_merge_command(app),
+      add_explain_command(app),   add_check_command(app),  add_info_command(app),   add_scene_command(app),
       add_slice_command(app),     add_view_command(app),
 #ifdef VPSBAKE_EVALUATE
       add_recommend_command(app), add_report_command(app), add_stress_command(app),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/evaluate/stress_report.h"
+#include "cli/xml.h"
 
 #include <fmt/format.h>
 
@@ -124,36 +125,6 @@ ordered_json to_json(const CaseResult& result, Strictness strictness) {
   return j;
 }
 
-// As an attribute or text of XML 1.0, which has no control characters.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += std::iscntrl(static_cast<unsigned char>(c)) != 0 && c != '\n' ? '?' : c;
-    }
-  }
-  return out;
-}
-
-// File names may hold any bytes, XML may not.
-std::string with_utf8_alone(const std::string& text) {
-  return ordered_json::parse(ordered_json(text).dump(-1, ' ', false, ordered_json::error_handler_t::replace))
-      .get<std::string>();
-}
-
 // Every trial that breaks the case, a line each.
 std::string failures(const CaseResult& result, Strictness strictness) {
   std::string out;
@@ -171,33 +142,20 @@ std::string failures(const CaseResult& result, Strictness strictness) {
   return out;
 }
 
-// "machine.processor" and what is beside it, as a suite's properties.
-std::string properties(const ordered_json& provenance) {
-  std::string out = "    <properties>\n";
-  const ordered_json flat = provenance.flatten();
-  for (const auto& [key, value] : flat.items()) {
-    std::string name = key.substr(1);  // without the first /
-    std::replace(name.begin(), name.end(), '/', '.');
-    out += fmt::format("      <property name=\"{}\" value=\"{}\"/>\n", escaped(name),
-                       escaped(value.is_string() ? value.get<std::string>() : value.dump()));
-  }
-  return out + "    </properties>\n";
-}
-
 std::string to_junit(const std::string& asset, const CaseResult& result, Strictness strictness) {
-  std::string out =
-      fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", escaped(asset), escaped(result.asked->name));
+  std::string out = fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", xml::escaped(asset),
+                                xml::escaped(result.asked->name));
   const Verdict verdict = verdict_of(result, strictness);
   if (verdict == Verdict::broken) {
     out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                       escaped(result.asked->measured + "; limit " + result.asked->limit),
-                       escaped(failures(result, strictness)));
+                       xml::escaped(result.asked->measured + "; limit " + result.asked->limit),
+                       xml::escaped(failures(result, strictness)));
   } else if (verdict == Verdict::skipped) {
     out += fmt::format("      <skipped message=\"{}\"/>\n",
-                       escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
+                       xml::escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
   }
   return out +
-         fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", escaped(to_line(result, strictness)));
+         fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", xml::escaped(to_line(result, strictness)));
 }
 
 // "1000, 60 and 10".
@@ -325,9 +283,9 @@ std::string to_junit(const std::vector<AssetResult>& results, const ordered_json
     }
     out += fmt::format(
         "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}{}  </testsuite>\n",
-        escaped(result.asset), result.cases.size(), broken, skipped, properties(provenance), cases);
+        xml::escaped(result.asset), result.cases.size(), broken, skipped, xml::properties(provenance), cases);
   }
-  return with_utf8_alone(out + "</testsuites>\n");
+  return xml::with_utf8_alone(out + "</testsuites>\n");
 }
 
 }  // namespace vps::stress

@@ -33,12 +33,21 @@ constexpr double kLargestCoordinate = 1e30;
   throw ImportError(kind, message);
 }
 
-/// @return the extension in lower case, without the dot
-std::string check_extension(const fs::path& path) {
+// In lower case, without the dot.
+std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
   if (!extension.empty()) extension.erase(0, 1);
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats)) return extension;
+  return extension;
+}
+
+bool is_known(const std::string& extension) {
+  return std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats);
+}
+
+std::string check_extension(const fs::path& path) {
+  std::string extension = extension_of(path);
+  if (is_known(extension)) return extension;
   std::string known;
   for (const std::string_view format : kFormats) {
     known += (known.empty() ? "" : format == std::end(kFormats)[-1] ? " or " : ", ") + std::string(format);
@@ -200,6 +209,10 @@ ImportedMesh join(const RawMesh& raw, double unit) {
 }
 
 }  // namespace
+
+bool has_mesh_extension(const fs::path& path) {
+  return is_known(extension_of(path));
+}
 
 ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {
   if (!(options.unit > 0 && std::isfinite(options.unit)))

@@ -29,6 +29,9 @@ struct ImportedMesh : TriangleMesh {
   std::vector<std::string> notes;  ///< what the caller should know, such as a loss of precision; one line each
 };
 
+/// Whether a file's name ends as those of meshes do that import_mesh reads.
+[[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
+
 /// Reads a mesh. obj, off, ply and stl keep double precision, except for rare variants, which a note names; the other
 /// formats come in single precision. Node transforms and instances applied, points and lines skipped, polygons
 /// triangulated (concave ones by ear clipping), identical positions joined, unused vertices dropped, every index and

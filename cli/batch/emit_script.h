@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The thin script that hands shares of a jobs file to an engine.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace vps::cli::batch {
+
+struct ScriptOptions {
+  std::string engine;     ///< slurm, snakemake or parallel
+  std::string file;       ///< jobs.jsonl; the script stands beside it
+  std::size_t tasks = 1;  ///< shares
+  std::string cache;      ///< empty: none
+  std::string memory;     ///< of a task, as given; empty: the engine's default
+};
+
+/// Name of the script beside the jobs file.
+[[nodiscard]] std::string script_name(const ScriptOptions& options);
+
+[[nodiscard]] std::string script_text(const ScriptOptions& options);
+
+/// How it is started, for people.
+[[nodiscard]] std::string start_line(const ScriptOptions& options);
+
+}  // namespace vps::cli::batch

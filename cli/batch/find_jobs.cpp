@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/find_jobs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <system_error>
+#include <tuple>
+
+#include "cli/batch/folder_settings.h"
+#include "formats/mesh/mesh_import.h"
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kSettings = "vpsbake.toml";
+constexpr const char* kAsset = ".vps.hdf";
+
+// A vpsbake.toml and the folder that it is about, from the folder that was given.
+struct Layer {
+  std::string folder;  // with a slash behind; empty: the given one itself
+  FolderSettings settings;
+};
+
+bool any_matches(const std::vector<std::string>& globs, const std::string& path) {
+  return std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) { return glob_matches(glob, path); });
+}
+
+void overlay(const OptionTexts& on_top, OptionTexts& out) {
+  // Three ways to say the same: the nearer one alone holds.
+  for (const char* const grid : {"voxel", "resolution", "max-error"}) {
+    if (on_top.count(grid) == 0) continue;
+    for (const char* const other : {"voxel", "resolution", "max-error"}) out.erase(other);
+  }
+  for (const auto& [name, text] : on_top) out[name] = text;
+}
+
+class Finder {
+ public:
+  explicit Finder(const Inputs& inputs) : inputs_(inputs) {}
+
+  [[nodiscard]] const std::vector<fs::path>& settings() const { return settings_; }
+
+  std::vector<Job> find() {
+    for (const std::string& path : inputs_.paths) {
+      std::error_code failed;
+      const fs::file_status status = fs::status(path, failed);
+      if (!fs::exists(status)) throw BatchError(path, "there is no such folder or file; check its name");
+      if (fs::is_directory(status)) {
+        search(path, "");
+      } else if (fs::path(path).extension() == ".toml") {
+        read_list(path);
+      } else {
+        add_file(path);
+      }
+    }
+    if (jobs_.empty()) throw BatchError(inputs_.paths.front(), "no mesh is found; check the folder and the globs");
+    std::sort(jobs_.begin(), jobs_.end(),
+              [](const Job& a, const Job& b) { return std::tie(a.output, a.mesh) < std::tie(b.output, b.mesh); });
+    refuse_twins();
+    return std::move(jobs_);
+  }
+
+ private:
+  // @param below  the folder from `root`, with a slash behind
+  void search(const fs::path& root, const std::string& below) {
+    const fs::path folder = root / below;
+    std::error_code failed;
+    std::vector<fs::directory_entry> entries;
+    for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
+      entries.push_back(*it);
+    if (failed) {
+      Job job{folder, inputs_.folder, below, inputs_.options, {}};
+      job.refusal = fmt::format("the folder cannot be read ({}); check its rights", failed.message());
+      jobs_.push_back(std::move(job));
+      return;
+    }
+    const std::size_t depth = layers_.size();
+    push_layer(folder, below);
+    for (const fs::directory_entry& entry : entries) {
+      const std::string name = entry.path().filename().string();
+      if (name.starts_with('.')) continue;
+      if (entry.is_directory(failed) && !entry.is_symlink(failed)) {
+        if (!fs::equivalent(entry.path(), inputs_.folder, failed)) search(root, below + name + '/');
+      } else if (has_mesh_extension(name) && !entry.is_directory(failed)) {
+        add(root, below + name);
+      }
+    }
+    layers_.resize(depth);
+  }
+
+  void push_layer(const fs::path& folder, const std::string& below) {
+    std::error_code ignored;
+    if (!fs::is_regular_file(folder / kSettings, ignored)) return;
+    settings_.push_back((folder / kSettings).lexically_normal());
+    layers_.push_back({below, read_folder_settings(settings_.back(), SettingsKind::beside_meshes)});
+  }
+
+  void add_file(const fs::path& file) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
+    push_layer(folder, "");
+    add(folder, file.filename().string());
+    layers_.clear();
+  }
+
+  void read_list(const fs::path& file) {
+    settings_.push_back(file);
+    const FolderSettings list = read_folder_settings(file, SettingsKind::list);
+    OptionTexts common = inputs_.options;
+    overlay(list.options, common);
+    for (const FileSettings& entry : list.files) {
+      if (entry.skip) continue;
+      const fs::path mesh(entry.mesh);
+      Job job{file.parent_path() / mesh, inputs_.folder, entry.output, common, {}};
+      // Below the folder of assets as it is below the list's, where it is.
+      const bool outside = mesh.is_absolute() || *mesh.lexically_normal().begin() == "..";
+      const fs::path place = outside ? mesh.filename() : mesh.lexically_normal();
+      if (job.output.empty()) job.output = fs::path(place).replace_extension(kAsset).generic_string();
+      overlay(entry.options, job.options);
+      jobs_.push_back(std::move(job));
+    }
+  }
+
+  // @param path  from `root`
+  void add(const fs::path& root, const std::string& path) {
+    if (any_matches(inputs_.exclude, path)) return;
+    if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
+    Job job{
+        root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {}};
+    for (const Layer& layer : layers_) {
+      const std::string rest = path.substr(layer.folder.size());
+      if (any_matches(layer.settings.exclude, rest)) return;
+      if (!layer.settings.include.empty() && !any_matches(layer.settings.include, rest)) return;
+      overlay(layer.settings.options, job.options);
+      bool skip = false;
+      for (const FileSettings& entry : layer.settings.files) {
+        if (!any_matches(entry.match, rest)) continue;
+        overlay(entry.options, job.options);
+        if (!entry.output.empty()) job.output = layer.folder + entry.output;
+        skip = entry.skip;
+      }
+      if (skip) return;
+    }
+    jobs_.push_back(std::move(job));
+  }
+
+  void refuse_twins() {
+    for (std::size_t i = 0; i < jobs_.size();) {
+      std::size_t end = i + 1;
+      while (end < jobs_.size() && jobs_[end].output == jobs_[i].output) ++end;
+      for (std::size_t j = i; j < end && end - i > 1; ++j) {
+        jobs_[j].refusal = fmt::format(
+            "{} would be written to {} as well; leave one out with --exclude, or give it another output in "
+            "vpsbake.toml",
+            jobs_[j == i ? i + 1 : i].mesh.string(), jobs_[j].asset().string());
+      }
+      i = end;
+    }
+  }
+
+  const Inputs& inputs_;
+  std::vector<Layer> layers_;  // of the folders on the way down
+  std::vector<Job> jobs_;
+  std::vector<fs::path> settings_;
+};
+
+}  // namespace
+
+std::vector<Job> find_jobs(const Inputs& inputs) {
+  return Finder(inputs).find();
+}
+
+std::vector<fs::path> settings_files(const Inputs& inputs) {
+  Finder finder(inputs);
+  (void)finder.find();
+  return finder.settings();
+}
+
+}  // namespace vps::cli::batch

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file From folders, files and lists to bakes.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/batch/job.h"
+
+namespace vps::cli::batch {
+
+struct Inputs {
+  std::vector<std::string> paths;             ///< folders, meshes, and lists that end in .toml
+  std::filesystem::path folder;               ///< of the assets
+  OptionTexts options;                        ///< where no vpsbake.toml says otherwise
+  std::vector<std::string> include, exclude;  ///< globs, from each folder of `paths`; an empty `include`: all
+};
+
+/// Every mesh below the folders, in the order of their assets' names. Folders are searched downwards, each with its
+/// vpsbake.toml, hidden ones and `folder` left out. What is wrong with one mesh, such as two that would be written to
+/// one asset, is its refusal.
+/// @throw BatchError when an input is not there, a vpsbake.toml cannot be used, or there is no mesh at all
+[[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs);
+
+/// The vpsbake.toml files and lists that find_jobs reads.
+[[nodiscard]] std::vector<std::filesystem::path> settings_files(const Inputs& inputs);
+
+}  // namespace vps::cli::batch

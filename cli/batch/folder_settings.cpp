@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/folder_settings.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <sstream>
+
+#include "cli/scene/nearest_name.h"
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void refuse(const fs::path& file, const toml::source_region& place, const std::string& reason) {
+  throw BatchError(fmt::format("{}:{}", file.string(), place.begin.line), reason);
+}
+
+// A value as its option takes it: a text, a number, or a list of texts.
+std::string option_text(const fs::path& file, const std::string& key, const toml::node& node) {
+  if (const auto text = node.value_exact<std::string>()) return *text;
+  if (const auto number = node.value_exact<std::int64_t>()) return std::to_string(*number);
+  if (const auto number = node.value_exact<double>()) return fmt::format("{}", *number);
+  std::string list;
+  const toml::array* const array = node.as_array();
+  for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+    const auto text = array->get(i)->value_exact<std::string>();
+    if (!text) refuse(file, node.source(), key + " is a list of texts");
+    list += (i == 0 ? "" : ",") + *text;
+  }
+  if (list.empty())
+    refuse(file, node.source(), key + " is a text in quotes, such as \"5mm\", a number or a list of texts");
+  return list;
+}
+
+std::vector<std::string> texts(const fs::path& file, const std::string& key, const toml::node& node) {
+  if (const auto text = node.value_exact<std::string>()) return {*text};
+  const toml::array* const array = node.as_array();
+  std::vector<std::string> out;
+  for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+    if (const auto text = array->get(i)->value_exact<std::string>()) out.push_back(*text);
+  }
+  if (array == nullptr || out.size() != array->size())
+    refuse(file, node.source(), key + " is a list of texts, such as [\"*.obj\"]");
+  return out;
+}
+
+[[noreturn]] void refuse_key(const fs::path& file, const toml::key& key, std::vector<std::string> keys) {
+  const std::string name(key.str());
+  keys.insert(keys.end(), option_names().begin(), option_names().end());
+  const auto meant = nearest_name(name, keys);
+  refuse(file, key.source(),
+         fmt::format("there is no key '{}' here; {}", name,
+                     meant ? fmt::format("did you mean '{}'?", *meant) : "the options of vpsbake --help are keys"));
+}
+
+bool is_option(const std::string& key) {
+  const auto& names = option_names();
+  return std::find(names.begin(), names.end(), key) != names.end();
+}
+
+// Checks a value as the command line would, so that the line can be named.
+void take_option(const fs::path& file, const std::string& key, const toml::node& node, OptionTexts& out) {
+  Job probe;
+  probe.options = {{key, option_text(file, key, node)}};
+  if (key != "voxel" && key != "resolution" && key != "max-error") probe.options["voxel"] = "1mm";
+  if (key == "fields" || key == "precision" || key == "field-error") probe.options["parts"] = "voxelmap";
+  try {
+    (void)bake_arguments(probe);
+  } catch (const BatchError& error) {
+    refuse(file, node.source(), fmt::format("{}: {}", key, error.what()));
+  }
+  out[key] = probe.options[key];
+}
+
+bool is_below(const std::string& name) {
+  const fs::path path(name);
+  if (name.empty() || path.is_absolute() || !path.has_filename()) return false;
+  return std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+FileSettings read_entry(const fs::path& file, const toml::table& table, SettingsKind kind) {
+  const char* const subject = kind == SettingsKind::list ? "mesh" : "match";
+  FileSettings entry;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    if (name == subject && kind == SettingsKind::list) {
+      entry.mesh = node.value_exact<std::string>().value_or("");
+      if (entry.mesh.empty()) refuse(file, node.source(), "mesh is the name of a file, in quotes");
+    } else if (name == subject) {
+      entry.match = texts(file, name, node);
+    } else if (name == "output") {
+      entry.output = node.value_exact<std::string>().value_or("");
+      if (!is_below(entry.output) || !entry.output.ends_with(".vps.hdf"))
+        refuse(file, node.source(), "output is a name below the folder of assets, such as \"parts/gear.vps.hdf\"");
+    } else if (name == "skip") {
+      const auto value = node.value_exact<bool>();
+      if (!value) refuse(file, node.source(), "skip is true or false");
+      entry.skip = *value;
+    } else if (is_option(name)) {
+      take_option(file, name, node, entry.options);
+    } else {
+      refuse_key(file, key, {subject, "skip", "output"});
+    }
+  }
+  if (entry.mesh.empty() && entry.match.empty())
+    refuse(file, table.source(), fmt::format("an entry of [[files]] says which, with {} = \"...\"", subject));
+  return entry;
+}
+
+}  // namespace
+
+FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind) {
+  toml::table table;
+  try {
+    table = toml::parse_file(file.string());
+  } catch (const toml::parse_error& error) {
+    if (error.source().begin.line == 0) throw BatchError(file.string(), "it cannot be read; check its name and rights");
+    refuse(file, error.source(), fmt::format("this is not TOML: {}; correct the line", error.description()));
+  }
+  FolderSettings out;
+  for (const auto& [key, node] : table) {
+    const std::string name(key.str());
+    if (name == "files") {
+      const toml::array* const list = node.as_array();
+      if (list == nullptr || !list->is_array_of_tables())
+        refuse(file, node.source(), "files is written as [[files]], once for each entry");
+      for (const toml::node& entry : *list) out.files.push_back(read_entry(file, *entry.as_table(), kind));
+    } else if (kind == SettingsKind::beside_meshes && (name == "include" || name == "exclude")) {
+      (name == "include" ? out.include : out.exclude) = texts(file, name, node);
+    } else if (is_option(name)) {
+      take_option(file, name, node, out.options);
+    } else {
+      refuse_key(file, key, {"files", "include", "exclude"});
+    }
+  }
+  return out;
+}
+
+bool glob_matches(const std::string& glob, const std::string& path) {
+  if (glob.ends_with('/')) return glob_matches(glob + '*', path);
+  if (glob.find('/') != std::string::npos) {
+    // With a slash in front, a leading **/ means the folder itself as well.
+    return ::fnmatch(glob.c_str(), path.c_str(), 0) == 0 || ::fnmatch(glob.c_str(), ('/' + path).c_str(), 0) == 0;
+  }
+  std::istringstream names(path);
+  for (std::string name; std::getline(names, name, '/');) {
+    if (::fnmatch(glob.c_str(), name.c_str(), 0) == 0) return true;
+  }
+  return false;
+}
+
+}  // namespace vps::cli::batch

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/jobs_file.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+Job to_job(const Json& json, const fs::path& folder) {
+  Job job;
+  job.mesh = (folder / json.at("mesh").get<std::string>()).lexically_normal();
+  job.folder = (folder / json.at("folder").get<std::string>()).lexically_normal();
+  job.output = json.at("output");
+  job.options = json.at("options").get<OptionTexts>();
+  if (json.contains("refusal")) job.refusal = json["refusal"];
+  const fs::path output(job.output);
+  const bool outside = output.is_absolute() || output.lexically_normal().begin()->string() == "..";
+  if (outside || !job.output.ends_with(".vps.hdf"))
+    throw BatchError("", "'output' is not the name of an asset below its folder");
+  return job;
+}
+
+}  // namespace
+
+std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
+  const fs::path folder = folder_of(file);
+  std::string text;
+  for (const Job& job : jobs) {
+    Json json = {{"mesh", fs::proximate(job.mesh, folder).generic_string()},
+                 {"folder", fs::proximate(job.folder, folder).generic_string()},
+                 {"output", job.output},
+                 {"options", job.options}};
+    if (!job.refusal.empty()) json["refusal"] = job.refusal;
+    text += json.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+  }
+  return text;
+}
+
+std::vector<Job> read_jobs(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan");
+  std::vector<Job> jobs;
+  int number = 0;
+  for (std::string line; std::getline(in, line);) {
+    ++number;
+    if (line.empty()) continue;
+    const std::string place = fmt::format("{}:{}", file.string(), number);
+    try {
+      jobs.push_back(to_job(Json::parse(line), folder_of(file)));
+      if (jobs.back().refusal.empty()) (void)bake_arguments(jobs.back());
+    } catch (const Json::exception&) {
+      throw BatchError(place, "this is not a line that vpsbake plan writes; make the file again");
+    } catch (const BatchError& error) {
+      throw BatchError(place, error.what());
+    }
+  }
+  if (jobs.empty()) throw BatchError(file.string(), "there is no job in it; make it with vpsbake plan");
+  return jobs;
+}
+
+std::vector<Job> share_of(const std::vector<Job>& jobs, std::size_t i, std::size_t n) {
+  std::vector<Job> share;
+  for (std::size_t at = i - 1; at < jobs.size(); at += n) share.push_back(jobs[at]);
+  return share;
+}
+
+}  // namespace vps::cli::batch

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file jobs.jsonl: one bake per line, for other machines. docs/schemas/job.schema.json
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/batch/job.h"
+
+namespace vps::cli::batch {
+
+/// Paths in it are relative to the file's folder, where meshes and assets are on the same tree.
+[[nodiscard]] std::string to_lines(const std::vector<Job>& jobs, const std::filesystem::path& file);
+
+/// @throw BatchError that names the line
+[[nodiscard]] std::vector<Job> read_jobs(const std::filesystem::path& file);
+
+/// The jobs of share i of n, 1 <= i <= n: i, i + n, i + 2 n and so on.
+[[nodiscard]] std::vector<Job> share_of(const std::vector<Job>& jobs, std::size_t i, std::size_t n);
+
+}  // namespace vps::cli::batch

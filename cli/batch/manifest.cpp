@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/manifest.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <span>
+
+#include "cli/batch/reasons.h"
+#include "cli/describe_asset.h"
+#include "formats/scene_manifest.h"
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string read_text(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// The settings of a record are those of a job, whatever the mesh was.
+bool has_settings_of(const BakeRecord& record, const Job& job) {
+  return record.text.starts_with(describe_settings(bake_settings(job)));
+}
+
+// Null when the asset is missing.
+Json item_of(const fs::path& folder, const Job& job) {
+  Asset asset;
+  if (!job.refusal.empty() || Asset::open(job.asset().c_str(), asset) != Status::ok) return nullptr;
+  const BakeRecord record = record_of(asset);
+  if (!has_settings_of(record, job)) return nullptr;
+  const AssetInfo& info = asset.info();
+  return {{"asset", job.output},
+          {"mesh", fs::proximate(job.mesh, folder).generic_string()},
+          {"key", cache_key(record).digits},
+          {"bytes", asset.bytes().size()},
+          {"xxh3_64", scene_manifest::asset_key(asset.bytes())},
+          {"voxel_size", info.voxel_size},
+          {"voxelmap", asset.has_voxelmap()},
+          {"pointshell", asset.has_pointshell()},
+          {"bounds_min", info.bounds_min},
+          {"bounds_max", info.bounds_max},
+          {"volume", info.volume}};
+}
+
+}  // namespace
+
+Manifest gather_manifest(const fs::path& folder, const std::vector<Job>& jobs) {
+  Manifest out;
+  Json assets = Json::array();
+  for (const Job& job : jobs) {
+    Json item = item_of(folder, job);
+    if (item.is_null()) {
+      out.missing.push_back(job.output);
+    } else {
+      assets.push_back(std::move(item));
+    }
+  }
+  out.json = {{"format", "vpsbake batch manifest 1"}, {"assets", std::move(assets)}, {"missing", out.missing}};
+  return out;
+}
+
+void write_manifest(const fs::path& folder, const Manifest& manifest) {
+  const std::string text = to_text(manifest.json);
+  const fs::path file = folder / kManifest;
+  if (read_text(file) == text && ::utimensat(AT_FDCWD, file.c_str(), nullptr, 0) == 0) return;
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  write_whole(file, std::as_bytes(std::span(text)));
+}
+
+std::vector<std::string> left_over(const fs::path& folder, const std::vector<Job>& jobs) {
+  std::set<std::string> made;
+  for (const Job& job : jobs) made.insert(job.output);
+  std::vector<std::string> out;
+  const Json json = Json::parse(read_text(folder / kManifest), nullptr, false);
+  if (!json.is_object() || !json.contains("assets") || !json["assets"].is_array()) return out;
+  for (const Json& item : json["assets"]) {
+    if (!item.is_object() || !item.contains("asset") || !item["asset"].is_string()) continue;
+    const std::string name = item["asset"];
+    std::error_code ignored;
+    if (made.count(name) == 0 && fs::exists(folder / name, ignored)) out.push_back(name);
+  }
+  return out;
+}
+
+}  // namespace vps::cli::batch

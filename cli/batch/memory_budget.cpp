@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/memory_budget.h"
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <string>
+
+namespace vps::cli::batch {
+namespace {
+
+std::optional<std::size_t> number_in(const std::string& file) {
+  std::ifstream in(file);
+  std::size_t number = 0;
+  if (in >> number) return number;  // "max" is none
+  return std::nullopt;
+}
+
+// Of version 2, which containers of today have; version 1 shows the host's memory.
+std::optional<std::size_t> left_in_cgroup() {
+  std::ifstream file("/proc/self/cgroup");
+  std::optional<std::size_t> least;
+  for (std::string line; std::getline(file, line);) {
+    if (!line.starts_with("0::")) continue;
+    // Limits hold for everything below: in a container its own is at the root.
+    for (std::string path = line.substr(3);; path.resize(path.find_last_of('/'))) {
+      while (path.ends_with('/')) path.pop_back();
+      const std::string folder = "/sys/fs/cgroup" + path;
+      const auto limit = number_in(folder + "/memory.max");
+      if (limit) {
+        const std::size_t used = number_in(folder + "/memory.current").value_or(0);
+        least = std::min(least.value_or(*limit), *limit > used ? *limit - used : 0);
+      }
+      if (path.empty()) break;
+    }
+  }
+  return least;
+}
+
+}  // namespace
+
+std::size_t available_memory() {
+  std::size_t bytes = std::size_t{4} << 30;  // when the system does not say
+  std::ifstream file("/proc/meminfo");
+  for (std::string name, unit; file >> name;) {
+    std::size_t kilobytes = 0;
+    if (!(file >> kilobytes)) break;
+    std::getline(file, unit);
+    if (name == "MemAvailable:") bytes = kilobytes * 1024;
+  }
+  if (const auto left = left_in_cgroup()) bytes = std::min(bytes, *left);
+  return bytes - bytes / 10;
+}
+
+}  // namespace vps::cli::batch

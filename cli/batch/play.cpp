@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/play.h"
+
+#include <fmt/format.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <span>
+#include <thread>
+
+#include "cli/batch/memory_budget.h"
+#include "cli/batch/report.h"
+#include "cli/describe_asset.h"
+#include "cli/exit_code.h"
+#include "cli/options.h"
+#include "cli/output_file.h"
+#include "cli/progress.h"
+#include "formats/hdf5/hdf5_writer.h"
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+std::atomic<bool> stop_all = false;
+
+void stop_at_signal(int) {
+  stop_all = true;
+}
+
+// What is being baked, on one line of a terminal.
+class Line {
+ public:
+  explicit Line(std::size_t count) : count_(count) {}
+  void began(const Job& job) { running_.push_back(&job), show(); }
+  void ended(const Job& job) {
+    std::erase(running_, &job);
+    ++done_;
+    show();
+  }
+  void clear() const { progress_.clear(); }
+
+ private:
+  void show() const {
+    std::string names;
+    for (const Job* job : running_) names += (names.empty() ? "" : ", ") + job->mesh.filename().string();
+    progress_.show(fmt::format("[{}/{}] {}", done_, count_, names), double(done_) / double(count_));
+  }
+  Progress progress_;
+  std::size_t count_, done_ = 0;
+  std::vector<const Job*> running_;
+};
+
+int write_file(const std::string& file, const std::string& text) {
+  try {
+    write_whole(file, std::as_bytes(std::span(text)));
+  } catch (const WriteError& error) {
+    return fail(kIo, file, error.what());
+  }
+  return kOk;
+}
+
+}  // namespace
+
+void add_play_options(CLI::App& app, PlayArguments& arguments) {
+  constexpr const char* kGroup = "Running";
+  add_integer(app, "--jobs", arguments.run.jobs, 1, 1024, "Bakes at once, 1 to 1024 [default: processor cores]")
+      ->option_text("N")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--memory", [&](const std::string& text) { arguments.run.memory_bytes = parse_size(text); },
+         "Memory for all bakes together, such as 12GB; what fits is baked at once [default: nine tenths of what is "
+         "free]")
+      ->option_text("SIZE")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--timeout", [&](const std::string& text) { arguments.run.timeout = parse_time(text); },
+         "Give up a bake after this, such as 90s or 10min [default: never]")
+      ->option_text("TIME")
+      ->group(kGroup);
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments.run.cache = folder;  // options win
+  auto* const cache = app.add_option("--cache", arguments.run.cache,
+                                     "Take what was baked before from this folder, and keep there what is new "
+                                     "[default: the environment's VPSBAKE_CACHE, or none]");
+  cache->check(not_empty())->option_text("DIR")->group(kGroup);
+  app.add_flag_callback(
+         "--no-cache", [&] { arguments.run.cache.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
+      ->excludes(cache)
+      ->option_text(" ")
+      ->group(kGroup);
+  app.add_flag("--json", arguments.json, "Print what was done as JSON")->group("Reports");
+  app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Reports");
+}
+
+int play(const std::vector<Job>& jobs, PlayArguments arguments) {
+  RunOptions& run = arguments.run;
+  if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
+  if (run.memory_bytes == 0) run.memory_bytes = available_memory();
+  if (!arguments.junit.empty()) {
+    if (const std::string reason = output_refusal(arguments.junit, "<?xml", "XML"); !reason.empty())
+      return fail(kIo, arguments.junit, reason);
+  }
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, stop_at_signal);
+  const auto begin = Clock::now();
+  Line line(jobs.size());
+  Observer observer;
+  observer.began = [&](const Job& job) { line.began(job); };
+  observer.ended = [&](const Job& job, const JobResult& result) {
+    if (result.state == JobResult::State::failed) {
+      line.clear();
+      complain("error", job.mesh.string(), result.error);
+    }
+    line.ended(job);
+  };
+  observer.warned = [&](const std::string& text) {
+    line.clear();
+    complain("warning", "batch", text);
+  };
+  const std::vector<JobResult> results = run_jobs(jobs, run, observer, stop_all);
+  line.clear();
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  nlohmann::ordered_json json = to_json(jobs, results);
+  fmt::print("{}", arguments.json ? to_text(json) : to_table(jobs, results, seconds));
+  int code = any_failed(results) ? kSomeFailed : kOk;
+  if (!arguments.junit.empty() && write_file(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
+  if (!arguments.log.empty()) {
+    json["cwd"] = fs::current_path().string();
+    if (write_file(arguments.log, to_text(json)) != kOk) code = kIo;
+  }
+  return code;
+}
+
+}  // namespace vps::cli::batch

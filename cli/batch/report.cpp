@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "bake/plan.h"
+#include "cli/provenance.h"
+#include "cli/xml.h"
+
+namespace vps::cli::batch {
+namespace {
+
+using nlohmann::ordered_json;
+using State = JobResult::State;
+
+std::string joined(const std::vector<std::string>& texts, const char* between) {
+  return fmt::format("{}", fmt::join(texts, between));
+}
+
+std::string size_text(std::size_t bytes) {
+  return bytes == 0 ? "" : format_bytes(static_cast<double>(bytes));
+}
+
+std::string row(const Job& job, const JobResult& result, int width) {
+  const std::string what = describe(result.state);
+  if (result.state == State::failed)
+    return fmt::format("  {:<10}  {:<{}}  {}\n", what, job.output, width, result.error);
+  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", what, job.output, width, size_text(result.bytes));
+  if (result.state == State::baked)
+    line += fmt::format("  {:>7.2f} s  {:>8} of memory", result.seconds, size_text(result.memory_bytes));
+  if (result.state == State::would_bake) line += fmt::format("  {:>8} of memory", size_text(result.memory_bytes));
+  if (!result.reasons.empty()) line += "  " + joined(result.reasons, "; ");
+  return line + '\n';
+}
+
+}  // namespace
+
+std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds) {
+  std::size_t width = 0;
+  std::map<State, std::size_t> counts;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    ++counts[results[i].state];
+    if (results[i].state != State::unchanged) width = std::max(width, jobs[i].output.size());
+  }
+  std::string out;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    if (results[i].state == State::unchanged) continue;
+    out += row(jobs[i], results[i], static_cast<int>(std::min<std::size_t>(width, 48)));
+    for (const std::string& note : results[i].notes) out += fmt::format("              note: {}\n", note);
+  }
+  std::string total;
+  for (const auto& [state, count] : counts)
+    total += fmt::format("{}{} {}", total.empty() ? "" : ", ", count, describe(state));
+  return out + fmt::format("{} {}: {}; {:.1f} s\n", jobs.size(), jobs.size() == 1 ? "mesh" : "meshes", total, seconds);
+}
+
+ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>& results) {
+  ordered_json items = ordered_json::array();
+  ordered_json counts = ordered_json::object();
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const JobResult& result = results[i];
+    ordered_json item = {{"mesh", jobs[i].mesh.string()}, {"asset", jobs[i].asset().string()},
+                         {"options", jobs[i].options},    {"state", describe(result.state)},
+                         {"reasons", result.reasons},     {"key", result.key},
+                         {"bytes", result.bytes},         {"memory_bytes", result.memory_bytes},
+                         {"seconds", result.seconds},     {"notes", result.notes}};
+    if (result.state == State::failed) {
+      item["error"] = result.error;
+      item["exit_code"] = result.code;
+    }
+    auto& count = counts[describe(result.state)];
+    count = count.is_null() ? 1 : count.get<int>() + 1;
+    items.push_back(std::move(item));
+  }
+  return {{"items", std::move(items)}, {"counts", std::move(counts)}, {"provenance", provenance(0)}};
+}
+
+std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>& results) {
+  std::string cases;
+  std::size_t failures = 0;
+  double seconds = 0;
+  for (std::size_t i = 0; i < jobs.size(); ++i) {
+    const JobResult& result = results[i];
+    seconds += result.seconds;
+    cases += fmt::format("    <testcase classname=\"vpsbake batch\" name=\"{}\" time=\"{:.3f}\">\n",
+                         xml::escaped(jobs[i].output), result.seconds);
+    if (result.state == State::failed) {
+      ++failures;
+      const std::string message = fmt::format("{}: {}", jobs[i].mesh.string(), result.error);
+      cases += fmt::format("      <failure message=\"{0}\">{0}</failure>\n", xml::escaped(message));
+    }
+    const std::string said = joined(result.reasons, "; ") + "\n" + joined(result.notes, "\n");
+    cases += fmt::format("      <system-out>{}: {}</system-out>\n    </testcase>\n", describe(result.state),
+                         xml::escaped(said));
+  }
+  return xml::with_utf8_alone(
+      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"vpsbake batch\" "
+                  "tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\" time=\"{:.3f}\">\n{}{}  </testsuite>\n"
+                  "</testsuites>\n",
+                  jobs.size(), failures, seconds, xml::properties(provenance(0)), cases));
+}
+
+bool any_failed(const std::vector<JobResult>& results) {
+  return std::any_of(results.begin(), results.end(),
+                     [](const JobResult& result) { return result.state == State::failed; });
+}
+
+}  // namespace vps::cli::batch

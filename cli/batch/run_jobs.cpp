@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch/run_jobs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+#include <system_error>
+#include <thread>
+
+#include "bake/plan.h"
+#include "cli/batch/child_program.h"
+#include "cli/batch/memory_budget.h"
+#include "cli/batch/reasons.h"
+#include "cli/exit_code.h"
+#include "cli/output_file.h"
+
+namespace vps::cli::batch {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using State = JobResult::State;
+
+JobResult failure(int code, std::string error) {
+  JobResult result;
+  result.code = code;
+  result.error = std::move(error);
+  return result;
+}
+
+// What a child complained of, without the name of the program and of the file.
+std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
+  std::istringstream lines(err);
+  const std::string start = "vpsbake: " + kind + ": ";
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with(start)) continue;
+    line.erase(0, start.size());
+    if (line.starts_with(file + ": ")) line.erase(0, file.size() + 2);
+    return line;
+  }
+  return {};
+}
+
+// Memory for reading a mesh, before its size is known: no text format takes fewer bytes per triangle than it needs
+// vertices of. Measured: docs/batch.md.
+std::size_t import_memory(const fs::path& mesh, const ImportOptions& limits) {
+  std::error_code failed;
+  std::uintmax_t bytes = 0;
+  for (const fs::path& file : mesh_files(mesh)) {
+    const std::uintmax_t size = fs::file_size(file, failed);
+    if (!failed) bytes += size;
+  }
+  constexpr std::size_t kProgram = 100'000'000, kPerByte = 12;
+  return std::min(kProgram + kPerByte * static_cast<std::size_t>(bytes), kProgram + limits.memory_limit_bytes);
+}
+
+class Runner {
+ public:
+  Runner(const std::vector<Job>& jobs, const RunOptions& options, const Observer& observer,
+         const std::atomic<bool>& stop)
+      : jobs_(jobs),
+        options_(options),
+        observer_(observer),
+        stop_(stop),
+        budget_(options.memory_bytes),
+        results_(jobs.size()) {}
+
+  std::vector<JobResult> run() {
+    std::vector<std::thread> workers;
+    const std::size_t count = std::min<std::size_t>(options_.jobs, jobs_.size());
+    for (std::size_t i = 1; i < count; ++i) workers.emplace_back([this] { work(); });
+    work();
+    for (std::thread& worker : workers) worker.join();
+    return std::move(results_);
+  }
+
+ private:
+  void work() {
+    for (std::size_t i = next_++; i < jobs_.size(); i = next_++) {
+      tell([&] { observer_.began(jobs_[i]); });
+      std::vector<std::size_t> twins;
+      if (!guarded_job(i, twins)) continue;
+      tell([&] { observer_.ended(jobs_[i], results_[i]); });
+      for (const std::size_t twin : twins) {
+        results_[twin] = copy_of(i, twin);
+        tell([&] { observer_.ended(jobs_[twin], results_[twin]); });
+      }
+    }
+  }
+
+  template <class Call>
+  void tell(const Call& call) {
+    const std::lock_guard lock(observing_);
+    call();
+  }
+
+  // False when the job waits for its twin: whoever bakes that completes it.
+  bool guarded_job(std::size_t i, std::vector<std::size_t>& twins) {
+    std::optional<JobResult> result;
+    std::string key;
+    try {
+      result = run_job(i, key);
+    } catch (const BatchError& error) {
+      result = failure(kBadInput, error.what());
+    } catch (const fs::filesystem_error& error) {
+      result = failure(kIo, error.code().message() + "; free space or choose another folder");
+    } catch (const std::bad_alloc&) {
+      result = failure(kInternal, "out of memory; bake fewer at once with --jobs");
+    }
+    if (!result) return false;
+    const std::lock_guard lock(planning_);
+    results_[i] = std::move(*result);
+    if (!key.empty()) {
+      twins = std::move(waiting_[key]);
+      finished_.insert(key);
+    }
+    return true;
+  }
+
+  // Nothing when another worker bakes the same: it settles this job, too.
+  std::optional<JobResult> run_job(std::size_t i, std::string& key) {
+    const Job& job = jobs_[i];
+    if (stop_) return failure(kIo, "stopped before it was baked; run the batch again");
+    if (!job.refusal.empty()) return failure(kBadInput, job.refusal);
+    const Standing standing = compare_with_asset(job);
+    JobResult result;
+    result.reasons = standing.reasons;
+    if (standing.wanted) result.key = cache_key(*standing.wanted).digits;
+    if (standing.reasons.empty()) {
+      result.state = State::unchanged;
+      result.bytes = fs::file_size(job.asset());
+      return result;
+    }
+    if (!result.key.empty()) {
+      const std::lock_guard lock(planning_);
+      const auto [it, is_first] = first_.try_emplace(result.key, i);
+      if (!is_first && finished_.count(result.key) == 0) {
+        results_[i] = result;  // copy_of completes it
+        waiting_[result.key].push_back(i);
+        return std::nullopt;
+      }
+      if (!is_first) {
+        results_[i] = result;
+        return copy_of(it->second, i);
+      }
+    }
+    key = result.key;
+    if (!key.empty() && !options_.cache.empty() && take_from_cache(job, result)) return result;
+    return bake(job, std::move(result));
+  }
+
+  bool take_from_cache(const Job& job, JobResult& result) const {
+    Asset entry;
+    BakeReport report;
+    if (!AssetCache(options_.cache).open({result.key}, entry, report)) return false;
+    result.bytes = entry.bytes().size();
+    result.notes = report.notes;
+    result.state = State::cached;
+    if (!options_.dry_run) deliver(job, entry, result);
+    return true;
+  }
+
+  static void deliver(const Job& job, const Asset& asset, JobResult& result) {
+    std::string refusal = prepare(job.asset());
+    try {
+      if (refusal.empty()) write_whole(job.asset(), asset.bytes());
+    } catch (const WriteError& error) {
+      refusal = error.what();
+    }
+    if (!refusal.empty()) result = failure(kIo, refusal);
+  }
+
+  JobResult copy_of(std::size_t first, std::size_t twin) {
+    JobResult result = results_[twin];
+    const JobResult& done = results_[first];
+    result.notes = done.notes;
+    result.code = done.code;
+    if (done.state == State::failed) {
+      result.state = State::failed;
+      result.error = fmt::format("{} (as {}, the same mesh)", done.error, jobs_[first].mesh.string());
+      return result;
+    }
+    result.bytes = done.bytes;
+    result.state = options_.dry_run ? State::would_bake : State::copied;
+    if (options_.dry_run) return result;
+    Asset asset;
+    if (Asset::open(jobs_[first].asset().c_str(), asset) != Status::ok)
+      return failure(kIo, jobs_[first].asset().string() + " went away meanwhile; run the batch again");
+    deliver(jobs_[twin], asset, result);
+    return result;
+  }
+
+  static std::string prepare(const fs::path& output) {
+    std::error_code failed;
+    fs::create_directories(output.parent_path(), failed);
+    if (failed)
+      return fmt::format("the folder {} cannot be made ({})", output.parent_path().string(), failed.message());
+    return asset_refusal(output);
+  }
+
+  [[nodiscard]] std::vector<std::string> words_for(const Job& job) const {
+    std::vector<std::string> words = {"--json", "--output=" + job.asset().string()};
+    for (std::string& word : command_words(job.options)) words.push_back(std::move(word));
+    words.push_back(fmt::format("--memory={}B", options_.memory_bytes));
+    const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
+    words.push_back(fmt::format("--threads={}", std::max(1U, cores / options_.jobs)));
+    words.insert(words.end(), {"--", job.mesh.string()});
+    return words;
+  }
+
+  // @return the child's JSON, or why there is none in `result`
+  std::optional<Json> ask(const Job& job, std::vector<std::string> words, JobResult& result) {
+    const ProgramResult run = run_program(words, options_.timeout, stop_);
+    result.seconds += run.seconds;
+    result.memory_bytes = std::max(result.memory_bytes, run.peak_memory_bytes);
+    using End = ProgramResult::End;
+    const std::string warning = complaint(run.err, "warning", job.mesh.string());
+    if (!warning.empty())
+      tell([&] {
+        if (warnings_.insert(warning).second) observer_.warned(warning);
+      });
+    result.state = State::failed;
+    result.code = run.end == End::exited ? run.code : kInternal;
+    switch (run.end) {
+      case End::exited:
+        if (run.code == 0) return Json::parse(run.out);
+        result.error = complaint(run.err, "error", job.mesh.string());
+        if (result.error.empty()) result.error = fmt::format("the bake ended with code {}; bake it alone", run.code);
+        break;
+      case End::killed:
+        result.error =
+            run.code == SIGKILL
+                ? "the system killed the bake, most likely for want of memory; bake fewer at once with --jobs"
+                : fmt::format("the bake crashed (signal {}); please report it", run.code);
+        break;
+      case End::timed_out:
+        result.code = kBadInput;
+        result.error = fmt::format("not baked in {:g} s; raise --timeout or choose larger voxels", options_.timeout);
+        break;
+      case End::stopped:
+        result.code = kIo;
+        result.error = "stopped while it was baked; run the batch again";
+        break;
+      case End::cannot_start:
+        result.error =
+            fmt::format("no process can be started ({}); bake fewer at once with --jobs", std::strerror(run.code));
+        break;
+    }
+    return std::nullopt;
+  }
+
+  JobResult bake(const Job& job, JobResult result) {
+    if (!options_.dry_run) {
+      if (std::string refusal = prepare(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
+    }
+    std::vector<std::string> words = words_for(job);
+    std::size_t predicted = options_.memory_bytes;
+    // Alone, a bake refuses by itself what does not fit.
+    if (options_.dry_run || options_.jobs > 1) {
+      std::vector<std::string> plan = words;
+      plan.insert(plan.begin(), "--dry-run");
+      const MemoryBudget::Share share(budget_, import_memory(job.mesh, bake_settings(job).import));
+      const auto said = ask(job, std::move(plan), result);
+      if (!said) return result;
+      predicted = said->at("plan").at("predicted_memory_bytes");
+      if (options_.dry_run) {
+        result.state = State::would_bake;
+        result.bytes = said->at("plan").at("predicted_asset_bytes");
+        result.memory_bytes = predicted;
+        return result;
+      }
+    }
+    words.insert(words.begin(), options_.cache.empty() ? "--no-cache" : "--cache=" + options_.cache);
+    const MemoryBudget::Share share(budget_, predicted);
+    const auto said = ask(job, std::move(words), result);
+    if (!said) return result;
+    result.state = said->at("cache") == "hit" ? State::cached : State::baked;
+    result.bytes = said->at("bytes");
+    result.notes = said->at("notes").get<std::vector<std::string>>();
+    return result;
+  }
+
+  const std::vector<Job>& jobs_;
+  const RunOptions& options_;
+  const Observer& observer_;
+  const std::atomic<bool>& stop_;
+  MemoryBudget budget_;
+  std::vector<JobResult> results_;
+  std::atomic<std::size_t> next_ = 0;
+  std::mutex observing_, planning_;
+  std::set<std::string> warnings_;
+  std::map<std::string, std::size_t> first_;                 // by key: who bakes it
+  std::map<std::string, std::vector<std::size_t>> waiting_;  // by key: who wants the same
+  std::set<std::string> finished_;
+};
+
+}  // namespace
+
+const char* describe(State state) {
+  switch (state) {
+    case State::unchanged:
+      return "unchanged";
+    case State::baked:
+      return "baked";
+    case State::cached:
+      return "from cache";
+    case State::copied:
+      return "copied";
+    case State::failed:
+      return "FAILED";
+    case State::would_bake:
+      return "to bake";
+  }
+  return "";
+}
+
+std::vector<JobResult> run_jobs(const std::vector<Job>& jobs, const RunOptions& options, const Observer& observer,
+                                const std::atomic<bool>& stop) {
+  return Runner(jobs, options, observer, stop).run();
+}
+
+}  // namespace vps::cli::batch

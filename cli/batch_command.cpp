@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/batch_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <span>
+
+#include "bake/cache.h"
+#include "cli/bake_options.h"
+#include "cli/batch/jobs_file.h"
+#include "cli/batch/manifest.h"
+#include "cli/batch/play.h"
+#include "cli/batch/report.h"
+#include "cli/depfile.h"
+#include "cli/exit_code.h"
+#include "cli/output_file.h"
+#include "formats/hdf5/hdf5_writer.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace batch;
+
+// What is thrown before anything is baked.
+int guarded_batch(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const BatchError& error) {
+    return fail(kBadInput, error.file, error.what());
+  } catch (const WriteError& error) {
+    return fail(kIo, "batch", error.what());
+  } catch (const fs::filesystem_error& error) {
+    return fail(kIo, error.path1().string(), error.code().message() + "; check its rights");
+  }
+}
+
+struct BatchArguments {
+  Inputs inputs;
+  BakeArguments scratch;  // the options are read twice: for their errors here, as texts for the bakes
+  PlayArguments play;
+  std::string folder, depfile;
+};
+
+// The manifest has to be made again when a mesh, a file of it or a vpsbake.toml changes.
+void write_depfile(const BatchArguments& arguments, const std::vector<Job>& jobs) {
+  std::vector<fs::path> files;
+  for (const Job& job : jobs) {
+    for (fs::path& file : mesh_files(job.mesh)) files.push_back(std::move(file));
+  }
+  for (fs::path& file : settings_files(arguments.inputs)) files.push_back(std::move(file));
+  const std::string text = depfile_text(fs::path(arguments.folder) / kManifest, files);
+  write_whole(arguments.depfile, std::as_bytes(std::span(text)));
+}
+
+int run_batch(BatchArguments& arguments) {
+  const fs::path folder = arguments.folder;
+  arguments.inputs.folder = folder;
+  const std::vector<Job> jobs = find_jobs(arguments.inputs);
+  if (arguments.play.run.dry_run) return play(jobs, arguments.play);
+  arguments.play.log = (folder / kLog).string();
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed)
+    return fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message()));
+  const int code = play(jobs, arguments.play);
+  for (const std::string& name : left_over(folder, jobs))
+    complain("note", (folder / name).string(), "no mesh makes this asset any more; remove it");
+  write_manifest(folder, gather_manifest(folder, jobs));
+  if (!arguments.depfile.empty()) write_depfile(arguments, jobs);
+  return code;
+}
+
+struct RunArguments {
+  std::string file, share;
+  std::size_t task = 0;
+  PlayArguments play;
+};
+
+std::vector<Job> chosen_jobs(const RunArguments& arguments) {
+  const std::vector<Job> jobs = read_jobs(arguments.file);
+  if (arguments.task > 0) {
+    if (arguments.task > jobs.size())
+      throw BatchError(arguments.file, fmt::format("there is no job {}; it has {}", arguments.task, jobs.size()));
+    return {jobs[arguments.task - 1]};
+  }
+  if (arguments.share.empty()) return jobs;
+  std::size_t i = 0, n = 0;
+  int used = 0;
+  if (std::sscanf(arguments.share.c_str(), "%5zu/%5zu%n", &i, &n, &used) != 2 ||
+      static_cast<std::size_t>(used) != arguments.share.size() || i < 1 || i > n)
+    throw BatchError("--shard", "write i/n with 1 <= i <= n, such as 3/100");
+  return share_of(jobs, i, n);
+}
+
+int run_share(const RunArguments& arguments) {
+  const std::vector<Job> jobs = chosen_jobs(arguments);
+  if (!jobs.empty()) return play(jobs, arguments.play);
+  fmt::print("no job in share {}\n", arguments.share);
+  return kOk;
+}
+
+// The folder that all jobs write to.
+fs::path common_folder(const std::string& file, const std::vector<Job>& jobs) {
+  for (const Job& job : jobs) {
+    if (job.folder != jobs.front().folder)
+      throw BatchError(file, "its jobs write to several folders; make one file for each");
+  }
+  return jobs.front().folder;
+}
+
+int run_merge(const std::string& file) {
+  const std::vector<Job> jobs = read_jobs(file);
+  const fs::path folder = common_folder(file, jobs);
+  const Manifest manifest = gather_manifest(folder, jobs);
+  write_manifest(folder, manifest);
+  constexpr std::size_t kNamed = 20;
+  for (std::size_t i = 0; i < std::min(kNamed, manifest.missing.size()); ++i) {
+    const std::string& name = manifest.missing[i];
+    const auto at = std::find_if(jobs.begin(), jobs.end(), [&](const Job& job) { return job.output == name; });
+    complain("error", (folder / name).string(),
+             fmt::format("it is not there or not what was planned; bake it with vpsbake run {} --task {}", file,
+                         at - jobs.begin() + 1));
+  }
+  if (manifest.missing.size() > kNamed)
+    complain("error", file, fmt::format("and {} more are missing", manifest.missing.size() - kNamed));
+  fmt::print("{}: {} assets, {} missing\n", (folder / kManifest).string(), jobs.size() - manifest.missing.size(),
+             manifest.missing.size());
+  return manifest.missing.empty() ? kOk : kSomeFailed;
+}
+
+}  // namespace
+
+void add_input_options(CLI::App& app, Inputs& inputs, BakeArguments& scratch) {
+  app.add_option("inputs", inputs.paths, "Folders of meshes, meshes, or lists of meshes that end in .toml")
+      ->required()
+      ->option_text("DIR|MESH|LIST.toml...");
+  constexpr const char* kGroup = "Which meshes";
+  app.add_option("--include", inputs.include,
+                 "Only what one of these globs means, such as '*.obj' or 'parts/*'; a glob without a slash means names")
+      ->allow_extra_args(false)
+      ->option_text("GLOB")
+      ->group(kGroup);
+  app.add_option("--exclude", inputs.exclude, "Not what one of these globs means")
+      ->allow_extra_args(false)
+      ->option_text("GLOB")
+      ->group(kGroup);
+  add_bake_options(app, scratch);
+}
+
+Command add_batch_command(CLI::App& app) {
+  CLI::App* const batch = app.add_subcommand(
+      "batch", "Bake folders of meshes; what is up to date is left alone; exit code 5 when some fail");
+  const auto arguments = std::make_shared<BatchArguments>();
+  BatchArguments& a = *arguments;
+  add_input_options(*batch, a.inputs, a.scratch);
+  batch->add_option("-o,--output", a.folder, "Folder of the assets, made when missing")
+      ->required()
+      ->check(not_empty())
+      ->option_text("DIR")
+      ->group("Output");
+  batch->add_flag("--dry-run", a.play.run.dry_run, "Say what would be baked, why, and how large; write nothing")
+      ->group("Output");
+  batch
+      ->add_option("--depfile", a.depfile,
+                   "Write what the assets depend on, for make and ninja; the target is vpsbake.json "
+                   "in the folder of assets")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Output");
+  add_play_options(*batch, a.play);
+  batch->footer(
+      "Settings come from the command line, and from vpsbake.toml beside the meshes: the nearest to a mesh wins.\n"
+      "Example: vpsbake batch meshes -o assets --voxel 5mm --cache ~/.cache/vpsbake --junit bake.xml");
+  return {batch, [arguments, batch] {
+            arguments->inputs.options = given_options(*batch);
+            return guarded_batch([&] { return run_batch(*arguments); });
+          }};
+}
+
+Command add_run_command(CLI::App& app) {
+  CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
+  const auto arguments = std::make_shared<RunArguments>();
+  run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
+  auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 or more");
+  task->option_text("N")->group("Which jobs");
+  run->add_option("--shard", arguments->share, "Only the jobs of share i of n: i, i + n, i + 2 n and so on")
+      ->excludes(task)
+      ->check(not_empty())
+      ->option_text("i/n")
+      ->group("Which jobs");
+  add_play_options(*run, arguments->play);
+  return {run, [arguments] { return guarded_batch([&] { return run_share(*arguments); }); }};
+}
+
+Command add_merge_command(CLI::App& app) {
+  CLI::App* const merge =
+      app.add_subcommand("merge", "Write the manifest of what jobs have baked; exit code 5 when some are missing");
+  const auto file = std::make_shared<std::string>();
+  merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
+  return {merge, [file] { return guarded_batch([&] { return run_merge(*file); }); }};
+}
+
+}  // namespace vps::cli

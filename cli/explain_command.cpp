@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/explain_command.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "cli/batch/reasons.h"
+#include "cli/batch/report.h"
+#include "cli/exit_code.h"
+#include "cli/open_asset.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace batch;
+using Json = nlohmann::ordered_json;
+
+// What the last batch did with a file, the asset or its mesh.
+struct LastRun {
+  fs::path mesh, asset;
+  Json item;
+};
+
+bool is_same(const fs::path& a, const fs::path& b) {
+  std::error_code failed;
+  return fs::weakly_canonical(a, failed) == fs::weakly_canonical(b, failed);
+}
+
+// In this folder or one above it.
+std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folder) {
+  std::error_code failed;
+  for (fs::path folder = fs::weakly_canonical(from_folder, failed);; folder = folder.parent_path()) {
+    std::ifstream in(folder / kLog);
+    const Json log = in ? Json::parse(in, nullptr, false) : Json();
+    try {
+      if (log.is_object()) {
+        const fs::path from = log.at("cwd").get<std::string>();
+        for (const Json& item : log.at("items")) {
+          LastRun last{from / item.at("mesh").get<std::string>(), from / item.at("asset").get<std::string>(), item};
+          if (is_same(last.asset, file) || is_same(last.mesh, file)) return last;
+        }
+      }
+    } catch (const Json::exception&) {
+      // Not a log that this version writes.
+    }
+    if (folder == folder.root_path()) return std::nullopt;
+  }
+}
+
+void explain_last(const LastRun& last) {
+  fmt::print("last batch: {}\n", last.item.at("state").get<std::string>());
+  for (const Json& reason : last.item.at("reasons")) fmt::print("  {}\n", reason.get<std::string>());
+  if (last.item.contains("error")) fmt::print("  {}\n", last.item["error"].get<std::string>());
+  if (last.item.at("reasons").empty()) fmt::print("  the mesh's bytes, every setting and the program were the same\n");
+}
+
+void explain_now(const LastRun& last) {
+  Job job;
+  job.mesh = last.mesh;
+  job.folder = last.asset.parent_path();
+  job.output = last.asset.filename().string();
+  job.options = last.item.at("options").get<OptionTexts>();
+  const Standing now = compare_with_asset(job);
+  fmt::print("now: {}\n", now.reasons.empty() ? "up to date" : "it would be baked again with the same options");
+  for (const std::string& reason : now.reasons) fmt::print("  {}\n", reason);
+}
+
+int explain(const std::string& file, const std::string& folder) {
+  const std::optional<LastRun> last =
+      last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
+  if (last) {
+    explain_last(*last);
+    explain_now(*last);
+    return kOk;
+  }
+  Asset asset;
+  if (const int code = open_asset(file, asset); code != kOk) return code;
+  const BakeRecord record = record_of(asset);
+  if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
+  fmt::print("no batch is known in its folder; it was baked with\n");
+  for (const std::string& setting : readable_settings(record)) fmt::print("  {}\n", setting);
+  return kOk;
+}
+
+}  // namespace
+
+Command add_explain_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("explain", "Say why a batch baked an asset or did not, and whether it would now");
+  struct Arguments {
+    std::string file, folder;
+  };
+  const auto a = std::make_shared<Arguments>();
+  command->add_option("file", a->file, "Asset of a batch, its mesh (with -o), or any asset")
+      ->required()
+      ->option_text("FILE");
+  command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
+      ->check(CLI::ExistingDirectory)
+      ->option_text("DIR");
+  return {command, [a] {
+            try {
+              return explain(a->file, a->folder);
+            } catch (const BatchError& error) {
+              return fail(kBadInput, a->file, error.what());
+            } catch (const Json::exception&) {
+              return fail(kBadInput, a->file, "the log of its last batch is damaged; run the batch again");
+            }
+          }};
+}
+
+}  // namespace vps::cli
