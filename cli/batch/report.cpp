@@ -76,7 +76,12 @@ ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>&
     count = count.is_null() ? 1 : count.get<int>() + 1;
     items.push_back(std::move(item));
   }
-  return {{"items", std::move(items)}, {"counts", std::move(counts)}, {"provenance", provenance(0)}};
+  ordered_json j = {{"format", "vpsbake batch 1"}};
+  j.update(provenance(0));
+  j.erase("seed");
+  j["counts"] = std::move(counts);
+  j["items"] = std::move(items);
+  return j;
 }
 
 std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>& results) {

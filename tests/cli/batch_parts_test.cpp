@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Batches in parts: planned, shared out, gathered, stopped, killed and explained.
+#include <fcntl.h>
+#include <spawn.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <thread>
+
+#include "runtime/vps_runtime.h"
+#include "tests/cli/batch_folder.h"
+#include "tests/cli/schema.h"
+
+namespace vps::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kPlan = "plan meshes -o jobs.jsonl --into out --voxel 10mm";
+
+void add_meshes(const BatchFolder& folder) {
+  folder.add("a/cube.obj");
+  folder.add("a/twin.obj");
+  folder.add("hole.obj", "hole");
+  folder.add("peg.obj", "peg");
+  folder.add_text("bad.obj", "junk");
+}
+
+TEST(BatchParts, SharesGiveTheSameBytesAsOneRun) {
+  const BatchFolder folder;
+  add_meshes(folder);
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o whole --voxel 10mm --jobs 1").code, 5);
+  fs::remove(folder / "whole/.vpsbake-run.json");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  EXPECT_EQ(vpsbake(folder, "merge jobs.jsonl").code, 5) << "nothing is baked yet";
+  for (const char* share : {"2/3", "3/3", "1/3"})
+    (void)vpsbake(folder, std::string("run jobs.jsonl --cache cache --shard ") + share);
+  const Outcome merge = vpsbake(folder, "merge jobs.jsonl");
+  EXPECT_EQ(merge.code, 5);
+  EXPECT_NE(merge.err.find("bad.vps.hdf: it is not there or not what was planned; bake it with vpsbake run jobs.jsonl "
+                           "--task 3"),
+            std::string::npos)
+      << merge.err;
+  EXPECT_EQ(files_below(folder / "out"), files_below(folder / "whole"));
+}
+
+TEST(BatchParts, AJobsFileMayMoveWithItsTree) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  fs::create_directory(folder / "moved");
+  for (const char* name : {"meshes", "jobs.jsonl"}) fs::rename(folder / name, folder / ("moved/" + std::string(name)));
+  EXPECT_EQ(vpsbake(folder, "run moved/jobs.jsonl --task 1").code, 0);
+  EXPECT_EQ(vpsbake(folder, "merge moved/jobs.jsonl").code, 0);
+  EXPECT_TRUE(fs::exists(folder / "moved/out/cube.vps.hdf"));
+}
+
+TEST(BatchParts, BadSharesAndJobsAreRefused) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  for (const char* share : {"0/3", "4/3", "1", "1/3x", "-1/2", "a/b"})
+    expect_refusal(folder, std::string("run jobs.jsonl --shard ") + share, 3, "write i/n with 1 <= i <= n");
+  expect_refusal(folder, "run jobs.jsonl --task 2", 3, "there is no job 2; it has 1");
+  expect_refusal(folder, "run absent.jsonl", 3, "the file cannot be read");
+  write_file(folder / "bad.jsonl", "{}\n");
+  expect_refusal(folder, "run bad.jsonl", 3, "bad.jsonl:1: this is not a line that vpsbake plan writes");
+  write_file(folder / "bad.jsonl",
+             R"({"mesh": "m.obj", "folder": "out", "output": "../../x.vps.hdf", "options": {"voxel": "1mm"}})");
+  expect_refusal(folder, "run bad.jsonl", 3, "not the name of an asset below its folder");
+  write_file(folder / "bad.jsonl",
+             R"({"mesh": "m.obj", "folder": "out", "output": "x.vps.hdf", "options": {"output": "/etc/x"}})");
+  expect_refusal(folder, "run bad.jsonl", 3, "bad.jsonl:1: ");
+}
+
+TEST(BatchParts, JobsFollowTheirSchema) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  EXPECT_TRUE(follows_schema(folder / "jobs.jsonl", "job.schema.json"));  // one line
+}
+
+TEST(BatchParts, ScriptsAreEmittedForEngines) {
+  const BatchFolder folder;
+  for (const char* name : {"a.obj", "b.obj", "c.obj"}) folder.add(name);
+  for (const auto& [engine, file, start] : {std::tuple{"slurm", "jobs.sbatch", "#SBATCH --array=1-2"},
+                                            std::tuple{"snakemake", "jobs.smk", "range(1, 2 + 1)"},
+                                            std::tuple{"parallel", "jobs.sh", "seq 2 | parallel"}}) {
+    const Outcome run = vpsbake(folder, std::string(kPlan) + " --cache 'my cache' --tasks 2 --emit " + engine);
+    EXPECT_EQ(run.code, 0) << run.err;
+    const std::string script = read_file(folder / file);
+    EXPECT_NE(script.find(start), std::string::npos) << script;
+    EXPECT_NE(script.find("/my cache"), std::string::npos) << script;
+    EXPECT_NE(script.find("vpsbake merge"), std::string::npos) << script;
+  }
+}
+
+TEST(BatchParts, ExplainNamesTheSettingThatChanged) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o out --voxel 10mm").code, 0);
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o out --voxel 8mm --unit cm --scale 100").code, 0);
+  const Outcome changed = vpsbake(folder, "explain out/cube.vps.hdf");
+  EXPECT_EQ(changed.out, "last batch: baked\n  voxel was 10 mm, is 8 mm\nnow: up to date\n");
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o out --voxel 8mm").code, 0);
+  write_file(folder / "meshes/cube.obj", read_file(folder / "meshes/cube.obj") + "# edited\n");
+  const Outcome same = vpsbake(folder, "explain meshes/cube.obj -o out");
+  EXPECT_EQ(same.out,
+            "last batch: unchanged\n  the mesh's bytes, every setting and the program were the same\n"
+            "now: it would be baked again with the same options\n  the mesh changed\n");
+  ASSERT_EQ(vpsbake(folder, "meshes/cube.obj --voxel 10mm -o alone.vps.hdf").code, 0);
+  const Outcome alone = vpsbake(folder, "explain alone.vps.hdf");
+  EXPECT_EQ(alone.code, 0) << alone.err;
+  EXPECT_NE(alone.out.find("\n  voxel 10 mm\n"), std::string::npos) << alone.out;
+  expect_refusal(folder, "explain absent.vps.hdf", 2, "absent.vps.hdf");
+}
+
+// A batch that runs on its own; its output is not read.
+pid_t start(const BatchFolder& folder, const std::string& arguments) {
+  const std::string command = "cd " + folder.path().string() + " && exec " + VPSBAKE + " " + arguments;
+  const char* const words[] = {"sh", "-c", command.c_str(), nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  EXPECT_EQ(::posix_spawn(&child, "/bin/sh", &actions, nullptr, const_cast<char**>(words), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  return child;
+}
+
+int wait_for(pid_t child) {
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+void expect_whole_assets(const fs::path& folder, const std::map<std::string, std::string>& whole) {
+  if (!fs::exists(folder)) return;
+  for (const auto& [name, bytes] : files_below(folder)) {
+    ASSERT_TRUE(whole.count(name) > 0) << name << " is left behind";
+    if (name.ends_with(".vps.hdf")) {
+      EXPECT_EQ(bytes, whole.at(name)) << name;
+    }
+  }
+}
+
+TEST(BatchParts, AKilledBatchLeavesWholeAssetsAloneAndGoesOn) {
+  const BatchFolder folder;
+  for (int i = 0; i < 4; ++i) {
+    const std::string name = "cube" + std::to_string(i) + ".obj";
+    folder.add(name);
+    write_file(folder / ("meshes/" + name), read_file(folder / ("meshes/" + name)) + "# " + name + "\n");
+  }
+  const std::string bake = "batch meshes --voxel 4mm --no-cache -o ";
+  const auto begin = std::chrono::steady_clock::now();
+  ASSERT_EQ(wait_for(start(folder, bake + "whole")), 0);
+  const auto whole_time = std::chrono::steady_clock::now() - begin;
+  const auto whole = files_below(folder / "whole");
+  std::uint32_t random = 1;
+  for (int kill = 0; kill < 12; ++kill) {
+    random = random * 1664525 + 1013904223;
+    const pid_t batch = start(folder, bake + "out");
+    std::this_thread::sleep_for(whole_time * (random >> 16) / 65536);
+    ::kill(batch, kill % 2 == 0 ? SIGKILL : SIGTERM);
+    (void)wait_for(batch);
+    expect_whole_assets(folder / "out", whole);
+    if (kill % 4 == 3) fs::remove_all(folder / "out");
+  }
+  ASSERT_EQ(wait_for(start(folder, bake + "out")), 0);
+  auto files = files_below(folder / "out");
+  EXPECT_EQ(files.size(), whole.size());
+  for (const auto& [name, bytes] : files) {
+    if (name != ".vpsbake-run.json") {
+      EXPECT_EQ(bytes, whole.at(name)) << name;
+    }
+  }
+}
+
+TEST(BatchParts, TwoBatchesOnOneFolderBothEndWell) {
+  const BatchFolder folder;
+  for (const char* name : {"a.obj", "b.obj"}) folder.add(name);
+  folder.add("hole.obj", "hole");
+  const std::string bake = "batch meshes --voxel 6mm --cache cache -o ";
+  ASSERT_EQ(wait_for(start(folder, "batch meshes --voxel 6mm --no-cache -o whole")), 0);
+  for (int round = 0; round < 3; ++round) {
+    const pid_t first = start(folder, bake + "out");
+    const pid_t second = start(folder, bake + "out");
+    EXPECT_EQ(wait_for(first), 0);
+    EXPECT_EQ(wait_for(second), 0);
+    for (const auto& [name, bytes] : files_below(folder / "out")) {
+      if (name != ".vpsbake-run.json") {
+        EXPECT_EQ(bytes, read_file(folder / ("whole/" + name))) << name;
+      }
+    }
+    fs::remove_all(folder / "out");
+    if (round == 1) fs::remove_all(folder / "cache");
+  }
+}
+
+}  // namespace
+}  // namespace vps::test
