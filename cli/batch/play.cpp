@@ -113,7 +113,7 @@ int play(const std::vector<Job>& jobs, PlayArguments arguments) {
   Observer observer;
   observer.began = [&](const Job& job) { line.began(job); };
   observer.ended = [&](const Job& job, const JobResult& result) {
-    if (result.state == JobResult::State::failed) {
+    if (result.state == JobResult::State::failed && !stop_all) {
       line.clear();
       complain("error", job.mesh.string(), result.error);
     }
@@ -125,6 +125,7 @@ int play(const std::vector<Job>& jobs, PlayArguments arguments) {
   };
   const std::vector<JobResult> results = run_jobs(jobs, run, observer, stop_all);
   line.clear();
+  if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   nlohmann::ordered_json json = to_json(jobs, results);
   fmt::print("{}", arguments.json ? to_text(json) : to_table(jobs, results, seconds));

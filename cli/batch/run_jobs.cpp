@@ -86,10 +86,10 @@ class Runner {
     for (std::size_t i = next_++; i < jobs_.size(); i = next_++) {
       tell([&] { observer_.began(jobs_[i]); });
       std::vector<std::size_t> twins;
-      if (!guarded_job(i, twins)) continue;
+      if (!finish_job(i, twins)) continue;
       tell([&] { observer_.ended(jobs_[i], results_[i]); });
       for (const std::size_t twin : twins) {
-        results_[twin] = copy_of(i, twin);
+        results_[twin] = *guarded([&] { return std::optional(copy_of(i, twin)); });
         tell([&] { observer_.ended(jobs_[twin], results_[twin]); });
       }
     }
@@ -101,19 +101,26 @@ class Runner {
     call();
   }
 
-  // False when the job waits for its twin: whoever bakes that completes it.
-  bool guarded_job(std::size_t i, std::vector<std::size_t>& twins) {
-    std::optional<JobResult> result;
-    std::string key;
+  // What goes wrong with one item is its result.
+  template <class Call>
+  static std::optional<JobResult> guarded(const Call& call) {
     try {
-      result = run_job(i, key);
+      return call();
     } catch (const BatchError& error) {
-      result = failure(kBadInput, error.what());
+      return failure(kBadInput, error.what());
     } catch (const fs::filesystem_error& error) {
-      result = failure(kIo, error.code().message() + "; free space or choose another folder");
+      return failure(kIo, error.code().message() + "; free space or choose another folder");
     } catch (const std::bad_alloc&) {
-      result = failure(kInternal, "out of memory; bake fewer at once with --jobs");
+      return failure(kInternal, "out of memory; bake fewer at once with --jobs");
+    } catch (const std::exception& error) {
+      return failure(kInternal, fmt::format("internal error: {}; please report it", error.what()));
     }
+  }
+
+  // False when the job waits for its twin: whoever bakes that completes it.
+  bool finish_job(std::size_t i, std::vector<std::size_t>& twins) {
+    std::string key;
+    std::optional<JobResult> result = guarded([&] { return run_job(i, key); });
     if (!result) return false;
     const std::lock_guard lock(planning_);
     results_[i] = std::move(*result);
@@ -139,16 +146,17 @@ class Runner {
       return result;
     }
     if (!result.key.empty()) {
-      const std::lock_guard lock(planning_);
+      std::unique_lock lock(planning_);
       const auto [it, is_first] = first_.try_emplace(result.key, i);
-      if (!is_first && finished_.count(result.key) == 0) {
-        results_[i] = result;  // copy_of completes it
-        waiting_[result.key].push_back(i);
-        return std::nullopt;
-      }
       if (!is_first) {
-        results_[i] = result;
-        return copy_of(it->second, i);
+        results_[i] = result;  // copy_of completes it
+        const std::size_t first = it->second;
+        if (finished_.count(result.key) == 0) {
+          waiting_[result.key].push_back(i);
+          return std::nullopt;
+        }
+        lock.unlock();
+        return copy_of(first, i);
       }
     }
     key = result.key;
@@ -193,6 +201,8 @@ class Runner {
     Asset asset;
     if (Asset::open(jobs_[first].asset().c_str(), asset) != Status::ok)
       return failure(kIo, jobs_[first].asset().string() + " went away meanwhile; run the batch again");
+    // The first one's mesh may have changed before it was baked.
+    if (cache_key(record_of(asset)).digits != result.key) return bake(jobs_[twin], std::move(result));
     deliver(jobs_[twin], asset, result);
     return result;
   }
