@@ -4,6 +4,7 @@
 /// hashes guard against damage, not against people: keep the folder writable for those alone whose assets you trust.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -37,6 +38,16 @@ struct BakeRecord {
 /// @return nothing when a file cannot be read or understood: import_mesh says why
 [[nodiscard]] std::optional<BakeRecord> bake_record(const std::filesystem::path& mesh, const BakeSettings& settings);
 
+/// A mesh file at one moment. Two of them are equal only when none of its files was written in between, not even with
+/// the same bytes in the end, as far as the times that the file system keeps can tell.
+struct MeshState {
+  std::optional<BakeRecord> record;  ///< as of bake_record
+  std::string stamps;                ///< which files they are, and when they changed last
+  bool operator==(const MeshState&) const = default;
+};
+
+[[nodiscard]] MeshState mesh_state(const std::filesystem::path& mesh, const BakeSettings& settings);
+
 /// Record of a mesh in memory: vertices and triangles as they are, in their order.
 [[nodiscard]] BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings);
 
@@ -67,13 +78,17 @@ struct BakeReport {
 };
 
 /// Entries are KEY.vps.hdf, byte for byte what a bake writes, and KEY.json, the report. They appear whole or not at
-/// all, the report first; an entry is used after every hash in both was compared. Nothing is ever removed.
+/// all, the report first; an entry is used after every hash in both was compared. Its asset's time of change is that of
+/// its last use. See docs/cache.md.
 class AssetCache {
  public:
-  /// @param folder  made when the first entry is stored
-  explicit AssetCache(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// @param folder     made when the first entry is stored
+  /// @param max_bytes  what was used least recently goes when the folder grows larger than this, by a few per cent
+  ///                   now and then; 0: nothing goes
+  explicit AssetCache(std::filesystem::path folder, std::uint64_t max_bytes = 0)
+      : folder_(std::move(folder)), max_bytes_(max_bytes) {}
 
-  /// Maps an entry. @return false when it is absent or damaged; then bake and store it
+  /// Maps an entry and marks it as used. @return false when it is absent or damaged; then bake and store it
   [[nodiscard]] bool open(const CacheKey& key, Asset& asset, BakeReport& report) const;
 
   /// Adds an entry, or replaces it.
@@ -83,10 +98,9 @@ class AssetCache {
                                   const BakeReport& report) const;
 
  private:
-  [[nodiscard]] std::filesystem::path file(const CacheKey& key, const char* extension) const {
-    return folder_ / (key.digits + extension);
-  }
+  void keep_small(const CacheKey& stored, std::uint64_t bytes) const;
   std::filesystem::path folder_;
+  std::uint64_t max_bytes_;
 };
 
 }  // namespace vps

@@ -32,13 +32,16 @@ std::string hash_of(std::span<const std::byte> bytes) {
   return digits(XXH3_128bits(bytes.data(), bytes.size()));
 }
 
-// Hash of a regular file, whose bytes also go to `text` unless it is null. Empty when it cannot be read.
-std::string hash_file(const fs::path& path, std::string* text) {
+// Hash of a regular file, whose bytes also go to `text` unless it is null. Empty when it cannot be read. `stamps` gets
+// what tells the file as it was before it was read.
+std::string hash_file(const fs::path& path, std::string& stamps, std::string* text) {
   // O_NONBLOCK: opening a FIFO by mistake must not hang.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return {};
   struct stat facts {};
   bool good = ::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode);
+  // The time of change, not of the contents: that one can be set back.
+  stamps += fmt::format("{} {} {} {}\n", facts.st_dev, facts.st_ino, facts.st_ctim.tv_sec, facts.st_ctim.tv_nsec);
   XXH3_state_t state;
   XXH3_128bits_reset(&state);
   std::vector<char> buffer(good ? 1 << 20 : 0);
@@ -103,6 +106,7 @@ std::string lower_extension(const fs::path& mesh) {
 struct HashedFiles {
   std::vector<fs::path> paths;
   std::vector<std::string> hashes;
+  std::string stamps;      // as of MeshState
   bool understood = true;  // false: what the mesh refers to is not known
 };
 
@@ -110,13 +114,15 @@ HashedFiles hash_files(const fs::path& mesh) {
   const std::string extension = lower_extension(mesh);
   const bool gltf = extension == ".gltf" || extension == ".glb";
   std::string text;
-  HashedFiles out{{mesh}, {hash_file(mesh, gltf ? &text : nullptr)}};
+  HashedFiles out;
+  out.paths.push_back(mesh);
+  out.hashes.push_back(hash_file(mesh, out.stamps, gltf ? &text : nullptr));
   if (!gltf) return out;
   const auto names = gltf_buffers(text);
   out.understood = names.has_value();
   for (const fs::path& buffer : beside(mesh, names.value_or(std::vector<std::string>()))) {
     out.paths.push_back(buffer);
-    out.hashes.push_back(hash_file(buffer, nullptr));
+    out.hashes.push_back(hash_file(buffer, out.stamps, nullptr));
   }
   return out;
 }
@@ -159,15 +165,21 @@ std::vector<fs::path> mesh_files(const fs::path& mesh) {
   return hash_files(mesh).paths;
 }
 
-std::optional<BakeRecord> bake_record(const fs::path& mesh, const BakeSettings& settings) {
-  const HashedFiles files = hash_files(mesh);
+MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
+  HashedFiles files = hash_files(mesh);
+  MeshState state{std::nullopt, std::move(files.stamps)};
   BakeRecord record{describe_settings(settings)};
   for (std::size_t i = 0; i < files.hashes.size(); ++i) {
-    if (files.hashes[i].empty()) return std::nullopt;
+    if (files.hashes[i].empty()) return state;
     record.text += i == 0 ? fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[i])
                           : fmt::format("buffer {}\n", files.hashes[i]);
   }
-  return files.understood ? std::optional(record) : std::nullopt;
+  if (files.understood) state.record = std::move(record);
+  return state;
+}
+
+std::optional<BakeRecord> bake_record(const fs::path& mesh, const BakeSettings& settings) {
+  return mesh_state(mesh, settings).record;
 }
 
 BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings) {

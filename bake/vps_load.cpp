@@ -91,10 +91,11 @@ LoadedAsset guarded(const std::string& file, const std::function<LoadedAsset()>&
 
 LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
   return guarded(mesh.string(), [&] {
-    return load(cache_folder, bake_record(mesh, settings), [&](BakeReport& report, std::optional<BakeRecord>& record) {
+    const MeshState state = mesh_state(mesh, settings);
+    return load(cache_folder, state.record, [&](BakeReport& report, std::optional<BakeRecord>& record) {
       const ImportedMesh imported = import_mesh(mesh, settings.import);
       // Edited meanwhile: nobody knows which bytes were imported.
-      if (record != bake_record(mesh, settings)) record.reset();
+      if (state != mesh_state(mesh, settings)) record.reset();
       report.notes = imported.notes;
       return bake_as_set(imported, settings, report);
     });

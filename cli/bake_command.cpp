@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <exception>
 #include <filesystem>
 #include <system_error>
 
@@ -164,15 +165,21 @@ BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh&
   return asset;
 }
 
-// The mesh and what it is: imported again when its bytes changed meanwhile.
-ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& settings,
-                           std::optional<BakeRecord>& record) {
+// The mesh and what it is: imported again when it was written meanwhile, also when that is why it makes no sense.
+ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& settings, MeshState& state) {
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    ImportedMesh mesh = import_mesh(arguments.mesh, settings.import);
-    std::optional<BakeRecord> after = bake_record(arguments.mesh, settings);
-    if (after == record) return mesh;
-    record = std::move(after);
+    ImportedMesh mesh;
+    std::exception_ptr failure;
+    try {
+      mesh = import_mesh(arguments.mesh, settings.import);
+    } catch (const ImportError&) {
+      failure = std::current_exception();
+    }
+    MeshState after = mesh_state(arguments.mesh, settings);
+    if (after == state && failure) std::rethrow_exception(failure);
+    if (after == state) return mesh;
+    state = std::move(after);
   }
   throw ImportError(ImportError::Kind::io, "the mesh changes while it is read; bake again when it is complete");
 }
@@ -182,11 +189,12 @@ int bake_file(const BakeArguments& arguments) {
   const BakeSettings settings = complete_settings(arguments);
   if (arguments.dry_run) return plan_file(run, settings);
   const bool with_cache = !arguments.cache.empty();
-  const AssetCache cache(arguments.cache);
-  std::optional<BakeRecord> record;
+  const AssetCache cache(arguments.cache, arguments.cache_bytes);
+  MeshState state;
+  const std::optional<BakeRecord>& record = state.record;
   Asset hit;
   const auto look_up = [&] {
-    record = bake_record(arguments.mesh, settings);
+    state = mesh_state(arguments.mesh, settings);
     return with_cache && record && cache.open(cache_key(*record), hit, run.report);
   };
   const bool found = with_cache ? timed(run, "cache", look_up) : look_up();
@@ -200,7 +208,7 @@ int bake_file(const BakeArguments& arguments) {
     });
   }
   run.progress.show("import", 0);
-  const ImportedMesh mesh = timed(run, "import", [&] { return import_steady(arguments, settings, record); });
+  const ImportedMesh mesh = timed(run, "import", [&] { return import_steady(arguments, settings, state); });
   // Better now than after the bake.
   if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
   BakedAsset asset = bake_mesh(run, settings, mesh);

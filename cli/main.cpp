@@ -14,6 +14,7 @@
 #include "cli/bake_command.h"
 #include "cli/bake_options.h"
 #include "cli/batch_command.h"
+#include "cli/cache_command.h"
 #include "cli/check_command.h"
 #include "cli/exit_code.h"
 #include "cli/explain_command.h"
@@ -57,11 +58,28 @@ void add_cache_options(CLI::App& app, BakeArguments& arguments) {
                                      "Take what was baked before from this folder, and keep there what is new "
                                      "[default: the environment's VPSBAKE_CACHE, or none]");
   cache->check(not_empty())->option_text("DIR")->group("Output");
+  app.add_option_function<std::string>(
+         "--cache-size", [&](const std::string& text) { arguments.cache_bytes = parse_size(text); },
+         "Remove what was used least recently from that folder when it grows larger, such as 20GB [default: the "
+         "environment's VPSBAKE_CACHE_SIZE, or no limit]")
+      ->option_text("SIZE")
+      ->group("Output");
   app.add_flag_callback(
          "--no-cache", [&] { arguments.cache.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
       ->excludes(cache)
       ->option_text(" ")
       ->group("Output");
+}
+
+// After the command line, so that what is wrong with the environment is said by those who use it alone.
+void read_cache_size(const CLI::App& app, BakeArguments& bake) {
+  const char* const text = std::getenv("VPSBAKE_CACHE_SIZE");
+  if (text == nullptr || *text == '\0' || app.get_option("--cache-size")->count() > 0) return;
+  try {
+    bake.cache_bytes = parse_size(text);
+  } catch (const CLI::ValidationError& error) {
+    throw CLI::ValidationError("VPSBAKE_CACHE_SIZE: " + std::string(error.what()));
+  }
 }
 
 int run(int argc, char** argv) {
@@ -79,7 +97,7 @@ int run(int argc, char** argv) {
   const Command commands[] = {
       add_batch_command(app),     add_plan_command(app),   add_run_command(app),    add_merge_command(app),
       add_explain_command(app),   add_check_command(app),  add_info_command(app),   add_scene_command(app),
-      add_slice_command(app),     add_view_command(app),
+      add_slice_command(app),     add_view_command(app),   add_cache_command(app),
 #ifdef VPSBAKE_EVALUATE
       add_recommend_command(app), add_report_command(app), add_stress_command(app),
 #endif
@@ -99,6 +117,7 @@ int run(int argc, char** argv) {
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
       require_bakeable(app, bake);
+      read_cache_size(app, bake);
     }
   } catch (const CLI::Success& success) {
     return app.exit(success);

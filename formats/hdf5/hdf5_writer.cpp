@@ -87,8 +87,8 @@ std::string system_reason(int error) {
   throw WriteError(system_reason(error));
 }
 
-// Bytes on the disk first, then under a name nobody looks for, then in place of the target: nothing half-written is
-// ever visible, and what a killed process leaves has no name where the file system allows that.
+// Bytes on the disk first, then in place of the target, by way of a name nobody looks for where there is one: nothing
+// half-written is ever visible, and what a killed process leaves has no name where the file system allows that.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& target) : target_(target) {
@@ -101,8 +101,12 @@ class OutputFile {
                            : "the output is not a regular file; choose another output");
     }
     folder_ = target_.has_parent_path() ? target_.parent_path() : ".";
-    fd_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
-    // Not every file system has nameless files.
+    // Not every file system has nameless files, and without /proc they get no name.
+    if (::access("/proc/self/fd", X_OK) == 0) {
+      fd_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
+    } else {
+      errno = EOPNOTSUPP;
+    }
     if (fd_ < 0 && errno != EACCES && errno != ENOENT && errno != EROFS && errno != ENOSPC) {
       do {
         name_ = unused_name();
@@ -133,16 +137,15 @@ class OutputFile {
 
   void move_into_place() {
     if (::fsync(fd_) != 0) fail_system(errno);
-    if (name_.empty()) {
-      const std::string nameless = "/proc/self/fd/" + std::to_string(fd_);
-      std::string name = unused_name();
-      while (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) != 0) {
-        if (errno != EEXIST) fail_system(errno);
+    if (name_.empty() && !link_as(target_)) {
+      // Only a rename takes the place of what is there.
+      std::string name;
+      do {
         name = unused_name();
-      }
+      } while (!link_as(name));
       name_ = std::move(name);
     }
-    if (::rename(name_.c_str(), target_.c_str()) != 0) fail_system(errno);
+    if (!name_.empty() && ::rename(name_.c_str(), target_.c_str()) != 0) fail_system(errno);
     name_.clear();
     const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder >= 0) {
@@ -163,7 +166,16 @@ class OutputFile {
   // number and use it in the same folder: callers try again.
   [[nodiscard]] std::string unused_name() const {
     static std::atomic<unsigned> count = 0;
-    return (folder_ / (".vps." + std::to_string(::getpid()) + "." + std::to_string(count++))).string();
+    return (folder_ / (std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "." + std::to_string(count++)))
+        .string();
+  }
+
+  // Gives the nameless file a name. @return false when it is taken
+  [[nodiscard]] bool link_as(const std::filesystem::path& name) const {
+    const std::string nameless = "/proc/self/fd/" + std::to_string(fd_);
+    if (::linkat(AT_FDCWD, nameless.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) return true;
+    if (errno != EEXIST) fail_system(errno);
+    return false;
   }
 
   std::filesystem::path target_;

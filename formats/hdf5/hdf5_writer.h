@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <span>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
 #include "formats/vps_format.h"
@@ -24,7 +25,11 @@ struct WriteError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Writes the asset whole or not at all: a unique temporary file beside `path`, fsync, rename. Same input, same bytes.
+/// What the names of temporary files begin with. One that is left, of a process that was killed, may be deleted.
+inline constexpr std::string_view kTemporaryPrefix = ".vps.";
+
+/// Writes the asset whole or not at all: a temporary file in the folder of `path`, without a name where the file system
+/// has such files, fsync, then a link or rename. Same input, same bytes.
 /// Threads may call it at the same time.
 /// @return size of the file. [bytes]
 /// @throw WriteError with the reason and what to do.

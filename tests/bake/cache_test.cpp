@@ -7,7 +7,9 @@
 #include <cstring>
 #include <functional>
 #include <set>
+#include <thread>
 
+#include "bake/cache_upkeep.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -193,12 +195,28 @@ TEST(BakeRecord, TheFilesOfAMeshAreItsBuffersToo) {
   EXPECT_EQ(mesh_files(folder / "mesh.obj"), std::vector{folder / "mesh.obj"});
 }
 
+TEST(MeshState, IsAnotherOnceAFileWasWrittenAgain) {
+  const TemporaryFolder folder;
+  const auto state = [&] { return mesh_state(folder / "mesh.gltf", coarse_settings()); };
+  write_file(folder / "mesh.gltf", R"({"buffers": [{"uri": "a.bin"}]})");
+  write_file(folder / "a.bin", "a");
+  const MeshState first = state();
+  EXPECT_TRUE(first.record);
+  EXPECT_EQ(state(), first);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // file systems keep no finer times than this
+  write_file(folder / "a.bin", "a");
+  EXPECT_NE(state(), first);
+  EXPECT_EQ(state().record, first.record);
+  EXPECT_FALSE(mesh_state(folder / "absent.obj", coarse_settings()).record);
+}
+
 // A cache with the asset of the box in it.
 class Entry : public testing::Test {
  protected:
   void SetUp() override {
     const BakeSettings settings = coarse_settings();
     baked_ = bake(box(), settings.options);
+    add_record(bake_record(box(), settings), baked_);
     report_ = {plan_bake(box(), settings.options), Repair::stitch, 0.25, {"a note", "another \"note\"\n"}};
     ASSERT_EQ(cache_.store(key_, baked_, report_), "");
   }
@@ -213,8 +231,8 @@ class Entry : public testing::Test {
   const TemporaryFolder folder_;
   const AssetCache cache_{folder_ / "a/b"};  // made with the first entry
   const CacheKey key_ = cache_key(bake_record(box(), coarse_settings()));
-  const fs::path asset_file_ = folder_ / "a/b" / (key_.digits + ".vps.hdf");
-  const fs::path report_file_ = folder_ / "a/b" / (key_.digits + ".json");
+  const fs::path asset_file_ = folder_ / "a/b" / key_.digits.substr(0, 2) / (key_.digits + ".vps.hdf");
+  const fs::path report_file_ = folder_ / "a/b" / key_.digits.substr(0, 2) / (key_.digits + ".json");
   BakedAsset baked_;
   BakeReport report_;
 };
@@ -259,7 +277,23 @@ TEST_F(Entry, DamagedOrIncompleteIsNotUsedAndIsReplaced) {
     EXPECT_EQ(read_file(file), whole);
     EXPECT_TRUE(opens());
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_ / "a/b"), {}), 2);
+  EXPECT_EQ(std::distance(fs::directory_iterator(asset_file_.parent_path()), {}), 2);
+}
+
+TEST_F(Entry, UnderTheNameOfAnotherIsNotUsed) {
+  const CacheKey other = cache_key(bake_record(make_box({1, 1, 1}), coarse_settings()));
+  const fs::path folder = folder_ / "a/b" / other.digits.substr(0, 2);
+  fs::create_directories(folder);
+  fs::copy_file(asset_file_, folder / (other.digits + ".vps.hdf"));
+  fs::copy_file(report_file_, folder / (other.digits + ".json"));
+  Asset asset;
+  BakeReport report;
+  EXPECT_FALSE(cache_.open(other, asset, report));
+  const CheckedCache checked = verify_cache(folder_ / "a/b");
+  EXPECT_EQ(checked.entries, 2U);
+  ASSERT_EQ(checked.damaged.size(), 1U);
+  EXPECT_EQ(checked.damaged[0].file, folder / (other.digits + ".vps.hdf"));
+  EXPECT_EQ(checked.damaged[0].reason, "its record is not the one of its name");
 }
 
 TEST_F(Entry, OfAnUncertainMeshIsNotStored) {
@@ -272,7 +306,7 @@ TEST_F(Entry, ThatCannotBeWrittenSaysWhy) {
   EXPECT_NE(AssetCache(folder_ / "file").store(key_, baked_, report_), "");
   EXPECT_NE(AssetCache(folder_ / "file/below").store(key_, baked_, report_), "");
   const TemporaryFolder other;
-  fs::create_directory(other / (key_.digits + ".vps.hdf"));
+  fs::create_directories(other / key_.digits.substr(0, 2) / (key_.digits + ".vps.hdf"));
   EXPECT_EQ(AssetCache(other.path()).store(key_, baked_, report_), "the output is a folder");
   EXPECT_FALSE(AssetCache(other.path()).open(key_, *std::make_unique<Asset>(), report_));
 }

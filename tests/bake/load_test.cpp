@@ -99,7 +99,8 @@ TEST(Load, ADamagedEntryIsBakedAgain) {
   const TemporaryFolder folder;
   CountedSettings settings;
   const std::string whole = bytes_of(load_or_bake(sample_mesh("cube.obj"), settings, folder.path()));
-  const std::string entry = cache_key(*bake_record(sample_mesh("cube.obj"), settings)).digits + ".vps.hdf";
+  const std::string key = cache_key(*bake_record(sample_mesh("cube.obj"), settings)).digits;
+  const std::string entry = key.substr(0, 2) + "/" + key + ".vps.hdf";
   write_file(folder / entry, whole.substr(0, whole.size() / 2));
   const LoadedAsset again = load_or_bake(sample_mesh("cube.obj"), settings, folder.path());
   EXPECT_TRUE(again.baked);
@@ -188,7 +189,9 @@ TEST(Load, ManyThreadsMayLoadTheSameAndOtherMeshes) {
   for (std::thread& thread : threads) thread.join();
   for (std::size_t i = 2; i < bytes.size(); ++i) EXPECT_EQ(bytes[i], bytes[i % 2]);
   EXPECT_NE(bytes[0], bytes[1]);
-  EXPECT_EQ(folder.names().size(), 4U);
+  int files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) files += entry.is_regular_file() ? 1 : 0;
+  EXPECT_EQ(files, 4);
 }
 
 #ifdef VPS_WITH_BULLET

@@ -2,8 +2,11 @@
 /// @file Runs the program as a user does, in a folder of the test's own.
 #pragma once
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <string>
@@ -44,6 +47,39 @@ inline void expect_refusal(const TemporaryFolder& folder, const std::string& arg
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   EXPECT_NE(run.err.find(why), std::string::npos) << arguments << ": " << run.err;
   EXPECT_EQ(folder.names().size(), before.size()) << arguments;
+}
+
+/// Starts a bake of a sample with the cache `cache` of the folder, without its output.
+inline pid_t start_bake(const TemporaryFolder& folder, const std::string& output) {
+  const std::string mesh = sample("cube");
+  const std::string path = folder / output;
+  const std::string cache = folder / "cache";
+  const char* const arguments[] = {VPSBAKE,      mesh.c_str(), "--voxel",     "10mm", "-o",
+                                   path.c_str(), "--cache",    cache.c_str(), nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  for (const int fd : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_addopen(&actions, fd, "/dev/null", O_WRONLY, 0);
+  pid_t child = -1;
+  EXPECT_EQ(::posix_spawn(&child, VPSBAKE, &actions, nullptr, const_cast<char**>(arguments), environ), 0);
+  posix_spawn_file_actions_destroy(&actions);
+  return child;
+}
+
+inline int status_of(pid_t child) {
+  int status = 0;
+  EXPECT_EQ(::waitpid(child, &status, 0), child);
+  return status;
+}
+
+/// Everything below the two-digit folders of a cache, by name.
+inline std::vector<std::filesystem::path> files_of_entries(const std::filesystem::path& cache) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::exists(cache)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(cache))
+    if (entry.path().parent_path() != cache) files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  return files;
 }
 
 }  // namespace vps::test
