@@ -17,7 +17,7 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
 # For the tests of pages.
-TEST_PACKAGES := chromium fonts-dejavu-core python3-jsonschema
+TEST_PACKAGES := chromium fonts-dejavu-core python3-jsonschema python3-vtk9
 # For `make scenes` alone: pictures.
 SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)

@@ -4,9 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <numbers>
+#include <sstream>
 
+#include "bake/cache.h"
 #include "bake/plan.h"
 
 namespace vps::cli {
@@ -14,6 +19,16 @@ namespace {
 
 nlohmann::ordered_json certificate_to_json(const FieldCertificate& c) {
   return {{"max", c.max}, {"rms", c.rms}, {"p99", c.p99}, {"worst_at", c.worst_at}, {"bound", c.bound}};
+}
+
+nlohmann::ordered_json section_to_json(const Section& section) {
+  return {{"name", section_name(section.kind)},
+          {"kind", static_cast<std::uint32_t>(section.kind)},
+          {"type", element_name(section.element)},
+          {"shape", std::vector<std::uint64_t>(section.shape.begin(), section.shape.begin() + section.rank)},
+          {"offset", section.offset},
+          {"bytes", section.bytes},
+          {"xxh3_64", fmt::format("{:016x}", section.hash)}};
 }
 
 std::string certificate_line(const char* name, const FieldCertificate& c) {
@@ -61,6 +76,50 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
                        {"levels", info.levels}};
   }
   return j;
+}
+
+std::vector<std::pair<std::string, std::string>> record_values(const Asset& asset) {
+  std::vector<std::pair<std::string, std::string>> values;
+  std::istringstream text(record_of(asset).text);
+  for (std::string line; std::getline(text, line);) {
+    const std::size_t space = line.find(' ');
+    if (space == std::string::npos) continue;
+    const std::string name = line.substr(0, space);
+    std::string value = line.substr(space + 1);
+    // Numbers stand there in hexadecimal, which loses nothing.
+    if (value.starts_with("0x") || value.starts_with("-0x")) {
+      value = fmt::format("{:.12g}", std::strtod(value.c_str(), nullptr));
+    }
+    const auto found =
+        std::find_if(values.begin(), values.end(), [&](const auto& earlier) { return earlier.first == name; });
+    if (found == values.end()) {
+      values.emplace_back(name, value);
+    } else {
+      found->second += " " + value;
+    }
+  }
+  return values;
+}
+
+nlohmann::ordered_json asset_to_json(const std::string& path, const Asset& asset) {
+  const Directory& directory = asset.directory();
+  nlohmann::ordered_json j;
+  j["file"] = path;
+  j["format"] = fmt::format("{}.{}", directory.major, directory.minor);
+  j["bytes"] = directory.file_bytes;
+  j["xxh3_64"] = fmt::format("{:016x}", hash_bytes(asset.bytes()));
+  j.update(info_to_json(directory.info));
+  for (const auto& [name, value] : record_values(asset)) j["record"][name] = value;
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    j["sections"].push_back(section_to_json(directory.sections[i]));
+  }
+  return j;
+}
+
+std::string printable(const std::string& text) {
+  std::string out = text.substr(0, 100);
+  for (char& c : out) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
+  return out;
 }
 
 std::string to_text(const nlohmann::ordered_json& json) {

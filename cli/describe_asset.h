@@ -4,13 +4,25 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include "formats/vps_format.h"
+#include "runtime/vps_runtime.h"
 
 namespace vps::cli {
 
 /// Lengths in metres, as in the file. Keys are the field names of AssetInfo.
 [[nodiscard]] nlohmann::ordered_json info_to_json(const AssetInfo& info);
+
+/// The settings and hashes of an asset's record by name, in its order; numbers in decimal. A second line of a name goes
+/// on in the first one's. Empty when it has no record.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> record_values(const Asset& asset);
+
+/// The file, its format, size and hash, `info_to_json`, the record and the sections: what `vpsbake info --json` prints.
+[[nodiscard]] nlohmann::ordered_json asset_to_json(const std::string& path, const Asset& asset);
+
+/// Of a forged file texts may hold anything: at most 100 characters of it, each printable.
+[[nodiscard]] std::string printable(const std::string& text);
 
 /// Two spaces of indentation; bytes that are not UTF-8 are replaced.
 [[nodiscard]] std::string to_text(const nlohmann::ordered_json& json);

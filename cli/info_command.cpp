@@ -4,11 +4,12 @@
 
 #include <fmt/format.h>
 
-#include <cctype>
 #include <cstdio>
 #include <memory>
 
+#include "bake/cache.h"
 #include "bake/plan.h"
+#include "cli/batch/reasons.h"
 #include "cli/describe_asset.h"
 #include "cli/exit_code.h"
 #include "cli/open_asset.h"
@@ -16,35 +17,16 @@
 namespace vps::cli {
 namespace {
 
-nlohmann::ordered_json section_to_json(const Section& section) {
-  return {{"name", section_name(section.kind)},
-          {"kind", static_cast<std::uint32_t>(section.kind)},
-          {"type", element_name(section.element)},
-          {"shape", std::vector<std::uint64_t>(section.shape.begin(), section.shape.begin() + section.rank)},
-          {"offset", section.offset},
-          {"bytes", section.bytes},
-          {"xxh3_64", fmt::format("{:016x}", section.hash)}};
-}
-
-void print_json(const std::string& path, const Directory& directory) {
-  nlohmann::ordered_json j;
-  j["file"] = path;
-  j["format"] = fmt::format("{}.{}", directory.major, directory.minor);
-  j["bytes"] = directory.file_bytes;
-  j.update(info_to_json(directory.info));
-  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
-    j["sections"].push_back(section_to_json(directory.sections[i]));
-  }
-  fmt::print("{}", to_text(j));
-}
-
-void print_text(const std::string& path, const Directory& directory) {
-  std::string generator = directory.info.generator.data();
-  // Of a forged file it may be anything.
-  for (char& c : generator) c = std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
+void print_text(const std::string& path, const Asset& asset) {
+  const Directory& directory = asset.directory();
+  const std::string generator = printable(directory.info.generator.data());
   fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
              format_bytes(static_cast<double>(directory.file_bytes)), generator);
   fmt::print("{}", info_to_text(directory.info));
+  if (const BakeRecord record = record_of(asset); !record.text.empty()) {
+    fmt::print("baked from\n");
+    for (const std::string& line : batch::readable_settings(record)) fmt::print("  {}\n", printable(line));
+  }
   fmt::print("sections\n");
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
     const Section& section = directory.sections[i];
@@ -62,18 +44,31 @@ void print_text(const std::string& path, const Directory& directory) {
 Command add_info_command(CLI::App& app) {
   CLI::App* const info = app.add_subcommand("info", "Check an asset and print what it holds");
   struct Arguments {
-    std::string path;
+    std::vector<std::string> paths;
     bool json = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  info->add_option("file", arguments->path, "Asset")->required()->option_text("FILE");
-  info->add_flag("--json", arguments->json, "Print JSON");
+  info->add_option("files", arguments->paths, "Assets")->required()->option_text("FILE...");
+  info->add_flag("--json", arguments->json, "Print JSON, of several files a list");
   return {info, [arguments] {
-            Asset asset;
-            if (const int code = open_asset(arguments->path, asset); code != kOk) return code;
-            arguments->json ? print_json(arguments->path, asset.directory())
-                            : print_text(arguments->path, asset.directory());
-            return int{kOk};
+            auto list = nlohmann::ordered_json::array();
+            int code = kOk;
+            for (const std::string& path : arguments->paths) {
+              Asset asset;
+              if (const int one = open_asset(path, asset); one != kOk) {
+                code = arguments->paths.size() > 1 ? int{kSomeFailed} : one;
+              } else if (arguments->json) {
+                list.push_back(asset_to_json(path, asset));
+              } else {
+                print_text(path, asset);
+              }
+            }
+            if (arguments->paths.size() > 1 && arguments->json) {
+              fmt::print("{}", to_text(list));
+            } else if (!list.empty()) {
+              fmt::print("{}", to_text(list[0]));
+            }
+            return code;
           }};
 }
 

@@ -16,8 +16,10 @@
 #include "cli/batch_command.h"
 #include "cli/cache_command.h"
 #include "cli/check_command.h"
+#include "cli/compare_command.h"
 #include "cli/exit_code.h"
 #include "cli/explain_command.h"
+#include "cli/export_command.h"
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/plan_command.h"
@@ -27,6 +29,7 @@
 #include "cli/scene_command.h"
 #include "cli/slice_command.h"
 #include "cli/stress_command.h"
+#include "cli/validate_command.h"
 #include "cli/view_command.h"
 #include "version.h"
 
@@ -95,9 +98,10 @@ int run(int argc, char** argv) {
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
-      add_batch_command(app),     add_plan_command(app),   add_run_command(app),    add_merge_command(app),
-      add_explain_command(app),   add_check_command(app),  add_info_command(app),   add_scene_command(app),
-      add_slice_command(app),     add_view_command(app),   add_cache_command(app),
+      add_batch_command(app),     add_plan_command(app),   add_run_command(app),     add_merge_command(app),
+      add_explain_command(app),   add_check_command(app),  add_compare_command(app), add_export_command(app),
+      add_info_command(app),      add_scene_command(app),  add_slice_command(app),   add_validate_command(app),
+      add_view_command(app),      add_cache_command(app),
 #ifdef VPSBAKE_EVALUATE
       add_recommend_command(app), add_report_command(app), add_stress_command(app),
 #endif

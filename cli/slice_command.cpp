@@ -26,13 +26,6 @@ struct Arguments {
   int width = 900;           ///< of the picture. [px]
 };
 
-Field field_of(const std::string& name) {
-  return name == "layers"   ? Field::layers
-         : name == "scaled" ? Field::scaled
-         : name == "real"   ? Field::real
-                            : Field::none;
-}
-
 double parse_place(const std::string& text) {
   try {
     return parse_coordinate(text);
@@ -47,10 +40,7 @@ int run(const Arguments& arguments) {
   VoxelmapView map;
   if (!asset.has_voxelmap())
     return fail(kBadInput, arguments.asset, "it has no voxelmap; bake it with --parts voxelmap");
-  if (asset.voxelmap(map, field_of(arguments.field)) != Status::ok) {
-    return fail(kBadInput, arguments.asset,
-                fmt::format("it has no field {0}; bake it with --fields {0}, or choose another", arguments.field));
-  }
+  if (asset.voxelmap(map, field_of(arguments.field)) != Status::ok) return fail_field(arguments.asset, arguments.field);
   const AssetInfo& info = asset.info();
   const auto axis = static_cast<std::size_t>(arguments.axis[0] - 'x');
   const SliceRange range = slice_range(info, axis);

@@ -5,7 +5,9 @@
 
 #include <cmath>
 #include <limits>
+#include <string>
 
+#include "cli/exit_code.h"
 #include "runtime/penetration.h"
 #include "runtime/vps_runtime.h"
 
@@ -24,6 +26,13 @@ inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
   return stored ? v : std::copysign(std::numeric_limits<float>::infinity(), v);
 }
 
+/// Layer v of a voxel. @param brick  stored, of Field::layers
+inline int layer_at(const VoxelmapView& map, std::uint32_t brick, std::size_t voxel) {
+  const std::size_t at = std::size_t{brick} * kBrickVoxels + voxel;
+  return map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
+                                        : static_cast<const std::int16_t*>(map.values)[at];
+}
+
 /// Places along an axis that slices are drawn at: the body and the band round it, asset frame. [m]
 struct SliceRange {
   double low = 0, high = 0;
@@ -37,6 +46,17 @@ struct SliceRange {
 /// As the command line and docs/format.md call it.
 [[nodiscard]] inline const char* field_name(Field field) {
   return field == Field::real ? "real" : field == Field::scaled ? "scaled" : "layers";
+}
+/// The other way; Field::none, the finest stored, for an empty name.
+[[nodiscard]] inline Field field_of(const std::string& name) {
+  return name == "layers"   ? Field::layers
+         : name == "scaled" ? Field::scaled
+         : name == "real"   ? Field::real
+                            : Field::none;
+}
+/// Says in one line that an asset lacks the field. @return kBadInput
+[[nodiscard]] inline int fail_field(const std::string& asset, const std::string& name) {
+  return fail(kBadInput, asset, "it has no field " + name + "; bake it with --fields " + name + ", or choose another");
 }
 
 }  // namespace vps::cli

@@ -8,57 +8,22 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <string>
 #include <utility>
 
+#include "formats/hdf5/facts.h"
+#include "formats/hdf5/hdf5_handle.h"
 #include "formats/hdf5/section_names.h"
 
 namespace vps {
 namespace {
 
-[[noreturn]] void fail_hdf5(const char* what) {
-  throw WriteError(std::string("HDF5 could not ") + what + "; check the free memory");
-}
-
-// Owns an HDF5 identifier.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*closer)(hid_t), const char* what) : id_(id), close_(closer) {
-    if (id_ < 0) fail_hdf5(what);
-  }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  ~Handle() { close(); }
-  operator hid_t() const { return id_; }
-  bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-void require(herr_t result, const char* what) {
-  if (result < 0) fail_hdf5(what);
-}
-
-// HDF5 prints its error stack by default; the exception says enough.
-class SilentErrors {
- public:
-  SilentErrors() {
-    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  }
-  SilentErrors(const SilentErrors&) = delete;
-  SilentErrors& operator=(const SilentErrors&) = delete;
-  ~SilentErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
-
- private:
-  H5E_auto2_t function_ = nullptr;
-  void* data_ = nullptr;
-};
+using detail::create_group;
+using detail::Handle;
+using detail::MemoryFile;
+using detail::require;
 
 std::string system_reason(int error) {
   switch (error) {
@@ -184,52 +149,6 @@ class OutputFile {
   int fd_ = -1;
 };
 
-// The bytes of HDF5's file in memory. It writes there, for it cannot close a file properly after the disk was full, and
-// hands the bytes over when it closes the file: H5Fget_file_image spoils the superblock's checksum (HDF5 1.10).
-class MemoryFile {
- public:
-  MemoryFile() = default;
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-  ~MemoryFile() { std::free(data_); }
-
-  void receive_from(hid_t access) {
-    H5FD_file_image_callbacks_t calls = {allocate, copy, resize, release, share, unshare, this};
-    constexpr std::size_t kGrowth = 1;  // the file's size is a multiple of it
-    require(H5Pset_fapl_core(access, kGrowth, false), "set up the file");
-    require(H5Pset_file_image_callbacks(access, &calls), "set up the file");
-  }
-  void finish(Handle& file) {
-    hsize_t size = 0;
-    require(H5Fflush(file, H5F_SCOPE_GLOBAL), "finish the file");
-    require(H5Fget_filesize(file, &size), "finish the file");
-    if (!file.close() || data_ == nullptr) fail_hdf5("finish the file");
-    bytes_ = {static_cast<std::byte*>(data_), static_cast<std::size_t>(size)};
-  }
-  [[nodiscard]] std::span<std::byte> bytes() const { return bytes_; }
-
- private:
-  using Operation = H5FD_file_image_op_t;
-  static void* allocate(std::size_t size, Operation, void*) { return std::malloc(size); }
-  static void* copy(void* to, const void* from, std::size_t size, Operation, void*) {
-    return std::memcpy(to, from, size);
-  }
-  static void* resize(void* at, std::size_t size, Operation, void*) { return std::realloc(at, size); }
-  static herr_t release(void* at, Operation operation, void* self) {
-    if (operation == H5FD_FILE_IMAGE_OP_FILE_CLOSE) {
-      static_cast<MemoryFile*>(self)->data_ = at;
-    } else {
-      std::free(at);
-    }
-    return 0;
-  }
-  static void* share(void* self) { return self; }
-  static herr_t unshare(void*) { return 0; }
-
-  void* data_ = nullptr;
-  std::span<std::byte> bytes_;
-};
-
 hid_t memory_type(ElementType type) {
   switch (type) {
     case ElementType::i8:
@@ -250,95 +169,9 @@ hid_t memory_type(ElementType type) {
   throw WriteError("a section has an unknown element type; this is a defect, please report it");
 }
 
-Handle create_file(MemoryFile& memory) {
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "set up the file");
-  const Handle create(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "set up the file");
-  require(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "set the file version");
-  require(H5Pset_alignment(access, 1, kSectionAlignment), "set the alignment");
-  require(H5Pset_userblock(create, kUserBlockBytes), "set the user block");
-  memory.receive_from(access);
-  require(H5Pset_obj_track_times(create, false), "leave out time stamps");
-  return {H5Fcreate("asset", H5F_ACC_TRUNC, create, access), H5Fclose, "create the file"};
-}
-
-void write_text(hid_t object, const char* name, const char* text) {
-  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make an attribute");
-  require(H5Tset_size(type, std::strlen(text) + 1), "make an attribute");
-  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make an attribute");
-  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "make an attribute");
-  require(H5Awrite(attribute, type, text), "write an attribute");
-}
-
-void write_numbers(hid_t object, const char* name, hid_t type, hid_t stored, hsize_t count, const void* values) {
-  const Handle space(count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose,
-                     "make an attribute");
-  const Handle attribute(H5Acreate2(object, name, stored, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         "make an attribute");
-  require(H5Awrite(attribute, type, values), "write an attribute");
-}
-void write_real(hid_t object, const char* name, std::span<const double> values) {
-  write_numbers(object, name, H5T_NATIVE_DOUBLE, H5T_IEEE_F64LE, values.size(), values.data());
-}
-void write_real(hid_t object, const char* name, double value) {
-  write_real(object, name, std::span(&value, 1));
-}
-void write_count(hid_t object, const char* name, std::uint64_t value) {
-  write_numbers(object, name, H5T_NATIVE_UINT64, H5T_STD_U64LE, 1, &value);
-}
-
-void write_certificate(hid_t root, const std::string& field, const FieldCertificate& c) {
-  write_real(root, (field + "_error_max").c_str(), c.max);
-  write_real(root, (field + "_error_rms").c_str(), c.rms);
-  write_real(root, (field + "_error_p99").c_str(), c.p99);
-  write_real(root, (field + "_error_worst_at").c_str(), c.worst_at);
-  write_real(root, (field + "_error_bound").c_str(), c.bound);
-}
-
 // The header's scalars again, for people and for tools that only know HDF5. All SI.
 void write_facts(hid_t root, const AssetInfo& info) {
-  write_text(root, "format", "vpsbake asset; see the user block and docs/format.md");
-  write_text(root, "generator", info.generator.data());
-  write_text(root, "units", "SI: m, m^2, m^3, m^5");
-  write_real(root, "voxel_size", info.voxel_size);
-  write_real(root, "origin", info.origin);
-  write_numbers(root, "dims", H5T_NATIVE_UINT32, H5T_STD_U32LE, 3, info.dims.data());
-  write_numbers(root, "precision", H5T_NATIVE_INT32, H5T_STD_I32LE, 1, &info.precision);
-  write_real(root, "lambda", info.lambda);
-  write_real(root, "band_inner", info.band_inner);
-  write_real(root, "band_outer", info.band_outer);
-  write_count(root, "surface_voxels", info.surface_voxels);
-  write_count(root, "inner_voxels", info.inner_voxels);
-  write_real(root, "bounds_min", info.bounds_min);
-  write_real(root, "bounds_max", info.bounds_max);
-  write_count(root, "triangles", info.triangles);
-  write_count(root, "vertices", info.vertices);
-  write_real(root, "surface_area", info.surface_area);
-  write_count(root, "mesh_hash", info.mesh_hash);
-  write_real(root, "volume", info.volume);
-  write_real(root, "centre_of_mass", info.centre_of_mass);
-  write_real(root, "inertia_xx_yy_zz_xy_xz_yz", info.inertia);
-  write_real(root, "spacing", info.spacing);
-  write_real(root, "covering_radius", info.covering_radius);
-  write_real(root, "normal_error_mean", info.normal_error_mean);
-  write_real(root, "normal_error_max", info.normal_error_max);
-  write_real(root, "position_origin", info.position_origin);
-  write_real(root, "position_step", info.position_step);
-  write_real(root, "area_step", info.area_step);
-  write_count(root, "points", info.points);
-  write_count(root, "branching", info.branching);
-  write_count(root, "levels", info.levels);
-  write_certificate(root, "layers", info.layers_error);
-  write_certificate(root, "scaled", info.scaled_error);
-  write_certificate(root, "real", info.real_error);
-  write_count(root, "certificate_samples", info.certificate_samples);
-}
-
-// Made by hand, for groups that HDF5 makes on the way carry time stamps.
-void create_group(hid_t file, const char* path) {
-  const Handle create(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "set up a group");
-  require(H5Pset_obj_track_times(create, false), "set up a group");
-  const Handle group(H5Gcreate2(file, path, H5P_DEFAULT, create, H5P_DEFAULT), H5Gclose, "create a group");
+  detail::for_each_fact(info, [&](const char* name, const auto& value) { detail::write_attribute(root, name, value); });
 }
 
 const detail::SectionName& name_of(SectionKind kind) {
@@ -379,9 +212,9 @@ Section write_section(hid_t file, const SectionData& data) {
   const Handle dataset(H5Dcreate2(file, name.path, type, space, H5P_DEFAULT, create, H5P_DEFAULT), H5Dclose,
                        "create a dataset");
   require(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.bytes.data()), "write a dataset");
-  write_text(dataset, "unit", name.unit);
-  write_text(dataset, "meaning", name.meaning);
-  if (name.equation[0] != '\0') write_text(dataset, "equation", name.equation);
+  detail::write_attribute(dataset, "unit", name.unit);
+  detail::write_attribute(dataset, "meaning", name.meaning);
+  if (name.equation[0] != '\0') detail::write_attribute(dataset, "equation", name.equation);
   section.offset = H5Dget_offset(dataset);
   if (section.offset == HADDR_UNDEF || section.offset % kSectionAlignment != 0) {
     throw WriteError(std::string("HDF5 placed ") + name.path +
@@ -393,15 +226,13 @@ Section write_section(hid_t file, const SectionData& data) {
 // Returns the file's size.
 std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
-  // libhdf5 is seldom built for threads.
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
-  const SilentErrors silent;
+  const std::lock_guard lock(detail::one_at_a_time);
+  const detail::SilentErrors silent;
   Directory directory;
   directory.info = info;
   MemoryFile memory;
   {
-    Handle file = create_file(memory);
+    Handle file = detail::create_file(memory, kUserBlockBytes);
     {
       const Handle root(H5Gopen2(file, "/", H5P_DEFAULT), H5Gclose, "open the root group");
       write_facts(root, info);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Runs a function in a forked child with limits, and hands back the bytes it wrote. Internal to mesh import.
+/// @file Runs a function in a forked child with limits, and hands back the bytes it wrote.
 #pragma once
 
 #include <cstddef>

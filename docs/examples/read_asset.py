@@ -1,0 +1,83 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Zlib
+"""Reads a baked asset with h5py: its facts, its points, and the penetration of a place.
+
+    python3 read_asset.py bunny.vps.hdf            # facts and points
+    python3 read_asset.py bunny.vps.hdf 0.01 0 0   # and V at a place, asset frame, metres
+
+Needs h5py and numpy (Debian: python3-h5py, for /usr/bin/python3). docs/format.md says what every number means.
+"""
+
+import sys
+
+import h5py
+import numpy as np
+
+
+def read_points(f):
+    """Positions [m], unit normals into the body and areas [m^2] of the pointshell: P x 3, P x 3, P."""
+    facts, shell = f.attrs, f["pointshell"]
+    # Positions are 16-bit steps from an origin; rows are x, y, z.
+    positions = facts["position_origin"] + facts["position_step"] * shell["positions"][:].T
+    # Normals are folded onto an octahedron: u and v are its x and y, the lower half folded out into the corners.
+    u, v = shell["inward_normals"][:] / 32767.0
+    z = 1 - abs(u) - abs(v)
+    t = np.maximum(-z, 0)
+    normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return positions, normals, facts["area_step"] * shell["areas"][:]
+
+
+def penetration(f, point, field="scaled"):
+    """V at a point of the asset frame [m]: positive inside. None where no sample is stored.
+
+    `field` is "scaled" or "real", whichever was baked.
+    """
+    facts, voxelmap = f.attrs, f["voxelmap"]
+    # Whole voxels, counted from the centre of voxel (0,0,0): samples lie between the centres.
+    g = (np.asarray(point) - facts["origin"]) / facts["voxel_size"] - 0.5
+    if (g < 0).any() or (g >= facts["dims"] - 1.0).any():
+        return None
+    i = g.astype(int)
+    # Down the octree, from blocks of 16 voxels. Arrays are indexed z, y, x.
+    entry = int(voxelmap["field_roots"][tuple(i[::-1] // 16)])
+    edge = 8
+    while 0x80000000 <= entry < 0xFFFFFFFE:
+        octant = int((i // edge % 2) @ [1, 2, 4])
+        entry = int(voxelmap["field_nodes"][entry - 0x80000000, octant])
+        edge //= 2
+    if entry >= 0xFFFFFFFE:  # ...FF: outside, ...FE: inside, beyond the band
+        return None
+    # A brick of 4x4x4 cells whose edge is 2^level voxels, with samples at their 5x5x5 corners.
+    level = (entry >> 28) - 2
+    brick = entry & 0xFFFFFFF
+    cells = g / 2.0**level
+    x, y, z = cells.astype(int) % 4
+    samples = voxelmap[field][brick, :125].reshape(5, 5, 5)
+    v = samples[z : z + 2, y : y + 2, x : x + 2].astype(float)
+    for t in cells[::-1] % 1:  # trilinear: along z, then y, then x
+        v = v[0] + t * (v[1] - v[0])
+    if field == "real":
+        return float(v)
+    # Steps of lambda, in the coarsest bricks of two.
+    return float(v * facts["lambda"] * (2 if level == 1 else 1))
+
+
+def main():
+    with h5py.File(sys.argv[1]) as f:
+        for name, value in sorted(f.attrs.items()):
+            print(f"{name:28} {value.decode() if isinstance(value, bytes) else value}")
+        if "pointshell" in f:
+            positions, normals, areas = read_points(f)
+            print(f"{len(positions)} points of {areas.sum():.6g} m^2 in all; the first, in metres:")
+            print(f"  at {positions[0]}, inward normal {normals[0]}, area {areas[0]:.3g} m^2")
+        if len(sys.argv) == 5:
+            point = [float(x) for x in sys.argv[2:5]]
+            for field in ("scaled", "real"):
+                if "voxelmap" in f and field in f["voxelmap"]:
+                    v = penetration(f, point, field)
+                    print(f"V of {field} at {point}: " + ("none stored there" if v is None else f"{v:.9g} m"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What the users of libhdf5 share: owned identifiers, files in memory, attributes. Internal.
+#pragma once
+
+#include <hdf5.h>
+
+#include <array>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "formats/hdf5/hdf5_writer.h"
+
+namespace vps::detail {
+
+/// libhdf5 is seldom built for threads.
+inline std::mutex one_at_a_time;
+
+[[noreturn]] inline void fail_hdf5(const char* what) {
+  throw WriteError(std::string("HDF5 could not ") + what + "; check the free memory");
+}
+
+/// Owns an HDF5 identifier.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*closer)(hid_t), const char* what) : id_(id), close_(closer) {
+    if (id_ < 0) fail_hdf5(what);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close(); }
+  operator hid_t() const { return id_; }
+  bool close() { return id_ < 0 || close_(std::exchange(id_, -1)) >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+inline void require(herr_t result, const char* what) {
+  if (result < 0) fail_hdf5(what);
+}
+
+/// HDF5 prints its error stack by default; the exception says enough.
+class SilentErrors {
+ public:
+  SilentErrors() {
+    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  SilentErrors(const SilentErrors&) = delete;
+  SilentErrors& operator=(const SilentErrors&) = delete;
+  ~SilentErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+/// The bytes of HDF5's file in memory. It writes there, for it cannot close a file properly after the disk was full,
+/// and hands the bytes over when it closes the file: H5Fget_file_image spoils the superblock's checksum (HDF5 1.10).
+class MemoryFile {
+ public:
+  MemoryFile() = default;
+  MemoryFile(const MemoryFile&) = delete;
+  MemoryFile& operator=(const MemoryFile&) = delete;
+  ~MemoryFile() { std::free(data_); }
+
+  void receive_from(hid_t access) {
+    H5FD_file_image_callbacks_t calls = {allocate, copy, resize, release, share, unshare, this};
+    constexpr std::size_t kGrowth = 1;  // the file's size is a multiple of it
+    require(H5Pset_fapl_core(access, kGrowth, false), "set up the file");
+    require(H5Pset_file_image_callbacks(access, &calls), "set up the file");
+  }
+  void finish(Handle& file) {
+    hsize_t size = 0;
+    require(H5Fflush(file, H5F_SCOPE_GLOBAL), "finish the file");
+    require(H5Fget_filesize(file, &size), "finish the file");
+    if (!file.close() || data_ == nullptr) fail_hdf5("finish the file");
+    bytes_ = {static_cast<std::byte*>(data_), static_cast<std::size_t>(size)};
+  }
+  [[nodiscard]] std::span<std::byte> bytes() const { return bytes_; }
+
+ private:
+  using Operation = H5FD_file_image_op_t;
+  static void* allocate(std::size_t size, Operation, void*) { return std::malloc(size); }
+  static void* copy(void* to, const void* from, std::size_t size, Operation, void*) {
+    return std::memcpy(to, from, size);
+  }
+  static void* resize(void* at, std::size_t size, Operation, void*) { return std::realloc(at, size); }
+  static herr_t release(void* at, Operation operation, void* self) {
+    if (operation == H5FD_FILE_IMAGE_OP_FILE_CLOSE) {
+      static_cast<MemoryFile*>(self)->data_ = at;
+    } else {
+      std::free(at);
+    }
+    return 0;
+  }
+  static void* share(void* self) { return self; }
+  static herr_t unshare(void*) { return 0; }
+
+  void* data_ = nullptr;
+  std::span<std::byte> bytes_;
+};
+
+/// A new file in memory, without time stamps. @param user_block  [bytes]
+inline Handle create_file(MemoryFile& memory, hsize_t user_block) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "set up the file");
+  const Handle create(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "set up the file");
+  require(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110), "set the file version");
+  require(H5Pset_alignment(access, 1, kSectionAlignment), "set the alignment");
+  require(H5Pset_userblock(create, user_block), "set the user block");
+  memory.receive_from(access);
+  require(H5Pset_obj_track_times(create, false), "leave out time stamps");
+  return {H5Fcreate("asset", H5F_ACC_TRUNC, create, access), H5Fclose, "create the file"};
+}
+
+inline void write_attribute(hid_t object, const char* name, const char* text) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make an attribute");
+  require(H5Tset_size(type, std::strlen(text) + 1), "make an attribute");
+  const Handle space(H5Screate(H5S_SCALAR), H5Sclose, "make an attribute");
+  const Handle attribute(H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "make an attribute");
+  require(H5Awrite(attribute, type, text), "write an attribute");
+}
+
+/// How a number is stored, little-endian whatever the machine.
+template <class Number>
+hid_t stored_type() {
+  if constexpr (std::is_same_v<Number, double>) return H5T_IEEE_F64LE;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_STD_U64LE;
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return H5T_STD_U32LE;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_STD_I32LE;
+}
+template <class Number>
+hid_t native_type() {
+  if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
+  if constexpr (std::is_same_v<Number, std::uint64_t>) return H5T_NATIVE_UINT64;
+  if constexpr (std::is_same_v<Number, std::uint32_t>) return H5T_NATIVE_UINT32;
+  if constexpr (std::is_same_v<Number, std::int32_t>) return H5T_NATIVE_INT32;
+}
+
+template <class Number>
+void write_numbers(hid_t object, const char* name, std::span<const Number> values) {
+  const hsize_t count = values.size();
+  const Handle space(count == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &count, nullptr), H5Sclose,
+                     "make an attribute");
+  const Handle attribute(H5Acreate2(object, name, stored_type<Number>(), space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
+                         "make an attribute");
+  require(H5Awrite(attribute, native_type<Number>(), values.data()), "write an attribute");
+}
+template <class Number, std::size_t n>
+void write_attribute(hid_t object, const char* name, const std::array<Number, n>& values) {
+  write_numbers(object, name, std::span<const Number>(values));
+}
+template <class Number>
+requires std::is_arithmetic_v<Number>
+void write_attribute(hid_t object, const char* name, Number value) {
+  write_numbers(object, name, std::span<const Number>(&value, 1));
+}
+
+/// Made by hand, for groups that HDF5 makes on the way carry time stamps.
+inline void create_group(hid_t file, const char* path) {
+  const Handle create(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "set up a group");
+  require(H5Pset_obj_track_times(create, false), "set up a group");
+  const Handle group(H5Gcreate2(file, path, H5P_DEFAULT, create, H5P_DEFAULT), H5Gclose, "create a group");
+}
+
+}  // namespace vps::detail

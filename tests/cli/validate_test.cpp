@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `vpsbake validate`: true assets pass, and every kind of untruth is named.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "sample_meshes/shapes.h"
+#include "tests/cli/program.h"
+#include "tests/cli/schema.h"
+#include "tests/support/baked.h"
+
+namespace vps::test {
+namespace {
+
+using Json = nlohmann::json;
+
+// Results by the checks' names.
+std::map<std::string, std::string> results(const Json& file) {
+  std::map<std::string, std::string> by_name;
+  for (const Json& check : file["checks"]) by_name[check["name"]] = check["result"];
+  return by_name;
+}
+
+class Validate : public ::testing::Test {
+ protected:
+  // A sphere with all fields, as the program bakes it.
+  void SetUp() override {
+    const TriangleMesh sphere = samples::make_sphere(0.02, 4);
+    std::string text;
+    for (const auto& [x, y, z] : sphere.vertices)
+      text += "v " + std::to_string(x) + " " + std::to_string(y) + " " + std::to_string(z) + "\n";
+    for (const auto& [a, b, c] : sphere.triangles)
+      text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
+    write_file(folder_ / "a.obj", text);
+    const Outcome run = vpsbake(folder_, "a.obj --voxel 1.5mm --fields layers,scaled,real");
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+
+  // The asset anew, consistent in itself, with something untrue in it.
+  void forge(const std::function<void(AssetInfo&, std::vector<SectionData>&)>& change) {
+    Asset asset;
+    ASSERT_EQ(Asset::open((folder_ / "a.vps.hdf").c_str(), asset), Status::ok);
+    AssetInfo info = asset.info();
+    std::vector<SectionData> sections;
+    for (std::uint32_t i = 0; i < asset.directory().section_count; ++i) {
+      const Section& s = asset.directory().sections[i];
+      const auto bytes = asset.bytes().subspan(s.offset, s.bytes);
+      sections.push_back(
+          {s.kind, s.element, {s.shape.begin(), s.shape.begin() + s.rank}, {bytes.begin(), bytes.end()}});
+    }
+    change(info, sections);
+    write_asset(folder_ / "forged.vps.hdf", info, sections);
+  }
+  // The header of a file's bytes with a change, its own hash right again.
+  static std::string with_directory(std::string bytes, const std::function<void(Directory&)>& change) {
+    Directory directory;
+    EXPECT_EQ(decode_directory(std::as_bytes(std::span(bytes)), directory), Status::ok);
+    change(directory);
+    std::array<std::byte, kUserBlockBytes> block;
+    encode_directory(directory, block);
+    std::memcpy(bytes.data(), block.data(), block.size());
+    return bytes;
+  }
+
+  std::map<std::string, std::string> check_forged() {
+    const Outcome run = vpsbake(folder_, "validate forged.vps.hdf --mesh a.obj --samples 3000 --json");
+    EXPECT_EQ(run.code, 3) << run.out;
+    return results(Json::parse(run.out)["files"][0]);
+  }
+
+  TemporaryFolder folder_;
+};
+
+template <class Number>
+Number* numbers(std::vector<SectionData>& sections, SectionKind kind) {
+  for (SectionData& section : sections) {
+    if (section.kind == kind) return reinterpret_cast<Number*>(section.bytes.data());
+  }
+  return nullptr;
+}
+
+TEST_F(Validate, AnAssetIsTrueToItsMesh) {
+  const Outcome run = vpsbake(folder_, "validate a.vps.hdf --mesh a.obj --strict --json");
+  EXPECT_EQ(run.code, 0) << run.err << run.out;
+  const Json j = Json::parse(run.out);
+  const Json& file = j["files"][0];
+  EXPECT_TRUE(file["valid"]);
+  for (const auto& [name, result] : results(file)) EXPECT_EQ(result, "ok") << name;
+  for (const char* const name :
+       {"structure", "hashes", "hdf5", "values", "spheres", "areas", "mesh", "mass", "field layers", "field scaled",
+        "field real", "far", "coarse layers", "covering", "points", "normals"}) {
+    EXPECT_TRUE(results(file).contains(name)) << name;
+  }
+  const Outcome text = vpsbake(folder_, "validate a.vps.hdf --mesh a.obj");
+  EXPECT_NE(text.out.find("a.vps.hdf: valid, 16 checks\n"), std::string::npos) << text.out;
+}
+
+TEST_F(Validate, TheSameCommandFindsTheSameErrors) {
+  const auto figures = [&] {
+    return Json::parse(vpsbake(folder_, "validate a.vps.hdf --mesh a.obj --json").out)["files"].dump();
+  };
+  EXPECT_EQ(figures(), figures());
+}
+
+TEST_F(Validate, JsonFollowsItsSchema) {
+  VPS_SCHEMA_CHECK_OR_SKIP();
+  write_file(folder_ / "cut.vps.hdf", read_file(folder_ / "a.vps.hdf").substr(0, 9000));
+  for (const char* const arguments :
+       {"validate a.vps.hdf --mesh a.obj --json", "validate a.vps.hdf cut.vps.hdf --json"}) {
+    write_file(folder_ / "a.json", vpsbake(folder_, arguments).out);
+    EXPECT_TRUE(follows_schema(folder_ / "a.json", "validate.schema.json")) << read_file(folder_ / "a.json");
+  }
+}
+
+TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
+  struct Untruth {
+    const char* check;
+    std::function<void(AssetInfo&, std::vector<SectionData>&)> change;
+  };
+  const Untruth untruths[] = {
+      {"field scaled", [](AssetInfo& info, auto&) { info.scaled_error.bound = info.scaled_error.max /= 4; }},
+      {"field real", [](AssetInfo& info, auto&) { info.real_error.bound = info.real_error.max /= 4; }},
+      {"field layers", [](AssetInfo& info, auto&) { info.layers_error.bound = info.layers_error.max /= 2; }},
+      {"covering", [](AssetInfo& info, auto&) { info.covering_radius /= 2; }},
+      {"mass", [](AssetInfo& info, auto&) { info.volume *= 1.01; }},
+      {"areas", [](AssetInfo& info, auto&) { info.area_step *= 1.01; }},
+      {"spheres",
+       [](AssetInfo&, auto& sections) {
+         for (SectionData& section : sections) {
+           if (section.kind != SectionKind::spheres) continue;
+           auto* const radii = reinterpret_cast<float*>(section.bytes.data()) + 3 * section.shape[1];
+           radii[section.shape[1] - 1] *= 0.9F;
+         }
+       }},
+      {"points",
+       [](AssetInfo&, auto& sections) { numbers<std::uint16_t>(sections, SectionKind::point_positions)[5] ^= 0x4000; }},
+      {"normals",
+       [](AssetInfo& info, auto& sections) {
+         // u, v to the opposite direction: the square's other sheet, mirrored.
+         auto* const codes = numbers<std::int16_t>(sections, SectionKind::point_inward_normals);
+         for (std::uint64_t i = 0; i < info.points; ++i) {
+           const auto n = decode_normal<double>({codes[i], codes[info.points + i]});
+           const OctahedralNormal turned = encode_normal({-n[0], -n[1], -n[2]});
+           codes[i] = turned.u;
+           codes[info.points + i] = turned.v;
+         }
+       }},
+      {"coarse layers",
+       [](AssetInfo&, auto& sections) { numbers<std::int16_t>(sections, SectionKind::coarse_layers)[0] += 4; }},
+      {"values", [](AssetInfo&, auto& sections) { numbers<double>(sections, SectionKind::real)[7] = std::nan(""); }},
+  };
+  for (const Untruth& untruth : untruths) {
+    forge(untruth.change);
+    const auto by_name = check_forged();
+    EXPECT_EQ(by_name.at(untruth.check), "failed") << untruth.check;
+  }
+}
+
+TEST_F(Validate, AnotherMeshIsAWarningAndItsErrorsAreFailures) {
+  ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 5mm -o cube.vps.hdf").code, 0);
+  const Outcome run = vpsbake(folder_, "validate cube.vps.hdf --mesh a.obj --json");
+  EXPECT_EQ(run.code, 3);
+  const auto by_name = results(Json::parse(run.out)["files"][0]);
+  EXPECT_EQ(by_name.at("mesh"), "warning");
+  for (const char* const name : {"mass", "field scaled", "points"}) EXPECT_EQ(by_name.at(name), "failed") << name;
+}
+
+TEST_F(Validate, TheDirectoryAndHdf5HaveToAgree) {
+  const std::string bytes = read_file(folder_ / "a.vps.hdf");
+  write_file(folder_ / "forged.vps.hdf", with_directory(bytes, [](Directory& d) { d.info.volume *= 2; }));
+  EXPECT_EQ(check_forged().at("hdf5"), "failed");
+  Outcome run = vpsbake(folder_, "validate forged.vps.hdf");
+  EXPECT_NE(run.out.find("the attribute volume is not the directory's"), std::string::npos) << run.out;
+  // A section of a later version.
+  write_file(folder_ / "forged.vps.hdf", with_directory(bytes, [](Directory& d) {
+               d.sections[d.section_count - 1].kind = SectionKind{77};
+               d.sections[d.section_count - 1].flags = 0;
+             }));
+  run = vpsbake(folder_, "validate forged.vps.hdf --strict");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.out.find("warning  sections       kind 77"), std::string::npos) << run.out;
+}
+
+TEST_F(Validate, NoMetadataMakesItCrash) {
+  const std::string bytes = read_file(folder_ / "a.vps.hdf");
+  Directory directory;
+  ASSERT_EQ(decode_directory(std::as_bytes(std::span(bytes)), directory), Status::ok);
+  // Bytes of HDF5's between the sections, damaged with all hashes right: the checksums of HDF5 are not ours.
+  for (std::size_t at = kUserBlockBytes + 8; at < kUserBlockBytes + 1200; at += 61) {
+    std::string forged = bytes;
+    forged[at] = static_cast<char>(forged[at] ^ 0x55);
+    const auto all = std::as_bytes(std::span(forged));
+    bool in_section = false;
+    for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+      const Section& s = directory.sections[i];
+      in_section = in_section || (at >= s.offset && at < s.offset + s.bytes);
+    }
+    if (in_section) continue;
+    forged = with_directory(forged, [&](Directory& d) { d.metadata_hash = hash_metadata(all, d); });
+    write_file(folder_ / "forged.vps.hdf", forged);
+    const Outcome run = vpsbake(folder_, "validate forged.vps.hdf");
+    EXPECT_TRUE(run.code == 3 || run.code == 0) << run.code << " at " << at << run.err;
+  }
+}
+
+TEST_F(Validate, WhatOtherHdf5ToolsHaveWrittenIsNamed) {
+  if (std::system("command -v h5repack >/dev/null") != 0) GTEST_SKIP() << "needs h5repack (Debian's hdf5-tools)";
+  const std::string repack =
+      "h5repack " + (folder_ / "a.vps.hdf").string() + " " + (folder_ / "repacked.vps.hdf").string();
+  ASSERT_EQ(std::system(repack.c_str()), 0);
+  Outcome run = vpsbake(folder_, "validate repacked.vps.hdf");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.out.find("another HDF5 tool has written it"), std::string::npos) << run.out;
+  // Truncated, it is not.
+  write_file(folder_ / "cut.vps.hdf", read_file(folder_ / "a.vps.hdf").substr(0, 20000));
+  run = vpsbake(folder_, "validate cut.vps.hdf");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_EQ(run.out.find("another HDF5 tool"), std::string::npos) << run.out;
+  if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) GTEST_SKIP() << "needs python3-h5py";
+  const std::string edit = "/usr/bin/python3 -c \"import h5py; h5py.File('" + (folder_ / "a.vps.hdf").string() +
+                           "', 'r+').attrs.modify('volume', 3.0)\"";
+  ASSERT_EQ(std::system(edit.c_str()), 0);
+  run = vpsbake(folder_, "validate a.vps.hdf");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.out.find("another HDF5 tool"), std::string::npos) << run.out;
+}
+
+TEST_F(Validate, DamagedSectionsAreNamed) {
+  std::string bytes = read_file(folder_ / "a.vps.hdf");
+  Directory directory;
+  ASSERT_EQ(decode_directory(std::as_bytes(std::span(bytes)), directory), Status::ok);
+  for (const SectionKind kind : {SectionKind::scaled, SectionKind::point_areas})
+    bytes[directory.find(kind)->offset] ^= 1;
+  write_file(folder_ / "b.vps.hdf", bytes);
+  const Outcome run = vpsbake(folder_, "validate b.vps.hdf");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.out.find("damaged: scaled, point_areas\n"), std::string::npos) << run.out;
+  EXPECT_TRUE(run.err.starts_with("vpsbake: error: b.vps.hdf: not valid: hashes")) << run.err;
+}
+
+TEST_F(Validate, WithoutARecordItIsValidButNotStrictly) {
+  forge([](AssetInfo&, std::vector<SectionData>& sections) {
+    std::erase_if(sections, [](const SectionData& s) { return s.kind == SectionKind::record; });
+  });
+  EXPECT_EQ(vpsbake(folder_, "validate forged.vps.hdf").code, 0);
+  const Outcome run = vpsbake(folder_, "validate forged.vps.hdf --strict");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_NE(run.err.find("not valid: record"), std::string::npos) << run.err;
+}
+
+TEST_F(Validate, OfSeveralFilesEachIsCheckedAndOneFailureIsExitCodeFive) {
+  std::filesystem::copy_file(folder_ / "a.vps.hdf", folder_ / "b.vps.hdf");
+  EXPECT_EQ(vpsbake(folder_, "validate a.vps.hdf b.vps.hdf").code, 0);
+  const Outcome run = vpsbake(folder_, "validate missing.vps.hdf a.obj b.vps.hdf");
+  EXPECT_EQ(run.code, 5);
+  EXPECT_NE(run.out.find("b.vps.hdf: valid"), std::string::npos);
+  expect_refusal(folder_, "validate missing.vps.hdf", 2, "missing.vps.hdf");
+  expect_refusal(folder_, "validate a.vps.hdf --mesh missing.obj", 2, "missing.obj");
+  expect_refusal(folder_, "validate a.vps.hdf --unit mm", 1, "--mesh");
+}
+
+}  // namespace
+}  // namespace vps::test
