@@ -22,7 +22,8 @@ struct BakeArguments {
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
   ImportOptions import_options;  ///< its unit is set from `unit` and `scale`
   BakeOptions options;
-  std::string cache;  ///< folder of an AssetCache; empty: none
+  std::string cache;    ///< folder of an AssetCache; empty: none
+  std::string depfile;  ///< to write for make or ninja; empty: none
   bool json = false;
   bool dry_run = false;  ///< only says what would be baked
   unsigned threads = 0;  ///< 0: all cores

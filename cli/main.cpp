@@ -38,6 +38,12 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->check(not_empty())
       ->option_text("FILE")
       ->group("Output");
+  app.add_option("--depfile", arguments.depfile,
+                 "Write there for make or ninja which files the asset depends on: the mesh and its buffers [default: "
+                 "none]")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
   app.add_option_function<std::string>(
          "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
