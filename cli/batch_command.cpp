@@ -183,7 +183,7 @@ Command add_batch_command(CLI::App& app) {
 Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
-  run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("FILE.jsonl");
+  run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
   auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 or more");
   task->option_text("N")->group("Which jobs");
   run->add_option("--shard", arguments->share, "Only the jobs of share i of n: i, i + n, i + 2 n and so on")
@@ -200,7 +200,7 @@ Command add_merge_command(CLI::App& app) {
   CLI::App* const merge =
       app.add_subcommand("merge", "Write the manifest of what jobs have baked; exit code 5 when some are missing");
   const auto file = std::make_shared<std::string>();
-  merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("FILE.jsonl");
+  merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
   merge->footer("Example: vpsbake merge jobs.jsonl");
   return {merge, [file] { return guarded_batch([&] { return run_merge(*file); }); }};
 }

@@ -31,7 +31,8 @@ Completion completion_of(const CLI::Option& option) {
   if (name.ends_with("...")) name.resize(name.size() - 3);
   if (name == "DIR") return {Kind::folders, ""};
   if (const auto known = extensions.find(name); known != extensions.end()) return {Kind::files, known->second};
-  if (name.starts_with("FILE.")) return {Kind::files, name.substr(5)};
+  const std::size_t dot = name.find('.');  // as in JOBS.jsonl
+  if (dot != name.npos && name.find('|') == name.npos) return {Kind::files, name.substr(dot + 1)};
   return {option.get_positional() ? Kind::files : Kind::anything, ""};
 }
 

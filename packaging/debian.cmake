@@ -22,9 +22,9 @@ set(CPACK_DEBIAN_VPSBAKE_PACKAGE_NAME vpsbake)
 set(CPACK_DEBIAN_VPSBAKE_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_VPSBAKE_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_VPSBAKE_DESCRIPTION "bakes triangle meshes into collision assets
- Signed distance voxelmaps and point-sphere trees of arbitrary meshes, with
- measured errors. Programs map them into memory and ask for contacts,
- penetration, distances and forces, in Bullet or on their own (libvps-dev).")
+Signed distance voxelmaps and point-sphere trees of arbitrary meshes, with
+measured errors. Programs map them into memory and ask for contacts,
+penetration, distances and forces, in Bullet or on their own (libvps-dev).")
 
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_NAME libvps-dev)
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SECTION libdevel)
@@ -32,9 +32,9 @@ set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libhwy-dev, libstdc++-12-dev | libstdc++-dev, pkg-config")
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, cmake")
 set(CPACK_DEBIAN_LIBVPS_DEV_DESCRIPTION "collision queries on assets that vpsbake bakes
- Static libraries and headers for C and C++: the runtime, and a plug-in that
- makes the assets collision shapes of Bullet. With files for CMake and
- pkg-config, and a CMake function that bakes meshes as part of a build.")
+Static libraries and headers for C and C++: the runtime, and a plug-in that
+makes the assets collision shapes of Bullet. With files for CMake and
+pkg-config, and a CMake function that bakes meshes as part of a build.")
 
 set(CPACK_COMPONENTS_ALL runtime)
 if(TARGET vpsbake)
