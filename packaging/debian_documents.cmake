@@ -38,4 +38,8 @@ function(complete folder package)
 endfunction()
 
 complete(vpsbake vpsbake)
+set(zsh ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/vpsbake/usr/share/zsh)
+if(IS_DIRECTORY ${zsh})
+  file(RENAME ${zsh}/site-functions ${zsh}/vendor-completions) # where Debian's zsh looks
+endif()
 complete(libvps_dev libvps-dev)
