@@ -184,7 +184,8 @@ Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
   run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
-  auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 or more");
+  auto* const task =
+      add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 to 99999999");
   task->option_text("N")->group("Which jobs");
   run->add_option("--shard", arguments->share, "Only the jobs of share i of n: i, i + n, i + 2 n and so on")
       ->excludes(task)

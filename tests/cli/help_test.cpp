@@ -178,7 +178,8 @@ TEST(Help, BashCompletesCommandsOptionsValuesAndFiles) {
 // The options that --help lists of a command.
 std::vector<std::string> options_of(const std::string& command) {
   const TemporaryFolder folder;
-  const std::string help = vpsbake(folder, command + " --help").out;
+  std::string help = vpsbake(folder, command + " --help").out;
+  help.resize(std::min(help.size(), help.find("\nExample: ")));
   std::vector<std::string> names;
   const std::regex option("\n  (?:-[a-z], )?(--[a-z-]+)");
   for (std::sregex_iterator it(help.begin(), help.end(), option), end; it != end; ++it) names.push_back((*it)[1]);
