@@ -16,8 +16,10 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
-# For the tests of pages.
-TEST_PACKAGES := chromium fonts-dejavu-core python3-jsonschema python3-vtk9
+# For the tests of pages, manual pages and completion.
+TEST_PACKAGES := chromium fonts-dejavu-core groff-base mandoc python3-jsonschema python3-vtk9 zsh
+# For `make deb` and its test alone.
+DEB_PACKAGES := debootstrap dpkg-dev file lintian
 # For `make scenes` alone: pictures.
 SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -27,7 +29,7 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-.PHONY: all install deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-all clean
+.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all clean
 all: deps
 	cmake --preset release
 	cmake --build --preset release -j $(JOBS)
@@ -35,6 +37,16 @@ all: deps
 # Program, libraries, headers, files for CMake and pkg-config; DESTDIR goes before PREFIX.
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
+
+# Packages for this release of Debian, vpsbake and libvps-dev, in build/packages; lintian says what it thinks of them.
+deb: PACKAGES += $(DEB_PACKAGES)
+deb: deps
+	cmake --preset deb
+	cmake --build --preset deb -j $(JOBS)
+	rm -rf build/packages
+	cpack --config build/deb/CPackConfig.cmake -B build/packages
+	rm -rf build/packages/_CPack_Packages
+	lintian --allow-root --fail-on error build/packages/*.deb
 
 # Only asks apt when something is missing.
 deps:
@@ -155,7 +167,11 @@ test-runtime-only: deps
 	cmake --preset runtime-only
 	cmake --build --preset runtime-only -j $(JOBS)
 
-test-all: test
+# The packages, installed, used and removed in a fresh minimal system; skipped without root.
+test-deb: deb
+	sh tests/install/debian.sh build/packages || [ $$? = 77 ]
+
+test-all: test deb
 	cd build/dev && $(CTEST) -L slow
 
 clean:

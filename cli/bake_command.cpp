@@ -10,15 +10,18 @@
 #include <chrono>
 #include <exception>
 #include <filesystem>
+#include <span>
 #include <system_error>
 
 #include "bake/cache.h"
 #include "bake/plan.h"
+#include "cli/depfile.h"
 #include "cli/describe_asset.h"
 #include "cli/evaluate/oracle.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
 namespace {
@@ -268,7 +271,17 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
 int run_bake(const BakeArguments& arguments) {
   std::optional<tbb::global_control> limit;
   if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);
-  return guarded(arguments.mesh, [&] { return bake_file(arguments); });
+  if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });
+  return guarded(arguments.depfile, [&] {
+    const fs::path output = output_path(arguments);
+    const std::vector<fs::path> files = mesh_files(arguments.mesh);
+    const std::string reason = depfile_refusal(arguments.depfile, output, files);
+    if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
+    const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });
+    const std::string text = depfile_text(output, files);
+    if (code == kOk && !arguments.dry_run) write_whole(arguments.depfile, std::as_bytes(std::span(text)));
+    return code;
+  });
 }
 
 }  // namespace vps::cli

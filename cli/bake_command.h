@@ -24,6 +24,7 @@ struct BakeArguments {
   BakeOptions options;
   std::string cache;            ///< folder of an AssetCache; empty: none
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
+  std::string depfile;          ///< to write for make or ninja; empty: none
   bool json = false;
   bool dry_run = false;  ///< only says what would be baked
   unsigned threads = 0;  ///< 0: all cores

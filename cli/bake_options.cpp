@@ -16,7 +16,7 @@ void add_error_option(CLI::App& app, BakeArguments& arguments) {
          "lies between points as well")
       ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
       ->option_text("LENGTH")
-      ->group("Grid (a bake needs one of these)");
+      ->group(kGridGroup);
 }
 
 void add_content_options(CLI::App& app, BakeArguments& arguments) {

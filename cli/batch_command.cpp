@@ -184,7 +184,8 @@ Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
   run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
-  auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 or more");
+  auto* const task =
+      add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 to 99999999");
   task->option_text("N")->group("Which jobs");
   run->add_option("--shard", arguments->share, "Only the jobs of share i of n: i, i + n, i + 2 n and so on")
       ->excludes(task)
@@ -192,6 +193,7 @@ Command add_run_command(CLI::App& app) {
       ->option_text("i/n")
       ->group("Which jobs");
   add_play_options(*run, arguments->play);
+  run->footer("Example: vpsbake run jobs.jsonl --shard 1/4");
   return {run, [arguments] { return guarded_batch([&] { return run_share(*arguments); }); }};
 }
 
@@ -200,6 +202,7 @@ Command add_merge_command(CLI::App& app) {
       app.add_subcommand("merge", "Write the manifest of what jobs have baked; exit code 5 when some are missing");
   const auto file = std::make_shared<std::string>();
   merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
+  merge->footer("Example: vpsbake merge jobs.jsonl");
   return {merge, [file] { return guarded_batch([&] { return run_merge(*file); }); }};
 }
 

@@ -109,6 +109,7 @@ Command add_check_command(CLI::App& app) {
   add_import_options(*check, *arguments);
   add_grid_options(*check, *arguments);
   check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
+  check->footer("Example: vpsbake check scan.ply --voxel 1mm");
   return {check, [arguments] { return run(*arguments); }};
 }
 

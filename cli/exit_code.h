@@ -5,6 +5,9 @@
 #include <cctype>
 #include <cstdio>
 #include <string>
+#include <string_view>
+
+#include "cli/terminal.h"
 
 namespace vps::cli {
 
@@ -17,12 +20,22 @@ enum ExitCode : int {
   kSomeFailed = 5,   ///< some items of a batch failed
 };
 
-/// Prints `vpsbake: KIND: FILE: reason` to stderr.
+/// For --help and the manual.
+inline constexpr const char* kExitCodes =
+    "0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed";
+
+/// Prints `vpsbake: KIND: FILE: reason` to stderr, on terminals an error red and a warning yellow.
 inline void complain(const char* kind, const std::string& file, const std::string& reason) {
   std::string line = file + ": " + reason;
   // One line whatever the name holds.
   for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  std::fprintf(stderr, "vpsbake: %s: %s\n", kind, line.c_str());
+  if (takes_colour(STDERR_FILENO)) {
+    const std::string_view what = kind;
+    const char* const colour = what == "error" ? "1;31" : what == "warning" ? "1;33" : "1";
+    std::fprintf(stderr, "vpsbake: \033[%sm%s:\033[0m %s\n", colour, kind, line.c_str());
+  } else {
+    std::fprintf(stderr, "vpsbake: %s: %s\n", kind, line.c_str());
+  }
 }
 
 /// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.

@@ -102,6 +102,7 @@ Command add_explain_command(CLI::App& app) {
   command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
       ->check(CLI::ExistingDirectory)
       ->option_text("DIR");
+  command->footer("Example: vpsbake explain assets/gear.vps.hdf");
   return {command, [a] {
             try {
               return explain(a->file, a->folder);

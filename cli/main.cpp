@@ -20,6 +20,8 @@
 #include "cli/exit_code.h"
 #include "cli/explain_command.h"
 #include "cli/export_command.h"
+#include "cli/help_files_command.h"
+#include "cli/help_formatter.h"
 #include "cli/info_command.h"
 #include "cli/options.h"
 #include "cli/plan_command.h"
@@ -31,13 +33,18 @@
 #include "cli/stress_command.h"
 #include "cli/validate_command.h"
 #include "cli/view_command.h"
-#include "version.h"
 
 namespace vps::cli {
 namespace {
 
 void add_output_options(CLI::App& app, BakeArguments& arguments) {
   app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Output");
+  app.add_option("--depfile", arguments.depfile,
+                 "Write there for make or ninja which files the asset depends on: the mesh and its buffers [default: "
+                 "none]")
       ->check(not_empty())
       ->option_text("FILE")
       ->group("Output");
@@ -85,27 +92,33 @@ void read_cache_size(const CLI::App& app, BakeArguments& bake) {
   }
 }
 
+CLI::Option* set_version_flag(CLI::App& app) {
+  return app.set_version_flag("--version", version_text, "Print the versions of the program and of its libraries");
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
                "vpsbake");
-  app.set_version_flag("--version", "vpsbake " VPSBAKE_VERSION);
-  app.footer(
-      "Example: vpsbake bunny.obj --voxel 0.5mm\n"
-      "Exit codes: 0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed");
+  app.formatter(std::make_shared<HelpFormatter>());  // commands take it over
+  app.set_help_flag("-h,--help", "Print this help");
+  set_version_flag(app);
   BakeArguments bake;
   app.add_option("mesh", bake.mesh, kMeshHelp)->option_text("MESH");
   add_bake_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake);
   const Command commands[] = {
-      add_batch_command(app),     add_plan_command(app),   add_run_command(app),     add_merge_command(app),
-      add_explain_command(app),   add_check_command(app),  add_compare_command(app), add_export_command(app),
-      add_info_command(app),      add_scene_command(app),  add_slice_command(app),   add_validate_command(app),
-      add_view_command(app),      add_cache_command(app),
+      add_batch_command(app),      add_plan_command(app),   add_run_command(app),     add_merge_command(app),
+      add_explain_command(app),    add_check_command(app),  add_compare_command(app), add_export_command(app),
+      add_info_command(app),       add_scene_command(app),  add_slice_command(app),   add_validate_command(app),
+      add_view_command(app),       add_cache_command(app),
 #ifdef VPSBAKE_EVALUATE
-      add_recommend_command(app), add_report_command(app), add_stress_command(app),
+      add_recommend_command(app),  add_report_command(app), add_stress_command(app),
 #endif
+      add_help_files_command(app),
   };
+  app.footer(std::string("Example: vpsbake bunny.obj --voxel 0.5mm\nExit codes: ") + kExitCodes);
+  for (const Command& one : commands) set_version_flag(*one.app)->group("");
   const Command* command = nullptr;
 
   try {

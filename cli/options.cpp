@@ -131,10 +131,11 @@ void add_unit_options(CLI::App& app, BakeArguments& arguments) {
          "--unit", [&](const std::string& unit) { arguments.unit = parse_unit(unit); },
          "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
       ->option_text("UNIT")
+      ->type_name("{m,cm,mm,in}")
       ->group("Mesh");
   app.add_option_function<std::string>(
          "--scale", [&](const std::string& text) { arguments.scale = parse_factor("--scale", text); },
-         "Enlarge the mesh by this factor [default: 1]")
+         "Enlarge the mesh by this factor, above 0 [default: 1]")
       ->option_text("X")
       ->group("Mesh");
 }
@@ -153,6 +154,7 @@ void add_surface_options(CLI::App& app, BakeArguments& arguments) {
          "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the mildest that suffices, but "
          "holes wider than a voxel are refused]")
       ->option_text("HOW")
+      ->type_name("{none,weld,stitch,fill,wrap}")
       ->group("Mesh");
   app.add_option_function<std::string>(
          "--open-surface",
@@ -161,7 +163,7 @@ void add_surface_options(CLI::App& app, BakeArguments& arguments) {
            if (!text.starts_with(kThicken)) throw CLI::ValidationError("--open-surface takes thicken=2mm");
            arguments.options.sheet_thickness = parse_length(text.substr(kThicken.size()));
          },
-         "Bake open surfaces as solids of this thickness")
+         "Bake open surfaces as solids of this thickness, such as thicken=2mm [default: they are refused]")
       ->option_text("thicken=LENGTH")
       ->group("Mesh");
 }
@@ -181,15 +183,14 @@ void add_import_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 void add_grid_options(CLI::App& app, BakeArguments& arguments) {
-  constexpr const char* kGroup = "Grid (a bake needs one of these)";
   auto* const voxel = app.add_option_function<std::string>(
       "--voxel", [&](const std::string& text) { arguments.options.voxel_size = parse_length(text); },
       "Edge of a voxel, such as 5mm");
-  voxel->option_text("LENGTH")->group(kGroup);
+  voxel->option_text("LENGTH")->group(kGridGroup);
   add_integer(app, "--resolution", arguments.options.resolution, 1, 8192, "Voxels along the longest side, 1 to 8192")
       ->excludes(voxel)
       ->option_text("N")
-      ->group(kGroup);
+      ->group(kGridGroup);
 }
 
 }  // namespace vps::cli

@@ -12,6 +12,9 @@
 
 namespace vps::cli {
 
+/// Title of the options of add_grid_options.
+inline constexpr const char* kGridGroup = "Grid (one of these)";
+
 /// A sub-command, and what runs when it was given.
 struct Command {
   CLI::App* app = nullptr;

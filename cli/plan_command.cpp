@@ -82,7 +82,7 @@ Command add_plan_command(CLI::App& app) {
       plan->add_option("--emit", a.script.engine, "Write a script as well: slurm, snakemake or parallel");
   emit->check(CLI::IsMember({"slurm", "snakemake", "parallel"}))->option_text("ENGINE")->group(kGroup);
   add_integer(*plan, "--tasks", a.most_tasks, 1, 99999999,
-              "Tasks at most, each with a share of the jobs [default: 1000]")
+              "Tasks at most, 1 to 99999999, each with a share of the jobs [default: 1000]")
       ->needs(emit)
       ->option_text("N")
       ->group(kGroup);

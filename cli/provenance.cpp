@@ -57,6 +57,15 @@ nlohmann::ordered_json versions() {
 
 }  // namespace
 
+std::string version_text() {
+  std::string out;
+  const nlohmann::ordered_json all = versions();
+  for (const auto& [name, version] : all.items()) {
+    out += (out.empty() ? "" : "\n") + name + " " + version.get<std::string>();
+  }
+  return out;
+}
+
 std::string quoted_word(const std::string& word) {
   constexpr const char* kPlain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
   if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;

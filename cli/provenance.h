@@ -8,6 +8,9 @@
 
 namespace vps::cli {
 
+/// The program's version, and one line for each library's.
+[[nodiscard]] std::string version_text();
+
 /// A word as a shell takes it: quoted where it has to be.
 [[nodiscard]] std::string quoted_word(const std::string& word);
 

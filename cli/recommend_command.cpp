@@ -205,10 +205,11 @@ Command add_recommend_command(CLI::App& app) {
           "The file is no larger, such as 2MB")
       ->option_text("SIZE")
       ->group(kGroup);
-  add_integer(*recommend, "--poses", arguments->poses, 6, 10000, "Poses of the body on a copy of itself [default: 90]")
+  add_integer(*recommend, "--poses", arguments->poses, 6, 10000,
+              "Poses of the body on a copy of itself, 6 to 10000 [default: 90]")
       ->option_text("N")
       ->group("Measurement");
-  add_integer(*recommend, "--seed", arguments->seed, 0, 99999999, "Of the poses [default: 1]")
+  add_integer(*recommend, "--seed", arguments->seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
       ->option_text("N")
       ->group("Measurement");
   recommend->add_flag("--json", arguments->bake.json, "Print everything that was tried as JSON")->group("Output");

@@ -259,17 +259,21 @@ int run_report(const ReportArguments& arguments) {
 
 void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
   constexpr const char* kGroup = "Measurement";
-  add_integer(app, "--poses", arguments.poses, 3, 100000,
-              "Poses of the body on a copy of itself: a third each apart, in contact and deep [default: 150]")
+  add_integer(
+      app, "--poses", arguments.poses, 3, 100000,
+      "Poses of the body on a copy of itself, 3 to 100000: a third each apart, in contact and deep [default: 150]")
       ->option_text("N")
       ->group(kGroup);
-  add_integer(app, "--rounds", arguments.rounds, 1, 1000, "Rounds in which all are timed in turn [default: 5]")
+  add_integer(app, "--rounds", arguments.rounds, 1, 1000,
+              "Rounds in which all are timed in turn, 1 to 1000 [default: 5]")
       ->option_text("N")
       ->group(kGroup);
-  add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses [default: 1]")->option_text("N")->group(kGroup);
+  add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
+      ->option_text("N")
+      ->group(kGroup);
   app.add_flag("--quick", arguments.quick, "A few settings, 64 voxels, 9 poses, 2 rounds: to see that it works")
       ->group(kGroup);
-  app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl")
+  app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl [default: none]")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(evaluate::peer_names()))

@@ -279,6 +279,7 @@ Command add_scene_command(CLI::App& app) {
                    "Take what was baked before from this folder, and keep there what is new [default: VPSBAKE_CACHE]")
       ->check(not_empty())
       ->option_text("DIR");
+  scene->footer("Example: vpsbake scene table.toml --dry-run");
   return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }};
 }
 

@@ -83,11 +83,13 @@ Command add_slice_command(CLI::App& app) {
   slice->add_option("--field", arguments->field, "Field: layers, scaled or real [default: the finest stored]")
       ->check(CLI::IsMember({"layers", "scaled", "real"}))
       ->option_text("FIELD");
-  add_integer(*slice, "--width", arguments->width, 600, 8000, "Width of the picture, 600 to 8000 pixels [default: 900]")
+  add_integer(*slice, "--width", arguments->width, 600, 8000,
+              "Width of the picture in pixels, 600 to 8000 [default: 900]")
       ->option_text("PIXELS");
   slice->add_option("-o,--output", arguments->output, "Picture to write [default: NAME_AXIS.png beside the asset]")
       ->check(not_empty())
       ->option_text("FILE");
+  slice->footer("Example: vpsbake slice gear.vps.hdf --axis z --at 12mm");
   return {slice, [arguments] { return guarded(arguments->asset, [&] { return run(*arguments); }); }};
 }
 

@@ -211,6 +211,7 @@ int run(const Arguments& arguments) {
 }  // namespace
 
 Command add_stress_command(CLI::App& app) {
+  constexpr const char* kCases = "Cases";
   CLI::App* const stress = app.add_subcommand(
       "stress", "Run stability cases on assets in Bullet and in a penalty loop; exit code 5 when a limit is not held");
   const auto arguments = std::make_shared<Arguments>();
@@ -220,19 +221,30 @@ Command add_stress_command(CLI::App& app) {
       ->add_option("--mesh", a.mesh.mesh,
                    "The mesh that the asset was baked from, for peers and other sizes [default: the asset's zero set]")
       ->check(not_empty())
-      ->option_text("MESH");
+      ->option_text("MESH")
+      ->group("Mesh");
   add_unit_options(*stress, a.mesh);
-  stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json")->check(not_empty())->option_text("NAME");
-  stress->add_option("--junit", a.junit, "Write JUnit XML, for CI")->check(not_empty())->option_text("FILE");
-  stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*'")
+  stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json [default: neither]")
+      ->check(not_empty())
+      ->option_text("NAME")
+      ->group("Output");
+  stress->add_option("--junit", a.junit, "Write JUnit XML, for CI [default: none]")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Output");
+  stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*' [default: all]")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->option_text("GLOBS");
-  stress->add_option("--without", a.subject.without, "Columns to leave out: ours,continuous,hull,hacd,gimpact")
+      ->option_text("GLOBS")
+      ->group(kCases);
+  stress
+      ->add_option("--without", a.subject.without,
+                   "Columns to leave out: ours,continuous,hull,hacd,gimpact [default: none]")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kColumns), std::end(kColumns))))
-      ->option_text("LIST");
+      ->option_text("LIST")
+      ->group(kCases);
   stress
       ->add_option_function<std::string>(
           "--mass",
@@ -242,13 +254,20 @@ Command add_stress_command(CLI::App& app) {
               throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
           },
           "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
-      ->option_text("MASS");
-  add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions [default: 1]")->option_text("N");
-  stress->add_flag("--quick", a.quick,
-                   "Fewer settings of each case, about a minute for 70,000 points: see docs/stress.md");
-  stress->add_flag("--strict", a.strict,
-                   "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver");
-  stress->add_flag("--list", a.list, "Print the cases and their limits");
+      ->option_text("MASS")
+      ->group(kCases);
+  add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")
+      ->option_text("N")
+      ->group(kCases);
+  stress
+      ->add_flag("--quick", a.quick,
+                 "Fewer settings of each case, about a minute for 70,000 points: see docs/stress.md")
+      ->group(kCases);
+  stress
+      ->add_flag("--strict", a.strict,
+                 "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver")
+      ->group(kCases);
+  stress->add_flag("--list", a.list, "Print the cases and their limits")->group(kCases);
   std::string& cache = a.mesh.cache;
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;
   stress
@@ -256,7 +275,8 @@ Command add_stress_command(CLI::App& app) {
           "--cache", cache,
           "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
       ->check(not_empty())
-      ->option_text("DIR");
+      ->option_text("DIR")
+      ->group("Output");
   stress->footer(
       "Exits with 5 when a limit is broken that is stated for the asset's columns, or when nothing was tested.\n"
       "Example: vpsbake stress gear.vps.hdf --mesh gear.obj --quick --junit stress.xml -o stress");

@@ -107,6 +107,7 @@ Command add_view_command(CLI::App& app) {
   add_import_options(*view, arguments->mesh);
   for (const char* const name : {"--unit", "--scale", "--import-memory", "--import-timeout"})
     view->get_option(name)->needs("--mesh");
+  view->footer("Example: vpsbake view gear.vps.hdf --mesh gear.obj\nExample: vpsbake view --motion run.json");
   return {view, [arguments] { return run(*arguments); }};
 }
 

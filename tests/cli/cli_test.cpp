@@ -377,7 +377,7 @@ TEST(Cli, HelpAndVersionAreNotErrors) {
   EXPECT_NE(help.out.find("--voxel LENGTH"), std::string::npos);
   for (const char* words : {"Import:", "--import-memory SIZE", "--import-timeout TIME"})
     EXPECT_NE(help.out.find(words), std::string::npos) << words;
-  EXPECT_EQ(vpsbake(folder, "--version").out, "vpsbake 0.1.0\n");
+  EXPECT_TRUE(vpsbake(folder, "--version").out.starts_with("vpsbake 0.1.0\n"));
 }
 
 struct RealMesh {

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// --depfile, with make as the judge.
+#include <gtest/gtest.h>
+
+#include "tests/cli/program.h"
+
+namespace vps::test {
+namespace {
+
+TEST(Depfile, MakeReadsEveryNameAsItIs) {
+  const TemporaryFolder folder;
+  for (const char* name : {"cube", "my cube", "a#b", "a$b", "it's", "back\\slash", "end\\ here"}) {
+    const std::string mesh = std::string(name) + ".obj", asset = std::string(name) + ".vps.hdf";
+    std::filesystem::copy_file(sample("cube"), folder / mesh);
+    ASSERT_EQ(vpsbake(folder, "\"$(printf '%s' '" + (mesh == "it's.obj" ? "it'\\''s.obj" : mesh) +
+                                  "')\" --voxel 9mm --depfile d.mk")
+                  .code,
+              0);
+    // Make knows the asset and its mesh: nothing to do, until the mesh is newer.
+    const auto outdated = [&] {
+      write_file(folder / "Makefile", "all:\ninclude d.mk\n");
+      const std::string quoted = asset == "it's.vps.hdf" ? "it'\\''s.vps.hdf" : asset;
+      return std::system(("cd " + folder.path().string() + " && make -q '" + quoted + "' >make.txt 2>&1").c_str()) != 0;
+    };
+    EXPECT_FALSE(outdated()) << name << "\n" << read_file(folder / "d.mk") << read_file(folder / "make.txt");
+    std::filesystem::remove(folder / mesh);
+    EXPECT_TRUE(outdated()) << name << "\n" << read_file(folder / "d.mk");
+  }
+}
+
+TEST(Depfile, BuffersAreListedAndCacheHitsWriteItToo) {
+  const TemporaryFolder folder;
+  const std::string meshes = std::string(VPS_DOCS) + "/examples/cmake_project/meshes/";
+  for (const char* name : {"wedge.gltf", "wedge.bin"}) std::filesystem::copy_file(meshes + name, folder / name);
+  const std::string expected = "out.vps.hdf: \\\n  wedge.gltf \\\n  wedge.bin\n";
+  for (const char* state : {"miss", "hit"}) {
+    std::filesystem::remove(folder / "d");
+    const Outcome run = vpsbake(folder, "wedge.gltf --voxel 1mm -o out.vps.hdf --depfile d --cache kept --json");
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_NE(run.out.find(std::string("\"cache\": \"") + state), std::string::npos) << run.out;
+    EXPECT_EQ(read_file(folder / "d"), expected);
+  }
+}
+
+TEST(Depfile, NothingIsOverwrittenNorWrittenWithoutAnAsset) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
+  const std::string bake = "cube.obj --voxel 9mm --depfile ";
+  expect_refusal(folder, bake + "cube.obj", 2, "cube.obj: this is a file of the mesh");
+  expect_refusal(folder, bake + "./cube.vps.hdf", 2, "this is the asset");
+  expect_refusal(folder, bake + "no/d", 2, "the folder does not exist");
+  expect_refusal(folder, "no.obj --voxel 9mm --depfile d", 2, "no.obj: the file does not exist");
+  expect_refusal(folder, "cube.obj --voxel 9mm --depfile d -o \"a\nb\"", 2, "make knows no names with line breaks");
+}
+
+}  // namespace
+}  // namespace vps::test

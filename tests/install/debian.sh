@@ -1,0 +1,60 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# Installs the Debian packages of a folder in a fresh minimal system of the host's release and mirror, uses them, and removes them.
+# Exits with 77 where it cannot: not root, without debootstrap, or without packages.
+# usage: debian.sh PACKAGES
+set -eu
+skip() {
+  echo "skipped: $1"
+  exit 77
+}
+root=$(cd "$(dirname "$0")/../.." && pwd)
+[ "$(id -u)" = 0 ] || skip 'only root can make a system to install into'
+command -v debootstrap >/dev/null || skip 'debootstrap is not installed'
+ls "$1"/vpsbake_*.deb "$1"/libvps-dev_*.deb >/dev/null 2>&1 || skip "no packages in $1: run make deb"
+. /etc/os-release
+mirror=$(apt-get indextargets --format '$(RELEASE) $(COMPONENT) $(REPO_URI)' 'Created-By: Packages' |
+  sed -n "s/^$VERSION_CODENAME main //p" | head -n 1)
+[ -n "$mirror" ] || skip "apt has no mirror of $VERSION_CODENAME"
+proxy=$(apt-config shell proxy Acquire::http::Proxy)
+[ -z "$proxy" ] || { eval "$proxy"; export http_proxy="$proxy"; }
+
+work=$(mktemp -d)
+system=$work/system
+# Nothing of what is mounted is removed.
+trap 'umount "$system/proc" 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
+debootstrap --variant=minbase "$VERSION_CODENAME" "$system" "$mirror" >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
+cp /etc/resolv.conf "$system/etc/resolv.conf" 2>/dev/null || true
+mkdir "$system/test"
+cp "$1"/vpsbake_*.deb "$1"/libvps-dev_*.deb "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
+  "$root/tests/install/c/deepest.c" "$system/test"
+cat >"$system/test/run" <<'END'
+set -eux
+export DEBIAN_FRONTEND=noninteractive LC_ALL=C
+cd /test
+get() {
+  apt-get -q -y --no-install-recommends "$@" >log 2>&1 || { cat log; exit 1; }
+}
+get update
+get install ./vpsbake_*.deb
+vpsbake --version | head -n 1
+vpsbake bolt.obj --voxel 0.5mm >/dev/null
+vpsbake info bolt.vps.hdf | head -n 1
+ldd /usr/bin/vpsbake | grep 'not found' && exit 1
+get install ./libvps-dev_*.deb g++
+g++ -std=c++20 overlap.cpp -o overlap $(pkg-config --cflags --libs vps)
+./overlap bolt.vps.hdf
+gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps)
+./deepest bolt.vps.hdf
+dpkg -L vpsbake libvps-dev >files
+get purge vpsbake libvps-dev
+while IFS= read -r file; do
+  [ -d "$file" ] || [ ! -e "$file" ] || { echo "$file is left behind"; exit 1; }
+done <files
+for folder in /usr/include/vps /usr/share/doc/vpsbake /usr/share/doc/libvps-dev; do
+  [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
+done
+END
+# The program writes files whole by way of /proc/self/fd.
+mountpoint -q "$system/proc" || mount -t proc proc "$system/proc" || skip 'nothing may be mounted here'
+chroot "$system" /bin/sh /test/run
