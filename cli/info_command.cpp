@@ -66,7 +66,7 @@ Command add_info_command(CLI::App& app) {
     bool json = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  info->add_option("asset", arguments->path, "Asset")->required()->option_text("ASSET");
+  info->add_option("file", arguments->path, "Asset")->required()->option_text("ASSET");
   info->add_flag("--json", arguments->json, "Print JSON");
   info->footer("Example: vpsbake info gear.vps.hdf");
   return {info, [arguments] {
