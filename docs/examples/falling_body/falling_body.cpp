@@ -12,13 +12,13 @@
 
 namespace {
 
-constexpr btScalar kStep = btScalar(1.0 / 240);
+constexpr btScalar kStep = btScalar(1.0 / 240);  // [s]
 constexpr int kSteps = 60;
 constexpr int kStepsPerLine = 6;
 constexpr btScalar kDrop = btScalar(0.01);  // above the top of the body that stands [m]
 constexpr btScalar kTilt = btScalar(0.05);  // [rad]
 
-std::shared_ptr<const vps::Asset> open(const char* file) {
+std::shared_ptr<const vps::Asset> open_asset(const char* file) {
   auto asset = std::make_shared<vps::Asset>();
   const vps::Status status = vps::Asset::open(file, *asset);
   if (status == vps::Status::ok) return asset;
@@ -50,8 +50,8 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: falling_body FALLING STANDING [MOTION]\n");
     return 1;
   }
-  const auto falling_asset = open(argv[1]);
-  const auto standing_asset = open(argv[2]);
+  const auto falling_asset = open_asset(argv[1]);
+  const auto standing_asset = open_asset(argv[2]);
   if (!falling_asset || !standing_asset) return 1;
 
   // An ordinary Bullet world. Only the call of register_algorithm is new.
