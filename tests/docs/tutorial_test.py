@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tutorial's commands run, in their order, with an installation of this build, and print the lines that it shows.
+
+usage: tutorial_test.py BUILD
+"""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run(command, cwd, **environment):
+    done = subprocess.run(command, shell=True, cwd=cwd, env=dict(os.environ, **environment), stdout=subprocess.PIPE,
+                          stderr=subprocess.STDOUT, text=True, check=False)
+    assert done.returncode == 0, f"{command}\nended with {done.returncode}:\n{done.stdout}"
+    return done.stdout
+
+
+def without_digits(text):
+    """Numbers depend a little on the machine, lines do not."""
+    return [re.sub(r"[\d.e+-]*\d", "#", " ".join(line.split())) for line in text.splitlines()]
+
+
+def main():
+    blocks = re.findall(r"^```(sh|text)\n(.*?)^```", (ROOT / "docs/tutorial.md").read_text(), flags=re.M | re.S)
+    assert len(blocks) >= 5, "the tutorial has lost its commands"
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        run(f"cmake --install '{Path(sys.argv[1]).resolve()}' --prefix '{work}/prefix'", work)
+        shutil.copytree(ROOT / "sample_meshes", work / "sample_meshes")
+        shutil.copytree(ROOT / "docs/examples", work / "docs/examples")
+        printed = ""
+        for kind, text in blocks:
+            if kind == "sh":
+                printed = run("set -e\n" + text, work, CMAKE_PREFIX_PATH=str(work / "prefix"), VPSBAKE_CACHE="",
+                              PATH=f"{work}/prefix/bin:{os.environ['PATH']}")
+                continue
+            lines = without_digits(printed)
+            for line in without_digits(text):
+                assert line in lines, f"no line like\n{line}\nin what was printed:\n{printed}"
+        assert "it lies on the ground" in run("falling_body/falling_body nut.vps.hdf peg.vps.hdf", work)
+        assert (work / "fall.html").stat().st_size > 0
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
