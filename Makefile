@@ -16,8 +16,8 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
-# For the tests of pages, manual pages and completion.
-TEST_PACKAGES := chromium fonts-dejavu-core groff-base mandoc python3-jsonschema python3-vtk9 zsh
+# For the tests of pages, manual pages, completion, exports and engines.
+TEST_PACKAGES := chromium fonts-dejavu-core groff-base mandoc munge parallel python3-jsonschema python3-vtk9 slurm-wlm zsh
 # For `make deb` and its test alone.
 DEB_PACKAGES := debootstrap dpkg-dev file lintian
 # For `make scenes` alone: pictures.

@@ -157,6 +157,7 @@ Command add_cache_command(CLI::App& app) {
   pruned->add_flag("--dry-run", arguments->dry_run, "Print what would be removed, remove nothing");
   CLI::App* const verified = add_action("verify", "Compare all hashes of every entry");
   verified->add_flag("--remove", arguments->remove, "Remove what is damaged");
+  cache->footer("Example: vpsbake cache prune --cache ~/.cache/vpsbake --max-size 20GB");
   return {cache, [=] { return run(*arguments, stats->parsed() ? print_usage : pruned->parsed() ? prune : verify); }};
 }
 

@@ -130,7 +130,8 @@ Command add_compare_command(CLI::App& app) {
   compare->add_option("a", arguments->a, "Asset")->required()->option_text("ASSET");
   compare->add_option("b", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
   compare->add_flag("--json", arguments->json, "Print JSON");
-  compare->footer("Exit codes: 0 the same content, 5 they differ");
+  compare->footer(
+      "Exit codes: 0 the same content, 5 they differ\nExample: vpsbake compare old/gear.vps.hdf new/gear.vps.hdf");
   return {compare, [arguments] { return guarded(arguments->a, [&] { return run(*arguments); }); }};
 }
 

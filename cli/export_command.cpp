@@ -136,6 +136,7 @@ Command add_export_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("FILE");
   command->callback([command, arguments] { check_options(*command, *arguments); });
+  command->footer("Example: vpsbake export gear.vps.hdf --to vtkhdf -o gear.vtkhdf");
   return {command, [arguments] { return guarded(arguments->asset, [&] { return run(*arguments); }); }};
 }
 

@@ -164,6 +164,7 @@ Command add_validate_command(CLI::App& app) {
        {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory", "--import-timeout"}) {
     validate->get_option(name)->needs("--mesh");
   }
+  validate->footer("Example: vpsbake validate gear.vps.hdf --mesh gear.stl --unit mm --strict");
   return {validate, [arguments] {
             const std::string& about = arguments->mesh.mesh.empty() ? arguments->files[0] : arguments->mesh.mesh;
             return guarded(about, [&] { return run(*arguments); });

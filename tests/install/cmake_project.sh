@@ -71,7 +71,7 @@ endif()
 END
   configure || fail 'the property VPS_ASSETS is not the list of assets'
   expect 'bracket wedge wedge'
-  ls "$project/build/cache/"*.vps.hdf >/dev/null || fail 'the cache is not used'
+  ls "$project/build/cache/"*/*.vps.hdf >/dev/null || fail 'the cache is not used'
 done
 
 # The runtime without the program.
