@@ -268,6 +268,12 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
   }
 }
 
+std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments) {
+  return [mesh = arguments.mesh, import = complete_import(arguments)](const BakeOptions& options) {
+    return bake_record(mesh, {options, import}).value_or(BakeRecord());
+  };
+}
+
 int run_bake(const BakeArguments& arguments) {
   std::optional<tbb::global_control> limit;
   if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);

@@ -39,6 +39,9 @@ struct BakeArguments {
 /// What the arguments ask for.
 [[nodiscard]] BakeSettings complete_settings(const BakeArguments& arguments);
 
+/// The record of the mesh's asset, baked with any options; empty when the mesh cannot be read.
+[[nodiscard]] std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments);
+
 /// @return the exit code of the program
 [[nodiscard]] int run_bake(const BakeArguments& arguments);
 

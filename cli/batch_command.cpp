@@ -24,19 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 using namespace batch;
 
-// What is thrown before anything is baked.
-int guarded_batch(const std::function<int()>& work) {
-  try {
-    return work();
-  } catch (const BatchError& error) {
-    return fail(kBadInput, error.file, error.what());
-  } catch (const WriteError& error) {
-    return fail(kIo, "batch", error.what());
-  } catch (const fs::filesystem_error& error) {
-    return fail(kIo, error.path1().string(), error.code().message() + "; check its rights");
-  }
-}
-
 struct BatchArguments {
   Inputs inputs;
   BakeArguments scratch;  // the options are read twice: for their errors here, as texts for the bakes
@@ -44,33 +31,65 @@ struct BatchArguments {
   std::string folder, depfile;
 };
 
-// The manifest has to be made again when a mesh, a file of it or a vpsbake.toml changes.
-void write_depfile(const BatchArguments& arguments, const std::vector<Job>& jobs) {
+fs::path manifest_file(const BatchArguments& arguments) {
+  return fs::path(arguments.folder) / kManifest;
+}
+
+// What the manifest has to be made again for: meshes, their files, and vpsbake.toml.
+std::vector<fs::path> dependencies(const BatchArguments& arguments, const std::vector<Job>& jobs) {
   std::vector<fs::path> files;
   for (const Job& job : jobs) {
     for (fs::path& file : mesh_files(job.mesh)) files.push_back(std::move(file));
   }
   for (fs::path& file : settings_files(arguments.inputs)) files.push_back(std::move(file));
-  const std::string text = depfile_text(fs::path(arguments.folder) / kManifest, files);
-  write_whole(arguments.depfile, std::as_bytes(std::span(text)));
+  return files;
+}
+
+int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const std::vector<JobResult>& results,
+                 const std::vector<fs::path>& files) {
+  const fs::path folder = arguments.folder;
+  for (const std::string& name : left_over(folder, jobs))
+    complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
+  // What failed is missing, also where an older asset is left.
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    if (results[i].state == JobResult::State::failed) jobs[i].refusal = results[i].error;
+  }
+  try {
+    write_manifest(folder, gather_manifest(folder, jobs));
+  } catch (const WriteError& error) {
+    return fail(kIo, manifest_file(arguments).string(), error.what());
+  }
+  if (arguments.depfile.empty()) return kOk;
+  const std::string text = depfile_text(manifest_file(arguments), files);
+  try {
+    write_whole(arguments.depfile, std::as_bytes(std::span(text)));
+  } catch (const WriteError& error) {
+    return fail(kIo, arguments.depfile, error.what());
+  }
+  return kOk;
 }
 
 int run_batch(BatchArguments& arguments) {
   const fs::path folder = arguments.folder;
   arguments.inputs.folder = folder;
   const std::vector<Job> jobs = find_jobs(arguments.inputs);
-  if (arguments.play.run.dry_run) return play(jobs, arguments.play);
-  arguments.play.log = (folder / kLog).string();
+  if (arguments.play.run.dry_run) return play(jobs, arguments.play).code;
+  std::vector<fs::path> files;
+  if (!arguments.depfile.empty()) {
+    files = dependencies(arguments, jobs);
+    const std::string reason = depfile_refusal(arguments.depfile, manifest_file(arguments), files);
+    if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
+  }
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed)
     return fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message()));
-  const int code = play(jobs, arguments.play);
-  for (const std::string& name : left_over(folder, jobs))
-    complain("note", (folder / name).string(), "no mesh makes this asset any more; remove it");
-  write_manifest(folder, gather_manifest(folder, jobs));
-  if (!arguments.depfile.empty()) write_depfile(arguments, jobs);
-  return code;
+  arguments.play.log = (folder / kLog).string();
+  arguments.play.asked["asked"] = to_json(arguments.inputs);
+  const Played played = play(jobs, arguments.play);
+  if (played.results.empty()) return played.code;
+  const int code = finish_batch(arguments, jobs, played.results, files);
+  return code == kOk ? played.code : code;
 }
 
 struct RunArguments {
@@ -91,13 +110,13 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
   int used = 0;
   if (std::sscanf(arguments.share.c_str(), "%5zu/%5zu%n", &i, &n, &used) != 2 ||
       static_cast<std::size_t>(used) != arguments.share.size() || i < 1 || i > n)
-    throw BatchError("--shard", "write i/n with 1 <= i <= n, such as 3/100");
+    throw CLI::ValidationError("--shard takes i/n with 1 <= i <= n, such as 3/100, not '" + arguments.share + "'");
   return share_of(jobs, i, n);
 }
 
 int run_share(const RunArguments& arguments) {
   const std::vector<Job> jobs = chosen_jobs(arguments);
-  if (!jobs.empty()) return play(jobs, arguments.play);
+  if (!jobs.empty()) return play(jobs, arguments.play).code;
   fmt::print("no job in share {}\n", arguments.share);
   return kOk;
 }
@@ -111,11 +130,15 @@ fs::path common_folder(const std::string& file, const std::vector<Job>& jobs) {
   return jobs.front().folder;
 }
 
-int run_merge(const std::string& file) {
+int run_merge(const std::string& file, Checking checking) {
   const std::vector<Job> jobs = read_jobs(file);
   const fs::path folder = common_folder(file, jobs);
-  const Manifest manifest = gather_manifest(folder, jobs);
-  write_manifest(folder, manifest);
+  const Manifest manifest = gather_manifest(folder, jobs, checking);
+  try {
+    write_manifest(folder, manifest);
+  } catch (const WriteError& error) {
+    return fail(kIo, (folder / kManifest).string(), error.what());
+  }
   constexpr std::size_t kNamed = 20;
   for (std::size_t i = 0; i < std::min(kNamed, manifest.missing.size()); ++i) {
     const std::string& name = manifest.missing[i];
@@ -132,6 +155,18 @@ int run_merge(const std::string& file) {
 }
 
 }  // namespace
+
+int guarded_batch(const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const BatchError& error) {
+    return fail(kBadInput, error.file, error.what());
+  } catch (const CLI::ValidationError& error) {
+    return fail(kCommandLine, "command line", error.what());
+  } catch (const fs::filesystem_error& error) {
+    return fail(kIo, error.path1().string(), error.code().message() + "; check its name and rights");
+  }
+}
 
 void add_input_options(CLI::App& app, Inputs& inputs, BakeArguments& scratch) {
   app.add_option("inputs", inputs.paths, "Folders of meshes, meshes, or lists of meshes that end in .toml")
@@ -203,7 +238,13 @@ Command add_merge_command(CLI::App& app) {
   const auto file = std::make_shared<std::string>();
   merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
   merge->footer("Example: vpsbake merge jobs.jsonl");
-  return {merge, [file] { return guarded_batch([&] { return run_merge(*file); }); }};
+  const auto checking = std::make_shared<Checking>(Checking::header);
+  merge
+      ->add_flag_callback(
+          "--verify", [checking] { *checking = Checking::everything; },
+          "Read all of every asset and compare its hashes [default: sizes and headers]")
+      ->option_text(" ");
+  return {merge, [=] { return guarded_batch([&] { return run_merge(*file, *checking); }); }};
 }
 
 }  // namespace vps::cli

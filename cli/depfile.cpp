@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/depfile.h"
 
+#include <fstream>
+#include <string>
 #include <system_error>
 
 #include "cli/output_file.h"
@@ -24,12 +26,24 @@ std::string escaped(const std::string& name) {
   return out;
 }
 
+// Whether a file is empty, or its first line is that of a rule.
+bool is_depfile(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  if (!std::getline(in, line)) return in.eof();
+  constexpr std::size_t kLongest = 1 << 16;
+  return line.size() < kLongest && (line.ends_with(": \\") || line.ends_with(":"));
+}
+
 }  // namespace
 
 std::string depfile_text(const fs::path& target, const std::vector<fs::path>& files) {
   std::string out = escaped(target.string()) + ":";
   for (const fs::path& file : files) out += " \\\n  " + escaped(file.string());
-  return out + "\n";
+  out += '\n';
+  // Rules without a recipe, so that make goes on when one of them is removed.
+  for (const fs::path& file : files) out += escaped(file.string()) + ":\n";
+  return out;
 }
 
 std::string depfile_refusal(const fs::path& depfile, const fs::path& target, const std::vector<fs::path>& files) {
@@ -41,7 +55,9 @@ std::string depfile_refusal(const fs::path& depfile, const fs::path& target, con
     listable = listable && file.string().find('\n') == std::string::npos;
   }
   if (!listable) return "make knows no names with line breaks; rename the mesh or the asset";
-  return output_refusal(depfile, "", "a depfile");
+  if (std::string reason = output_refusal(depfile, "", "a depfile"); !reason.empty()) return reason;
+  if (!fs::exists(depfile, ignored) || is_depfile(depfile)) return "";
+  return "the file exists and is not a depfile; remove it or choose another --depfile";
 }
 
 }  // namespace vps::cli

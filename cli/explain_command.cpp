@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/batch/find_jobs.h"
 #include "cli/batch/reasons.h"
 #include "cli/batch/report.h"
 #include "cli/exit_code.h"
@@ -22,7 +24,8 @@ using Json = nlohmann::ordered_json;
 
 // What the last batch did with a file, the asset or its mesh.
 struct LastRun {
-  fs::path mesh, asset;
+  fs::path from;  // where it ran
+  Inputs asked;
   Json item;
 };
 
@@ -41,8 +44,9 @@ std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folde
       if (log.is_object()) {
         const fs::path from = log.at("cwd").get<std::string>();
         for (const Json& item : log.at("items")) {
-          LastRun last{from / item.at("mesh").get<std::string>(), from / item.at("asset").get<std::string>(), item};
-          if (is_same(last.asset, file) || is_same(last.mesh, file)) return last;
+          const bool meant = is_same(from / item.at("asset").get<std::string>(), file) ||
+                             is_same(from / item.at("mesh").get<std::string>(), file);
+          if (meant) return LastRun{from, inputs_from(log.at("asked")), item};
         }
       }
     } catch (const Json::exception&) {
@@ -56,17 +60,23 @@ void explain_last(const LastRun& last) {
   fmt::print("last batch: {}\n", last.item.at("state").get<std::string>());
   for (const Json& reason : last.item.at("reasons")) fmt::print("  {}\n", reason.get<std::string>());
   if (last.item.contains("error")) fmt::print("  {}\n", last.item["error"].get<std::string>());
-  if (last.item.at("reasons").empty()) fmt::print("  the mesh's bytes, every setting and the program were the same\n");
+  if (last.item.at("state") == describe(JobResult::State::unchanged))
+    fmt::print("  the mesh's bytes, every setting and the program were the same\n");
 }
 
+// With the same options, and vpsbake.toml as it is now.
 void explain_now(const LastRun& last) {
-  Job job;
-  job.mesh = last.mesh;
-  job.folder = last.asset.parent_path();
-  job.output = last.asset.filename().string();
-  job.options = last.item.at("options").get<OptionTexts>();
-  const Standing now = compare_with_asset(job);
-  fmt::print("now: {}\n", now.reasons.empty() ? "up to date" : "it would be baked again with the same options");
+  fs::current_path(last.from);
+  const std::string asset = last.item.at("asset");
+  const std::vector<Job> jobs = find_jobs(last.asked);
+  const auto job =
+      std::find_if(jobs.begin(), jobs.end(), [&](const Job& one) { return one.asset().string() == asset; });
+  if (job == jobs.end()) {
+    fmt::print("now: the same batch would not bake it\n");
+    return;
+  }
+  const Standing now = job->refusal.empty() ? compare_with_asset(*job) : Standing{{}, {job->refusal}};
+  fmt::print("now: {}\n", now.reasons.empty() ? "up to date" : "the same batch would bake it again");
   for (const std::string& reason : now.reasons) fmt::print("  {}\n", reason);
 }
 
@@ -107,7 +117,9 @@ Command add_explain_command(CLI::App& app) {
             try {
               return explain(a->file, a->folder);
             } catch (const BatchError& error) {
-              return fail(kBadInput, a->file, error.what());
+              return fail(kBadInput, error.file, error.what());
+            } catch (const fs::filesystem_error& error) {
+              return fail(kIo, error.path1().string(), error.code().message() + "; run the batch again");
             } catch (const Json::exception&) {
               return fail(kBadInput, a->file, "the log of its last batch is damaged; run the batch again");
             }

@@ -43,17 +43,21 @@ int run_plan(PlanArguments& arguments) {
   ScriptOptions& script = arguments.script;
   if (const std::string reason = output_refusal(script.file, "{\"mesh\"", "a file of jobs"); !reason.empty())
     return fail(kIo, script.file, reason);
+  const std::string name = script.engine.empty() ? "" : script_name(script);
+  if (name == script.file)
+    return fail(kCommandLine, "command line", "the script would replace the jobs; name them jobs.jsonl");
+  if (!name.empty()) {
+    const std::string reason = output_refusal(name, script_beginning(script), "a script of vpsbake plan");
+    if (!reason.empty()) return fail(kIo, name, reason);
+  }
   const std::vector<Job> jobs = find_jobs(arguments.inputs);
   for (const Job& job : jobs) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }
   if (const int code = write_text(script.file, to_lines(jobs, script.file)); code != kOk) return code;
-  fmt::print("{}: {} jobs\n", script.file, jobs.size());
+  fmt::print("{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
   if (script.engine.empty()) return kOk;
   script.tasks = std::min(jobs.size(), arguments.most_tasks);
-  const std::string name = script_name(script);
-  if (name == script.file)
-    return fail(kCommandLine, "command line", "the script would replace the jobs; name them jobs.jsonl");
   if (const int code = write_text(name, script_text(script)); code != kOk) return code;
   fmt::print("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
   return kOk;
@@ -107,11 +111,7 @@ Command add_plan_command(CLI::App& app) {
       "Example: vpsbake plan meshes -o jobs.jsonl --into assets --voxel 5mm --emit slurm --cache /shared/vpsbake");
   return {plan, [arguments, plan] {
             arguments->inputs.options = given_options(*plan);
-            try {
-              return run_plan(*arguments);
-            } catch (const BatchError& error) {
-              return fail(kBadInput, error.file, error.what());
-            }
+            return guarded_batch([&] { return run_plan(*arguments); });
           }};
 }
 

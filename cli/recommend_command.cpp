@@ -148,6 +148,7 @@ int run(const RecommendArguments& arguments) {
     evaluate::RecommendOptions options;
     options.base = arguments.bake.options;
     options.limits = arguments.limits;
+    options.record = record_maker(arguments.bake);
     options.poses = arguments.poses;
     options.seed = arguments.seed;
     options.cache = arguments.cache;

@@ -38,7 +38,8 @@ std::string slurm_memory(const ScriptOptions& options) {
 std::string slurm(const ScriptOptions& options) {
   return fmt::format(
       "#!/bin/sh\n"
-      "# An array of {0} tasks, each with its share of the bakes. Submit it again for what is missing: what is done "
+      "# By vpsbake plan: an array of {0} tasks, each with its share of the bakes. Submit it again for what is "
+      "missing: what is done "
       "is\n"
       "# left alone. Then: {1}\n"
       "#SBATCH --job-name=vpsbake\n"
@@ -52,7 +53,8 @@ std::string slurm(const ScriptOptions& options) {
 std::string parallel(const ScriptOptions& options) {
   return fmt::format(
       "#!/bin/sh\n"
-      "# GNU parallel over {0} shares of the bakes, then the manifest. Options, such as --sshloginfile, are passed "
+      "# By vpsbake plan: GNU parallel over {0} shares of the bakes, then the manifest. Options, such as "
+      "--sshloginfile, are passed "
       "on.\n"
       "seq {0} | parallel \"$@\" {1} --shard '{{}}/{0}' --jobs 1\n"
       "exec {2}\n",
@@ -68,7 +70,7 @@ std::string snakemake(const ScriptOptions& options) {
     return out;
   };
   return fmt::format(
-      "# {0} shares of the bakes, then the manifest.\n"
+      "# By vpsbake plan: {0} shares of the bakes, then the manifest.\n"
       "rule all:\n"
       "    input: expand(r\"{1}/{{share}}\", share=range(1, {0} + 1))\n"
       "    shell: \"{2}\"\n"
@@ -91,6 +93,10 @@ std::string script_name(const ScriptOptions& options) {
 std::string script_text(const ScriptOptions& options) {
   if (options.engine == "slurm") return slurm(options);
   return options.engine == "snakemake" ? snakemake(options) : parallel(options);
+}
+
+std::string script_beginning(const ScriptOptions& options) {
+  return std::string(options.engine == "snakemake" ? "" : "#!/bin/sh\n") + "# By vpsbake plan: ";
 }
 
 std::string start_line(const ScriptOptions& options) {

@@ -20,6 +20,9 @@ struct ScriptOptions {
 
 [[nodiscard]] std::string script_text(const ScriptOptions& options);
 
+/// What every script for the engine begins with.
+[[nodiscard]] std::string script_beginning(const ScriptOptions& options);
+
 /// How it is started, for people.
 [[nodiscard]] std::string start_line(const ScriptOptions& options);
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 #include <system_error>
 #include <tuple>
 
@@ -60,6 +61,8 @@ class Finder {
     if (jobs_.empty()) throw BatchError(inputs_.paths.front(), "no mesh is found; check the folder and the globs");
     std::sort(jobs_.begin(), jobs_.end(),
               [](const Job& a, const Job& b) { return std::tie(a.output, a.mesh) < std::tie(b.output, b.mesh); });
+    drop_repeated();
+    check_options();
     refuse_twins();
     return std::move(jobs_);
   }
@@ -73,7 +76,7 @@ class Finder {
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
       entries.push_back(*it);
     if (failed) {
-      Job job{folder, inputs_.folder, below, inputs_.options, {}};
+      Job job{folder, inputs_.folder, below.empty() ? "." : below, inputs_.options, {}};
       job.refusal = fmt::format("the folder cannot be read ({}); check its rights", failed.message());
       jobs_.push_back(std::move(job));
       return;
@@ -94,7 +97,10 @@ class Finder {
 
   void push_layer(const fs::path& folder, const std::string& below) {
     std::error_code ignored;
-    if (!fs::is_regular_file(folder / kSettings, ignored)) return;
+    const fs::file_type type = fs::symlink_status(folder / kSettings, ignored).type();
+    if (type == fs::file_type::not_found || type == fs::file_type::none) return;
+    if (!fs::is_regular_file(folder / kSettings, ignored))
+      throw BatchError((folder / kSettings).string(), "it is no regular file; remove it or correct the link");
     settings_.push_back((folder / kSettings).lexically_normal());
     layers_.push_back({below, read_folder_settings(settings_.back(), SettingsKind::beside_meshes)});
   }
@@ -147,6 +153,23 @@ class Finder {
     jobs_.push_back(std::move(job));
   }
 
+  // A mesh that was given twice is baked once.
+  void drop_repeated() {
+    const auto same = [](const Job& a, const Job& b) {
+      return a.output == b.output && a.options == b.options &&
+             fs::absolute(a.mesh).lexically_normal() == fs::absolute(b.mesh).lexically_normal();
+    };
+    jobs_.erase(std::unique(jobs_.begin(), jobs_.end(), same), jobs_.end());
+  }
+
+  // Options that do not go together are told before anything is baked.
+  void check_options() const {
+    std::set<OptionTexts> checked;
+    for (const Job& job : jobs_) {
+      if (job.refusal.empty() && checked.insert(job.options).second) (void)bake_arguments(job);
+    }
+  }
+
   void refuse_twins() {
     for (std::size_t i = 0; i < jobs_.size();) {
       std::size_t end = i + 1;
@@ -171,6 +194,24 @@ class Finder {
 
 std::vector<Job> find_jobs(const Inputs& inputs) {
   return Finder(inputs).find();
+}
+
+nlohmann::ordered_json to_json(const Inputs& inputs) {
+  return {{"paths", inputs.paths},
+          {"folder", inputs.folder.string()},
+          {"options", inputs.options},
+          {"include", inputs.include},
+          {"exclude", inputs.exclude}};
+}
+
+Inputs inputs_from(const nlohmann::ordered_json& json) {
+  Inputs inputs;
+  json.at("paths").get_to(inputs.paths);
+  inputs.folder = json.at("folder").get<std::string>();
+  inputs.options = json.at("options").get<OptionTexts>();
+  json.at("include").get_to(inputs.include);
+  json.at("exclude").get_to(inputs.exclude);
+  return inputs;
 }
 
 std::vector<fs::path> settings_files(const Inputs& inputs) {

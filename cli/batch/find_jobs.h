@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,10 @@ struct Inputs {
   OptionTexts options;                        ///< where no vpsbake.toml says otherwise
   std::vector<std::string> include, exclude;  ///< globs, from each folder of `paths`; an empty `include`: all
 };
+
+/// For the log of a batch, and back. Paths stay as they are.
+[[nodiscard]] nlohmann::ordered_json to_json(const Inputs& inputs);
+[[nodiscard]] Inputs inputs_from(const nlohmann::ordered_json& json);
 
 /// Every mesh below the folders, in the order of their assets' names. Folders are searched downwards, each with its
 /// vpsbake.toml, hidden ones and `folder` left out. What is wrong with one mesh, such as two that would be written to

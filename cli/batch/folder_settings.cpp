@@ -134,7 +134,9 @@ FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind) {
     } else if (is_option(name)) {
       take_option(file, name, node, out.options);
     } else {
-      refuse_key(file, key, {"files", "include", "exclude"});
+      refuse_key(file, key,
+                 kind == SettingsKind::list ? std::vector<std::string>{"files"}
+                                            : std::vector<std::string>{"files", "include", "exclude"});
     }
   }
   return out;

@@ -54,6 +54,13 @@ const std::vector<std::string>& option_names() {
   return names;
 }
 
+std::string path_from(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  namespace fs = std::filesystem;
+  const fs::path whole = fs::absolute(file).lexically_normal();
+  const fs::path from = fs::weakly_canonical(fs::absolute(folder));
+  return (fs::weakly_canonical(whole.parent_path()) / whole.filename()).lexically_proximate(from).generic_string();
+}
+
 OptionTexts given_options(const CLI::App& app) {
   OptionTexts given;
   const std::vector<std::string>& names = option_names();

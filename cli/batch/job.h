@@ -45,6 +45,9 @@ struct Job {
 /// Names that options may have, the most usual first.
 [[nodiscard]] const std::vector<std::string>& option_names();
 
+/// A file's path from a folder; links in the way are followed, but not that of the file itself.
+[[nodiscard]] std::string path_from(const std::filesystem::path& file, const std::filesystem::path& folder);
+
 /// The options of bakes that were given to a command. @pre add_bake_options was called on it, and it was parsed
 [[nodiscard]] OptionTexts given_options(const CLI::App& app);
 

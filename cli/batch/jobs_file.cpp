@@ -5,6 +5,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 namespace vps::cli::batch {
 namespace {
@@ -12,14 +13,16 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+// Empty for the folder where the command runs.
 fs::path folder_of(const fs::path& file) {
-  return file.has_parent_path() ? file.parent_path() : ".";
+  return file.parent_path();
 }
 
 Job to_job(const Json& json, const fs::path& folder) {
   Job job;
-  job.mesh = (folder / json.at("mesh").get<std::string>()).lexically_normal();
-  job.folder = (folder / json.at("folder").get<std::string>()).lexically_normal();
+  // Not made shorter: a folder before .. may be a link.
+  job.mesh = folder / json.at("mesh").get<std::string>();
+  job.folder = folder / json.at("folder").get<std::string>();
   job.output = json.at("output");
   job.options = json.at("options").get<OptionTexts>();
   if (json.contains("refusal")) job.refusal = json["refusal"];
@@ -33,11 +36,11 @@ Job to_job(const Json& json, const fs::path& folder) {
 }  // namespace
 
 std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
-  const fs::path folder = folder_of(file);
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
   std::string text;
   for (const Job& job : jobs) {
-    Json json = {{"mesh", fs::proximate(job.mesh, folder).generic_string()},
-                 {"folder", fs::proximate(job.folder, folder).generic_string()},
+    Json json = {{"mesh", path_from(job.mesh, folder)},
+                 {"folder", path_from(job.folder, folder)},
                  {"output", job.output},
                  {"options", job.options}};
     if (!job.refusal.empty()) json["refusal"] = job.refusal;
@@ -50,6 +53,7 @@ std::vector<Job> read_jobs(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan");
   std::vector<Job> jobs;
+  std::set<fs::path> assets;
   int number = 0;
   for (std::string line; std::getline(in, line);) {
     ++number;
@@ -58,6 +62,8 @@ std::vector<Job> read_jobs(const fs::path& file) {
     try {
       jobs.push_back(to_job(Json::parse(line), folder_of(file)));
       if (jobs.back().refusal.empty()) (void)bake_arguments(jobs.back());
+      if (jobs.back().refusal.empty() && !assets.insert(jobs.back().asset().lexically_normal()).second)
+        throw BatchError("", "its asset is that of an earlier line; remove one");
     } catch (const Json::exception&) {
       throw BatchError(place, "this is not a line that vpsbake plan writes; make the file again");
     } catch (const BatchError& error) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -31,20 +32,22 @@ bool has_settings_of(const BakeRecord& record, const Job& job) {
 }
 
 // Null when the asset is missing.
-Json item_of(const fs::path& folder, const Job& job) {
+Json item_of(const fs::path& folder, const Job& job, Checking checking) {
   Asset asset;
-  if (!job.refusal.empty() || Asset::open(job.asset().c_str(), asset) != Status::ok) return nullptr;
+  // Its header alone, which has the hashes of all else: whoever baked it has compared them.
+  if (!job.refusal.empty() || Asset::open(job.asset().c_str(), asset, Use{}) != Status::ok) return nullptr;
+  if (checking == Checking::everything && asset.verify() != Status::ok) return nullptr;
   const BakeRecord record = record_of(asset);
   if (!has_settings_of(record, job)) return nullptr;
   const AssetInfo& info = asset.info();
   return {{"asset", job.output},
-          {"mesh", fs::proximate(job.mesh, folder).generic_string()},
+          {"mesh", path_from(job.mesh, folder)},
           {"key", cache_key(record).digits},
           {"bytes", asset.bytes().size()},
           {"xxh3_64", scene_manifest::asset_key(asset.bytes())},
           {"voxel_size", info.voxel_size},
-          {"voxelmap", asset.has_voxelmap()},
-          {"pointshell", asset.has_pointshell()},
+          {"voxelmap", info.dims[0] > 0},
+          {"pointshell", info.points > 0},
           {"bounds_min", info.bounds_min},
           {"bounds_max", info.bounds_max},
           {"volume", info.volume}};
@@ -52,11 +55,11 @@ Json item_of(const fs::path& folder, const Job& job) {
 
 }  // namespace
 
-Manifest gather_manifest(const fs::path& folder, const std::vector<Job>& jobs) {
+Manifest gather_manifest(const fs::path& folder, const std::vector<Job>& jobs, Checking checking) {
   Manifest out;
   Json assets = Json::array();
   for (const Job& job : jobs) {
-    Json item = item_of(folder, job);
+    Json item = item_of(folder, job, checking);
     if (item.is_null()) {
       out.missing.push_back(job.output);
     } else {
@@ -78,7 +81,14 @@ void write_manifest(const fs::path& folder, const Manifest& manifest) {
 
 std::vector<std::string> left_over(const fs::path& folder, const std::vector<Job>& jobs) {
   std::set<std::string> made;
-  for (const Job& job : jobs) made.insert(job.output);
+  std::vector<std::string> unknown;  // folders that could not be read
+  for (const Job& job : jobs) {
+    made.insert(job.output);
+    if (!job.output.ends_with(".vps.hdf")) unknown.push_back(job.output == "." ? "" : job.output);
+  }
+  const auto is_known = [&](const std::string& name) {
+    return std::none_of(unknown.begin(), unknown.end(), [&](const auto& one) { return name.starts_with(one); });
+  };
   std::vector<std::string> out;
   const Json json = Json::parse(read_text(folder / kManifest), nullptr, false);
   if (!json.is_object() || !json.contains("assets") || !json["assets"].is_array()) return out;
@@ -86,7 +96,7 @@ std::vector<std::string> left_over(const fs::path& folder, const std::vector<Job
     if (!item.is_object() || !item.contains("asset") || !item["asset"].is_string()) continue;
     const std::string name = item["asset"];
     std::error_code ignored;
-    if (made.count(name) == 0 && fs::exists(folder / name, ignored)) out.push_back(name);
+    if (made.count(name) == 0 && is_known(name) && fs::exists(folder / name, ignored)) out.push_back(name);
   }
   return out;
 }

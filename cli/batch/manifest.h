@@ -15,11 +15,15 @@ inline constexpr const char* kManifest = "vpsbake.json";
 
 struct Manifest {
   nlohmann::ordered_json json;       ///< docs/schemas/batch_manifest.schema.json
-  std::vector<std::string> missing;  ///< assets that are not there, damaged, or baked with other settings
+  std::vector<std::string> missing;  ///< assets that are not there or whole, or were baked with other settings
 };
 
-/// Looks at the asset of every job. Reads none of a mesh.
-[[nodiscard]] Manifest gather_manifest(const std::filesystem::path& folder, const std::vector<Job>& jobs);
+/// How much of each asset is read. A header has the sizes and hashes of all else.
+enum class Checking { header, everything };
+
+/// Looks at every job's asset, and reads none of a mesh. Jobs with a refusal have none.
+[[nodiscard]] Manifest gather_manifest(const std::filesystem::path& folder, const std::vector<Job>& jobs,
+                                       Checking checking = Checking::header);
 
 /// Writes it into the folder, and where nothing changed only marks it as new, for make. @throw WriteError
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -48,6 +49,7 @@ class Line {
   void show() const {
     std::string names;
     for (const Job* job : running_) names += (names.empty() ? "" : ", ") + job->mesh.filename().string();
+    for (char& c : names) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
     progress_.show(fmt::format("[{}/{}] {}", done_, count_, names), double(done_) / double(count_));
   }
   Progress progress_;
@@ -99,13 +101,13 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       ->group("Reports");
 }
 
-int play(const std::vector<Job>& jobs, PlayArguments arguments) {
+Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   RunOptions& run = arguments.run;
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
   if (!arguments.junit.empty()) {
     if (const std::string reason = output_refusal(arguments.junit, "<?xml", "XML"); !reason.empty())
-      return fail(kIo, arguments.junit, reason);
+      return {fail(kIo, arguments.junit, reason), {}};
   }
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, stop_at_signal);
   const auto begin = Clock::now();
@@ -123,7 +125,7 @@ int play(const std::vector<Job>& jobs, PlayArguments arguments) {
     line.clear();
     complain("warning", "batch", text);
   };
-  const std::vector<JobResult> results = run_jobs(jobs, run, observer, stop_all);
+  std::vector<JobResult> results = run_jobs(jobs, run, observer, stop_all);
   line.clear();
   if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -132,10 +134,11 @@ int play(const std::vector<Job>& jobs, PlayArguments arguments) {
   int code = any_failed(results) ? kSomeFailed : kOk;
   if (!arguments.junit.empty() && write_file(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
   if (!arguments.log.empty()) {
+    json.update(arguments.asked);
     json["cwd"] = fs::current_path().string();
     if (write_file(arguments.log, to_text(json)) != kOk) code = kIo;
   }
-  return code;
+  return {code, std::move(results)};
 }
 
 }  // namespace vps::cli::batch

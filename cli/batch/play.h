@@ -3,6 +3,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -12,15 +13,20 @@ namespace vps::cli::batch {
 
 struct PlayArguments {
   RunOptions run;
-  std::string junit, log;  ///< files; empty: none
+  std::string junit, log;        ///< files; empty: none
+  nlohmann::ordered_json asked;  ///< goes into the log: from what jobs are found again
   bool json = false;
 };
 
 /// --jobs, --memory, --timeout, --cache, --no-cache, --json, --junit.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
+struct Played {
+  int code = 0;  ///< kOk, kSomeFailed or kIo
+  std::vector<JobResult> results;
+};
+
 /// Bakes, says what happens, and prints the table or JSON. SIGINT and SIGTERM stop it in an orderly way.
-/// @return kOk, kSomeFailed or kIo
-[[nodiscard]] int play(const std::vector<Job>& jobs, PlayArguments arguments);
+[[nodiscard]] Played play(const std::vector<Job>& jobs, PlayArguments arguments);
 
 }  // namespace vps::cli::batch

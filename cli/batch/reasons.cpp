@@ -83,7 +83,8 @@ std::string said_value(const Line& line, Form form) {
     case Form::hash:
       break;
   }
-  return line.name == "precision" && line.value == "-1" ? "automatic" : line.value;
+  if (line.name == "precision" && line.value == "-1") return "automatic";
+  return line.name == "resolution" && line.value == "0" ? "not given" : line.value;
 }
 
 }  // namespace

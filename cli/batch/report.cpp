@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <numeric>
 
@@ -25,14 +26,21 @@ std::string size_text(std::size_t bytes) {
   return bytes == 0 ? "" : format_bytes(static_cast<double>(bytes));
 }
 
+// On a terminal no name may do anything.
+std::string plain(std::string text) {
+  for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  return text;
+}
+
 std::string row(const Job& job, const JobResult& result, int width) {
   const std::string what = describe(result.state);
   if (result.state == State::failed)
-    return fmt::format("  {:<10}  {:<{}}  {}\n", what, job.output, width, result.error);
-  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", what, job.output, width, size_text(result.bytes));
+    return fmt::format("  {:<10}  {:<{}}  {}\n", what, plain(job.output), width, plain(result.error));
+  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", what, plain(job.output), width, size_text(result.bytes));
   if (result.state == State::baked)
     line += fmt::format("  {:>7.2f} s  {:>8} of memory", result.seconds, size_text(result.memory_bytes));
-  if (result.state == State::would_bake) line += fmt::format("  {:>8} of memory", size_text(result.memory_bytes));
+  if (result.state == State::would_bake && result.memory_bytes > 0)
+    line += fmt::format("  {:>8} of memory", size_text(result.memory_bytes));
   if (!result.reasons.empty()) line += "  " + joined(result.reasons, "; ");
   return line + '\n';
 }

@@ -24,8 +24,9 @@ BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options, const 
   return {path, opened(path), nullptr};
 }
 
-BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options) {
-  const BakedAsset baked = bake(mesh, options);
+BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options, const RecordOf& record) {
+  BakedAsset baked = bake(mesh, options);
+  if (record) add_record(record(options), baked);
   const int file = write_nameless_asset(std::filesystem::temp_directory_path(), baked.info, baked.sections);
   BakedFile out;
   out.open = std::shared_ptr<const void>(nullptr, [file](const void*) { ::close(file); });

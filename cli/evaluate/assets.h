@@ -3,13 +3,18 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
+#include "bake/cache.h"
 #include "bake/vps_bake.h"
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
 namespace vps::evaluate {
+
+/// The record that a bake with these options puts into its asset, so that what is measured is as large.
+using RecordOf = std::function<BakeRecord(const BakeOptions&)>;
 
 struct BakedFile {
   std::filesystem::path path;
@@ -24,8 +29,10 @@ struct BakedFile {
 
 /// The same in the folder for temporary files, without a name: the path is one of this process, and nothing stays
 /// behind however it ends.
+/// @param record  may be empty: the asset has none
 /// @throw BakeError, std::runtime_error
-[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options);
+[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options,
+                                      const RecordOf& record = {});
 
 /// The mesh with its origin at the asset's centre of mass, where all peers have it.
 [[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);

@@ -116,7 +116,7 @@ class Run {
       progress(fmt::format("bake {}: {}", baking_, stage), baked_share_);
     };
     const auto begin = Clock::now();
-    BakedFile file = bake_nameless(mesh_, told);
+    BakedFile file = bake_nameless(mesh_, told, options_.record);
     return baked_.emplace_back(Baked{bake, std::move(file), microseconds_since(begin) / 1e6});
   }
 
@@ -124,7 +124,7 @@ class Run {
     std::vector<double> seconds{baked_.front().seconds};
     for (int i = 0; i < 2; ++i) {
       const auto begin = Clock::now();
-      (void)bake_nameless(mesh_, base);
+      (void)bake_nameless(mesh_, base, options_.record);
       seconds.push_back(microseconds_since(begin) / 1e6);
     }
     std::sort(seconds.begin(), seconds.end());

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/evaluate/assets.h"
 #include "cli/evaluate/rows.h"
 #include "cli/evaluate/truth.h"
 
@@ -18,6 +19,7 @@ struct MeasureOptions {
   TruthOptions truth;
   RoundOptions rounds;
   std::vector<std::string> without;  ///< peers that are left out
+  RecordOf record;                   ///< may be empty
   std::filesystem::path cache;       ///< poses, forces and hulls are kept here; empty: nowhere
   /// What is being done, and how much of that; from any thread. May be empty.
   std::function<void(const std::string& what, double fraction)> progress;

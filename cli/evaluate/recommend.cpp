@@ -257,7 +257,7 @@ class Search {
                              stage),
                  fraction);
       };
-      file = bake_nameless(mesh_, told);
+      file = bake_nameless(mesh_, told, options_.record);
     } catch (const BakeError& refusal) {
       refusal_ = refusal.what();
       refused_by_plan_ = refusal.stage == "plan";

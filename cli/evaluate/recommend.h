@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bake/vps_bake.h"
+#include "cli/evaluate/assets.h"
 #include "cli/evaluate/rounds.h"
 #include "cli/evaluate/truth.h"
 
@@ -24,6 +25,7 @@ struct Limits {
 struct RecommendOptions {
   BakeOptions base;  ///< how the mesh is repaired; voxel size and alpha do not matter
   Limits limits;
+  RecordOf record;         ///< may be empty
   std::size_t poses = 90;  ///< two thirds in contact, the rest apart
   std::uint64_t seed = 1;
   int rounds = 5;

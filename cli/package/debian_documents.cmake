@@ -2,7 +2,7 @@
 # Run by CPack between installing and packing: a Debian package has its documents in share/doc/PACKAGE, a copyright file and a
 # changelog among them, and manual pages and changelogs are compressed, without times.
 cmake_policy(VERSION 3.25)
-set(source ${CMAKE_CURRENT_LIST_DIR}/..)
+set(source ${CMAKE_CURRENT_LIST_DIR}/../..)
 
 # compress(FILE): FILE.gz instead
 function(compress)

@@ -13,6 +13,7 @@ namespace vps {
 namespace {
 
 using detail::Handle;
+using detail::stored_type;
 
 constexpr std::size_t kMostFindings = 20;
 constexpr std::size_t kLongestText = 4096;  // of an attribute. [bytes]
@@ -22,26 +23,6 @@ const detail::SectionName* name_of(SectionKind kind) {
     if (name.kind == kind) return &name;
   }
   return nullptr;
-}
-
-hid_t stored_type(ElementType type) {
-  switch (type) {
-    case ElementType::i8:
-      return H5T_STD_I8LE;
-    case ElementType::i16:
-      return H5T_STD_I16LE;
-    case ElementType::i32:
-      return H5T_STD_I32LE;
-    case ElementType::u16:
-      return H5T_STD_U16LE;
-    case ElementType::u32:
-      return H5T_STD_U32LE;
-    case ElementType::f32:
-      return H5T_IEEE_F32LE;
-    case ElementType::f64:
-      return H5T_IEEE_F64LE;
-  }
-  return H5I_INVALID_HID;
 }
 
 class Check {

@@ -170,4 +170,25 @@ inline void create_group(hid_t file, const char* path) {
   const Handle group(H5Gcreate2(file, path, H5P_DEFAULT, create, H5P_DEFAULT), H5Gclose, "create a group");
 }
 
+/// Invalid for a value that is not an ElementType.
+inline hid_t stored_type(ElementType type) {
+  switch (type) {
+    case ElementType::i8:
+      return H5T_STD_I8LE;
+    case ElementType::i16:
+      return H5T_STD_I16LE;
+    case ElementType::i32:
+      return H5T_STD_I32LE;
+    case ElementType::u16:
+      return H5T_STD_U16LE;
+    case ElementType::u32:
+      return H5T_STD_U32LE;
+    case ElementType::f32:
+      return H5T_IEEE_F32LE;
+    case ElementType::f64:
+      return H5T_IEEE_F64LE;
+  }
+  return H5I_INVALID_HID;
+}
+
 }  // namespace vps::detail

@@ -24,6 +24,7 @@ using detail::create_group;
 using detail::Handle;
 using detail::MemoryFile;
 using detail::require;
+using detail::stored_type;
 
 std::string system_reason(int error) {
   switch (error) {
@@ -149,26 +150,6 @@ class OutputFile {
   int fd_ = -1;
 };
 
-hid_t memory_type(ElementType type) {
-  switch (type) {
-    case ElementType::i8:
-      return H5T_STD_I8LE;
-    case ElementType::i16:
-      return H5T_STD_I16LE;
-    case ElementType::i32:
-      return H5T_STD_I32LE;
-    case ElementType::u16:
-      return H5T_STD_U16LE;
-    case ElementType::u32:
-      return H5T_STD_U32LE;
-    case ElementType::f32:
-      return H5T_IEEE_F32LE;
-    case ElementType::f64:
-      return H5T_IEEE_F64LE;
-  }
-  throw WriteError("a section has an unknown element type; this is a defect, please report it");
-}
-
 // The header's scalars again, for people and for tools that only know HDF5. All SI.
 void write_facts(hid_t root, const AssetInfo& info) {
   detail::for_each_fact(info, [&](const char* name, const auto& value) { detail::write_attribute(root, name, value); });
@@ -208,7 +189,9 @@ Section write_section(hid_t file, const SectionData& data) {
   const std::vector<hsize_t> shape(data.shape.begin(), data.shape.end());
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose,
                      "set up a dataset");
-  const hid_t type = memory_type(data.element);
+  const hid_t type = stored_type(data.element);
+  if (type == H5I_INVALID_HID)
+    throw WriteError("a section has an unknown element type; this is a defect, please report it");
   const Handle dataset(H5Dcreate2(file, name.path, type, space, H5P_DEFAULT, create, H5P_DEFAULT), H5Dclose,
                        "create a dataset");
   require(H5Dwrite(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.bytes.data()), "write a dataset");

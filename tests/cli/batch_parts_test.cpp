@@ -60,7 +60,7 @@ TEST(BatchParts, BadSharesAndJobsAreRefused) {
   folder.add("cube.obj");
   ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
   for (const char* share : {"0/3", "4/3", "1", "1/3x", "-1/2", "a/b"})
-    expect_refusal(folder, std::string("run jobs.jsonl --shard ") + share, 3, "write i/n with 1 <= i <= n");
+    expect_refusal(folder, std::string("run jobs.jsonl --shard ") + share, 1, "--shard takes i/n with 1 <= i <= n");
   expect_refusal(folder, "run jobs.jsonl --task 2", 3, "there is no job 2; it has 1");
   expect_refusal(folder, "run absent.jsonl", 3, "the file cannot be read");
   write_file(folder / "bad.jsonl", "{}\n");
@@ -71,6 +71,55 @@ TEST(BatchParts, BadSharesAndJobsAreRefused) {
   write_file(folder / "bad.jsonl",
              R"({"mesh": "m.obj", "folder": "out", "output": "x.vps.hdf", "options": {"output": "/etc/x"}})");
   expect_refusal(folder, "run bad.jsonl", 3, "bad.jsonl:1: ");
+}
+
+TEST(BatchParts, AnAssetOfTwoLinesIsRefused) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  write_file(folder / "jobs.jsonl", read_file(folder / "jobs.jsonl") + read_file(folder / "jobs.jsonl"));
+  for (const char* command : {"run jobs.jsonl", "merge jobs.jsonl"})
+    expect_refusal(folder, command, 3, "jobs.jsonl:2: its asset is that of an earlier line");
+}
+
+TEST(BatchParts, ALinkedMeshIsBakedAsItIsNamed) {
+  const BatchFolder folder;
+  fs::create_directories(folder / "store");
+  fs::create_directories(folder / "meshes");
+  fs::copy_file(sample("cube"), folder / "store/0123");
+  fs::create_symlink("../store/0123", folder / "meshes/cube.obj");
+  fs::create_symlink("loop.obj", folder / "meshes/loop.obj");
+  EXPECT_EQ(vpsbake(folder, kPlan).code, 0);
+  EXPECT_EQ(vpsbake(folder, "run jobs.jsonl").code, 5);
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o whole --voxel 10mm").code, 5);
+  EXPECT_EQ(vpsbake(folder, "merge jobs.jsonl").code, 5);
+  fs::remove(folder / "whole/.vpsbake-run.json");
+  EXPECT_EQ(files_below(folder / "out"), files_below(folder / "whole"));
+}
+
+TEST(BatchParts, MergeReadsAllOfAnAssetWhenAsked) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
+  ASSERT_EQ(vpsbake(folder, "run jobs.jsonl").code, 0);
+  EXPECT_EQ(vpsbake(folder, "merge jobs.jsonl --verify").code, 0);
+  std::string damaged = folder.asset("cube.vps.hdf");
+  damaged[damaged.size() / 2] ^= 1;
+  write_file(folder / "out/cube.vps.hdf", damaged);
+  EXPECT_EQ(vpsbake(folder, "merge jobs.jsonl --verify").code, 5);
+  write_file(folder / "out/cube.vps.hdf", damaged.substr(0, damaged.size() / 2));
+  EXPECT_EQ(vpsbake(folder, "merge jobs.jsonl").code, 5) << "its header says how long it is";
+}
+
+TEST(BatchParts, AScriptReplacesNoOther) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const std::string plan = std::string(kPlan) + " --emit parallel";
+  EXPECT_EQ(vpsbake(folder, plan).code, 0);
+  EXPECT_EQ(vpsbake(folder, plan).code, 0) << "its own";
+  fs::remove(folder / "jobs.jsonl");
+  write_file(folder / "jobs.sh", "#!/bin/sh\nprecious\n");
+  expect_refusal(folder, plan, 2, "jobs.sh: the file exists and is not a script of vpsbake plan");
 }
 
 TEST(BatchParts, JobsFollowTheirSchema) {
@@ -108,7 +157,9 @@ TEST(BatchParts, ExplainNamesTheSettingThatChanged) {
   const Outcome same = vpsbake(folder, "explain meshes/cube.obj -o out");
   EXPECT_EQ(same.out,
             "last batch: unchanged\n  the mesh's bytes, every setting and the program were the same\n"
-            "now: it would be baked again with the same options\n  the mesh changed\n");
+            "now: the same batch would bake it again\n  the mesh changed\n");
+  folder.add_text("vpsbake.toml", "voxel = \"9mm\"\n");
+  EXPECT_NE(vpsbake(folder, "explain out/cube.vps.hdf").out.find("  voxel was 8 mm, is 9 mm\n"), std::string::npos);
   ASSERT_EQ(vpsbake(folder, "meshes/cube.obj --voxel 10mm -o alone.vps.hdf").code, 0);
   const Outcome alone = vpsbake(folder, "explain alone.vps.hdf");
   EXPECT_EQ(alone.code, 0) << alone.err;

@@ -142,6 +142,36 @@ TEST(Batch, WrongSettingsNameTheirLine) {
   expect_line("exclude = [1]\n", "vpsbake.toml:1: exclude is a list of texts");
 }
 
+TEST(Batch, SettingsThatAreNoFileAreRefused) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  fs::create_symlink("absent", folder / "meshes/vpsbake.toml");
+  expect_refusal(folder, kBake, 3, "vpsbake.toml: it is no regular file");
+  fs::remove(folder / "meshes/vpsbake.toml");
+  expect_refusal(folder, "batch meshes -o out", 3, "--voxel, --resolution or --max-error is required");
+  expect_refusal(folder, std::string(kBake) + " --parts pointshell --fields real", 3, "--fields needs the voxelmap");
+}
+
+TEST(Batch, AMeshThatIsGivenTwiceIsBakedOnce) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const BatchOutcome run = run_batch(folder, "batch meshes meshes/cube.obj ./meshes -o out --voxel 10mm");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.json["items"].size(), 1U);
+}
+
+TEST(Batch, WhatFailsIsMissingThoughAnOlderAssetIsLeft) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  folder.add("hole.obj", "hole");
+  ASSERT_EQ(run_batch(folder, kBake).code, 0);
+  write_file(folder / "meshes/cube.obj", "junk");
+  EXPECT_EQ(run_batch(folder, kBake).code, 5);
+  const auto manifest = nlohmann::json::parse(folder.asset("vpsbake.json"));
+  EXPECT_EQ(manifest["missing"], std::vector<std::string>{"cube.vps.hdf"});
+  EXPECT_EQ(manifest["assets"].size(), 1U);
+}
+
 TEST(Batch, GlobsChooseMeshes) {
   const BatchFolder folder;
   for (const char* name : {"a.obj", "b.obj", "lod/a.obj", "parts/lod/c.obj", "parts/d.obj"}) folder.add(name);
@@ -244,7 +274,7 @@ TEST(Batch, TheTableSaysOnlyWhatMatters) {
   EXPECT_TRUE(second.out.starts_with("2 meshes: 2 unchanged; ")) << second.out;
   fs::remove(folder / "meshes/hole.obj");
   const Outcome third = vpsbake(folder, kBake);
-  EXPECT_NE(third.err.find("out/hole.vps.hdf: no mesh makes this asset any more; remove it"), std::string::npos)
+  EXPECT_NE(third.err.find("out/hole.vps.hdf: an earlier batch baked this asset, this one does not"), std::string::npos)
       << third.err;
 }
 
@@ -253,7 +283,15 @@ TEST(Batch, ADepfileNamesWhatTheAssetsDependOn) {
   folder.add("a b.obj");
   folder.add_text("vpsbake.toml", "voxel = \"20mm\"\n");
   ASSERT_EQ(vpsbake(folder, std::string(kBake) + " --depfile bake.d").code, 0);
-  EXPECT_EQ(read_file(folder / "bake.d"), "out/vpsbake.json: \\\n  meshes/a\\ b.obj \\\n  meshes/vpsbake.toml\n");
+  EXPECT_EQ(
+      read_file(folder / "bake.d"),
+      "out/vpsbake.json: \\\n  meshes/a\\ b.obj \\\n  meshes/vpsbake.toml\nmeshes/a\\ b.obj:\nmeshes/vpsbake.toml:\n");
+  ASSERT_EQ(vpsbake(folder, std::string(kBake) + " --depfile bake.d").code, 0) << "its own";
+  for (const char* other : {"meshes/vpsbake.toml", "meshes/a\\ b.obj", "out/vpsbake.json", "out/a\\ b.vps.hdf"}) {
+    const auto before = files_below(folder.path());
+    expect_refusal(folder, std::string(kBake) + " --depfile " + other, 2, "choose another --depfile");
+    EXPECT_EQ(files_below(folder.path()), before);
+  }
 }
 
 }  // namespace

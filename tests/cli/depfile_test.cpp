@@ -16,15 +16,20 @@ TEST(Depfile, MakeReadsEveryNameAsItIs) {
                                   "')\" --voxel 9mm --depfile d.mk")
                   .code,
               0);
-    // Make knows the asset and its mesh: nothing to do, until the mesh is newer.
-    const auto outdated = [&] {
-      write_file(folder / "Makefile", "all:\ninclude d.mk\n");
+    // Make knows the asset and its mesh. Its second rule is for meshes that are removed: without it make stops there.
+    const std::string rules = read_file(folder / "d.mk");
+    const std::size_t second = rules.find('\n', rules.find(" \\\n") + 3) + 1;
+    EXPECT_EQ(std::count(rules.begin() + second, rules.end(), '\n'), 1) << rules;
+    write_file(folder / "rule.mk", rules.substr(0, second));
+    const auto outdated = [&](const char* file = "rule.mk") {
+      write_file(folder / "Makefile", std::string("all:\ninclude ") + file + "\n");
       const std::string quoted = asset == "it's.vps.hdf" ? "it'\\''s.vps.hdf" : asset;
       return std::system(("cd " + folder.path().string() + " && make -q '" + quoted + "' >make.txt 2>&1").c_str()) != 0;
     };
     EXPECT_FALSE(outdated()) << name << "\n" << read_file(folder / "d.mk") << read_file(folder / "make.txt");
     std::filesystem::remove(folder / mesh);
-    EXPECT_TRUE(outdated()) << name << "\n" << read_file(folder / "d.mk");
+    EXPECT_TRUE(outdated()) << name << "\n" << rules;
+    EXPECT_FALSE(outdated("d.mk")) << name << "\n" << rules << read_file(folder / "make.txt");
   }
 }
 
@@ -32,7 +37,7 @@ TEST(Depfile, BuffersAreListedAndCacheHitsWriteItToo) {
   const TemporaryFolder folder;
   const std::string meshes = std::string(VPS_DOCS) + "/examples/cmake_project/meshes/";
   for (const char* name : {"wedge.gltf", "wedge.bin"}) std::filesystem::copy_file(meshes + name, folder / name);
-  const std::string expected = "out.vps.hdf: \\\n  wedge.gltf \\\n  wedge.bin\n";
+  const std::string expected = "out.vps.hdf: \\\n  wedge.gltf \\\n  wedge.bin\nwedge.gltf:\nwedge.bin:\n";
   for (const char* state : {"miss", "hit"}) {
     std::filesystem::remove(folder / "d");
     const Outcome run = vpsbake(folder, "wedge.gltf --voxel 1mm -o out.vps.hdf --depfile d --cache kept --json");
@@ -48,6 +53,8 @@ TEST(Depfile, NothingIsOverwrittenNorWrittenWithoutAnAsset) {
   const std::string bake = "cube.obj --voxel 9mm --depfile ";
   expect_refusal(folder, bake + "cube.obj", 2, "cube.obj: this is a file of the mesh");
   expect_refusal(folder, bake + "./cube.vps.hdf", 2, "this is the asset");
+  write_file(folder / "notes.txt", "precious\n");
+  expect_refusal(folder, bake + "notes.txt", 2, "the file exists and is not a depfile");
   expect_refusal(folder, bake + "no/d", 2, "the folder does not exist");
   expect_refusal(folder, "no.obj --voxel 9mm --depfile d", 2, "no.obj: the file does not exist");
   expect_refusal(folder, "cube.obj --voxel 9mm --depfile d -o \"a\nb\"", 2, "make knows no names with line breaks");
