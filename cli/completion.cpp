@@ -2,6 +2,7 @@
 #include "cli/completion.h"
 
 #include <map>
+#include <set>
 
 #include "cli/command_tree.h"
 #include "cli/provenance.h"
@@ -38,6 +39,32 @@ Completion completion_of(const CLI::Option& option) {
 
 std::vector<std::string> names(const CLI::Option& option) {
   return CLI::detail::split(option.get_name(false, true), ',');
+}
+
+// What a command takes, in order. A command of commands is one whose first word is theirs, and whose options are all of
+// theirs.
+std::vector<const CLI::Option*> options_of(const CLI::App& app) {
+  std::vector<const CLI::App*> apps = {&app};
+  if (app.get_parent() != nullptr) {
+    for (const CLI::App* const one : commands_of(app)) apps.push_back(one);
+  }
+  std::vector<const CLI::Option*> out;
+  std::set<std::string> known;
+  for (const CLI::App* const one : apps) {
+    for (const OptionGroup& group : option_groups(*one)) {
+      for (const CLI::Option* const option : group.options) {
+        if (known.insert(option->get_name(false, true)).second) out.push_back(option);
+      }
+    }
+  }
+  return out;
+}
+
+// Names of the commands of a command, separated by spaces.
+std::string command_names(const CLI::App& app) {
+  std::string out;
+  for (const CLI::App* const one : commands_of(app)) out += (out.empty() ? "" : " ") + one->get_name();
+  return out;
 }
 
 // Calls `visit` with the name of each command ("": none was named) and the command.
@@ -155,9 +182,9 @@ std::string zsh_function(const std::string& function, const CLI::App& app) {
   std::string out = function + "() {\n  _arguments -S \\\n";
   int place = 0;
   for (const CLI::Option* const one : positionals(app)) out += zsh_spec(*one, std::to_string(++place));
-  for (const OptionGroup& group : option_groups(app)) {
-    for (const CLI::Option* const option : group.options) out += zsh_spec(*option);
-  }
+  if (app.get_parent() != nullptr && !commands_of(app).empty())
+    out += "    '1:command:(" + command_names(app) + ")' \\\n";
+  for (const CLI::Option* const option : options_of(app)) out += zsh_spec(*option);
   out.erase(out.size() - 3);
   return out + "\n}\n";
 }
@@ -165,9 +192,7 @@ std::string zsh_function(const std::string& function, const CLI::App& app) {
 }  // namespace
 
 std::string bash_completion(const CLI::App& app) {
-  std::string commands;
-  for (const CLI::App* const one : commands_of(app)) commands += (commands.empty() ? "" : " ") + one->get_name();
-  std::string out = std::string(kBashHelpers) + "  local commands='" + commands + "'\n";
+  std::string out = std::string(kBashHelpers) + "  local commands='" + command_names(app) + "'\n";
   out += "  [[ $COMP_CWORD -gt 1 && \" $commands \" == *\" ${COMP_WORDS[1]} \"* ]] && command=${COMP_WORDS[1]}\n";
   out += "  case \"$command $previous\" in\n";
   std::string options = "  if [[ $cur == -* ]]; then\n    case \"$command\" in\n";
@@ -175,21 +200,21 @@ std::string bash_completion(const CLI::App& app) {
   for_commands(app, [&](const std::string& name, const CLI::App& command) {
     std::string words;
     std::map<std::string, std::string> patterns;  // by what completes them
-    for (const OptionGroup& group : option_groups(command)) {
-      for (const CLI::Option* const option : group.options) {
-        const Completion completion = completion_of(*option);
-        for (const std::string& one : names(*option)) {
-          words += " " + one;
-          if (completion.kind == Kind::flag) continue;
-          std::string& pattern = patterns[bash_call(completion)];
-          pattern += (pattern.empty() ? "" : " | ") + quoted_word(name + " " + one);
-        }
+    for (const CLI::Option* const option : options_of(command)) {
+      const Completion completion = completion_of(*option);
+      for (const std::string& one : names(*option)) {
+        words += " " + one;
+        if (completion.kind == Kind::flag) continue;
+        std::string& pattern = patterns[bash_call(completion)];
+        pattern += (pattern.empty() ? "" : " | ") + quoted_word(name + " " + one);
       }
     }
     for (const auto& [call, pattern] : patterns) out += "    " + pattern + ") " + call + "; return ;;\n";
     options += "      " + quoted_word(name) + ") _vpsbake_words \"$cur\"" + words + " ;;\n";
     if (const auto first = positionals(command); !first.empty()) {
       arguments += "    " + quoted_word(name) + ") " + bash_call(completion_of(*first[0])) + " ;;\n";
+    } else if (!name.empty() && !commands_of(command).empty()) {
+      arguments += "    " + quoted_word(name) + ") " + bash_call({Kind::words, command_names(command)}) + " ;;\n";
     }
   });
   out += "  esac\n" + options + "    esac\n    return\n  fi\n" + arguments + "  esac\n";

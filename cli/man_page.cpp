@@ -90,6 +90,7 @@ std::string examples(const CLI::App& app) {
 std::string environment() {
   return ".SH ENVIRONMENT\n"
          ".TP\n.B VPSBAKE_CACHE\nThe folder that \\fB\\-\\-cache\\fR would name\n"
+         ".TP\n.B VPSBAKE_CACHE_SIZE\nThe size that \\fB\\-\\-cache\\-size\\fR would name\n"
          ".TP\n.B NO_COLOR\nWhen it is not empty, errors and warnings have no colour\n"
          ".TP\n.B COLUMNS\nWidth of \\fB\\-\\-help\\fR where it is not printed to a terminal\n";
 }

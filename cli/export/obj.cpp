@@ -10,6 +10,8 @@ namespace vps::cli {
 
 std::string to_obj(const VoxelmapView& map, double step) {
   const FieldSurface surface = make_field_surface(map, step);
+  if (surface.mesh.triangles.empty())
+    throw ExportError("no cell of this size has a part of the surface in it; choose a smaller --step");
   std::string text = fmt::format(
       "# vpsbake: V = 0 of the field {}, metres, asset frame, cells of {:.9g} m\n"
       "# off V = 0 by {:.3g} m at most, and the field itself by {:.3g} m\n",

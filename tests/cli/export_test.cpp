@@ -362,6 +362,7 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedAndNothingForeignIsOverwritten) {
   expect_refusal(folder_, "export fine.vps.hdf --to cdf --step 0.25mm --reach 10mm", 3, "too many for this format");
   expect_refusal(folder_, "export a.vps.hdf --to obj --step 0.1mm", 3, "a quarter of a voxel");
   expect_refusal(folder_, "export fine.vps.hdf --to vtkhdf --step 0.25mm", 3, "choose --step");
+  expect_refusal(folder_, "export a.vps.hdf --to obj --step 1m", 3, "choose a smaller --step");
   expect_refusal(folder_, "export a.vps.hdf --to ply --step 1mm", 1, "--step is for");
   expect_refusal(folder_, "export a.vps.hdf --to stl", 1, "--to");
   write_file(folder_ / "mesh.ply", "ply\nformat ascii 1.0\n");

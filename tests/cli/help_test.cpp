@@ -28,12 +28,12 @@ std::size_t longest_line(const std::string& text) {
   return longest;
 }
 
-// The commands that --help lists.
-std::vector<std::string> commands() {
+// The commands that --help lists, of a command its own.
+std::vector<std::string> commands(const std::string& of = "") {
   const TemporaryFolder folder;
   std::vector<std::string> names;
   bool listed = false;
-  for (const std::string& line : lines_of(vpsbake(folder, "--help").out)) {
+  for (const std::string& line : lines_of(vpsbake(folder, of + " --help").out)) {
     if (listed && line.empty()) break;
     if (listed && line.starts_with("  ") && line[2] != ' ') names.push_back(line.substr(2, line.find(' ', 2) - 2));
     if (line.starts_with("Commands")) listed = true;
@@ -159,6 +159,8 @@ TEST(Help, BashCompletesCommandsOptionsValuesAndFiles) {
   EXPECT_EQ(bash_offers(folder, "sl"), Words{"slice"});
   EXPECT_EQ(bash_offers(folder, "help-f"), Words{});
   EXPECT_EQ(bash_offers(folder, "slice --wi"), Words{"--width"});
+  EXPECT_EQ(bash_offers(folder, "cache ''"), (Words{"prune", "stats", "verify"}));
+  EXPECT_EQ(bash_offers(folder, "cache prune --max"), Words{"--max-size"});
   EXPECT_EQ(bash_offers(folder, "slice --axis ''"), (Words{"x", "y", "z"}));
   EXPECT_EQ(bash_offers(folder, "slice --axis = z"), Words{"z"});  // --axis=z
   EXPECT_EQ(bash_offers(folder, "slice --axis ="), (Words{"x", "y", "z"}));
@@ -194,7 +196,13 @@ TEST(Help, BashKnowsEveryOptionOfEveryCommand) {
   for (const std::string& command : commands()) {
     std::vector<std::string> offered = bash_offers(folder, command + " --");
     std::sort(offered.begin(), offered.end());
-    EXPECT_EQ(offered, options_of(command)) << command;
+    std::vector<std::string> known = options_of(command);
+    for (const std::string& below : commands(command)) {
+      for (const std::string& name : options_of(command + " " + below)) known.push_back(name);
+    }
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+    EXPECT_EQ(offered, known) << command;
   }
 }
 
