@@ -211,7 +211,10 @@ Command add_batch_command(CLI::App& app) {
       "Example: vpsbake batch meshes -o assets --voxel 5mm --cache ~/.cache/vpsbake --junit bake.xml");
   return {batch, [arguments, batch] {
             arguments->inputs.options = given_options(*batch);
-            return guarded_batch([&] { return run_batch(*arguments); });
+            return guarded_batch([&] {
+              read_cache_size(*batch, arguments->play.run.cache_bytes);
+              return run_batch(*arguments);
+            });
           }};
 }
 
@@ -229,7 +232,12 @@ Command add_run_command(CLI::App& app) {
       ->group("Which jobs");
   add_play_options(*run, arguments->play);
   run->footer("Example: vpsbake run jobs.jsonl --shard 1/4");
-  return {run, [arguments] { return guarded_batch([&] { return run_share(*arguments); }); }};
+  return {run, [arguments, run] {
+            return guarded_batch([&] {
+              read_cache_size(*run, arguments->play.run.cache_bytes);
+              return run_share(*arguments);
+            });
+          }};
 }
 
 Command add_merge_command(CLI::App& app) {

@@ -62,36 +62,6 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->group("Output");
 }
 
-void add_cache_options(CLI::App& app, BakeArguments& arguments) {
-  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments.cache = folder;  // options win
-  auto* const cache = app.add_option("--cache", arguments.cache,
-                                     "Take what was baked before from this folder, and keep there what is new "
-                                     "[default: the environment's VPSBAKE_CACHE, or none]");
-  cache->check(not_empty())->option_text("DIR")->group("Output");
-  app.add_option_function<std::string>(
-         "--cache-size", [&](const std::string& text) { arguments.cache_bytes = parse_size(text); },
-         "Remove what was used least recently from that folder when it grows larger, such as 20GB [default: the "
-         "environment's VPSBAKE_CACHE_SIZE, or no limit]")
-      ->option_text("SIZE")
-      ->group("Output");
-  app.add_flag_callback(
-         "--no-cache", [&] { arguments.cache.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
-      ->excludes(cache)
-      ->option_text(" ")
-      ->group("Output");
-}
-
-// After the command line, so that what is wrong with the environment is said by those who use it alone.
-void read_cache_size(const CLI::App& app, BakeArguments& bake) {
-  const char* const text = std::getenv("VPSBAKE_CACHE_SIZE");
-  if (text == nullptr || *text == '\0' || app.get_option("--cache-size")->count() > 0) return;
-  try {
-    bake.cache_bytes = parse_size(text);
-  } catch (const CLI::ValidationError& error) {
-    throw CLI::ValidationError("VPSBAKE_CACHE_SIZE: " + std::string(error.what()));
-  }
-}
-
 CLI::Option* set_version_flag(CLI::App& app) {
   return app.set_version_flag("--version", version_text, "Print the versions of the program and of its libraries");
 }
@@ -106,7 +76,7 @@ int run(int argc, char** argv) {
   app.add_option("mesh", bake.mesh, kMeshHelp)->option_text("MESH");
   add_bake_options(app, bake);
   add_output_options(app, bake);
-  add_cache_options(app, bake);
+  add_cache_options(app, bake.cache, bake.cache_bytes, "Output");
   const Command commands[] = {
       add_batch_command(app),      add_plan_command(app),   add_run_command(app),     add_merge_command(app),
       add_explain_command(app),    add_check_command(app),  add_compare_command(app), add_export_command(app),
@@ -134,7 +104,7 @@ int run(int argc, char** argv) {
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
       require_bakeable(app, bake);
-      read_cache_size(app, bake);
+      read_cache_size(app, bake.cache_bytes);
     }
   } catch (const CLI::Success& success) {
     return app.exit(success);

@@ -193,4 +193,33 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments) {
       ->group(kGridGroup);
 }
 
+void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group) {
+  if (const char* const name = std::getenv("VPSBAKE_CACHE")) folder = name;  // options win
+  auto* const cache = app.add_option("--cache", folder,
+                                     "Take what was baked before from this folder, and keep there what is new "
+                                     "[default: the environment's VPSBAKE_CACHE, or none]");
+  cache->check(not_empty())->option_text("DIR")->group(group);
+  app.add_option_function<std::string>(
+         "--cache-size", [&bytes](const std::string& text) { bytes = parse_size(text); },
+         "Remove what was used least recently from that folder when it grows larger, such as 20GB [default: the "
+         "environment's VPSBAKE_CACHE_SIZE, or no limit]")
+      ->option_text("SIZE")
+      ->group(group);
+  app.add_flag_callback(
+         "--no-cache", [&folder] { folder.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
+      ->excludes(cache)
+      ->option_text(" ")
+      ->group(group);
+}
+
+void read_cache_size(const CLI::App& app, std::size_t& bytes) {
+  const char* const text = std::getenv("VPSBAKE_CACHE_SIZE");
+  if (text == nullptr || *text == '\0' || app.get_option("--cache-size")->count() > 0) return;
+  try {
+    bytes = parse_size(text);
+  } catch (const CLI::ValidationError& error) {
+    throw CLI::ValidationError("VPSBAKE_CACHE_SIZE: " + std::string(error.what()));
+  }
+}
+
 }  // namespace vps::cli

@@ -77,4 +77,11 @@ void add_import_options(CLI::App& app, BakeArguments& arguments);
 /// The voxel size, as a length or by resolution.
 void add_grid_options(CLI::App& app, BakeArguments& arguments);
 
+/// --cache, --cache-size and --no-cache, with VPSBAKE_CACHE as the default of the folder.
+/// @param bytes  0: no limit
+void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group);
+/// The limit of the environment, where --cache-size was not given. After the command line, so that what is wrong with
+/// the environment is said by those who use it alone. @throw CLI::ValidationError
+void read_cache_size(const CLI::App& app, std::size_t& bytes);
+
 }  // namespace vps::cli

@@ -84,16 +84,7 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
          "Give up a bake after this, such as 90s or 10min [default: never]")
       ->option_text("TIME")
       ->group(kGroup);
-  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments.run.cache = folder;  // options win
-  auto* const cache = app.add_option("--cache", arguments.run.cache,
-                                     "Take what was baked before from this folder, and keep there what is new "
-                                     "[default: the environment's VPSBAKE_CACHE, or none]");
-  cache->check(not_empty())->option_text("DIR")->group(kGroup);
-  app.add_flag_callback(
-         "--no-cache", [&] { arguments.run.cache.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
-      ->excludes(cache)
-      ->option_text(" ")
-      ->group(kGroup);
+  add_cache_options(app, arguments.run.cache, arguments.run.cache_bytes, kGroup);
   app.add_flag("--json", arguments.json, "Print what was done as JSON")->group("Reports");
   app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI")
       ->check(not_empty())

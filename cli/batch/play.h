@@ -18,7 +18,7 @@ struct PlayArguments {
   bool json = false;
 };
 
-/// --jobs, --memory, --timeout, --cache, --no-cache, --json, --junit.
+/// --jobs, --memory, --timeout, those of add_cache_options, --json, --junit.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {

@@ -287,6 +287,8 @@ class Runner {
         return result;
       }
     }
+    if (!options_.cache.empty() && options_.cache_bytes > 0)
+      words.insert(words.begin(), fmt::format("--cache-size={}B", options_.cache_bytes));
     words.insert(words.begin(), options_.cache.empty() ? "--no-cache" : "--cache=" + options_.cache);
     const MemoryBudget::Share share(budget_, predicted);
     const auto said = ask(job, std::move(words), result);

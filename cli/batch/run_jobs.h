@@ -17,6 +17,7 @@ struct RunOptions {
   std::size_t memory_bytes = 0;  ///< for all of them together
   double timeout = 0;            ///< of each; 0: none. [s]
   std::string cache;             ///< folder; empty: none
+  std::size_t cache_bytes = 0;   ///< its limit; 0: none
   bool dry_run = false;
 };
 

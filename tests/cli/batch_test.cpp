@@ -278,6 +278,18 @@ TEST(Batch, TheTableSaysOnlyWhatMatters) {
       << third.err;
 }
 
+TEST(Batch, TheCacheKeepsItsLimit) {
+  const BatchFolder folder;
+  for (const char* mesh : {"cube", "hole", "peg"}) folder.add(std::string(mesh) + ".obj", mesh);
+  EXPECT_EQ(run_batch(folder, std::string(kBake) + " --cache-size 1kB", "cache").code, 0);
+  std::size_t kept = 0;
+  for (const auto& [name, bytes] : files_below(folder / "cache")) kept += name.ends_with(".vps.hdf") ? 1 : 0;
+  EXPECT_EQ(kept, 0U) << "no asset is as small";
+  ::setenv("VPSBAKE_CACHE_SIZE", "large", 1);
+  expect_refusal(folder, kBake, 1, "VPSBAKE_CACHE_SIZE: large is not a size");
+  ::unsetenv("VPSBAKE_CACHE_SIZE");
+}
+
 TEST(Batch, ADepfileNamesWhatTheAssetsDependOn) {
   const BatchFolder folder;
   folder.add("a b.obj");
