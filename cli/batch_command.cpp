@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <span>
 
 #include "bake/cache.h"
 #include "cli/bake_options.h"
@@ -36,12 +35,12 @@ fs::path manifest_file(const BatchArguments& arguments) {
 }
 
 // What the manifest has to be made again for: meshes, their files, and vpsbake.toml.
-std::vector<fs::path> dependencies(const BatchArguments& arguments, const std::vector<Job>& jobs) {
+std::vector<fs::path> dependencies(const std::vector<Job>& jobs, const std::vector<fs::path>& settings) {
   std::vector<fs::path> files;
   for (const Job& job : jobs) {
     for (fs::path& file : mesh_files(job.mesh)) files.push_back(std::move(file));
   }
-  for (fs::path& file : settings_files(arguments.inputs)) files.push_back(std::move(file));
+  files.insert(files.end(), settings.begin(), settings.end());
   return files;
 }
 
@@ -60,23 +59,18 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
     return fail(kIo, manifest_file(arguments).string(), error.what());
   }
   if (arguments.depfile.empty()) return kOk;
-  const std::string text = depfile_text(manifest_file(arguments), files);
-  try {
-    write_whole(arguments.depfile, std::as_bytes(std::span(text)));
-  } catch (const WriteError& error) {
-    return fail(kIo, arguments.depfile, error.what());
-  }
-  return kOk;
+  return write_quietly(arguments.depfile, depfile_text(manifest_file(arguments), files));
 }
 
 int run_batch(BatchArguments& arguments) {
   const fs::path folder = arguments.folder;
   arguments.inputs.folder = folder;
-  const std::vector<Job> jobs = find_jobs(arguments.inputs);
+  std::vector<fs::path> settings;
+  const std::vector<Job> jobs = find_jobs(arguments.inputs, &settings);
   if (arguments.play.run.dry_run) return play(jobs, arguments.play).code;
   std::vector<fs::path> files;
   if (!arguments.depfile.empty()) {
-    files = dependencies(arguments, jobs);
+    files = dependencies(jobs, settings);
     const std::string reason = depfile_refusal(arguments.depfile, manifest_file(arguments), files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
   }
@@ -108,7 +102,7 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
   if (arguments.share.empty()) return jobs;
   std::size_t i = 0, n = 0;
   int used = 0;
-  if (std::sscanf(arguments.share.c_str(), "%5zu/%5zu%n", &i, &n, &used) != 2 ||
+  if (std::sscanf(arguments.share.c_str(), "%8zu/%8zu%n", &i, &n, &used) != 2 ||
       static_cast<std::size_t>(used) != arguments.share.size() || i < 1 || i > n)
     throw CLI::ValidationError("--shard takes i/n with 1 <= i <= n, such as 3/100, not '" + arguments.share + "'");
   return share_of(jobs, i, n);

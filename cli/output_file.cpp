@@ -46,12 +46,17 @@ std::string asset_name(const fs::path& asset) {
   return name;
 }
 
-int write_output(const fs::path& output, std::string_view bytes) {
+int write_quietly(const fs::path& output, std::string_view bytes) {
   try {
     write_whole(output, std::as_bytes(std::span(bytes.data(), bytes.size())));
   } catch (const WriteError& error) {
     return fail(kIo, output.string(), error.what());
   }
+  return kOk;
+}
+
+int write_output(const fs::path& output, std::string_view bytes) {
+  if (const int code = write_quietly(output, bytes); code != kOk) return code;
   fmt::print("{}: {}\n", output.string(), format_bytes(double(bytes.size())));
   return kOk;
 }

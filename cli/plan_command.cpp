@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
-#include <span>
 
 #include "cli/batch/emit_script.h"
 #include "cli/batch/find_jobs.h"
@@ -14,7 +13,6 @@
 #include "cli/batch_command.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
-#include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
 namespace {
@@ -28,15 +26,6 @@ struct PlanArguments {
   ScriptOptions script;
   std::size_t most_tasks = 1000;  // Slurm's MaxArraySize is 1001 unless set
 };
-
-int write_text(const std::string& file, const std::string& text) {
-  try {
-    write_whole(file, std::as_bytes(std::span(text)));
-  } catch (const WriteError& error) {
-    return fail(kIo, file, error.what());
-  }
-  return kOk;
-}
 
 int run_plan(PlanArguments& arguments) {
   arguments.inputs.folder = arguments.folder;
@@ -54,11 +43,11 @@ int run_plan(PlanArguments& arguments) {
   for (const Job& job : jobs) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }
-  if (const int code = write_text(script.file, to_lines(jobs, script.file)); code != kOk) return code;
+  if (const int code = write_quietly(script.file, to_lines(jobs, script.file)); code != kOk) return code;
   fmt::print("{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
   if (script.engine.empty()) return kOk;
   script.tasks = std::min(jobs.size(), arguments.most_tasks);
-  if (const int code = write_text(name, script_text(script)); code != kOk) return code;
+  if (const int code = write_quietly(name, script_text(script)); code != kOk) return code;
   fmt::print("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
   return kOk;
 }

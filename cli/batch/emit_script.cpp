@@ -38,32 +38,28 @@ std::string slurm_memory(const ScriptOptions& options) {
 std::string slurm(const ScriptOptions& options) {
   return fmt::format(
       "#!/bin/sh\n"
-      "# By vpsbake plan: an array of {0} tasks, each with its share of the bakes. Submit it again for what is "
-      "missing: what is done "
-      "is\n"
-      "# left alone. Then: {1}\n"
+      "# By vpsbake plan: an array of {0} tasks, each with its share of the bakes. Submit it again for what is\n"
+      "# missing: what is done is left alone. Then: {1}\n"
       "#SBATCH --job-name=vpsbake\n"
       "#SBATCH --array=1-{0}\n"
       "{2}"
       "# Of the cores that the task has, not of the machine's.\n"
-      "exec {3} --shard \"$SLURM_ARRAY_TASK_ID/{0}\" --jobs \"${{SLURM_CPUS_PER_TASK:-1}}\"\n",
+      "exec {3} --shard \"$SLURM_ARRAY_TASK_ID/{0}\" --jobs \"${{SLURM_CPUS_PER_TASK:-1}}\" --threads 1\n",
       options.tasks, merge_words(options), slurm_memory(options), run_words(options));
 }
 
 std::string parallel(const ScriptOptions& options) {
   return fmt::format(
       "#!/bin/sh\n"
-      "# By vpsbake plan: GNU parallel over {0} shares of the bakes, then the manifest. Options, such as "
-      "--sshloginfile, are passed "
-      "on.\n"
-      "seq {0} | parallel \"$@\" {1} --shard '{{}}/{0}' --jobs 1\n"
+      "# By vpsbake plan: GNU parallel over {0} shares of the bakes, then the manifest.\n"
+      "# Options, such as --sshloginfile, are passed on.\n"
+      "seq {0} | parallel \"$@\" {1} --shard '{{}}/{0}' --jobs 1 --threads 1\n"
       "exec {2}\n",
       options.tasks, quoted_word(run_words(options)), merge_words(options));
 }
 
 // A mark per share: Snakemake goes on where it was, and merge tells what is missing.
 std::string snakemake(const ScriptOptions& options) {
-  const std::string marks = quoted_word(absolute(options.file).string() + ".done");
   const auto braces_doubled = [](const std::string& text) {
     std::string out;
     for (const char c : text) out += c == '{' || c == '}' ? std::string(2, c) : c == '"' ? "\\\"" : std::string(1, c);
@@ -78,7 +74,7 @@ std::string snakemake(const ScriptOptions& options) {
       "rule bake:\n"
       "    output: touch(r\"{1}/{{share}}\")\n"
       "    threads: 1\n"
-      "    shell: \"{3} --shard {{wildcards.share}}/{0} --jobs {{threads}}\"\n",
+      "    shell: \"{3} --shard {{wildcards.share}}/{0} --jobs {{threads}} --threads 1\"\n",
       options.tasks, absolute(options.file).string() + ".done", braces_doubled(merge_words(options)),
       braces_doubled(run_words(options)));
 }

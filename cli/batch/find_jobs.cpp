@@ -192,8 +192,11 @@ class Finder {
 
 }  // namespace
 
-std::vector<Job> find_jobs(const Inputs& inputs) {
-  return Finder(inputs).find();
+std::vector<Job> find_jobs(const Inputs& inputs, std::vector<fs::path>* settings) {
+  Finder finder(inputs);
+  std::vector<Job> jobs = finder.find();
+  if (settings != nullptr) *settings = finder.settings();
+  return jobs;
 }
 
 nlohmann::ordered_json to_json(const Inputs& inputs) {
@@ -212,12 +215,6 @@ Inputs inputs_from(const nlohmann::ordered_json& json) {
   json.at("include").get_to(inputs.include);
   json.at("exclude").get_to(inputs.exclude);
   return inputs;
-}
-
-std::vector<fs::path> settings_files(const Inputs& inputs) {
-  Finder finder(inputs);
-  (void)finder.find();
-  return finder.settings();
 }
 
 }  // namespace vps::cli::batch

@@ -25,10 +25,8 @@ struct Inputs {
 /// Every mesh below the folders, in the order of their assets' names. Folders are searched downwards, each with its
 /// vpsbake.toml, hidden ones and `folder` left out. What is wrong with one mesh, such as two that would be written to
 /// one asset, is its refusal.
+/// @param settings  takes the vpsbake.toml files and lists that were read, unless it is null
 /// @throw BatchError when an input is not there, a vpsbake.toml cannot be used, or there is no mesh at all
-[[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs);
-
-/// The vpsbake.toml files and lists that find_jobs reads.
-[[nodiscard]] std::vector<std::filesystem::path> settings_files(const Inputs& inputs);
+[[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs, std::vector<std::filesystem::path>* settings = nullptr);
 
 }  // namespace vps::cli::batch

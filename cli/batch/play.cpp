@@ -9,7 +9,6 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
-#include <span>
 #include <thread>
 
 #include "cli/batch/memory_budget.h"
@@ -19,7 +18,6 @@
 #include "cli/options.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
-#include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -57,20 +55,15 @@ class Line {
   std::vector<const Job*> running_;
 };
 
-int write_file(const std::string& file, const std::string& text) {
-  try {
-    write_whole(file, std::as_bytes(std::span(text)));
-  } catch (const WriteError& error) {
-    return fail(kIo, file, error.what());
-  }
-  return kOk;
-}
-
 }  // namespace
 
 void add_play_options(CLI::App& app, PlayArguments& arguments) {
   constexpr const char* kGroup = "Running";
   add_integer(app, "--jobs", arguments.run.jobs, 1, 1024, "Bakes at once, 1 to 1024 [default: processor cores]")
+      ->option_text("N")
+      ->group(kGroup);
+  add_integer(app, "--threads", arguments.run.threads, 1, 1024,
+              "Processor cores of each bake, 1 to 1024 [default: all cores, shared out]")
       ->option_text("N")
       ->group(kGroup);
   app.add_option_function<std::string>(
@@ -123,11 +116,11 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   nlohmann::ordered_json json = to_json(jobs, results);
   fmt::print("{}", arguments.json ? to_text(json) : to_table(jobs, results, seconds));
   int code = any_failed(results) ? kSomeFailed : kOk;
-  if (!arguments.junit.empty() && write_file(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
+  if (!arguments.junit.empty() && write_quietly(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
   if (!arguments.log.empty()) {
     json.update(arguments.asked);
     json["cwd"] = fs::current_path().string();
-    if (write_file(arguments.log, to_text(json)) != kOk) code = kIo;
+    if (write_quietly(arguments.log, to_text(json)) != kOk) code = kIo;
   }
   return {code, std::move(results)};
 }

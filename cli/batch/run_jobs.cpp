@@ -48,8 +48,7 @@ std::string complaint(const std::string& err, const std::string& kind, const std
   return {};
 }
 
-// Memory for reading a mesh, before its size is known: no text format takes fewer bytes per triangle than it needs
-// vertices of. Measured: docs/batch.md.
+// Memory for reading a mesh, before anything else is known of it; docs/batch.md has what was seen.
 std::size_t import_memory(const fs::path& mesh, const ImportOptions& limits) {
   std::error_code failed;
   std::uintmax_t bytes = 0;
@@ -143,6 +142,8 @@ class Runner {
     if (standing.reasons.empty()) {
       result.state = State::unchanged;
       result.bytes = fs::file_size(job.asset());
+      const std::lock_guard lock(planning_);
+      if (first_.try_emplace(result.key, i).second) key = result.key;  // its twins copy it
       return result;
     }
     if (!result.key.empty()) {
@@ -220,7 +221,8 @@ class Runner {
     for (std::string& word : command_words(job.options)) words.push_back(std::move(word));
     words.push_back(fmt::format("--memory={}B", options_.memory_bytes));
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-    words.push_back(fmt::format("--threads={}", std::max(1U, cores / options_.jobs)));
+    words.push_back(
+        fmt::format("--threads={}", options_.threads > 0 ? options_.threads : std::max(1U, cores / options_.jobs)));
     words.insert(words.end(), {"--", job.mesh.string()});
     return words;
   }
@@ -308,7 +310,7 @@ class Runner {
   std::atomic<std::size_t> next_ = 0;
   std::mutex observing_, planning_;
   std::set<std::string> warnings_;
-  std::map<std::string, std::size_t> first_;                 // by key: who bakes it
+  std::map<std::string, std::size_t> first_;                 // by key: who bakes or has it
   std::map<std::string, std::vector<std::size_t>> waiting_;  // by key: who wants the same
   std::set<std::string> finished_;
 };

@@ -14,6 +14,7 @@ namespace vps::cli::batch {
 
 struct RunOptions {
   unsigned jobs = 0;             ///< at once. [Limits: 1 <= value]
+  unsigned threads = 0;          ///< cores of each; 0: the machine's, shared out
   std::size_t memory_bytes = 0;  ///< for all of them together
   double timeout = 0;            ///< of each; 0: none. [s]
   std::string cache;             ///< folder; empty: none

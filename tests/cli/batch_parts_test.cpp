@@ -61,6 +61,7 @@ TEST(BatchParts, BadSharesAndJobsAreRefused) {
   ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
   for (const char* share : {"0/3", "4/3", "1", "1/3x", "-1/2", "a/b"})
     expect_refusal(folder, std::string("run jobs.jsonl --shard ") + share, 1, "--shard takes i/n with 1 <= i <= n");
+  EXPECT_EQ(vpsbake(folder, "run jobs.jsonl --shard 100001/99999999").out, "no job in share 100001/99999999\n");
   expect_refusal(folder, "run jobs.jsonl --task 2", 3, "there is no job 2; it has 1");
   expect_refusal(folder, "run absent.jsonl", 3, "the file cannot be read");
   write_file(folder / "bad.jsonl", "{}\n");

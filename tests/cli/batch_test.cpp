@@ -103,6 +103,9 @@ TEST(Batch, IdenticalMeshesAreBakedOnce) {
   }
   const BatchOutcome cached = run_batch(folder, kBake, "cache");
   EXPECT_EQ(cached.json["counts"], (nlohmann::json{{"copied", 2}, {"from cache", 2}}));
+  folder.add("f.obj");
+  const BatchOutcome one_more = run_batch(folder, std::string(kBake) + " --jobs 1");
+  EXPECT_EQ(one_more.json["counts"], (nlohmann::json{{"copied", 1}, {"unchanged", 4}}));
 }
 
 TEST(Batch, TheNearestSettingsWin) {
