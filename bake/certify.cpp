@@ -10,9 +10,9 @@
 #include "bake/uniform.h"
 
 namespace vps {
-std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
-                                                   const InsideTest& inside, const Grid& grid, const BandField& field,
-                                                   double band_inner, double band_outer) {
+std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
+                                                   const Grid& grid, const BandField& field, double band_inner,
+                                                   double band_outer) {
   // Voxels with their centre in the band.
   std::vector<std::size_t> voxels;
   for (std::size_t at = 0; at < field.closest.size(); ++at) {
@@ -27,15 +27,13 @@ std::vector<CertificateSample> certificate_samples(const Surface& surface, const
     const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.size()));
     const std::size_t at = voxels[std::min(pick, voxels.size() - 1)];
     CertificateSample& sample = samples[n];
-    sample.brick = at / kBrickVoxels;
-    sample.voxel = static_cast<std::uint32_t>(at % kBrickVoxels);
+    const Vector centre =
+        grid.centre(field.set.bricks[at / kBrickVoxels], static_cast<std::uint32_t>(at % kBrickVoxels));
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
-    sample.point = grid.centre(field.set.bricks[sample.brick], sample.voxel) + grid.voxel_size * offset;
+    sample.point = centre + grid.voxel_size * offset;
     const double distance = closest.distance(sample.point);
     const bool within = inside.inside(sample.point);
     if (distance > (within ? band_inner : band_outer) - half_diagonal) return;
-    sample.inward_normal = -exact_gradient(surface, grid.centre(field.set.bricks[sample.brick], sample.voxel),
-                                           field.closest[at], field.penetration[at] > 0, grid.voxel_size);
     sample.penetration = within ? distance : -distance;
     used[n] = 1;
   });
@@ -53,7 +51,7 @@ FieldCertificate certify(const std::vector<CertificateSample>& samples, const Re
   std::vector<double> errors(samples.size());
   double squares = 0;
   for (std::size_t n = 0; n < samples.size(); ++n) {
-    errors[n] = std::abs(reconstruct(samples[n]) - samples[n].penetration);
+    errors[n] = std::abs(reconstruct(samples[n].point) - samples[n].penetration);
     squares += errors[n] * errors[n];
   }
   const auto worst = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());
@@ -77,7 +75,7 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
   std::vector<Place> places;
   places.reserve(samples.size());
   for (const CertificateSample& sample : samples) {
-    places.push_back({sample, std::abs(reconstruct(sample) - sample.penetration)});
+    places.push_back({sample, std::abs(reconstruct(sample.point) - sample.penetration)});
   }
   constexpr std::size_t kStarts = 256;
   const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(kStarts, places.size()));
@@ -95,7 +93,7 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
         if (distance > std::max(truth.inner, truth.outer)) continue;
         other.penetration = truth.inside.inside(other.point) ? distance : -distance;
         if (other.penetration > truth.inner || other.penetration < -truth.outer) continue;
-        const double error = std::abs(reconstruct(other) - other.penetration);
+        const double error = std::abs(reconstruct(other.point) - other.penetration);
         if (error > best.error) best = {other, error};
       }
     }

@@ -14,23 +14,19 @@ inline constexpr std::size_t kCertificateSamples = 20000;
 
 /// A point in the band with its true penetration.
 struct CertificateSample {
-  std::size_t brick = 0;
-  std::uint32_t voxel = 0;  ///< the voxel that holds the point
   Vector point = Vector::Zero();
-  Vector inward_normal = Vector::Zero();  ///< of a shell that touches the map flat there
-  double penetration = 0;                 ///< exact. [m]
+  double penetration = 0;  ///< exact. [m]
 };
 
-/// A stored field as a query sees it: V at the sample's point by Eq. (4) or interpolated.
-using Reconstruction = std::function<double(const CertificateSample&)>;
+/// A stored field as a query sees it: V at a point by Eq. (4) or interpolated. [m]
+using Reconstruction = std::function<double(const Vector&)>;
 
 /// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end
 /// are left out, for their voxel may lie beyond it.
 /// @param band_inner, band_outer  no wider than the field's. [Units: m]
-[[nodiscard]] std::vector<CertificateSample> certificate_samples(const Surface& surface, const ClosestPoint& closest,
-                                                                 const InsideTest& inside, const Grid& grid,
-                                                                 const BandField& field, double band_inner,
-                                                                 double band_outer);
+[[nodiscard]] std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
+                                                                 const Grid& grid, const BandField& field,
+                                                                 double band_inner, double band_outer);
 
 /// Errors of one field at the samples.
 [[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,
@@ -47,7 +43,6 @@ struct Truth {
 
 /// Goes on from the worst samples to where the error is largest round them, and puts that into `max` and `worst_at`:
 /// few samples meet the worst place itself.
-/// @param reconstruct  uses the point alone
 void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
                 FieldCertificate& certificate);
 

@@ -45,6 +45,21 @@ std::array<std::uint16_t, 3> position_code(const Vector& p, const AssetInfo& inf
   return code;
 }
 
+// Eq. (4) with sigma = s, for a shell that touches the map flat: V at a point of the band.
+double layers_penetration(const Surface& surface, const Grid& grid, const BandField& field,
+                          const std::vector<std::int8_t>& layers, const Vector& p) {
+  std::uint32_t index[3];
+  for (int axis = 0; axis < 3; ++axis)
+    index[axis] = static_cast<std::uint32_t>((p[axis] - grid.origin[axis]) / grid.voxel_size);
+  const std::uint32_t brick = field.set.index[grid.brick_of_voxel(index[0], index[1], index[2])];
+  if (brick == kNoBrick) throw std::logic_error("a point of the band has no brick");
+  const std::size_t at = field.at(brick, voxel_in_brick(index[0], index[1], index[2]));
+  const Vector centre = grid.centre(index[0], index[1], index[2]);
+  const Vector inward_normal =
+      -exact_gradient(surface, centre, field.closest[at], field.penetration[at] > 0, grid.voxel_size);
+  return inward_normal.dot(centre - p) + layers[at] * grid.voxel_size;
+}
+
 }  // namespace
 
 Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
@@ -78,29 +93,29 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
                     AssetInfo& info) {
   const double s = grid.voxel_size;
   const std::vector<CertificateSample> samples =
-      certificate_samples(surface, closest, inside, grid, field, options.band_inside * s, options.band_outside * s);
+      certificate_samples(closest, inside, grid, field, options.band_inside * s, options.band_outside * s);
   info.certificate_samples = samples.size();
-  if (!fields.layers.empty()) {
-    // Eq. (4) with sigma = s.
-    info.layers_error = certify(samples, [&](const CertificateSample& sample) {
-      const Vector to_centre = grid.centre(field.set.bricks[sample.brick], sample.voxel) - sample.point;
-      return sample.inward_normal.dot(to_centre) + fields.layers[field.at(sample.brick, sample.voxel)] * s;
-    });
-  }
   const double half_diagonal = std::sqrt(0.75) * s;
   const Truth truth{closest, inside, s, options.band_inside * s - half_diagonal,
                     options.band_outside * s - half_diagonal};
+  const auto certified = [&](const Reconstruction& reconstruct) {
+    FieldCertificate certificate = certify(samples, reconstruct);
+    find_worst(samples, reconstruct, truth, certificate);
+    return certificate;
+  };
+  if (!fields.layers.empty()) {
+    info.layers_error =
+        certified([&](const Vector& p) { return layers_penetration(surface, grid, field, fields.layers, p); });
+  }
   const auto sampled = [&](const auto& value, double rounding) {
-    const Reconstruction interpolated = [&](const CertificateSample& sample) {
-      const FieldCell cell = find_cell(grid, fields.tree, sample.point);
+    FieldCertificate certificate = certified([&](const Vector& p) {
+      const FieldCell cell = find_cell(grid, fields.tree, p);
       if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
       double sum = 0;
       for (std::size_t k = 0; k < 8; ++k)
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
-    };
-    FieldCertificate certificate = certify(samples, interpolated);
-    find_worst(samples, interpolated, truth, certificate);
+    });
     // A crease bends a line by at most 2; where its middle shows an error e, the crease's own place has less than 2 e.
     certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
     return certificate;

@@ -198,7 +198,7 @@ class MeshChecks {
     const std::string name = std::string("field ") + field_name(field);
     if (count == 0) return add(name, Result::skipped, "no random point fell into the band");
     const double rms = std::sqrt(squares / count);
-    add(name, passed(field == Field::layers ? proven && above <= count / 1000 : above == 0),
+    add(name, passed(proven && above == 0),
         fmt::format("largest error {} that queries reckon with, RMS {}, at {} points of the band",
                     against(worst, certificate.bound), format_length(rms), count),
         {{"samples", count},
@@ -209,8 +209,7 @@ class MeshChecks {
          {"above_bound", above}});
   }
 
-  // docs/bounds.md, Layers: proven of every voxel, while the bound of layers is the largest error at 20,000 points,
-  // which one in a thousand others may exceed.
+  // docs/bounds.md, Layers: proven of every voxel, while the bound of layers is the largest error that was found.
   [[nodiscard]] bool layer_allows(const VoxelmapView& map, const detail::Voxel& voxel, double truth) const {
     const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
     if (brick == kNoBrick) return false;

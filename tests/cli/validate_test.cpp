@@ -99,6 +99,23 @@ TEST_F(Validate, AnAssetIsTrueToItsMesh) {
   EXPECT_NE(text.out.find("a.vps.hdf: valid, 16 checks\n"), std::string::npos) << text.out;
 }
 
+TEST_F(Validate, NoPointIsAboveTheBoundOfAField) {
+  ASSERT_EQ(
+      vpsbake(folder_, sample("nut") + " --resolution 40 --parts voxelmap --fields layers,scaled,real -o n.vps.hdf")
+          .code,
+      0);
+  const Outcome run = vpsbake(folder_, "validate n.vps.hdf --mesh " + sample("nut") + " --samples 40000 --json");
+  EXPECT_EQ(run.code, 0) << run.out;
+  int fields = 0;
+  const Json report = Json::parse(run.out);
+  for (const Json& check : report["files"][0]["checks"]) {
+    if (!check.contains("figures") || !check["figures"].contains("above_bound")) continue;
+    EXPECT_EQ(check["figures"]["above_bound"], 0) << check;
+    ++fields;
+  }
+  EXPECT_EQ(fields, 3);
+}
+
 TEST_F(Validate, TheSameCommandFindsTheSameErrors) {
   const auto figures = [&] {
     return Json::parse(vpsbake(folder_, "validate a.vps.hdf --mesh a.obj --json").out)["files"].dump();
