@@ -87,12 +87,11 @@ std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
   return names;
 }
 
-// Names of a glTF file's buffers as paths, as the importer finds them: a name is not decoded, and a slash in front
-// means nothing.
+// Names of a glTF file's buffers as paths, as the importer finds them: a slash in front means nothing.
 std::vector<fs::path> beside(const fs::path& mesh, const std::vector<std::string>& names) {
   const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
   std::vector<fs::path> files;
-  for (const std::string& name : names) files.emplace_back(folder + name);
+  for (const std::string& name : names) files.emplace_back(referred_file(folder, name));
   return files;
 }
 

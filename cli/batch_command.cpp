@@ -163,9 +163,9 @@ int guarded_batch(const std::function<int()>& work) {
 }
 
 void add_input_options(CLI::App& app, Inputs& inputs, BakeArguments& scratch) {
-  app.add_option("inputs", inputs.paths, "Folders of meshes, meshes, or lists of meshes that end in .toml")
-      ->required()
-      ->option_text("DIR|MESH|LIST.toml...");
+  app.add_option("DIR|MESH|LIST.toml...", inputs.paths,
+                 "Folders of meshes, meshes, or lists of meshes that end in .toml")
+      ->required();
   constexpr const char* kGroup = "Which meshes";
   app.add_option("--include", inputs.include,
                  "Only what one of these globs means, such as '*.obj' or 'parts/*'; a glob without a slash means names")
@@ -190,13 +190,15 @@ Command add_batch_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("DIR")
       ->group("Output");
-  batch->add_flag("--dry-run", a.play.run.dry_run, "Say what would be baked, why, and how large; write nothing")
-      ->group("Output");
+  auto* const dry_run =
+      batch->add_flag("--dry-run", a.play.run.dry_run, "Say what would be baked, why, and how large; bake nothing")
+          ->group("Output");
   batch
       ->add_option("--depfile", a.depfile,
                    "Write what the assets depend on, for make and ninja; the target is vpsbake.json "
                    "in the folder of assets")
       ->check(not_empty())
+      ->excludes(dry_run)
       ->option_text("FILE")
       ->group("Output");
   add_play_options(*batch, a.play);
@@ -215,7 +217,7 @@ Command add_batch_command(CLI::App& app) {
 Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
-  run->add_option("jobs", arguments->file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
+  run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote")->required();
   auto* const task =
       add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 to 99999999");
   task->option_text("N")->group("Which jobs");
@@ -238,14 +240,12 @@ Command add_merge_command(CLI::App& app) {
   CLI::App* const merge =
       app.add_subcommand("merge", "Write the manifest of what jobs have baked; exit code 5 when some are missing");
   const auto file = std::make_shared<std::string>();
-  merge->add_option("jobs", *file, "File that vpsbake plan wrote")->required()->option_text("JOBS.jsonl");
+  merge->add_option("JOBS.jsonl", *file, "File that vpsbake plan wrote")->required();
   merge->footer("Example: vpsbake merge jobs.jsonl");
   const auto checking = std::make_shared<Checking>(Checking::header);
-  merge
-      ->add_flag_callback(
-          "--verify", [checking] { *checking = Checking::everything; },
-          "Read all of every asset and compare its hashes [default: sizes and headers]")
-      ->option_text(" ");
+  merge->add_flag_callback(
+      "--verify", [checking] { *checking = Checking::everything; },
+      "Read all of every asset and compare its hashes [default: sizes and headers]");
   return {merge, [=] { return guarded_batch([&] { return run_merge(*file, *checking); }); }};
 }
 

@@ -60,7 +60,7 @@ std::string value_name(const CLI::Option& option) {
 }
 
 std::string description_of(const CLI::Option& option) {
-  if (!option.get_option_text().empty() || option.get_excludes().empty()) return option.get_description();
+  if (!is_flag(option) || option.get_excludes().empty()) return option.get_description();
   std::vector<std::string> others;
   for (const CLI::Option* const other : option.get_excludes()) others.push_back(other->get_name());
   std::sort(others.begin(), others.end());  // they come in the order of their addresses

@@ -127,8 +127,8 @@ int run(const Arguments& arguments) {
 Command add_compare_command(CLI::App& app) {
   CLI::App* const compare = app.add_subcommand("compare", "Say whether two assets are the same, and how they differ");
   const auto arguments = std::make_shared<Arguments>();
-  compare->add_option("a", arguments->a, "Asset")->required()->option_text("ASSET");
-  compare->add_option("b", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
+  compare->add_option("A", arguments->a, "Asset")->required()->option_text("ASSET");
+  compare->add_option("B", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
   compare->add_flag("--json", arguments->json, "Print JSON");
   compare->footer(
       "Exit codes: 0 the same content, 5 they differ\nExample: vpsbake compare old/gear.vps.hdf new/gear.vps.hdf");

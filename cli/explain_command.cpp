@@ -106,9 +106,7 @@ Command add_explain_command(CLI::App& app) {
     std::string file, folder;
   };
   const auto a = std::make_shared<Arguments>();
-  command->add_option("file", a->file, "Asset of a batch, its mesh (with -o), or any asset")
-      ->required()
-      ->option_text("FILE");
+  command->add_option("FILE", a->file, "Asset of a batch, its mesh (with -o), or any asset")->required();
   command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
       ->check(CLI::ExistingDirectory)
       ->option_text("DIR");

@@ -111,7 +111,7 @@ void check_options(const CLI::App& app, const Arguments& arguments) {
 Command add_export_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("export", "Write an asset for other programs");
   const auto arguments = std::make_shared<Arguments>();
-  command->add_option("asset", arguments->asset, "Asset")->required()->option_text("ASSET");
+  command->add_option("ASSET", arguments->asset, "Asset")->required();
   command
       ->add_option("--to", arguments->format,
                    "vtkhdf: the field as a grid for ParaView and VTK; ply: the points; cdf: the field for Bullet's "

@@ -48,7 +48,7 @@ Command add_info_command(CLI::App& app) {
     bool json = false;
   };
   const auto arguments = std::make_shared<Arguments>();
-  info->add_option("file", arguments->paths, "Assets")->required()->option_text("ASSET...");
+  info->add_option("ASSET...", arguments->paths, "Assets")->required();
   info->add_flag("--json", arguments->json, "Print JSON, of several files a list");
   info->footer("Example: vpsbake info gear.vps.hdf");
   return {info, [arguments] {

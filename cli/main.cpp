@@ -16,6 +16,7 @@
 #include "cli/batch_command.h"
 #include "cli/cache_command.h"
 #include "cli/check_command.h"
+#include "cli/command_tree.h"
 #include "cli/compare_command.h"
 #include "cli/exit_code.h"
 #include "cli/explain_command.h"
@@ -73,7 +74,7 @@ int run(int argc, char** argv) {
   app.set_help_flag("-h,--help", "Print this help");
   set_version_flag(app);
   BakeArguments bake;
-  app.add_option("mesh", bake.mesh, kMeshHelp)->option_text("MESH");
+  app.add_option("MESH", bake.mesh, kMeshHelp);
   add_bake_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake.cache, bake.cache_bytes, "Output");
@@ -109,7 +110,9 @@ int run(int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {
-    return fail(kCommandLine, "command line", std::string(error.what()) + "; run vpsbake --help");
+    const CLI::App* named = &app;
+    while (!named->get_subcommands().empty()) named = named->get_subcommands().front();
+    return fail(kCommandLine, "command line", std::string(error.what()) + "; run " + full_name(*named) + " --help");
   }
   return command != nullptr ? command->run() : run_bake(bake);
 }

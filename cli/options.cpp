@@ -141,8 +141,7 @@ void add_unit_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments) {
-  auto* const mesh = app.add_option("mesh", arguments.mesh, kMeshHelp);
-  mesh->option_text("MESH");
+  auto* const mesh = app.add_option("MESH", arguments.mesh, kMeshHelp);
   add_surface_options(app, arguments);
   return mesh;
 }
@@ -208,7 +207,6 @@ void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, c
   app.add_flag_callback(
          "--no-cache", [&folder] { folder.clear(); }, "Bake without a cache, whatever VPSBAKE_CACHE says")
       ->excludes(cache)
-      ->option_text(" ")
       ->group(group);
 }
 

@@ -288,7 +288,7 @@ Command add_report_command(CLI::App& app) {
       "report",
       "Measure error against run time, size and bake time of many settings, beside hulls, HACD, GImpact and FCL");
   const auto arguments = std::make_shared<ReportArguments>();
-  report->add_option("mesh", arguments->meshes, "Meshes to measure")->required()->option_text("MESH...");
+  report->add_option("MESH...", arguments->meshes, "Meshes to measure")->required();
   add_surface_options(*report, arguments->bake);
   add_import_options(*report, arguments->bake);
   add_grid_options(*report, arguments->bake);

@@ -259,9 +259,7 @@ Command add_scene_command(CLI::App& app) {
       app.add_subcommand("scene", "Bake what the bodies of a scene need of each other, and nothing else");
   const auto arguments = std::make_shared<SceneArguments>();
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
-  scene->add_option("scene", arguments->scene, "Scene: a .toml or a .urdf file (docs/scene.md)")
-      ->required()
-      ->option_text("SCENE");
+  scene->add_option("SCENE", arguments->scene, "Scene: a .toml or a .urdf file (docs/scene.md)")->required();
   scene
       ->add_option("-o,--output", arguments->output,
                    "Folder for the assets and the manifest NAME.vps.json [default: NAME.vps beside the scene]")

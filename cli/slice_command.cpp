@@ -71,7 +71,7 @@ int run(const Arguments& arguments) {
 Command add_slice_command(CLI::App& app) {
   CLI::App* const slice = app.add_subcommand("slice", "Draw a slice of an asset's field as a PNG picture");
   const auto arguments = std::make_shared<Arguments>();
-  slice->add_option("asset", arguments->asset, "Asset")->required()->option_text("ASSET");
+  slice->add_option("ASSET", arguments->asset, "Asset")->required();
   slice->add_option("--axis", arguments->axis, "Across which axis of the asset: x, y or z [default: z]")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->option_text("AXIS");

@@ -216,7 +216,7 @@ Command add_stress_command(CLI::App& app) {
       "stress", "Run stability cases on assets in Bullet and in a penalty loop; exit code 5 when a limit is not held");
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
-  stress->add_option("assets", a.assets, "Assets")->option_text("ASSET...");
+  stress->add_option("ASSET...", a.assets, "Assets");
   stress
       ->add_option("--mesh", a.mesh.mesh,
                    "The mesh that the asset was baked from, for peers and other sizes [default: the asset's zero set]")

@@ -149,7 +149,7 @@ int run(const Arguments& arguments) {
 Command add_validate_command(CLI::App& app) {
   CLI::App* const validate = app.add_subcommand("validate", "Check assets thoroughly, against their mesh too");
   const auto arguments = std::make_shared<Arguments>();
-  validate->add_option("assets", arguments->files, "Assets")->required()->option_text("ASSET...");
+  validate->add_option("ASSET...", arguments->files, "Assets")->required();
   validate->add_option("--mesh", arguments->mesh.mesh, "The mesh they were baked from: errors are measured against it")
       ->check(not_empty())
       ->option_text("MESH");

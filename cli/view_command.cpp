@@ -87,8 +87,7 @@ Command add_view_command(CLI::App& app) {
   CLI::App* const view =
       app.add_subcommand("view", "Write a page that shows an asset: surface, voxels, field, points, tree");
   const auto arguments = std::make_shared<Arguments>();
-  auto* const asset = view->add_option("asset", arguments->asset, "Asset");
-  asset->option_text("ASSET");
+  auto* const asset = view->add_option("ASSET", arguments->asset, "Asset");
   view->add_option("--motion", arguments->motion, "Play a recorded motion instead, docs/motion.md")
       ->check(not_empty())
       ->excludes(asset)

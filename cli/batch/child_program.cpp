@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -70,8 +71,9 @@ bool wait_for(pid_t child, double timeout, const std::atomic<bool>& stop, Progra
   bool ended = false;
   while (!ended) {
     constexpr int kLook = 100;  // how soon `stop` is seen. [ms]
+    const double left = timeout > 0 ? std::max(0.0, 1000 * (timeout - seconds_since(begin))) : kLook;
     pollfd waiting{process, POLLIN, 0};
-    ended = process >= 0 && ::poll(&waiting, 1, kLook) > 0;
+    ended = process >= 0 && ::poll(&waiting, 1, static_cast<int>(std::min<double>(left + 1, kLook))) > 0;
     if (process < 0) {  // an old kernel
       siginfo_t info{};
       ended = ::waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;

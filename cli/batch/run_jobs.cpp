@@ -269,9 +269,13 @@ class Runner {
   }
 
   JobResult bake(const Job& job, JobResult result) {
+    std::string refusal;
     if (!options_.dry_run) {
-      if (std::string refusal = prepare(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
+      refusal = prepare(job.asset());
+    } else if (fs::exists(job.asset())) {
+      refusal = asset_refusal(job.asset());
     }
+    if (!refusal.empty()) return failure(kIo, std::move(refusal));
     std::vector<std::string> words = words_for(job);
     std::size_t predicted = options_.memory_bytes;
     // Alone, a bake refuses by itself what does not fit.

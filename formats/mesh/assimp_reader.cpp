@@ -4,6 +4,7 @@
 #include "formats/mesh/assimp_reader.h"
 
 #include <assimp/BaseImporter.h>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/scene.h>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "formats/mesh/mesh_import.h"
 #include "formats/mesh/triangulate.h"
 
 namespace vps {
@@ -98,6 +100,20 @@ void add_nodes(const aiScene& scene, RawMesh& out) {
   }
 }
 
+// Files beside the mesh, by names that may be percent-encoded, which assimp 5.2 leaves to others.
+class Files : public Assimp::DefaultIOSystem {
+ public:
+  explicit Files(const std::string& mesh) : folder_(mesh.substr(0, mesh.rfind('/') + 1)) {}
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    const std::string name = file;
+    const bool beside = name.starts_with(folder_);
+    return DefaultIOSystem::Open((beside ? referred_file(folder_, name.substr(folder_.size())) : name).c_str(), mode);
+  }
+
+ private:
+  std::string folder_;
+};
+
 bool supports(const aiImporterDesc& loader, const std::string& extension) {
   std::istringstream words(loader.mFileExtensions);
   for (std::string word; words >> word;) {
@@ -121,6 +137,7 @@ void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
 RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
   Assimp::Importer importer;
   keep_loaders(importer, extension);
+  importer.SetIOHandler(new Files(path));  // the importer deletes it
   // The asset's frame is the mesh's own; turning it is the user's business.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* const scene = importer.ReadFile(path, 0);

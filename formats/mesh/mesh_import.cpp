@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -212,6 +213,21 @@ ImportedMesh join(const RawMesh& raw, double unit) {
 
 bool has_mesh_extension(const fs::path& path) {
   return is_known(extension_of(path));
+}
+
+std::string referred_file(const std::string& folder, const std::string& name) {
+  std::error_code ignored;
+  if (fs::exists(folder + name, ignored)) return folder + name;
+  std::string decoded;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    std::uint8_t byte = 0;
+    const char* const end = name.data() + std::min(i + 3, name.size());
+    const bool is_code =
+        name[i] == '%' && std::from_chars(name.data() + i + 1, end, byte, 16).ptr == name.data() + i + 3;
+    decoded += is_code && byte != 0 ? static_cast<char>(byte) : name[i];
+    if (is_code && byte != 0) i += 2;
+  }
+  return folder + (fs::exists(folder + decoded, ignored) ? decoded : name);
 }
 
 ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {

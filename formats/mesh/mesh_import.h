@@ -32,6 +32,11 @@ struct ImportedMesh : TriangleMesh {
 /// Whether a file's name ends as those of meshes do that import_mesh reads.
 [[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
 
+/// The file that a name in a mesh file means, such as a glTF buffer's: as it is written or, where no such file is, with
+/// its percent-encoded bytes decoded (RFC 3986, Sec. 2.1).
+/// @param folder  of the mesh, with a slash behind, or empty
+[[nodiscard]] std::string referred_file(const std::string& folder, const std::string& name);
+
 /// Reads a mesh. obj, off, ply and stl keep double precision, except for rare variants, which a note names; the other
 /// formats come in single precision. Node transforms and instances applied, points and lines skipped, polygons
 /// triangulated (concave ones by ear clipping), identical positions joined, unused vertices dropped, every index and

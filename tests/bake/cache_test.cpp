@@ -193,6 +193,10 @@ TEST(BakeRecord, TheFilesOfAMeshAreItsBuffersToo) {
              R"({"images": [{"uri": "skin.png"}], "buffers": [{"uri": "a.bin"}, {"uri": "absent"}]})");
   EXPECT_EQ(mesh_files(folder / "mesh.gltf"), (std::vector{folder / "mesh.gltf", folder / "a.bin", folder / "absent"}));
   EXPECT_EQ(mesh_files(folder / "mesh.obj"), std::vector{folder / "mesh.obj"});
+  write_file(folder / "mesh.gltf", R"({"buffers": [{"uri": "a%20b.bin"}, {"uri": "c%C3%A9.bin"}, {"uri": "d%20"}]})");
+  for (const char* name : {"a b.bin", "a%20b.bin", "c\xC3\xA9.bin"}) write_file(folder / name, "b");
+  EXPECT_EQ(mesh_files(folder / "mesh.gltf"),
+            (std::vector{folder / "mesh.gltf", folder / "a%20b.bin", folder / "c\xC3\xA9.bin", folder / "d%20"}));
 }
 
 TEST(MeshState, IsAnotherOnceAFileWasWrittenAgain) {

@@ -216,6 +216,10 @@ TEST(Batch, ADryRunSaysWhyAndHowLargeAndWritesNothing) {
   EXPECT_EQ(run.said.at("cube.vps.hdf"), "there is no asset yet; ");
   EXPECT_GT(run.json["items"][1]["bytes"], 10000);
   EXPECT_EQ(folder.names(), std::vector<std::string>{"meshes"});
+  fs::create_directories(folder / "out/cube.vps.hdf");
+  EXPECT_EQ(run_batch(folder, std::string(kBake) + " --dry-run").states,
+            (States{{"bad.vps.hdf", "FAILED"}, {"cube.vps.hdf", "FAILED"}}));
+  expect_refusal(folder, std::string(kBake) + " --dry-run --depfile d", 1, "--dry-run excludes --depfile");
 }
 
 TEST(Batch, ListsNameTheirMeshes) {

@@ -151,7 +151,7 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "much is not a size");
   expect_refusal(folder, cube + " --voxel 5mm --import-memory 0", 1, "a size needs a unit");
   expect_refusal(folder, cube + " --voxel 5mm --import-memory -4GB", 1, "not a positive size");
-  expect_refusal(folder, "info", 1, "file is required");
+  expect_refusal(folder, "info", 1, "ASSET... is required; run vpsbake info --help");
   std::filesystem::copy_file(cube, folder / "cube.obj");
   expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
 }

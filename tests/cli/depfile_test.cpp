@@ -47,6 +47,18 @@ TEST(Depfile, BuffersAreListedAndCacheHitsWriteItToo) {
   }
 }
 
+TEST(Depfile, NamesOfBuffersMayBePercentEncoded) {
+  const TemporaryFolder folder;
+  const std::string meshes = std::string(VPS_DOCS) + "/examples/cmake_project/meshes/";
+  std::string text = read_file(meshes + "wedge.gltf");
+  text.replace(text.find("wedge.bin"), 9, "a%20w%65dge%2.bin");
+  write_file(folder / "w.gltf", text);
+  expect_refusal(folder, "w.gltf --voxel 1mm", 3, "could not open referenced file");
+  std::filesystem::copy_file(meshes + "wedge.bin", folder / "a wedge%2.bin");
+  ASSERT_EQ(vpsbake(folder, "w.gltf --voxel 1mm -o out.vps.hdf --depfile d").code, 0);
+  EXPECT_EQ(read_file(folder / "d"), "out.vps.hdf: \\\n  w.gltf \\\n  a\\ wedge%2.bin\nw.gltf:\na\\ wedge%2.bin:\n");
+}
+
 TEST(Depfile, NothingIsOverwrittenNorWrittenWithoutAnAsset) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
