@@ -190,18 +190,15 @@ Command add_batch_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("DIR")
       ->group("Output");
-  auto* const dry_run =
-      batch->add_flag("--dry-run", a.play.run.dry_run, "Say what would be baked, why, and how large; bake nothing")
-          ->group("Output");
+  add_play_options(*batch, a.play);
   batch
       ->add_option("--depfile", a.depfile,
                    "Write what the assets depend on, for make and ninja; the target is vpsbake.json "
                    "in the folder of assets")
       ->check(not_empty())
-      ->excludes(dry_run)
+      ->excludes(batch->get_option("--dry-run"))
       ->option_text("FILE")
       ->group("Output");
-  add_play_options(*batch, a.play);
   batch->footer(
       "Settings come from the command line, and from vpsbake.toml beside the meshes: the nearest to a mesh wins.\n"
       "Example: vpsbake batch meshes -o assets --voxel 5mm --cache ~/.cache/vpsbake --junit bake.xml");

@@ -59,6 +59,8 @@ class Line {
 
 void add_play_options(CLI::App& app, PlayArguments& arguments) {
   constexpr const char* kGroup = "Running";
+  app.add_flag("--dry-run", arguments.run.dry_run, "Say what would be baked, why, and how large; bake nothing")
+      ->group(kGroup);
   add_integer(app, "--jobs", arguments.run.jobs, 1, 1024, "Bakes at once, 1 to 1024 [default: processor cores]")
       ->option_text("N")
       ->group(kGroup);

@@ -50,6 +50,8 @@ TEST(BatchParts, AJobsFileMayMoveWithItsTree) {
   ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
   fs::create_directory(folder / "moved");
   for (const char* name : {"meshes", "jobs.jsonl"}) fs::rename(folder / name, folder / ("moved/" + std::string(name)));
+  EXPECT_NE(vpsbake(folder, "run moved/jobs.jsonl --dry-run").out.find("there is no asset yet"), std::string::npos);
+  EXPECT_FALSE(fs::exists(folder / "moved/out"));
   EXPECT_EQ(vpsbake(folder, "run moved/jobs.jsonl --task 1").code, 0);
   EXPECT_EQ(vpsbake(folder, "merge moved/jobs.jsonl").code, 0);
   EXPECT_TRUE(fs::exists(folder / "moved/out/cube.vps.hdf"));
