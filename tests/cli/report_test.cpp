@@ -308,7 +308,7 @@ TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
   }
   expect_refusal(folder, "report " + ball + " --cache junk.obj/cache", 2, "choose another folder for --cache");
   expect_refusal(folder, "report " + ball + " --voxel 10m", 3, "is larger than the mesh");
-  expect_refusal(folder, "report", 1, "mesh");
+  expect_refusal(folder, "report", 1, "MESH... is required");
 }
 
 // A cube of 100 mm whose top lies 1.8 mm above its walls: finer voxels leave the crack open.
