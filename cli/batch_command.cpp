@@ -74,10 +74,8 @@ int run_batch(BatchArguments& arguments) {
     const std::string reason = depfile_refusal(arguments.depfile, manifest_file(arguments), files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
   }
-  std::error_code failed;
-  fs::create_directories(folder, failed);
-  if (failed)
-    return fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message()));
+  if (const std::string reason = manifest_refusal(folder); !reason.empty())
+    return fail(kIo, manifest_file(arguments).string(), reason);
   arguments.play.log = (folder / kLog).string();
   arguments.play.asked["asked"] = to_json(arguments.inputs);
   const Played played = play(jobs, arguments.play);
@@ -127,6 +125,8 @@ fs::path common_folder(const std::string& file, const std::vector<Job>& jobs) {
 int run_merge(const std::string& file, Checking checking) {
   const std::vector<Job> jobs = read_jobs(file);
   const fs::path folder = common_folder(file, jobs);
+  const std::string reason = manifest_refusal(folder);
+  if (!reason.empty()) return fail(kIo, (folder / kManifest).string(), reason);
   const Manifest manifest = gather_manifest(folder, jobs, checking);
   try {
     write_manifest(folder, manifest);

@@ -21,6 +21,7 @@
 #include "cli/page.h"
 #include "cli/provenance.h"
 #include "cli/stress_peers.h"
+#include "cli/xml.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
@@ -77,7 +78,7 @@ std::vector<Output> outputs(const Arguments& arguments) {
   if (!arguments.output.empty()) {
     files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
   }
-  if (!arguments.junit.empty()) files.push_back({arguments.junit, "<?xml", "XML"});
+  if (!arguments.junit.empty()) files.push_back({arguments.junit, xml::kJUnitBeginning, "a JUnit report"});
   return files;
 }
 

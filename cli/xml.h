@@ -7,6 +7,9 @@
 
 namespace vps::xml {
 
+/// What the reports start with, so that nothing else is replaced by one.
+inline constexpr const char* kJUnitBeginning = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
+
 /// As an attribute or text of XML 1.0, which has no control characters.
 [[nodiscard]] std::string escaped(const std::string& text);
 

@@ -13,6 +13,7 @@
 
 #include "cli/batch/reasons.h"
 #include "cli/describe_asset.h"
+#include "cli/output_file.h"
 #include "formats/scene_manifest.h"
 
 namespace vps::cli::batch {
@@ -68,6 +69,12 @@ Manifest gather_manifest(const fs::path& folder, const std::vector<Job>& jobs, C
   }
   out.json = {{"format", "vpsbake batch manifest 1"}, {"assets", std::move(assets)}, {"missing", out.missing}};
   return out;
+}
+
+std::string manifest_refusal(const fs::path& folder) {
+  std::error_code ignored;
+  if (!fs::exists(folder / kManifest, ignored)) return "";
+  return output_refusal(folder / kManifest, "{\n  \"format\": \"vpsbake batch manifest", "a manifest of vpsbake batch");
 }
 
 void write_manifest(const fs::path& folder, const Manifest& manifest) {

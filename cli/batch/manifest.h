@@ -25,6 +25,9 @@ enum class Checking { header, everything };
 [[nodiscard]] Manifest gather_manifest(const std::filesystem::path& folder, const std::vector<Job>& jobs,
                                        Checking checking = Checking::header);
 
+/// Why the folder's vpsbake.json may not be replaced: empty when it may.
+[[nodiscard]] std::string manifest_refusal(const std::filesystem::path& folder);
+
 /// Writes it into the folder, and where nothing changed only marks it as new, for make. @throw WriteError
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
 

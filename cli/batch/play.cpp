@@ -18,6 +18,7 @@
 #include "cli/options.h"
 #include "cli/output_file.h"
 #include "cli/progress.h"
+#include "cli/xml.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -92,8 +93,18 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
   if (!arguments.junit.empty()) {
-    if (const std::string reason = output_refusal(arguments.junit, "<?xml", "XML"); !reason.empty())
+    if (const std::string reason = output_refusal(arguments.junit, xml::kJUnitBeginning, "a JUnit report");
+        !reason.empty())
       return {fail(kIo, arguments.junit, reason), {}};
+  }
+  if (!arguments.log.empty()) {
+    const fs::path folder = fs::path(arguments.log).parent_path();
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed)
+      return {
+          fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message())),
+          {}};
   }
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, stop_at_signal);
   const auto begin = Clock::now();

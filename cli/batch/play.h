@@ -13,12 +13,12 @@ namespace vps::cli::batch {
 
 struct PlayArguments {
   RunOptions run;
-  std::string junit, log;        ///< files; empty: none
+  std::string junit, log;        ///< files; empty: none. The log's folder is made
   nlohmann::ordered_json asked;  ///< goes into the log: from what jobs are found again
   bool json = false;
 };
 
-/// --jobs, --memory, --timeout, those of add_cache_options, --json, --junit.
+/// --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {

@@ -111,7 +111,8 @@ std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>&
                          xml::escaped(said));
   }
   return xml::with_utf8_alone(
-      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  <testsuite name=\"vpsbake batch\" "
+      xml::kJUnitBeginning +
+      fmt::format("  <testsuite name=\"vpsbake batch\" "
                   "tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\" time=\"{:.3f}\">\n{}{}  </testsuite>\n"
                   "</testsuites>\n",
                   jobs.size(), failures, seconds, xml::properties(provenance(0)), cases));

@@ -270,7 +270,7 @@ ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json
 }
 
 std::string to_junit(const std::vector<AssetResult>& results, const ordered_json& provenance, Strictness strictness) {
-  std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
+  std::string out = xml::kJUnitBeginning;
   for (const AssetResult& result : results) {
     std::size_t broken = 0;
     std::size_t skipped = 0;

@@ -268,6 +268,23 @@ TEST(Batch, ReportsFollowTheirSchemas) {
   EXPECT_EQ(std::system((parse + (folder / "bake.xml").string()).c_str()), 0);
 }
 
+TEST(Batch, ReportsAndManifestsReplaceNothingElse) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  write_file(folder / "model.xml", "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model/>\n");
+  expect_refusal(folder, std::string(kBake) + " --junit model.xml", 2, "the file exists and is not a JUnit report");
+  fs::create_directory(folder / "out");
+  write_file(folder / "out/vpsbake.json", "{}\n");
+  const char* const why = "vpsbake.json: the file exists and is not a manifest of vpsbake batch";
+  expect_refusal(folder, kBake, 2, why);
+  ASSERT_EQ(vpsbake(folder, "plan meshes -o jobs.jsonl --into out --voxel 10mm").code, 0);
+  expect_refusal(folder, "merge jobs.jsonl", 2, why);
+  EXPECT_EQ(read_file(folder / "out/vpsbake.json"), "{}\n");
+  EXPECT_FALSE(fs::exists(folder / "out/cube.vps.hdf"));
+  fs::remove(folder / "out/vpsbake.json");
+  for (int i = 0; i < 2; ++i) EXPECT_EQ(vpsbake(folder, std::string(kBake) + " --junit bake.xml").code, 0);
+}
+
 TEST(Batch, TheTableSaysOnlyWhatMatters) {
   const BatchFolder folder;
   folder.add("cube.obj");
