@@ -168,10 +168,14 @@ MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
   HashedFiles files = hash_files(mesh);
   MeshState state{std::nullopt, std::move(files.stamps)};
   BakeRecord record{describe_settings(settings)};
-  for (std::size_t i = 0; i < files.hashes.size(); ++i) {
-    if (files.hashes[i].empty()) return state;
-    record.text += i == 0 ? fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[i])
-                          : fmt::format("buffer {}\n", files.hashes[i]);
+  if (files.hashes[0].empty()) return state;
+  record.text += fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[0]);
+  for (std::size_t i = 1; i < files.hashes.size(); ++i) {
+    std::error_code ignored;
+    const bool unreadable = files.hashes[i].empty();
+    if (unreadable && fs::exists(files.paths[i], ignored)) return state;
+    // What is not there nothing uses, or the import fails.
+    record.text += fmt::format("buffer {}\n", unreadable ? "absent" : files.hashes[i]);
   }
   if (files.understood) state.record = std::move(record);
   return state;

@@ -281,7 +281,7 @@ int run_bake(const BakeArguments& arguments) {
   return guarded(arguments.depfile, [&] {
     const fs::path output = output_path(arguments);
     const std::vector<fs::path> files = mesh_files(arguments.mesh);
-    const std::string reason = depfile_refusal(arguments.depfile, output, files);
+    const std::string reason = depfile_refusal(arguments.depfile, {output}, files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
     const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });
     const std::string text = depfile_text(output, files);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "bake/cache.h"
 #include "cli/bake_options.h"
@@ -15,6 +16,7 @@
 #include "cli/depfile.h"
 #include "cli/exit_code.h"
 #include "cli/output_file.h"
+#include "cli/provenance.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -62,25 +64,38 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
   return write_quietly(arguments.depfile, depfile_text(manifest_file(arguments), files));
 }
 
+int play_and_print(const std::vector<Job>& jobs, const PlayArguments& arguments) {
+  const Played played = play(jobs, arguments);
+  print_played(jobs, played, arguments.json);
+  return played.code;
+}
+
 int run_batch(BatchArguments& arguments) {
   const fs::path folder = arguments.folder;
   arguments.inputs.folder = folder;
   std::vector<fs::path> settings;
   const std::vector<Job> jobs = find_jobs(arguments.inputs, &settings);
-  if (arguments.play.run.dry_run) return play(jobs, arguments.play).code;
+  if (arguments.play.run.dry_run) return play_and_print(jobs, arguments.play);
+  if (const std::string reason = manifest_refusal(folder); !reason.empty())
+    return fail(kIo, manifest_file(arguments).string(), reason);
+  std::error_code failed;
+  fs::create_directories(folder, failed);
+  if (failed)
+    return fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message()));
+  arguments.play.log = (folder / kLog).string();
   std::vector<fs::path> files;
   if (!arguments.depfile.empty()) {
     files = dependencies(jobs, settings);
-    const std::string reason = depfile_refusal(arguments.depfile, manifest_file(arguments), files);
+    std::vector<fs::path> written = {manifest_file(arguments), arguments.play.log, arguments.play.junit};
+    for (const Job& job : jobs) written.push_back(job.asset());
+    const std::string reason = depfile_refusal(arguments.depfile, written, files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
   }
-  if (const std::string reason = manifest_refusal(folder); !reason.empty())
-    return fail(kIo, manifest_file(arguments).string(), reason);
-  arguments.play.log = (folder / kLog).string();
   arguments.play.asked["asked"] = to_json(arguments.inputs);
   const Played played = play(jobs, arguments.play);
   if (played.results.empty()) return played.code;
   const int code = finish_batch(arguments, jobs, played.results, files);
+  print_played(jobs, played, arguments.play.json);
   return code == kOk ? played.code : code;
 }
 
@@ -108,7 +123,7 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
 
 int run_share(const RunArguments& arguments) {
   const std::vector<Job> jobs = chosen_jobs(arguments);
-  if (!jobs.empty()) return play(jobs, arguments.play).code;
+  if (!jobs.empty()) return play_and_print(jobs, arguments.play);
   fmt::print("no job in share {}\n", arguments.share);
   return kOk;
 }
@@ -134,12 +149,16 @@ int run_merge(const std::string& file, Checking checking) {
     return fail(kIo, (folder / kManifest).string(), error.what());
   }
   constexpr std::size_t kNamed = 20;
-  for (std::size_t i = 0; i < std::min(kNamed, manifest.missing.size()); ++i) {
-    const std::string& name = manifest.missing[i];
-    const auto at = std::find_if(jobs.begin(), jobs.end(), [&](const Job& job) { return job.output == name; });
-    complain("error", (folder / name).string(),
-             fmt::format("it is not there or not what was planned; bake it with vpsbake run {} --task {}", file,
-                         at - jobs.begin() + 1));
+  std::size_t named = 0;
+  const std::set<std::string> missing(manifest.missing.begin(), manifest.missing.end());
+  for (std::size_t i = 0; i < jobs.size() && named < kNamed; ++i) {
+    if (missing.count(jobs[i].output) == 0) continue;
+    ++named;
+    complain("error", jobs[i].asset().string(),
+             !jobs[i].refusal.empty()
+                 ? jobs[i].refusal
+                 : fmt::format("it is not there or not what was planned; bake it with vpsbake run {} --task {}",
+                               quoted_word(file), i + 1));
   }
   if (manifest.missing.size() > kNamed)
     complain("error", file, fmt::format("and {} more are missing", manifest.missing.size() - kNamed));
@@ -154,7 +173,7 @@ int guarded_batch(const std::function<int()>& work) {
   try {
     return work();
   } catch (const BatchError& error) {
-    return fail(kBadInput, error.file, error.what());
+    return fail(error.code, error.file, error.what());
   } catch (const CLI::ValidationError& error) {
     return fail(kCommandLine, "command line", error.what());
   } catch (const fs::filesystem_error& error) {
@@ -215,8 +234,8 @@ Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
   run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote")->required();
-  auto* const task =
-      add_integer(*run, "--task", arguments->task, 1, 99999999, "Only the job on this line, 1 to 99999999");
+  auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999,
+                                 "Only the job of this number, counted from 1 to 99999999");
   task->option_text("N")->group("Which jobs");
   run->add_option("--shard", arguments->share, "Only the jobs of share i of n: i, i + n, i + 2 n and so on")
       ->excludes(task)

@@ -88,15 +88,18 @@ void print_text(const std::string& path, const MeshReport& r, bool voxel_size_gi
 
 int run(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
-    const MeshReport report = inspect_mesh(import_with(arguments), arguments.options);
+    const ImportedMesh mesh = import_with(arguments);
+    const MeshReport report = inspect_mesh(mesh, arguments.options);
+    const bool has_grid = arguments.options.voxel_size > 0 || arguments.options.resolution > 0;
     if (arguments.json) {
       fmt::print("{}", to_text(to_json(arguments.mesh, report)));
     } else {
-      print_text(arguments.mesh, report, arguments.options.voxel_size > 0 || arguments.options.resolution > 0);
+      print_text(arguments.mesh, report, has_grid);
     }
     std::fflush(stdout);
-    if (report.usable) return int{kOk};
-    return fail(kBadInput, arguments.mesh, report.refusal);
+    if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
+    if (has_grid) (void)plan_bake(mesh, arguments.options);  // throws when the grid does not fit
+    return int{kOk};
   });
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/depfile.h"
 
+#include <fmt/format.h>
+
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include "cli/output_file.h"
@@ -26,18 +29,35 @@ std::string escaped(const std::string& name) {
   return out;
 }
 
-// Whether a file is empty, or its first line is that of a rule.
+// Whether a file is empty, or its first line begins a rule for an asset or a manifest.
 bool is_depfile(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::string line;
   if (!std::getline(in, line)) return in.eof();
   constexpr std::size_t kLongest = 1 << 16;
-  return line.size() < kLongest && (line.ends_with(": \\") || line.ends_with(":"));
+  if (line.size() >= kLongest) return false;
+  if (line.ends_with(" \\")) line.resize(line.size() - 2);
+  return line.ends_with(".vps.hdf:") || line.ends_with("vpsbake.json:");
+}
+
+// What make cannot have in a name; empty: nothing.
+std::string_view unlistable(const fs::path& file) {
+  const std::string name = file.string();
+  if (name.find('\n') != std::string::npos) return "line breaks";
+  for (const std::string_view sign : {"=", ";", "|"}) {
+    if (name.find(sign) != std::string::npos) return sign;
+  }
+  return "";
 }
 
 }  // namespace
 
-std::string depfile_text(const fs::path& target, const std::vector<fs::path>& files) {
+std::string depfile_text(const fs::path& target, std::vector<fs::path> files) {
+  // What is not there is always older than its target, or newer.
+  std::erase_if(files, [](const fs::path& file) {
+    std::error_code ignored;
+    return !fs::exists(file, ignored);
+  });
   std::string out = escaped(target.string()) + ":";
   for (const fs::path& file : files) out += " \\\n  " + escaped(file.string());
   out += '\n';
@@ -46,15 +66,19 @@ std::string depfile_text(const fs::path& target, const std::vector<fs::path>& fi
   return out;
 }
 
-std::string depfile_refusal(const fs::path& depfile, const fs::path& target, const std::vector<fs::path>& files) {
+std::string depfile_refusal(const fs::path& depfile, const std::vector<fs::path>& targets,
+                            const std::vector<fs::path>& files) {
   std::error_code ignored;
-  if (depfile.lexically_normal() == target.lexically_normal()) return "this is the asset; choose another --depfile";
-  bool listable = target.string().find('\n') == std::string::npos;
+  for (const fs::path& target : targets) {
+    if (is_same_place(target, depfile)) return "this is written already; choose another --depfile";
+  }
+  const fs::path& target = targets.front();
+  std::string_view sign = target.string().find('%') != std::string::npos ? "%" : unlistable(target);
   for (const fs::path& file : files) {
     if (fs::equivalent(file, depfile, ignored)) return "this is a file of the mesh; choose another --depfile";
-    listable = listable && file.string().find('\n') == std::string::npos;
+    if (sign.empty()) sign = unlistable(file);
   }
-  if (!listable) return "make knows no names with line breaks; rename the mesh or the asset";
+  if (!sign.empty()) return fmt::format("make knows no names with {}; rename the mesh or the asset", sign);
   if (std::string reason = output_refusal(depfile, "", "a depfile"); !reason.empty()) return reason;
   if (!fs::exists(depfile, ignored) || is_depfile(depfile)) return "";
   return "the file exists and is not a depfile; remove it or choose another --depfile";

@@ -14,6 +14,7 @@
 #include "cli/batch/report.h"
 #include "cli/exit_code.h"
 #include "cli/open_asset.h"
+#include "cli/output_file.h"
 
 namespace vps::cli {
 namespace {
@@ -29,11 +30,6 @@ struct LastRun {
   Json item;
 };
 
-bool is_same(const fs::path& a, const fs::path& b) {
-  std::error_code failed;
-  return fs::weakly_canonical(a, failed) == fs::weakly_canonical(b, failed);
-}
-
 // In this folder or one above it.
 std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folder) {
   std::error_code failed;
@@ -44,8 +40,8 @@ std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folde
       if (log.is_object()) {
         const fs::path from = log.at("cwd").get<std::string>();
         for (const Json& item : log.at("items")) {
-          const bool meant = is_same(from / item.at("asset").get<std::string>(), file) ||
-                             is_same(from / item.at("mesh").get<std::string>(), file);
+          const bool meant = is_same_place(from / item.at("asset").get<std::string>(), file) ||
+                             is_same_place(from / item.at("mesh").get<std::string>(), file);
           if (meant) return LastRun{from, inputs_from(log.at("asked")), item};
         }
       }
@@ -88,6 +84,8 @@ int explain(const std::string& file, const std::string& folder) {
     explain_now(*last);
     return kOk;
   }
+  if (has_mesh_extension(file))
+    return fail(kBadInput, file, "no batch that baked it is known here; give the folder of its assets with -o");
   Asset asset;
   if (const int code = open_asset(file, asset); code != kOk) return code;
   const BakeRecord record = record_of(asset);
@@ -115,7 +113,7 @@ Command add_explain_command(CLI::App& app) {
             try {
               return explain(a->file, a->folder);
             } catch (const BatchError& error) {
-              return fail(kBadInput, error.file, error.what());
+              return fail(error.code, error.file, error.what());
             } catch (const fs::filesystem_error& error) {
               return fail(kIo, error.path1().string(), error.code().message() + "; run the batch again");
             } catch (const Json::exception&) {

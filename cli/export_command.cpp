@@ -3,6 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <system_error>
@@ -26,19 +30,47 @@ struct Arguments {
   std::optional<double> reach;  ///< of cdf; none: the band. [m]
 };
 
+// The group's name is in the root group's header, which follows the superblock.
+bool starts_as_vtkhdf(std::string_view start) {
+  return start.starts_with("\x89HDF\r\n\x1a\n") && start.find("VTKHDF") != std::string_view::npos;
+}
+
+// Two corners, counts of cells, their size and one over it: all numbers, that agree.
+bool starts_as_cdf(std::string_view start) {
+  double corners[2][3], sizes[2][3];
+  std::uint32_t cells[3];
+  if (start.size() < sizeof corners + sizeof cells + sizeof sizes) return false;
+  std::memcpy(corners, start.data(), sizeof corners);
+  std::memcpy(cells, start.data() + sizeof corners, sizeof cells);
+  std::memcpy(sizes, start.data() + sizeof corners + sizeof cells, sizeof sizes);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double length = corners[1][axis] - corners[0][axis], off = length - cells[axis] * sizes[0][axis];
+    if (!(std::abs(off) <= 1e-6 * length && std::abs(sizes[0][axis] * sizes[1][axis] - 1) < 1e-6)) return false;
+  }
+  return true;
+}
+
+template <const char* beginning>
+bool starts_with(std::string_view start) {
+  return start.starts_with(beginning);
+}
+constexpr char kPly[] = "ply\nformat binary_little_endian 1.0\ncomment vpsbake";
+constexpr char kObj[] = "# vpsbake";
+constexpr char kJson[] = R"({"schema":"vpsbake asset)";
+
 struct Format {
   const char* name;
-  const char* ending;          ///< of the output when none is said
-  std::string_view beginning;  ///< of the files: what begins otherwise is not overwritten
+  const char* ending;                     ///< of the output when none is said
+  bool (*is_replaced)(std::string_view);  ///< whether a file that starts so may be overwritten
   const char* kind;
   bool of_field;  ///< takes --field and --step
 };
 constexpr Format kFormats[] = {
-    {"vtkhdf", ".vtk.hdf", "\x89HDF\r\n\x1a\n", "an HDF5 file", true},
-    {"ply", "_points.ply", "ply\nformat binary_little_endian 1.0\ncomment vpsbake", "a pointshell of vpsbake", false},
-    {"cdf", ".cdf", "", "a .cdf file", true},
-    {"obj", "_field.obj", "# vpsbake", "a surface of vpsbake", true},
-    {"json", ".json", R"({"schema":"vpsbake asset)", "an asset's JSON", false},
+    {"vtkhdf", ".vtk.hdf", starts_as_vtkhdf, "a VTKHDF file", true},
+    {"ply", "_points.ply", starts_with<kPly>, "a pointshell of vpsbake", false},
+    {"cdf", ".cdf", starts_as_cdf, "a .cdf file", true},
+    {"obj", "_field.obj", starts_with<kObj>, "a surface of vpsbake", true},
+    {"json", ".json", starts_with<kJson>, "an asset's JSON", false},
 };
 
 const Format& format_of(const std::string& name) {
@@ -49,12 +81,15 @@ const Format& format_of(const std::string& name) {
 }
 
 std::string refusal(const Format& format, const std::filesystem::path& output) {
+  std::string reason = output_refusal(output, "", format.kind);
   std::error_code ignored;
-  // Such files begin with any numbers.
-  if (format.beginning.empty() && output.extension() != format.ending && std::filesystem::exists(output, ignored)) {
-    return fmt::format("the file exists and is not {}; remove it or choose another output", format.kind);
-  }
-  return output_refusal(output, format.beginning, format.kind);
+  if (!reason.empty() || !std::filesystem::exists(output, ignored)) return reason;
+  std::string start(512, '\0');
+  std::ifstream file(output, std::ios::binary);
+  file.read(start.data(), std::streamsize(start.size()));
+  start.resize(static_cast<std::size_t>(file.gcount()));
+  if (format.is_replaced(start)) return "";
+  return fmt::format("the file exists and is not {}; remove it or choose another output", format.kind);
 }
 
 int write_format(const Arguments& arguments, const Asset& asset, const VoxelmapView& map,

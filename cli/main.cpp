@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "cli/bake_command.h"
 #include "cli/bake_options.h"
@@ -67,6 +68,17 @@ CLI::Option* set_version_flag(CLI::App& app) {
   return app.set_version_flag("--version", version_text, "Print the versions of the program and of its libraries");
 }
 
+// The words of a command line, the last first, as CLI11 takes them. It would read a file named [a,b] as two.
+std::vector<std::string> command_line(int argc, char** argv) {
+  std::vector<std::string> words;
+  for (int i = argc - 1; i > 0; --i) {
+    words.emplace_back(argv[i]);
+    const bool is_value = i > 1 && argv[i - 1][0] == '-';
+    if (words.back().starts_with('[') && words.back().ends_with(']') && !is_value) words.back().insert(0, "./");
+  }
+  return words;
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
                "vpsbake");
@@ -93,7 +105,7 @@ int run(int argc, char** argv) {
   const Command* command = nullptr;
 
   try {
-    app.parse(argc, argv);
+    app.parse(command_line(argc, argv));
     for (const Command& one : commands) {
       if (one.app->parsed()) command = &one;
     }

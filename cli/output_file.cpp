@@ -35,6 +35,12 @@ std::string asset_refusal(const fs::path& output) {
   return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
 }
 
+bool is_same_place(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(a, ignored), ignored) ==
+         fs::weakly_canonical(fs::absolute(b, ignored), ignored);
+}
+
 fs::path beside(const fs::path& asset, const char* ending) {
   return asset.parent_path() / (asset_name(asset) + ending);
 }

@@ -20,6 +20,9 @@ namespace vps::cli {
 /// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& asset, const char* ending);
 
+/// Whether two names mean one file, which need not be there.
+[[nodiscard]] bool is_same_place(const std::filesystem::path& a, const std::filesystem::path& b);
+
 /// What an asset is called: its file's name without .vps.hdf.
 [[nodiscard]] std::string asset_name(const std::filesystem::path& asset);
 

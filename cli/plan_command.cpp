@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <filesystem>
 #include <memory>
 
 #include "cli/batch/emit_script.h"
@@ -39,7 +40,13 @@ int run_plan(PlanArguments& arguments) {
     const std::string reason = output_refusal(name, script_beginning(script), "a script of vpsbake plan");
     if (!reason.empty()) return fail(kIo, name, reason);
   }
-  const std::vector<Job> jobs = find_jobs(arguments.inputs);
+  for (const std::string& place : {script.file, script.cache}) {
+    if (name.empty() || place.empty()) continue;
+    if (std::filesystem::absolute(place).string().find_first_of("{}\n") != std::string::npos)
+      return fail(kCommandLine, "command line", "names with braces or line breaks do not go into scripts; use others");
+  }
+  std::vector<Job> jobs = find_jobs(arguments.inputs);
+  refuse_unwritable(jobs);
   for (const Job& job : jobs) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }

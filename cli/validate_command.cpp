@@ -111,8 +111,14 @@ int validate_file(const Arguments& arguments, const std::optional<ImportedMesh>&
         fs::exists(status) ? "this is not a regular file; give a .vps.hdf file" : describe(Status::cannot_open));
   }
   validation.bytes = fs::file_size(validation.file, error);
-  run_checks(arguments, mesh, validation);
+  std::string refusal;
+  try {
+    run_checks(arguments, mesh, validation);
+  } catch (const BakeError& of_mesh) {
+    refusal = of_mesh.what();
+  }
   if (!arguments.json) print_text(validation);
+  if (!refusal.empty()) return fail(kBadInput, arguments.mesh.mesh, refusal);
   std::string failed;
   for (const Check& check : validation.checks) {
     if (counts(check, arguments.strict)) failed += (failed.empty() ? "" : ", ") + check.name;

@@ -49,7 +49,7 @@ class Finder {
     for (const std::string& path : inputs_.paths) {
       std::error_code failed;
       const fs::file_status status = fs::status(path, failed);
-      if (!fs::exists(status)) throw BatchError(path, "there is no such folder or file; check its name");
+      if (!fs::exists(status)) throw BatchError(path, "there is no such folder or file; check its name", kIo);
       if (fs::is_directory(status)) {
         search(path, "");
       } else if (fs::path(path).extension() == ".toml") {
@@ -87,7 +87,8 @@ class Finder {
       const std::string name = entry.path().filename().string();
       if (name.starts_with('.')) continue;
       if (entry.is_directory(failed) && !entry.is_symlink(failed)) {
-        if (!fs::equivalent(entry.path(), inputs_.folder, failed)) search(root, below + name + '/');
+        const std::string inner = below + name + '/';
+        if (!is_excluded(inner) && !fs::equivalent(entry.path(), inputs_.folder, failed)) search(root, inner);
       } else if (has_mesh_extension(name) && !entry.is_directory(failed)) {
         add(root, below + name);
       }
@@ -118,7 +119,7 @@ class Finder {
     OptionTexts common = inputs_.options;
     overlay(list.options, common);
     for (const FileSettings& entry : list.files) {
-      if (entry.skip) continue;
+      if (entry.skip.value_or(false)) continue;
       const fs::path mesh(entry.mesh);
       Job job{file.parent_path() / mesh, inputs_.folder, entry.output, common, {}};
       // Below the folder of assets as it is below the list's, where it is.
@@ -130,15 +131,21 @@ class Finder {
     }
   }
 
+  // @param path  from the given folder; of a folder with a slash behind: all that is below it
+  [[nodiscard]] bool is_excluded(const std::string& path) const {
+    return any_matches(inputs_.exclude, path) || std::any_of(layers_.begin(), layers_.end(), [&](const Layer& layer) {
+             return any_matches(layer.settings.exclude, path.substr(layer.folder.size()));
+           });
+  }
+
   // @param path  from `root`
   void add(const fs::path& root, const std::string& path) {
-    if (any_matches(inputs_.exclude, path)) return;
+    if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
     Job job{
         root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {}};
     for (const Layer& layer : layers_) {
       const std::string rest = path.substr(layer.folder.size());
-      if (any_matches(layer.settings.exclude, rest)) return;
       if (!layer.settings.include.empty() && !any_matches(layer.settings.include, rest)) return;
       overlay(layer.settings.options, job.options);
       bool skip = false;
@@ -146,7 +153,7 @@ class Finder {
         if (!any_matches(entry.match, rest)) continue;
         overlay(entry.options, job.options);
         if (!entry.output.empty()) job.output = layer.folder + entry.output;
-        skip = entry.skip;
+        skip = entry.skip.value_or(skip);
       }
       if (skip) return;
     }

@@ -96,10 +96,11 @@ FileSettings read_entry(const fs::path& file, const toml::table& table, Settings
       entry.output = node.value_exact<std::string>().value_or("");
       if (!is_below(entry.output) || !entry.output.ends_with(".vps.hdf"))
         refuse(file, node.source(), "output is a name below the folder of assets, such as \"parts/gear.vps.hdf\"");
+      entry.output = fs::path(entry.output).lexically_normal().generic_string();
     } else if (name == "skip") {
       const auto value = node.value_exact<bool>();
       if (!value) refuse(file, node.source(), "skip is true or false");
-      entry.skip = *value;
+      entry.skip = value;
     } else if (is_option(name)) {
       take_option(file, name, node, entry.options);
     } else {
@@ -118,7 +119,8 @@ FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind) {
   try {
     table = toml::parse_file(file.string());
   } catch (const toml::parse_error& error) {
-    if (error.source().begin.line == 0) throw BatchError(file.string(), "it cannot be read; check its name and rights");
+    if (error.source().begin.line == 0)
+      throw BatchError(file.string(), "it cannot be read; check its name and rights", kIo);
     refuse(file, error.source(), fmt::format("this is not TOML: {}; correct the line", error.description()));
   }
   FolderSettings out;

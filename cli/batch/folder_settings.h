@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include <optional>
+
 #include "cli/batch/job.h"
 
 namespace vps::cli::batch {
@@ -17,7 +19,7 @@ struct FileSettings {
   std::string mesh;                ///< in a list: the mesh, from the list's folder
   OptionTexts options;
   std::string output;  ///< instead of the mesh's name; empty: none
-  bool skip = false;
+  std::optional<bool> skip;
 };
 
 struct FolderSettings {

@@ -10,13 +10,16 @@
 #include <vector>
 
 #include "cli/bake_command.h"
+#include "cli/exit_code.h"
 
 namespace vps::cli::batch {
 
 /// A folder, a list or a job that cannot be used. `what()` is "reason; what to do".
 struct BatchError : std::runtime_error {
   std::string file;
-  BatchError(std::string file_in, const std::string& message) : std::runtime_error(message), file(std::move(file_in)) {}
+  ExitCode code;
+  BatchError(std::string file_in, const std::string& message, ExitCode code_in = kBadInput)
+      : std::runtime_error(message), file(std::move(file_in)), code(code_in) {}
 };
 
 /// Options of a bake as on its command line, without dashes: "voxel" to "5mm".

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cli/xml.h"
+
 namespace vps::cli::batch {
 namespace {
 
@@ -27,13 +29,21 @@ Job to_job(const Json& json, const fs::path& folder) {
   job.options = json.at("options").get<OptionTexts>();
   if (json.contains("refusal")) job.refusal = json["refusal"];
   const fs::path output(job.output);
-  const bool outside = output.is_absolute() || output.lexically_normal().begin()->string() == "..";
-  if (outside || !job.output.ends_with(".vps.hdf"))
+  const auto is_outside = [&] { return output.is_absolute() || *output.lexically_normal().begin() == ".."; };
+  if (!job.output.ends_with(".vps.hdf") || is_outside())
     throw BatchError("", "'output' is not the name of an asset below its folder");
   return job;
 }
 
 }  // namespace
+
+void refuse_unwritable(std::vector<Job>& jobs) {
+  for (Job& job : jobs) {
+    const std::string names = job.mesh.string() + job.output;
+    if (job.refusal.empty() && xml::with_utf8_alone(names) != names)
+      job.refusal = "its name is not UTF-8, as names of jobs have to be; rename it, or bake it with vpsbake batch";
+  }
+}
 
 std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : ".";
@@ -51,7 +61,7 @@ std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
 
 std::vector<Job> read_jobs(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan");
+  if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan", kIo);
   std::vector<Job> jobs;
   std::set<fs::path> assets;
   int number = 0;

@@ -10,6 +10,9 @@
 
 namespace vps::cli::batch {
 
+/// Refuses jobs whose names no line can hold.
+void refuse_unwritable(std::vector<Job>& jobs);
+
 /// Paths in it are relative to the file's folder, where meshes and assets are on the same tree.
 [[nodiscard]] std::string to_lines(const std::vector<Job>& jobs, const std::filesystem::path& file);
 

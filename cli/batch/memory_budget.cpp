@@ -16,6 +16,16 @@ std::optional<std::size_t> number_in(const std::string& file) {
   return std::nullopt;
 }
 
+// 0 when the system does not say.
+std::size_t file_cache(const std::string& file) {
+  std::ifstream in(file);
+  std::size_t number = 0;
+  for (std::string name; in >> name >> number;) {
+    if (name == "inactive_file") return number;
+  }
+  return 0;
+}
+
 // Of version 2, which containers of today have; version 1 shows the host's memory.
 std::optional<std::size_t> left_in_cgroup() {
   std::ifstream file("/proc/self/cgroup");
@@ -28,7 +38,9 @@ std::optional<std::size_t> left_in_cgroup() {
       const std::string folder = "/sys/fs/cgroup" + path;
       const auto limit = number_in(folder + "/memory.max");
       if (limit) {
-        const std::size_t used = number_in(folder + "/memory.current").value_or(0);
+        // What it has read of files is given back when it is wanted.
+        const std::size_t all = number_in(folder + "/memory.current").value_or(0);
+        const std::size_t used = all - std::min(all, file_cache(folder + "/memory.stat"));
         least = std::min(least.value_or(*limit), *limit > used ? *limit - used : 0);
       }
       if (path.empty()) break;
@@ -49,7 +61,8 @@ std::size_t available_memory() {
     if (name == "MemAvailable:") bytes = kilobytes * 1024;
   }
   if (const auto left = left_in_cgroup()) bytes = std::min(bytes, *left);
-  return bytes - bytes / 10;
+  constexpr std::size_t kLeast = 100'000'000;  // of the smallest bakes
+  return std::max(kLeast, bytes - bytes / 10);
 }
 
 }  // namespace vps::cli::batch

@@ -93,20 +93,19 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
   if (!arguments.junit.empty()) {
+    for (const Job& job : jobs) {
+      if (is_same_place(job.asset(), arguments.junit))
+        return {fail(kIo, arguments.junit, "this is an asset; choose another --junit"), {}, 0};
+    }
     if (const std::string reason = output_refusal(arguments.junit, xml::kJUnitBeginning, "a JUnit report");
         !reason.empty())
-      return {fail(kIo, arguments.junit, reason), {}};
+      return {fail(kIo, arguments.junit, reason), {}, 0};
   }
-  if (!arguments.log.empty()) {
-    const fs::path folder = fs::path(arguments.log).parent_path();
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed)
-      return {
-          fail(kIo, folder.string(), fmt::format("the folder cannot be made ({}); choose another", failed.message())),
-          {}};
+  // What is ignored, as by nohup, stays so.
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(signal, stop_at_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, stop_at_signal);
+  ::unsetenv("VPSBAKE_CACHE_SIZE");  // bakes are told
   const auto begin = Clock::now();
   Line line(jobs.size());
   Observer observer;
@@ -126,16 +125,20 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   line.clear();
   if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-  nlohmann::ordered_json json = to_json(jobs, results);
-  fmt::print("{}", arguments.json ? to_text(json) : to_table(jobs, results, seconds));
   int code = any_failed(results) ? kSomeFailed : kOk;
   if (!arguments.junit.empty() && write_quietly(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
   if (!arguments.log.empty()) {
+    nlohmann::ordered_json json = to_json(jobs, results);
     json.update(arguments.asked);
     json["cwd"] = fs::current_path().string();
     if (write_quietly(arguments.log, to_text(json)) != kOk) code = kIo;
   }
-  return {code, std::move(results)};
+  return {code, std::move(results), seconds};
+}
+
+void print_played(const std::vector<Job>& jobs, const Played& played, bool json) {
+  if (played.results.empty()) return;
+  fmt::print("{}", json ? to_text(to_json(jobs, played.results)) : to_table(jobs, played.results, played.seconds));
 }
 
 }  // namespace vps::cli::batch

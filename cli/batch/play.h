@@ -13,7 +13,7 @@ namespace vps::cli::batch {
 
 struct PlayArguments {
   RunOptions run;
-  std::string junit, log;        ///< files; empty: none. The log's folder is made
+  std::string junit, log;        ///< files; empty: none
   nlohmann::ordered_json asked;  ///< goes into the log: from what jobs are found again
   bool json = false;
 };
@@ -22,11 +22,15 @@ struct PlayArguments {
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {
-  int code = 0;  ///< kOk, kSomeFailed or kIo
-  std::vector<JobResult> results;
+  int code = 0;                    ///< kOk, kSomeFailed or kIo
+  std::vector<JobResult> results;  ///< empty: nothing was done
+  double seconds = 0;
 };
 
-/// Bakes, says what happens, and prints the table or JSON. SIGINT and SIGTERM stop it in an orderly way.
+/// Bakes, says what goes wrong, and writes the files. SIGINT and SIGTERM stop it in an orderly way.
 [[nodiscard]] Played play(const std::vector<Job>& jobs, PlayArguments arguments);
+
+/// The table or JSON, after all files: nobody may read it.
+void print_played(const std::vector<Job>& jobs, const Played& played, bool json);
 
 }  // namespace vps::cli::batch

@@ -74,7 +74,11 @@ class Runner {
   std::vector<JobResult> run() {
     std::vector<std::thread> workers;
     const std::size_t count = std::min<std::size_t>(options_.jobs, jobs_.size());
-    for (std::size_t i = 1; i < count; ++i) workers.emplace_back([this] { work(); });
+    try {
+      for (std::size_t i = 1; i < count; ++i) workers.emplace_back([this] { work(); });
+    } catch (const std::system_error&) {
+      // No more threads are to be had; those that there are do it.
+    }
     work();
     for (std::thread& worker : workers) worker.join();
     return std::move(results_);
@@ -146,6 +150,9 @@ class Runner {
       if (first_.try_emplace(result.key, i).second) key = result.key;  // its twins copy it
       return result;
     }
+    if (options_.dry_run && fs::exists(job.asset())) {
+      if (std::string refusal = asset_refusal(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
+    }
     if (!result.key.empty()) {
       std::unique_lock lock(planning_);
       const auto [it, is_first] = first_.try_emplace(result.key, i);
@@ -189,6 +196,8 @@ class Runner {
   JobResult copy_of(std::size_t first, std::size_t twin) {
     JobResult result = results_[twin];
     const JobResult& done = results_[first];
+    // Where it could not be written another may.
+    if (done.state == State::failed && done.code == kIo) return bake(jobs_[twin], std::move(result));
     result.notes = done.notes;
     result.code = done.code;
     if (done.state == State::failed) {
@@ -216,20 +225,25 @@ class Runner {
     return asset_refusal(output);
   }
 
+  // Bakes several sizes, whose memory is known when it is at them.
+  static bool searches(const Job& job) { return job.options.count("max-error") > 0; }
+
   [[nodiscard]] std::vector<std::string> words_for(const Job& job) const {
     std::vector<std::string> words = {"--json", "--output=" + job.asset().string()};
     for (std::string& word : command_words(job.options)) words.push_back(std::move(word));
     words.push_back(fmt::format("--memory={}B", options_.memory_bytes));
     const unsigned cores = std::max(1U, std::thread::hardware_concurrency());
-    words.push_back(
-        fmt::format("--threads={}", options_.threads > 0 ? options_.threads : std::max(1U, cores / options_.jobs)));
+    const unsigned share = std::max(1U, searches(job) ? cores : cores / options_.jobs);
+    words.push_back(fmt::format("--threads={}", options_.threads > 0 ? options_.threads : share));
     words.insert(words.end(), {"--", job.mesh.string()});
     return words;
   }
 
   // @return the child's JSON, or why there is none in `result`
   std::optional<Json> ask(const Job& job, std::vector<std::string> words, JobResult& result) {
-    const ProgramResult run = run_program(words, options_.timeout, stop_);
+    constexpr double kLeast = 1e-3;  // of no time is none
+    const double left = options_.timeout > 0 ? std::max(kLeast, options_.timeout - result.seconds) : 0;
+    const ProgramResult run = run_program(words, left, stop_);
     result.seconds += run.seconds;
     result.memory_bytes = std::max(result.memory_bytes, run.peak_memory_bytes);
     using End = ProgramResult::End;
@@ -269,20 +283,18 @@ class Runner {
   }
 
   JobResult bake(const Job& job, JobResult result) {
-    std::string refusal;
     if (!options_.dry_run) {
-      refusal = prepare(job.asset());
-    } else if (fs::exists(job.asset())) {
-      refusal = asset_refusal(job.asset());
+      if (std::string refusal = prepare(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
     }
-    if (!refusal.empty()) return failure(kIo, std::move(refusal));
     std::vector<std::string> words = words_for(job);
     std::size_t predicted = options_.memory_bytes;
-    // Alone, a bake refuses by itself what does not fit.
-    if (options_.dry_run || options_.jobs > 1) {
+    // Alone, a bake refuses by itself what does not fit; what a search for the voxel size needs, only the search tells.
+    const bool alone = options_.jobs == 1 || searches(job);
+    if (options_.dry_run || !alone) {
       std::vector<std::string> plan = words;
       plan.insert(plan.begin(), "--dry-run");
-      const MemoryBudget::Share share(budget_, import_memory(job.mesh, bake_settings(job).import));
+      const std::size_t bytes = alone ? options_.memory_bytes : import_memory(job.mesh, bake_settings(job).import);
+      const MemoryBudget::Share share(budget_, bytes);
       const auto said = ask(job, std::move(plan), result);
       if (!said) return result;
       predicted = said->at("plan").at("predicted_memory_bytes");
@@ -302,7 +314,8 @@ class Runner {
     result.state = said->at("cache") == "hit" ? State::cached : State::baked;
     result.bytes = said->at("bytes");
     result.notes = said->at("notes").get<std::vector<std::string>>();
-    return result;
+    if (!result.key.empty()) return result;
+    return failure(kBadInput, "its buffers cannot be told, nor when it is up to date; export it again, as UTF-8");
   }
 
   const std::vector<Job>& jobs_;

@@ -100,18 +100,23 @@ void add_nodes(const aiScene& scene, RawMesh& out) {
   }
 }
 
-// Files beside the mesh, by names that may be percent-encoded, which assimp 5.2 leaves to others.
+// The files that a glTF file's names mean, and no others: assimp looks for a missing one elsewhere, where a cache that
+// knows meshes by their bytes does not look.
 class Files : public Assimp::DefaultIOSystem {
  public:
   explicit Files(const std::string& mesh) : folder_(mesh.substr(0, mesh.rfind('/') + 1)) {}
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     const std::string name = file;
-    const bool beside = name.starts_with(folder_);
-    return DefaultIOSystem::Open((beside ? referred_file(folder_, name.substr(folder_.size())) : name).c_str(), mode);
+    if (is_missing_ || !name.starts_with(folder_)) return nullptr;
+    Assimp::IOStream* const stream =
+        DefaultIOSystem::Open(referred_file(folder_, name.substr(folder_.size())).c_str(), mode);
+    is_missing_ = stream == nullptr;
+    return stream;
   }
 
  private:
   std::string folder_;
+  bool is_missing_ = false;
 };
 
 bool supports(const aiImporterDesc& loader, const std::string& extension) {
@@ -137,7 +142,7 @@ void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
 RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
   Assimp::Importer importer;
   keep_loaders(importer, extension);
-  importer.SetIOHandler(new Files(path));  // the importer deletes it
+  if (extension == "gltf" || extension == "glb") importer.SetIOHandler(new Files(path));  // the importer deletes it
   // The asset's frame is the mesh's own; turning it is the user's business.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* const scene = importer.ReadFile(path, 0);

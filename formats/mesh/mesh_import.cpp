@@ -227,6 +227,8 @@ std::string referred_file(const std::string& folder, const std::string& name) {
     decoded += is_code && byte != 0 ? static_cast<char>(byte) : name[i];
     if (is_code && byte != 0) i += 2;
   }
+  if (fs::exists(folder + decoded, ignored)) return folder + decoded;
+  std::replace(decoded.begin(), decoded.end(), '\\', '/');
   return folder + (fs::exists(folder + decoded, ignored) ? decoded : name);
 }
 

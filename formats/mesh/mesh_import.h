@@ -32,8 +32,8 @@ struct ImportedMesh : TriangleMesh {
 /// Whether a file's name ends as those of meshes do that import_mesh reads.
 [[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
 
-/// The file that a name in a mesh file means, such as a glTF buffer's: as it is written or, where no such file is, with
-/// its percent-encoded bytes decoded (RFC 3986, Sec. 2.1).
+/// The file that a buffer's name in a glTF file means: as it is written or, where no such file is, with its
+/// percent-encoded bytes decoded (RFC 3986, Sec. 2.1), or with slashes for backslashes too.
 /// @param folder  of the mesh, with a slash behind, or empty
 [[nodiscard]] std::string referred_file(const std::string& folder, const std::string& name);
 

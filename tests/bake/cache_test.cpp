@@ -125,8 +125,10 @@ TEST(CacheKey, TheBuffersOfAGltfFileCountAndItsTexturesDoNot) {
   std::memcpy(glb.data() + 12, &size, sizeof size);
   write_file(folder / "mesh.glb", glb);
   write_file(folder / "a b.bin", "abc");
-  EXPECT_FALSE(key_of("mesh.gltf")) << "a buffer is absent";
+  const auto without = key_of("mesh.gltf");
+  EXPECT_TRUE(without) << "nothing may use it";
   write_file(folder / "c.bin", "c");
+  EXPECT_NE(key_of("mesh.gltf"), without);
   for (const char* mesh : {"mesh.gltf", "mesh.glb"}) {
     const auto key = key_of(mesh);
     ASSERT_TRUE(key) << mesh;
@@ -147,9 +149,11 @@ TEST(CacheKey, TheBuffersOfAGltfFileCountAndItsTexturesDoNot) {
 TEST(CacheKey, TheOlderFormOfGltfIsUnderstoodToo) {
   const TemporaryFolder folder;
   write_file(folder / "a.gltf", R"({"buffers": {"first": {"uri": "a.bin"}}, "images": {"i": {"uri": "i.png"}}})");
-  EXPECT_FALSE(bake_record(folder / "a.gltf", coarse_settings()));
+  const auto without = bake_record(folder / "a.gltf", coarse_settings());
   write_file(folder / "a.bin", "a");
-  EXPECT_TRUE(bake_record(folder / "a.gltf", coarse_settings()));
+  const auto record = bake_record(folder / "a.gltf", coarse_settings());
+  EXPECT_TRUE(record);
+  EXPECT_NE(record, without);
 }
 
 TEST(CacheKey, AMeshInMemoryIsItsVerticesAndTriangles) {

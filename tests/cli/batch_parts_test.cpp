@@ -57,6 +57,21 @@ TEST(BatchParts, AJobsFileMayMoveWithItsTree) {
   EXPECT_TRUE(fs::exists(folder / "moved/out/cube.vps.hdf"));
 }
 
+TEST(BatchParts, WhatLinesAndScriptsCannotHoldIsRefused) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  folder.add("l\xe4t.obj", "peg");
+  const Outcome plan = vpsbake(folder, kPlan);
+  EXPECT_EQ(plan.code, 0);
+  EXPECT_NE(plan.err.find("its name is not UTF-8"), std::string::npos) << plan.err;
+  const Outcome run = vpsbake(folder, "run jobs.jsonl");
+  EXPECT_EQ(run.code, 5);
+  EXPECT_NE(run.err.find("its name is not UTF-8"), std::string::npos) << run.err;
+  fs::create_directory(folder / "{}");
+  expect_refusal(folder, "plan meshes -o '{}/jobs.jsonl' --into out --voxel 10mm --emit parallel", 1,
+                 "names with braces or line breaks do not go into scripts");
+}
+
 TEST(BatchParts, BadSharesAndJobsAreRefused) {
   const BatchFolder folder;
   folder.add("cube.obj");
@@ -65,7 +80,7 @@ TEST(BatchParts, BadSharesAndJobsAreRefused) {
     expect_refusal(folder, std::string("run jobs.jsonl --shard ") + share, 1, "--shard takes i/n with 1 <= i <= n");
   EXPECT_EQ(vpsbake(folder, "run jobs.jsonl --shard 100001/99999999").out, "no job in share 100001/99999999\n");
   expect_refusal(folder, "run jobs.jsonl --task 2", 3, "there is no job 2; it has 1");
-  expect_refusal(folder, "run absent.jsonl", 3, "the file cannot be read");
+  expect_refusal(folder, "run absent.jsonl", 2, "the file cannot be read");
   write_file(folder / "bad.jsonl", "{}\n");
   expect_refusal(folder, "run bad.jsonl", 3, "bad.jsonl:1: this is not a line that vpsbake plan writes");
   write_file(folder / "bad.jsonl",

@@ -272,8 +272,9 @@ TEST(Batch, ReportsAndManifestsReplaceNothingElse) {
   const BatchFolder folder;
   folder.add("cube.obj");
   write_file(folder / "model.xml", "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model/>\n");
-  expect_refusal(folder, std::string(kBake) + " --junit model.xml", 2, "the file exists and is not a JUnit report");
   fs::create_directory(folder / "out");
+  expect_refusal(folder, std::string(kBake) + " --junit model.xml", 2, "the file exists and is not a JUnit report");
+  expect_refusal(folder, std::string(kBake) + " --junit ./out/cube.vps.hdf", 2, "this is an asset");
   write_file(folder / "out/vpsbake.json", "{}\n");
   const char* const why = "vpsbake.json: the file exists and is not a manifest of vpsbake batch";
   expect_refusal(folder, kBake, 2, why);
@@ -314,6 +315,92 @@ TEST(Batch, TheCacheKeepsItsLimit) {
   ::unsetenv("VPSBAKE_CACHE_SIZE");
 }
 
+TEST(Batch, OneAssetIsOneWhateverItIsCalled) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  folder.add("peg.obj", "peg");
+  folder.add_text("vpsbake.toml", "[[files]]\nmatch = \"peg.obj\"\noutput = \"./cube.vps.hdf\"\n");
+  EXPECT_EQ(run_batch(folder, kBake).code, 5);
+  EXPECT_FALSE(fs::exists(folder / "out/cube.vps.hdf"));
+}
+
+TEST(Batch, ATwinIsBakedWhereTheFirstCannotBeWritten) {
+  const BatchFolder folder;
+  folder.add("a.obj");
+  folder.add("cube.obj");
+  fs::create_directories(folder / "out/a.vps.hdf");
+  for (const char* jobs : {"1", "2"}) {
+    fs::remove(folder / "out/cube.vps.hdf");
+    EXPECT_EQ(run_batch(folder, std::string(kBake) + " --jobs " + jobs).states,
+              (States{{"a.vps.hdf", "FAILED"}, {"cube.vps.hdf", "baked"}}));
+  }
+}
+
+TEST(Batch, WhatIsExcludedStopsNothing) {
+  const BatchFolder folder;
+  for (const char* mesh : {"cube.obj", "bad/a.obj", "old/b.obj", "old/c/d.obj"}) folder.add(mesh);
+  for (const char* place : {"bad", "old/c"}) folder.add_text(std::string(place) + "/vpsbake.toml", "junk\n");
+  expect_refusal(folder, kBake, 3, "vpsbake.toml");
+  folder.add_text("old/vpsbake.toml",
+                  "exclude = [\"c/\"]\n[[files]]\nmatch = \"b.obj\"\nskip = true\n"
+                  "[[files]]\nmatch = \"*.obj\"\nvoxel = \"20mm\"\n");
+  EXPECT_EQ(run_batch(folder, std::string(kBake) + " --exclude bad").states, (States{{"cube.vps.hdf", "baked"}}));
+}
+
+TEST(Batch, FoldersMayHaveAnyName) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  fs::rename(folder / "meshes", folder / "[m,n]");
+  EXPECT_EQ(run_batch(folder, "batch '[m,n]' -o out --voxel 10mm").states, (States{{"cube.vps.hdf", "baked"}}));
+}
+
+TEST(Batch, BuffersThatNothingUsesMayBeAbsent) {
+  const BatchFolder folder;
+  const std::string meshes = std::string(VPS_DOCS) + "/examples/cmake_project/meshes/";
+  const std::string text = read_file(meshes + "wedge.gltf");
+  const auto add = [&](const char* name, const std::string& buffer, const std::string& more = "") {
+    std::string changed = text;
+    changed.replace(changed.find("\"wedge.bin\", \"byteLength\": 120}"), 31,
+                    "\"" + buffer + "\", \"byteLength\": 120}" + more);
+    folder.add_text(name, changed);
+  };
+  fs::create_directories(folder / "meshes/sub");
+  fs::copy_file(meshes + "wedge.bin", folder / "meshes/sub/d.bin");
+  add("unused.gltf", "sub/d.bin", R"(, {"uri": "absent.bin", "byteLength": 1})");
+  add("back.gltf", R"(sub\\d.bin)");
+  add("elsewhere.gltf", "file://" + (folder / "meshes/sub/d.bin").string());
+  add("lost.gltf", "other/d.bin");
+  add("latin.gltf", "sub/d.bin", ", {\"uri\": \"\xe4.bin\", \"byteLength\": 1}");
+  const std::string bake = "batch meshes -o out --voxel 2mm";
+  for (const char* state : {"baked", "unchanged"}) {
+    const BatchOutcome run = run_batch(folder, bake);
+    EXPECT_EQ(run.code, 5);
+    EXPECT_EQ(run.states, (States{{"back.vps.hdf", state},
+                                  {"elsewhere.vps.hdf", "FAILED"},
+                                  {"latin.vps.hdf", "FAILED"},
+                                  {"lost.vps.hdf", "FAILED"},
+                                  {"unused.vps.hdf", state}}))
+        << run.err;
+  }
+}
+
+TEST(Batch, FilesAreWrittenBeforeWhatNobodyMayRead) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const std::string program = "cd " + folder.path().string() + " && " VPSBAKE " ";
+  EXPECT_NE(std::system((program + kBake + " --json --junit j.xml >/dev/full 2>&1").c_str()), 0);
+  for (const char* name : {"out/cube.vps.hdf", "out/vpsbake.json", "out/.vpsbake-run.json", "j.xml"})
+    EXPECT_TRUE(fs::exists(folder / name)) << name;
+}
+
+TEST(Batch, ASearchForTheVoxelSizeRunsAlone) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  folder.add("peg.obj", "peg");
+  EXPECT_EQ(run_batch(folder, "batch meshes -o out --max-error 1mm --jobs 2").states,
+            (States{{"cube.vps.hdf", "baked"}, {"peg.vps.hdf", "baked"}}));
+}
+
 TEST(Batch, ADepfileNamesWhatTheAssetsDependOn) {
   const BatchFolder folder;
   folder.add("a b.obj");
@@ -323,7 +410,8 @@ TEST(Batch, ADepfileNamesWhatTheAssetsDependOn) {
       read_file(folder / "bake.d"),
       "out/vpsbake.json: \\\n  meshes/a\\ b.obj \\\n  meshes/vpsbake.toml\nmeshes/a\\ b.obj:\nmeshes/vpsbake.toml:\n");
   ASSERT_EQ(vpsbake(folder, std::string(kBake) + " --depfile bake.d").code, 0) << "its own";
-  for (const char* other : {"meshes/vpsbake.toml", "meshes/a\\ b.obj", "out/vpsbake.json", "out/a\\ b.vps.hdf"}) {
+  for (const char* other : {"meshes/vpsbake.toml", "meshes/a\\ b.obj", "out/vpsbake.json", "out/a\\ b.vps.hdf",
+                            "$PWD/out/.vpsbake-run.json"}) {
     const auto before = files_below(folder.path());
     expect_refusal(folder, std::string(kBake) + " --depfile " + other, 2, "choose another --depfile");
     EXPECT_EQ(files_below(folder.path()), before);

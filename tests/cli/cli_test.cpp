@@ -234,6 +234,8 @@ TEST(Cli, CheckSaysWhatIsWrongAndWhetherItWouldBake) {
   EXPECT_EQ(nlohmann::json::parse(filled.out)["repair"], "fill");
   // Three faces of 1/2 m^2, of which one is new, and the slanted one.
   EXPECT_NEAR(nlohmann::json::parse(filled.out)["filled_share"].get<double>(), 0.5 / (1.5 + std::sqrt(0.75)), 1e-12);
+  for (const char* grid : {"--voxel 1km", "--voxel 0.001mm", "--resolution 8192"})
+    EXPECT_EQ(vpsbake(folder, "check " + sample("cube") + " " + grid).code, 3) << grid;
   EXPECT_EQ(folder.names().size(), 1U);  // a check writes nothing
 }
 

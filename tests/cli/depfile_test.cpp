@@ -64,12 +64,21 @@ TEST(Depfile, NothingIsOverwrittenNorWrittenWithoutAnAsset) {
   std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
   const std::string bake = "cube.obj --voxel 9mm --depfile ";
   expect_refusal(folder, bake + "cube.obj", 2, "cube.obj: this is a file of the mesh");
-  expect_refusal(folder, bake + "./cube.vps.hdf", 2, "this is the asset");
-  write_file(folder / "notes.txt", "precious\n");
-  expect_refusal(folder, bake + "notes.txt", 2, "the file exists and is not a depfile");
+  expect_refusal(folder, bake + "$PWD/cube.vps.hdf", 2, "this is written already");
+  for (const char* text : {"precious\n", "services:\n  web:\n", "all: \\\n  a\n"}) {
+    write_file(folder / "notes.txt", text);
+    expect_refusal(folder, bake + "notes.txt", 2, "the file exists and is not a depfile");
+  }
   expect_refusal(folder, bake + "no/d", 2, "the folder does not exist");
   expect_refusal(folder, "no.obj --voxel 9mm --depfile d", 2, "no.obj: the file does not exist");
   expect_refusal(folder, "cube.obj --voxel 9mm --depfile d -o \"a\nb\"", 2, "make knows no names with line breaks");
+  expect_refusal(folder, "cube.obj --voxel 9mm --depfile d -o a%b.vps.hdf", 2, "make knows no names with %");
+  for (const char* name : {"a=b", "a;b", "a|b"}) {
+    std::filesystem::rename(folder / "cube.obj", folder / (std::string(name) + ".obj"));
+    expect_refusal(folder, "'" + std::string(name) + ".obj' --voxel 9mm --depfile d -o o.vps.hdf", 2,
+                   "make knows no names with " + std::string(1, name[1]));
+    std::filesystem::rename(folder / (std::string(name) + ".obj"), folder / "cube.obj");
+  }
 }
 
 }  // namespace

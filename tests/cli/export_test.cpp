@@ -369,6 +369,10 @@ TEST_F(Export, WhatCannotBeExportedIsRefusedAndNothingForeignIsOverwritten) {
   expect_refusal(folder_, "export a.vps.hdf --to ply -o mesh.ply", 2, "the file exists");
   write_file(folder_ / "mesh.obj", "v 0 0 0\n");
   expect_refusal(folder_, "export a.vps.hdf --to obj -o mesh.obj", 2, "the file exists");
+  write_file(folder_ / "climate.cdf", "CDF\x01" + std::string(600, 'x'));
+  expect_refusal(folder_, "export a.vps.hdf --to cdf -o climate.cdf", 2, "the file exists");
+  std::filesystem::copy_file(folder_ / "a.vps.hdf", folder_ / "data.h5");
+  expect_refusal(folder_, "export a.vps.hdf --to vtkhdf -o data.h5", 2, "the file exists and is not a VTKHDF file");
   for (const char* const format : {"vtkhdf", "json", "cdf"})
     expect_refusal(folder_, std::string("export a.vps.hdf -o a.vps.hdf --to ") + format, 2, "the file exists");
 }

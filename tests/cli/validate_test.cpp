@@ -186,6 +186,16 @@ TEST_F(Validate, AnotherMeshIsAWarningAndItsErrorsAreFailures) {
   for (const char* const name : {"mass", "field scaled", "points"}) EXPECT_EQ(by_name.at(name), "failed") << name;
 }
 
+TEST_F(Validate, AnOpenMeshIsToldOfAsTheMeshAfterTheOtherChecks) {
+  std::string text = read_file(sample("cube"));
+  text.resize(text.rfind("f "));
+  write_file(folder_ / "open.obj", text);
+  const Outcome open = vpsbake(folder_, "validate a.vps.hdf --mesh open.obj");
+  EXPECT_EQ(open.code, 3);
+  EXPECT_TRUE(open.err.starts_with("vpsbake: error: open.obj: the mesh is open")) << open.err;
+  EXPECT_NE(open.out.find("  ok       hashes"), std::string::npos) << open.out;
+}
+
 TEST_F(Validate, TheDirectoryAndHdf5HaveToAgree) {
   const std::string bytes = read_file(folder_ / "a.vps.hdf");
   write_file(folder_ / "forged.vps.hdf", with_directory(bytes, [](Directory& d) { d.info.volume *= 2; }));
