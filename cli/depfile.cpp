@@ -70,7 +70,8 @@ std::string depfile_refusal(const fs::path& depfile, const std::vector<fs::path>
                             const std::vector<fs::path>& files) {
   std::error_code ignored;
   for (const fs::path& target : targets) {
-    if (is_same_place(target, depfile)) return "this is written already; choose another --depfile";
+    if (target.filename() == depfile.filename() && is_same_place(target, depfile))
+      return "this is written already; choose another --depfile";
   }
   const fs::path& target = targets.front();
   std::string_view sign = target.string().find('%') != std::string::npos ? "%" : unlistable(target);

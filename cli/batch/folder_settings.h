@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include <optional>
-
 #include "cli/batch/job.h"
 
 namespace vps::cli::batch {

@@ -93,8 +93,9 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
   if (!arguments.junit.empty()) {
+    const fs::path name = fs::path(arguments.junit).filename();
     for (const Job& job : jobs) {
-      if (is_same_place(job.asset(), arguments.junit))
+      if (job.asset().filename() == name && is_same_place(job.asset(), arguments.junit))
         return {fail(kIo, arguments.junit, "this is an asset; choose another --junit"), {}, 0};
     }
     if (const std::string reason = output_refusal(arguments.junit, xml::kJUnitBeginning, "a JUnit report");

@@ -284,6 +284,7 @@ TEST(Batch, ReportsAndManifestsReplaceNothingElse) {
   EXPECT_FALSE(fs::exists(folder / "out/cube.vps.hdf"));
   fs::remove(folder / "out/vpsbake.json");
   for (int i = 0; i < 2; ++i) EXPECT_EQ(vpsbake(folder, std::string(kBake) + " --junit bake.xml").code, 0);
+  EXPECT_EQ(vpsbake(folder, "batch meshes -o new --voxel 10mm --junit new/bake.xml --depfile new/bake.d").code, 0);
 }
 
 TEST(Batch, TheTableSaysOnlyWhatMatters) {
