@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
 #include "tests/support/temporary_folder.h"
@@ -82,6 +83,13 @@ class Browser {
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
+    // What it leaves when it is killed goes with the folder.
+    std::string temporary = "TMPDIR=" + folder_.path().string();
+    std::vector<char*> environment = {temporary.data()};
+    for (char** word = environ; *word != nullptr; ++word) {
+      if (!std::string_view(*word).starts_with("TMPDIR=")) environment.push_back(*word);
+    }
+    environment.push_back(nullptr);
     posix_spawn_file_actions_t files;
     ::posix_spawn_file_actions_init(&files);
     ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -94,7 +102,7 @@ class Browser {
     posix_spawnattr_t attributes;
     ::posix_spawnattr_init(&attributes);
     ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // to end its children with it
-    const int error = ::posix_spawn(&process_, browser.c_str(), &files, &attributes, argv.data(), environ);
+    const int error = ::posix_spawn(&process_, browser.c_str(), &files, &attributes, argv.data(), environment.data());
     ::posix_spawn_file_actions_destroy(&files);
     ::posix_spawnattr_destroy(&attributes);
     if (error != 0) throw std::runtime_error("chromium does not start");
