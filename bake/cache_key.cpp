@@ -109,9 +109,13 @@ struct HashedFiles {
   bool understood = true;  // false: what the mesh refers to is not known
 };
 
-HashedFiles hash_files(const fs::path& mesh) {
+bool is_gltf(const fs::path& mesh) {
   const std::string extension = lower_extension(mesh);
-  const bool gltf = extension == ".gltf" || extension == ".glb";
+  return extension == ".gltf" || extension == ".glb";
+}
+
+HashedFiles hash_files(const fs::path& mesh) {
+  const bool gltf = is_gltf(mesh);
   std::string text;
   HashedFiles out;
   out.paths.push_back(mesh);
@@ -161,7 +165,7 @@ std::string describe_settings(const BakeSettings& settings) {
 }
 
 std::vector<fs::path> mesh_files(const fs::path& mesh) {
-  return hash_files(mesh).paths;
+  return is_gltf(mesh) ? hash_files(mesh).paths : std::vector{mesh};  // others name no files that count
 }
 
 MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {

@@ -53,7 +53,7 @@ std::string_view unlistable(const fs::path& file) {
 }  // namespace
 
 std::string depfile_text(const fs::path& target, std::vector<fs::path> files) {
-  // What is not there is always older than its target, or newer.
+  // For what is not there make and ninja would do it again each time.
   std::erase_if(files, [](const fs::path& file) {
     std::error_code ignored;
     return !fs::exists(file, ignored);

@@ -31,8 +31,8 @@ struct Arguments {
 };
 
 // The group's name is in the root group's header, which follows the superblock.
-bool starts_as_vtkhdf(std::string_view start) {
-  return start.starts_with("\x89HDF\r\n\x1a\n") && start.find("VTKHDF") != std::string_view::npos;
+bool holds_vtkhdf(std::string_view start) {
+  return start.find("VTKHDF") != std::string_view::npos;
 }
 
 // Two corners, counts of cells, their size and one over it: all numbers, that agree.
@@ -50,27 +50,20 @@ bool starts_as_cdf(std::string_view start) {
   return true;
 }
 
-template <const char* beginning>
-bool starts_with(std::string_view start) {
-  return start.starts_with(beginning);
-}
-constexpr char kPly[] = "ply\nformat binary_little_endian 1.0\ncomment vpsbake";
-constexpr char kObj[] = "# vpsbake";
-constexpr char kJson[] = R"({"schema":"vpsbake asset)";
-
 struct Format {
   const char* name;
-  const char* ending;                     ///< of the output when none is said
-  bool (*is_replaced)(std::string_view);  ///< whether a file that starts so may be overwritten
+  const char* ending;          ///< of the output when none is said
+  std::string_view beginning;  ///< of the files: what begins otherwise is not overwritten
   const char* kind;
-  bool of_field;  ///< takes --field and --step
+  bool of_field;                               ///< takes --field and --step
+  bool (*is_own)(std::string_view) = nullptr;  ///< where the beginning does not tell
 };
 constexpr Format kFormats[] = {
-    {"vtkhdf", ".vtk.hdf", starts_as_vtkhdf, "a VTKHDF file", true},
-    {"ply", "_points.ply", starts_with<kPly>, "a pointshell of vpsbake", false},
-    {"cdf", ".cdf", starts_as_cdf, "a .cdf file", true},
-    {"obj", "_field.obj", starts_with<kObj>, "a surface of vpsbake", true},
-    {"json", ".json", starts_with<kJson>, "an asset's JSON", false},
+    {"vtkhdf", ".vtk.hdf", "\x89HDF\r\n\x1a\n", "a VTKHDF file", true, holds_vtkhdf},
+    {"ply", "_points.ply", "ply\nformat binary_little_endian 1.0\ncomment vpsbake", "a pointshell of vpsbake", false},
+    {"cdf", ".cdf", "", "a .cdf file", true, starts_as_cdf},
+    {"obj", "_field.obj", "# vpsbake", "a surface of vpsbake", true},
+    {"json", ".json", R"({"schema":"vpsbake asset)", "an asset's JSON", false},
 };
 
 const Format& format_of(const std::string& name) {
@@ -81,14 +74,14 @@ const Format& format_of(const std::string& name) {
 }
 
 std::string refusal(const Format& format, const std::filesystem::path& output) {
-  std::string reason = output_refusal(output, "", format.kind);
+  std::string reason = output_refusal(output, format.beginning, format.kind);
   std::error_code ignored;
-  if (!reason.empty() || !std::filesystem::exists(output, ignored)) return reason;
+  if (!reason.empty() || format.is_own == nullptr || !std::filesystem::exists(output, ignored)) return reason;
   std::string start(512, '\0');
   std::ifstream file(output, std::ios::binary);
   file.read(start.data(), std::streamsize(start.size()));
   start.resize(static_cast<std::size_t>(file.gcount()));
-  if (format.is_replaced(start)) return "";
+  if (format.is_own(start)) return "";
   return fmt::format("the file exists and is not {}; remove it or choose another output", format.kind);
 }
 

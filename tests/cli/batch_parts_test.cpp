@@ -57,6 +57,26 @@ TEST(BatchParts, AJobsFileMayMoveWithItsTree) {
   EXPECT_TRUE(fs::exists(folder / "moved/out/cube.vps.hdf"));
 }
 
+TEST(BatchParts, WhatIsAdvisedCanBeTyped) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  ASSERT_EQ(vpsbake(folder, "plan meshes -o 'my jobs.jsonl' --into out --voxel 10mm").code, 0);
+  const Outcome merge = vpsbake(folder, "merge 'my jobs.jsonl'");
+  EXPECT_EQ(merge.code, 5);
+  EXPECT_NE(merge.err.find("vpsbake run 'my jobs.jsonl' --task 1"), std::string::npos) << merge.err;
+  expect_refusal(folder, "explain meshes/cube.obj", 3, "give the folder of its assets with -o");
+}
+
+TEST(BatchParts, AnIgnoredSignalStaysIgnored) {
+  const BatchFolder folder;
+  for (const char* mesh : {"cube", "hole", "peg", "nut"}) folder.add(std::string(mesh) + ".obj", mesh);
+  const std::string line = "cd " + folder.path().string() +
+                           " && trap '' HUP && { " VPSBAKE
+                           " batch meshes -o out --voxel 2mm >log.txt 2>&1 & p=$!; for i in $(seq 20); do kill -HUP $p "
+                           "2>/dev/null; sleep 0.02; done; wait $p; }";
+  EXPECT_EQ(std::system(line.c_str()), 0) << read_file(folder / "log.txt");
+}
+
 TEST(BatchParts, WhatLinesAndScriptsCannotHoldIsRefused) {
   const BatchFolder folder;
   folder.add("cube.obj");

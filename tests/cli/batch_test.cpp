@@ -313,6 +313,8 @@ TEST(Batch, TheCacheKeepsItsLimit) {
   EXPECT_EQ(kept, 0U) << "no asset is as small";
   ::setenv("VPSBAKE_CACHE_SIZE", "large", 1);
   expect_refusal(folder, kBake, 1, "VPSBAKE_CACHE_SIZE: large is not a size");
+  fs::remove_all(folder / "out");
+  EXPECT_EQ(run_batch(folder, std::string(kBake) + " --jobs 2 --cache-size 1GB", "other").code, 0);
   ::unsetenv("VPSBAKE_CACHE_SIZE");
 }
 
@@ -394,7 +396,7 @@ TEST(Batch, FilesAreWrittenBeforeWhatNobodyMayRead) {
     EXPECT_TRUE(fs::exists(folder / name)) << name;
 }
 
-TEST(Batch, ASearchForTheVoxelSizeRunsAlone) {
+TEST(Batch, SeveralMeshesMaySearchForTheirVoxelSize) {
   const BatchFolder folder;
   folder.add("cube.obj");
   folder.add("peg.obj", "peg");
