@@ -6,17 +6,17 @@
 #include <cmath>
 #include <cstring>
 
-#include "bake/bounding_spheres.h"
-#include "bake/certify.h"
-#include "bake/check.h"
-#include "bake/cluster_points.h"
-#include "bake/coarse_layers.h"
-#include "bake/mass_properties.h"
-#include "bake/pack_sections.h"
 #include "bake/plan.h"
-#include "bake/sample_pointshell.h"
+#include "bake/repair/check.h"
+#include "bake/stages/bounding_spheres.h"
+#include "bake/stages/certify.h"
+#include "bake/stages/cluster_points.h"
+#include "bake/stages/coarse_layers.h"
+#include "bake/stages/mass_properties.h"
+#include "bake/stages/pack_sections.h"
+#include "bake/stages/sample_pointshell.h"
+#include "bake/stages/wall_thickness.h"
 #include "bake/vps_bake.h"
-#include "bake/wall_thickness.h"
 #include "version.h"
 
 namespace vps {

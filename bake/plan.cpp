@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/mass_properties.h"
+#include "bake/stages/mass_properties.h"
 
 namespace vps {
 namespace {

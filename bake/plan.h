@@ -2,8 +2,8 @@
 /// @file Chooses the grid before any work is done, and refuses absurd ones. Internal to bake.
 #pragma once
 
-#include "bake/creases.h"
 #include "bake/grid.h"
+#include "bake/stages/creases.h"
 #include "bake/vps_bake.h"
 
 namespace vps {

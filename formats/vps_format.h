@@ -98,7 +98,7 @@ enum class SectionKind : std::uint32_t {
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
-  record = 64,         ///< i8 [n]: what the asset was baked from, as text (bake/cache.h). Optional; no query reads it
+  record = 64,  ///< i8 [n]: what the asset was baked from, as text (bake/store/cache.h). Optional; no query reads it
 };
 
 /// No kind uses i32.

@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include "cli/options.h"
-#include "cli/provenance.h"
+#include "cli/terminal/options.h"
+#include "cli/tools/provenance.h"
 
 namespace vps::cli::batch {
 namespace {

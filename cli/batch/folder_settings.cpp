@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "cli/scene/nearest_name.h"
+#include "cli/tools/nearest_name.h"
 
 namespace vps::cli::batch {
 namespace {

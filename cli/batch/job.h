@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "cli/bake_command.h"
-#include "cli/exit_code.h"
+#include "cli/commands/bake_command.h"
+#include "cli/terminal/exit_code.h"
 
 namespace vps::cli::batch {
 

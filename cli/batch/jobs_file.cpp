@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cli/xml.h"
+#include "cli/tools/xml.h"
 
 namespace vps::cli::batch {
 namespace {

@@ -12,8 +12,8 @@
 #include <span>
 
 #include "cli/batch/reasons.h"
-#include "cli/describe_asset.h"
-#include "cli/output_file.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
 #include "formats/scene_manifest.h"
 
 namespace vps::cli::batch {

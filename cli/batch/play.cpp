@@ -13,12 +13,12 @@
 
 #include "cli/batch/memory_budget.h"
 #include "cli/batch/report.h"
-#include "cli/describe_asset.h"
-#include "cli/exit_code.h"
-#include "cli/options.h"
-#include "cli/output_file.h"
-#include "cli/progress.h"
-#include "cli/xml.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/terminal/options.h"
+#include "cli/terminal/progress.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
+#include "cli/tools/xml.h"
 
 namespace vps::cli::batch {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "bake/cache.h"
+#include "bake/store/cache.h"
 #include "cli/batch/job.h"
 
 namespace vps::cli::batch {

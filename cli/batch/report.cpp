@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "bake/plan.h"
-#include "cli/provenance.h"
-#include "cli/xml.h"
+#include "cli/tools/provenance.h"
+#include "cli/tools/xml.h"
 
 namespace vps::cli::batch {
 namespace {

@@ -18,8 +18,8 @@
 #include "cli/batch/child_program.h"
 #include "cli/batch/memory_budget.h"
 #include "cli/batch/reasons.h"
-#include "cli/exit_code.h"
-#include "cli/output_file.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/output_file.h"
 
 namespace vps::cli::batch {
 namespace {

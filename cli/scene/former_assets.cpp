@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
-#include "cli/output_file.h"
+#include "cli/tools/output_file.h"
 #include "formats/scene_manifest.h"
 
 namespace vps::cli {

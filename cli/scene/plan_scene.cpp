@@ -10,8 +10,8 @@
 #include <numeric>
 #include <tuple>
 
-#include "bake/cache.h"
 #include "bake/plan.h"
+#include "bake/store/cache.h"
 
 namespace vps::cli {
 namespace {

@@ -8,9 +8,9 @@
 #include <map>
 #include <string_view>
 
-#include "cli/options.h"
 #include "cli/scene/scene.h"
 #include "cli/scene/toml_table.h"
+#include "cli/terminal/options.h"
 
 namespace vps::cli {
 namespace {

@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "cli/scene/nearest_name.h"
+#include "cli/tools/nearest_name.h"
 
 namespace vps::cli {
 

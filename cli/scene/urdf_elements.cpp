@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "cli/scene/nearest_name.h"
+#include "cli/tools/nearest_name.h"
 
 namespace vps::cli {
 namespace {

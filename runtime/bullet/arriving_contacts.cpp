@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "runtime/bullet/partner_field.h"
-#include "runtime/penetration.h"
+#include "runtime/bullet/partners/partner_field.h"
+#include "runtime/fields/penetration.h"
 
 namespace vps::bullet {
 namespace {

@@ -12,7 +12,7 @@
 #include "runtime/bullet/arriving_contacts.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
-#include "runtime/bullet/partner_field.h"
+#include "runtime/bullet/partners/partner_field.h"
 #include "runtime/bullet/reduce_contacts.h"
 
 namespace vps::bullet {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "runtime/bullet/find_contacts.h"
-#include "runtime/bullet/for_each_leaf.h"
-#include "runtime/bullet/partner_field.h"
+#include "runtime/bullet/partners/for_each_leaf.h"
+#include "runtime/bullet/partners/partner_field.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {

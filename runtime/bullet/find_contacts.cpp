@@ -6,9 +6,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "runtime/bullet/partner_field.h"
-#include "runtime/penetration.h"
-#include "runtime/place_field.h"
+#include "runtime/bullet/partners/partner_field.h"
+#include "runtime/fields/penetration.h"
+#include "runtime/fields/place_field.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {

@@ -4,10 +4,10 @@
 
 #include <limits>
 
-#include "runtime/bullet/convex_planes.h"
 #include "runtime/bullet/pair.h"
+#include "runtime/bullet/partners/convex_planes.h"
+#include "runtime/bullet/partners/triangle_contacts.h"
 #include "runtime/bullet/segment_contacts.h"
-#include "runtime/bullet/triangle_contacts.h"
 
 namespace vps::bullet {
 

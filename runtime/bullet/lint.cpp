@@ -10,8 +10,8 @@
 #include <cstdio>
 #include <limits>
 
-#include "runtime/bullet/for_each_leaf.h"
 #include "runtime/bullet/pair.h"
+#include "runtime/bullet/partners/for_each_leaf.h"
 
 namespace vps::bullet {
 namespace {

@@ -5,7 +5,7 @@
 #include <array>
 #include <limits>
 
-#include "runtime/penetration.h"
+#include "runtime/fields/penetration.h"
 
 namespace vps::bullet {
 namespace {

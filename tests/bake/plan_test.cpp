@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "bake/creases.h"
+#include "bake/stages/creases.h"
 #include "bake/vps_bake.h"
 #include "tests/support/shapes.h"
 

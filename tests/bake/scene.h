@@ -2,9 +2,9 @@
 /// @file A mesh taken through the first stages of baking, for tests of the later ones.
 #pragma once
 
-#include "bake/check.h"
-#include "bake/distance_field.h"
 #include "bake/plan.h"
+#include "bake/repair/check.h"
+#include "bake/stages/distance_field.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
 

@@ -11,9 +11,9 @@
 #include <functional>
 
 #include "bake/vps_bake.h"
-#include "cli/evaluate/ours.h"
-#include "cli/evaluate/pair.h"
-#include "cli/evaluate/poses.h"
+#include "cli/lab/ours.h"
+#include "cli/lab/pair.h"
+#include "cli/lab/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/vps_queries.h"
 #include "tests/bench/query_assets.h"

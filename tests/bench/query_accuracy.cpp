@@ -8,10 +8,10 @@
 #include <exception>
 #include <span>
 
-#include "cli/evaluate/bullet.h"
-#include "cli/evaluate/hacd.h"
-#include "cli/evaluate/ours.h"
-#include "cli/evaluate/poses.h"
+#include "cli/lab/bullet.h"
+#include "cli/lab/hacd.h"
+#include "cli/lab/ours.h"
+#include "cli/lab/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bench/query_assets.h"
 #include "tests/bench/query_report.h"

@@ -5,7 +5,7 @@
 #include <array>
 #include <filesystem>
 
-#include "cli/evaluate/assets.h"
+#include "cli/lab/assets.h"
 
 namespace vps::bench {
 

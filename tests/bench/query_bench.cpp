@@ -10,11 +10,11 @@
 #include <fstream>
 #include <thread>
 
-#include "cli/evaluate/bullet.h"
-#include "cli/evaluate/fcl.h"
-#include "cli/evaluate/hacd.h"
-#include "cli/evaluate/ours.h"
-#include "cli/evaluate/poses.h"
+#include "cli/lab/bullet.h"
+#include "cli/lab/fcl.h"
+#include "cli/lab/hacd.h"
+#include "cli/lab/ours.h"
+#include "cli/lab/poses.h"
 #include "formats/mesh/mesh_import.h"
 #include "tests/bench/query_assets.h"
 #include "tests/bench/query_report.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/evaluate/statistics.h"
+#include "cli/lab/statistics.h"
 
 namespace vps::bench {
 

@@ -44,7 +44,7 @@ def missing_files(document):
     for quoted in QUOTED.findall(prose(document.read_text())):
         if not re.fullmatch(rf"({'|'.join(FOLDERS)})/[\w./*-]*", quoted):
             continue
-        # `bake/voxelize` stands for its header and its source.
+        # `bake/stages/voxelize` stands for its header and its source.
         if not any(ROOT.glob(quoted.rstrip("/"))) and not any(ROOT.glob(quoted.rstrip("/") + ".*")):
             yield f"`{quoted}`: no such file"
 

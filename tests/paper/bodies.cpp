@@ -3,7 +3,7 @@
 
 #include <LinearMath/btConvexHullComputer.h>
 
-#include "cli/evaluate/hacd.h"
+#include "cli/lab/hacd.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "sample_meshes/shapes.h"

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/evaluate/bullet.h"
+#include "cli/lab/bullet.h"
 #include "formats/triangle_mesh.h"
 #include "tests/bench/query_assets.h"
 

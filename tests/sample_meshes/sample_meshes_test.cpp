@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <map>
 
-#include "bake/check.h"
-#include "bake/mass_properties.h"
+#include "bake/repair/check.h"
+#include "bake/stages/mass_properties.h"
 #include "formats/mesh/mesh_import.h"
 #include "sample_meshes/shapes.h"
 #include "tests/sample_meshes/mesh_checks.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bake/vps_bake.h"
-#include "cli/evaluate/bullet.h"
+#include "cli/lab/bullet.h"
 #include "tests/support/bullet_world.h"
 
 namespace vps::scenes {

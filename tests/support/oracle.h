@@ -2,7 +2,7 @@
 /// @file The program's own judge, for tests.
 #pragma once
 
-#include "cli/evaluate/oracle.h"
+#include "cli/lab/oracle.h"
 
 namespace vps::test {
 

@@ -2,7 +2,7 @@
 /// @file Deterministic numbers, for tests.
 #pragma once
 
-#include "cli/evaluate/random.h"
+#include "cli/lab/random.h"
 
 namespace vps::test {
 

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Mesh check: everything later stages rely on is established here.
+#include "bake/repair/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bake/plan.h"
+#include "bake/repair/clean_mesh.h"
+#include "bake/repair/close_mesh.h"
+#include "bake/repair/open_sheets.h"
+#include "bake/repair/orient_mesh.h"
+#include "bake/repair/resolve_shells.h"
+#include "bake/repair/thicken_sheets.h"
+#include "bake/repair/topology.h"
+#include "bake/repair/wrap_mesh.h"
+
+namespace vps {
+namespace {
+
+// The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31
+// %.
+constexpr double kLargeFilling = 0.1;
+
+[[noreturn]] void refuse(const std::string& message) {
+  throw BakeError("check", message);
+}
+
+std::string place(const Vector& p) {
+  return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x(), p.y(), p.z());
+}
+
+// Duplicates and disagreement may come to light by joining vertices.
+bool closed_after_tidying(Mesh& mesh) {
+  CleanCounts ignored;
+  drop_duplicates(mesh, ignored);
+  if (count_unbalanced(mesh) > 0) orient_consistently(mesh);
+  return count_unbalanced(mesh) == 0;
+}
+
+const char* plural(std::size_t n) {
+  return n == 1 ? "" : "s";
+}
+
+double area_of(const Mesh& mesh) {
+  double sum = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += mesh.area_normal(t).norm() / 2;
+  return sum;
+}
+
+void warn_of_large_filling(RepairOutcome& outcome) {
+  if (outcome.filled_share < kLargeFilling) return;
+  outcome.notes.push_back(
+      fmt::format("{:.0f} % of the surface fills holes: the solid may be a plug of what was open; a sheet keeps its "
+                  "shape with --open-surface thicken=2mm",
+                  100 * outcome.filled_share));
+}
+
+// Holes are filled first: the skin would go in through wide ones, and the solid would be hollow.
+void wrap(Mesh& mesh, double voxel_size, RepairOutcome& outcome) {
+  if (!(voxel_size > 0)) refuse("wrapping needs a voxel size; give --voxel or --resolution");
+  const FilledHoles holes = fill_holes(mesh, std::numeric_limits<double>::infinity());
+  outcome.filled_share = holes.area / area_of(mesh);
+  const double alpha = 4 * voxel_size;
+  const double offset = voxel_size / 4;
+  mesh = wrap_mesh(mesh, alpha, offset);
+  outcome.notes.push_back(
+      fmt::format("repair wrap: closed {} hole{}, then a skin {} outside of the mesh that bridges gaps below {}",
+                  holes.filled, plural(holes.filled), format_length(offset), format_length(alpha)));
+}
+
+[[noreturn]] void refuse_leak(const FilledHoles& holes, const RepairSettings& settings) {
+  std::string message =
+      fmt::format("the mesh is open: it leaks through {} hole{}, the longest border of {} at {}", holes.left,
+                  plural(holes.left), format_length(holes.longest_border), place(holes.place));
+  if (settings.repair == Repair::automatic) {
+    message += "; close it there, or use --repair fill, --repair wrap, or --open-surface thicken=2mm for a sheet";
+  } else {
+    message += "; close it there or let --repair do more";
+  }
+  refuse(message);
+}
+
+[[noreturn]] void refuse_sheets(const OpenSheets& sheets) {
+  const std::uint32_t left = sheets.crossing + sheets.outside;
+  refuse(
+      fmt::format("the mesh is open: beside closed surfaces it has {} open one{} that bound{} no volume, one {} at {}; "
+                  "remove {}, make {} solid with --open-surface thicken=2mm, or use --repair fill for a body with "
+                  "holes",
+                  left, plural(left), left == 1 ? "s" : "",
+                  sheets.crossing > 0 ? "that crosses or touches a closed one" : "outside of the closed ones",
+                  place(sheets.place), left == 1 ? "it" : "them", left == 1 ? "it" : "them"));
+}
+
+void note_dropped(const OpenSheets& sheets, std::vector<std::string>& notes) {
+  if (sheets.dropped == 0) return;
+  notes.push_back(fmt::format("{} open surface{} inside a solid: dropped, as {} no volume", sheets.dropped,
+                              plural(sheets.dropped), sheets.dropped == 1 ? "it bounds" : "they bound"));
+}
+
+// Tries one means after the other, each on top of the milder ones, until nothing is open but sheets inside of solids.
+void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings, RepairOutcome& outcome) {
+  if (settings.repair == Repair::wrap) {
+    wrap(mesh, settings.voxel_size, outcome);
+    outcome.used = Repair::wrap;
+    return;
+  }
+  if (count_unbalanced(mesh) == 0) return;
+  Mesh work = mesh;
+  const auto allowed = [&](Repair r) { return settings.repair >= r; };
+  std::string note;  // on the strongest means that changed something
+  const auto done = [&] {
+    if (!note.empty()) outcome.notes.push_back(std::move(note));
+    mesh = std::move(work);
+  };
+  if (allowed(Repair::weld)) {
+    constexpr double kRelative = 1e-6;  // a few float steps
+    const double tolerance = kRelative * longest_side;
+    const std::size_t merged = weld_vertices(work, tolerance);
+    if (merged > 0) {
+      outcome.used = Repair::weld;
+      note = fmt::format("repair weld: merged {} vertices within {}", merged, format_length(tolerance));
+    }
+    if (closed_after_tidying(work)) return done();
+  }
+  if (allowed(Repair::stitch) && settings.voxel_size > 0) {
+    std::size_t changes = 0;
+    for (const double part : {0.001, 0.01, 0.1, 1.0}) {
+      const double tolerance = part * settings.voxel_size;
+      changes += stitch_borders(work, tolerance);
+      if (work.triangles.empty()) break;
+      if (changes > 0) {
+        outcome.used = Repair::stitch;
+        note = fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(tolerance), changes);
+      }
+      if (closed_after_tidying(work)) return done();
+    }
+    if (work.triangles.empty()) work = mesh;
+  }
+  // Left to itself, repair only closes what no voxel could tell from a crack.
+  const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()
+                        : settings.repair == Repair::automatic ? settings.voxel_size
+                                                               : 0;
+  const FilledHoles holes = fill_holes(work, widest);
+  if (holes.filled > 0) {
+    outcome.used = Repair::fill;
+    outcome.filled_share = holes.area / area_of(work);
+    note = fmt::format("repair fill: closed {} hole{}, {:.2g} % of the surface", holes.filled, plural(holes.filled),
+                       100 * outcome.filled_share);
+  }
+  if (!closed_after_tidying(work)) {
+    const OpenSheets sheets = drop_enclosed_sheets(work);
+    note_dropped(sheets, outcome.notes);
+    if (holes.left > 0 && sheets.crossing + sheets.outside > 0) refuse_sheets(sheets);
+    if (holes.left > 0 && sheets.dropped == 0) refuse_leak(holes, settings);
+    if (count_unbalanced(work) > 0) {
+      refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+    }
+  }
+  done();
+}
+
+void drop_flat(Mesh& mesh, std::size_t& collapsed) {
+  collapsed += std::erase_if(mesh.triangles, [&](const Triangle& t) {
+    const Vector n = (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]);
+    return !(n.squaredNorm() > 0);
+  });
+  drop_unused_vertices(mesh);
+}
+
+Surface measure(Mesh&& mesh) {
+  Surface surface;
+  static_cast<Mesh&>(surface) = std::move(mesh);
+  surface.bounds_min = surface.bounds_max = surface.vertices.front();
+  for (const Vector& v : surface.vertices) {
+    surface.bounds_min = surface.bounds_min.cwiseMin(v);
+    surface.bounds_max = surface.bounds_max.cwiseMax(v);
+  }
+  surface.normals.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const Vector n = surface.area_normal(t);
+    surface.area += n.norm() / 2;
+    // stableNormalized: the squares of a 10 um mesh's areas would underflow nothing, but slivers' may.
+    surface.normals[t] = n.stableNormalized();
+  }
+  return surface;
+}
+
+std::string shells(std::uint32_t n) {
+  return fmt::format("{} shell{}", n, plural(n));
+}
+
+void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
+  if (counts.inverted > 0 && counts.shells == 1) {
+    notes.emplace_back("the mesh was inside out; its winding was reversed");
+  } else if (counts.inverted > 0) {
+    notes.push_back(fmt::format("{} of {} inside out; winding reversed", shells(counts.inverted), counts.shells));
+  }
+  if (counts.nested > 0) notes.push_back(fmt::format("{} inside others: cavities", shells(counts.nested)));
+  if (counts.united > 0) {
+    notes.push_back(fmt::format("{} crossing or touching another or itself ({} pairs of triangles): united",
+                                shells(counts.united), counts.intersections));
+  }
+  if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));
+}
+
+}  // namespace
+
+Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
+  std::vector<std::string>& notes = outcome.notes;
+  const Extent extent = measure_extent(input);
+  CleanCounts cleaned;
+  Mesh mesh = join_vertices(input, cleaned);
+  if (mesh.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
+  drop_duplicates(mesh, cleaned);
+  if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
+  if (count_unbalanced(mesh) > 0) {
+    const std::size_t turned = orient_consistently(mesh);
+    if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
+  }
+  if (settings.sheet_thickness > 0) {
+    // Inside a solid there is nothing to add, and a shell would be a cavity.
+    note_dropped(drop_enclosed_sheets(mesh), notes);
+    const std::size_t sheets = thicken_sheets(mesh, settings.sheet_thickness);
+    if (sheets > 0) {
+      notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, plural(sheets),
+                                  format_length(settings.sheet_thickness)));
+    }
+  }
+  close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome);
+  warn_of_large_filling(outcome);
+  note_shells(resolve_shells(mesh, self_intersections(mesh)), notes);
+  drop_flat(mesh, cleaned.collapsed);
+  if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
+  if (cleaned.duplicates > 0) notes.push_back(fmt::format("dropped {} duplicate triangles", cleaned.duplicates));
+  if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
+  Surface surface = measure(std::move(mesh));
+  double volume6 = 0;
+  const Vector middle = (surface.bounds_min + surface.bounds_max) / 2;
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    volume6 += (surface.corner(t, 0) - middle).dot(surface.area_normal(t));
+  }
+  if (!(volume6 > 1e-12 * surface.area * (surface.bounds_max - surface.bounds_min).maxCoeff())) {
+    refuse("the mesh encloses no volume; give it thickness");
+  }
+  return surface;
+}
+
+}  // namespace vps

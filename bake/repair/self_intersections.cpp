@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Boxes that overlap, then CGAL's exact predicates on those pairs.
+#include "bake/repair/self_intersections.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/box_intersection_d.h>
+#include <CGAL/intersections.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+
+namespace vps {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
+
+class MeetTest {
+ public:
+  explicit MeetTest(const Mesh& mesh) : triangles_(mesh.triangles) {
+    points_.reserve(mesh.vertices.size());
+    for (const Vector& v : mesh.vertices) points_.emplace_back(v.x(), v.y(), v.z());
+    flat_.reserve(triangles_.size());
+    for (const Triangle& t : triangles_) flat_.push_back(CGAL::collinear(points_[t[0]], points_[t[1]], points_[t[2]]));
+  }
+
+  [[nodiscard]] bool meet(std::uint32_t first, std::uint32_t second) const {
+    if (flat_[first] || flat_[second]) return false;
+    const Triangle& a = triangles_[first];
+    const Triangle& b = triangles_[second];
+    // Positions in a and b of the common vertices.
+    std::size_t in_a[3];
+    std::size_t in_b[3];
+    std::size_t common = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) {
+        if (a[i] == b[j]) {
+          in_a[common] = i;
+          in_b[common++] = j;
+        }
+      }
+    }
+    if (common == 3) return true;
+    if (common == 2) return folded(a, b, 3 - in_a[0] - in_a[1], 3 - in_b[0] - in_b[1]);
+    if (common == 1) return meet_beyond_vertex(a, b, in_a[0]) || meet_beyond_vertex(b, a, in_b[0]);
+    return CGAL::do_intersect(triangle(a), triangle(b));
+  }
+
+ private:
+  // Triangles on a common edge meet elsewhere only when one is folded onto the other.
+  [[nodiscard]] bool folded(const Triangle& a, const Triangle& b, std::size_t tip_a, std::size_t tip_b) const {
+    const Point& p = points_[a[(tip_a + 1) % 3]];
+    const Point& q = points_[a[(tip_a + 2) % 3]];
+    const Point& r = points_[a[tip_a]];
+    const Point& s = points_[b[tip_b]];
+    if (CGAL::orientation(p, q, r, s) != CGAL::COPLANAR) return false;
+    return CGAL::coplanar_orientation(p, q, r, s) == CGAL::POSITIVE;
+  }
+
+  // The edge of a opposite to the common vertex meets b: any common segment from the vertex ends there or on b's edge.
+  [[nodiscard]] bool meet_beyond_vertex(const Triangle& a, const Triangle& b, std::size_t at_a) const {
+    const Point& p = points_[a[(at_a + 1) % 3]];
+    const Point& q = points_[a[(at_a + 2) % 3]];
+    const Point& u = points_[b[0]];
+    const Point& v = points_[b[1]];
+    const Point& w = points_[b[2]];
+    // Both ends on one side of b's plane: by far the commonest case.
+    const CGAL::Orientation side_p = CGAL::orientation(u, v, w, p);
+    const CGAL::Orientation side_q = CGAL::orientation(u, v, w, q);
+    if (side_p == side_q && side_p != CGAL::COPLANAR) return false;
+    return CGAL::do_intersect(triangle(b), Kernel::Segment_3(p, q));
+  }
+
+  [[nodiscard]] Kernel::Triangle_3 triangle(const Triangle& t) const {
+    return {points_[t[0]], points_[t[1]], points_[t[2]]};
+  }
+
+  std::vector<Point> points_;
+  const std::vector<Triangle>& triangles_;
+  std::vector<bool> flat_;
+};
+
+}  // namespace
+
+std::vector<TrianglePair> self_intersections(const Mesh& mesh) {
+  std::vector<Box> boxes;
+  boxes.reserve(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
+    const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
+    boxes.emplace_back(CGAL::Bbox_3(low.x(), low.y(), low.z(), high.x(), high.y(), high.z()), t);
+  }
+  const MeetTest test(mesh);
+  std::vector<TrianglePair> pairs;
+  std::vector<TrianglePair> candidates;
+  std::vector<std::uint8_t> meets;
+  const auto sift = [&] {
+    meets.resize(candidates.size());
+    tbb::parallel_for(std::size_t{0}, candidates.size(),
+                      [&](std::size_t i) { meets[i] = test.meet(candidates[i].first, candidates[i].second); });
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (meets[i] != 0) pairs.push_back(candidates[i]);
+    }
+    candidates.clear();
+  };
+  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+    // Long triangles have boxes by the million that overlap: not all pairs at once.
+    constexpr std::size_t kBatch = 1 << 20;
+    if (candidates.size() == kBatch) sift();
+    candidates.emplace_back(std::min(a.info(), b.info()), std::max(a.info(), b.info()));
+  });
+  sift();
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+}  // namespace vps

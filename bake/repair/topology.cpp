@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/repair/topology.h"
+
+#include <numeric>
+#include <tuple>
+
+#include "bake/grid.h"
+
+namespace vps {
+namespace {
+
+Pieces number_pieces(DisjointSets& sets, std::size_t triangles) {
+  Pieces pieces;
+  pieces.of_triangle.resize(triangles);
+  std::vector<std::uint32_t> number(triangles, kNoBrick);
+  for (std::uint32_t t = 0; t < triangles; ++t) {
+    std::uint32_t& n = number[sets.find(t)];
+    if (n == kNoBrick) n = pieces.count++;
+    pieces.of_triangle[t] = n;
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
+  std::vector<EdgeUse> uses;
+  uses.reserve(3 * triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t from = triangles[t][k];
+      const std::uint32_t to = triangles[t][(k + 1) % 3];
+      uses.push_back(
+          {std::uint64_t{std::min(from, to)} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0});
+    }
+  }
+  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
+    return std::tie(a.key, a.triangle, a.forward) < std::tie(b.key, b.triangle, b.forward);
+  });
+  return uses;
+}
+
+DisjointSets::DisjointSets(std::size_t n) : parent_(n) {
+  std::iota(parent_.begin(), parent_.end(), 0U);
+}
+
+std::uint32_t DisjointSets::find(std::uint32_t i) {
+  while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+  return i;
+}
+
+void DisjointSets::join(std::uint32_t a, std::uint32_t b) {
+  a = find(a);
+  b = find(b);
+  parent_[std::max(a, b)] = std::min(a, b);
+}
+
+Pieces pieces_by_edges(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses) {
+  DisjointSets sets(triangles.size());
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    for (const EdgeUse& use : edge.subspan(1)) sets.join(edge.front().triangle, use.triangle);
+  });
+  return number_pieces(sets, triangles.size());
+}
+
+Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses) {
+  DisjointSets sets(triangles.size());
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() == 2) sets.join(edge[0].triangle, edge[1].triangle);
+  });
+  std::vector<std::uint8_t> open(triangles.size(), 0);
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() == 2 && edge_balance(edge) == 0) return;
+    for (const EdgeUse& use : edge) {
+      int balance = 0;
+      for (const EdgeUse& other : edge) {
+        if (sets.find(other.triangle) == sets.find(use.triangle)) balance += other.forward != 0 ? 1 : -1;
+      }
+      if (balance != 0) open[sets.find(use.triangle)] = 1;
+    }
+  });
+  // Joined afterwards: the names of the sets above must hold while they are asked for.
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> joins;
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    const EdgeUse* first = nullptr;
+    for (const EdgeUse& use : edge) {
+      if (edge.size() == 2 || open[sets.find(use.triangle)] == 0) continue;
+      if (first != nullptr) joins.emplace_back(first->triangle, use.triangle);
+      first = &use;
+    }
+  });
+  for (const auto& [a, b] : joins) sets.join(a, b);
+  return number_pieces(sets, triangles.size());
+}
+
+std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses) {
+  std::vector<std::uint8_t> open(pieces.count, 0);
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    for (const EdgeUse& use : edge) {
+      const std::uint32_t piece = pieces.of_triangle[use.triangle];
+      int balance = 0;
+      for (const EdgeUse& other : edge) {
+        if (pieces.of_triangle[other.triangle] == piece) balance += other.forward != 0 ? 1 : -1;
+      }
+      if (balance != 0) open[piece] = 1;
+    }
+  });
+  return open;
+}
+
+Pieces pieces_by_vertices(const std::vector<Triangle>& triangles, std::size_t vertices) {
+  DisjointSets sets(triangles.size());
+  std::vector<std::uint32_t> first(vertices, kNoBrick);
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    for (const std::uint32_t v : triangles[t]) {
+      if (first[v] == kNoBrick) first[v] = t;
+      sets.join(first[v], t);
+    }
+  }
+  return number_pieces(sets, triangles.size());
+}
+
+void drop_unused_vertices(Mesh& mesh) {
+  std::vector<std::uint8_t> used(mesh.vertices.size(), 0);
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t v : t) used[v] = 1;
+  }
+  std::vector<std::uint32_t> number(mesh.vertices.size());
+  std::uint32_t kept = 0;
+  for (std::uint32_t v = 0; v < number.size(); ++v) {
+    if (used[v] == 0) continue;
+    mesh.vertices[kept] = mesh.vertices[v];
+    number[v] = kept++;
+  }
+  mesh.vertices.resize(kept);
+  for (Triangle& t : mesh.triangles) {
+    for (std::uint32_t& v : t) v = number[v];
+  }
+}
+
+}  // namespace vps

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cuts in exact arithmetic (CGAL), then winding numbers on both sides of every patch that the cuts leave.
+#include "bake/repair/unite_shells.h"
+
+// More than one cut may cross a triangle at a time, but seldom many.
+#define CGAL_NO_CDT_2_WARNING
+#include <CGAL/Constrained_Delaunay_triangulation_2.h>
+#include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/intersections.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <unordered_map>
+
+#include "bake/repair/topology.h"
+#include "bake/repair/winding.h"
+
+namespace vps {
+namespace {
+
+using Exact = CGAL::Exact_predicates_exact_constructions_kernel;
+using Point3 = Exact::Point_3;
+using Point2 = Exact::Point_2;
+using Delaunay = CGAL::Constrained_Delaunay_triangulation_2<Exact, CGAL::Default, CGAL::Exact_intersections_tag>;
+
+// What other triangles leave on a triangle: segments, of length 0 for single points.
+using Cuts = std::vector<std::pair<Point3, Point3>>;
+
+struct CollectCuts {
+  Cuts& cuts;
+  void operator()(const Point3& p) const { cuts.emplace_back(p, p); }
+  void operator()(const Exact::Segment_3& s) const { cuts.emplace_back(s.source(), s.target()); }
+  void operator()(const Exact::Triangle_3& t) const {
+    for (int k = 0; k < 3; ++k) cuts.emplace_back(t[k], t[k + 1]);
+  }
+  void operator()(const std::vector<Point3>& polygon) const {
+    for (std::size_t k = 0; k < polygon.size(); ++k) cuts.emplace_back(polygon[k], polygon[(k + 1) % polygon.size()]);
+  }
+};
+
+// Equal exact points must round to equal doubles; CGAL's to_double of a lazy number depends on how it came about.
+double rounded(const Exact::FT& x) {
+  return CGAL::to_double(CGAL::exact(x));
+}
+
+struct PositionHash {
+  std::size_t operator()(const std::array<double, 3>& p) const {
+    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
+  }
+};
+
+// The pieces of all triangles, on joined vertices.
+class CutMesh : public Mesh {
+ public:
+  void add(const std::array<std::array<double, 3>, 3>& corners, std::uint32_t origin) {
+    Triangle t{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [it, fresh] = numbers_.try_emplace(corners[k], static_cast<std::uint32_t>(vertices.size()));
+      if (fresh) vertices.emplace_back(corners[k][0], corners[k][1], corners[k][2]);
+      t[k] = it->second;
+    }
+    // Rounding may have made it collapse; the surface stays closed without it.
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    triangles.push_back(t);
+    origins.push_back(origin);
+  }
+
+  std::vector<std::uint32_t> origins;  // the triangle that each piece was cut from
+
+ private:
+  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers_;
+};
+
+// Cuts one triangle in the coordinate plane that it faces most.
+class Cutter {
+ public:
+  Cutter(const std::array<Point3, 3>& corners, const Vector& normal) : corners_(corners) {
+    normal.cwiseAbs().maxCoeff(&drop_);
+    // Right-handed (u, v, drop): counter-clockwise seen from the normal's side where its component is positive.
+    u_ = (drop_ + 1) % 3;
+    v_ = (drop_ + 2) % 3;
+    flip_ = normal[drop_] < 0;
+    plane_ = Exact::Plane_3(corners[0], corners[1], corners[2]);
+  }
+
+  void cut(const Cuts& cuts, std::uint32_t origin, CutMesh& out) const {
+    Delaunay cells;
+    for (int k = 0; k < 3; ++k) cells.insert_constraint(project(corners_[k]), project(corners_[(k + 1) % 3]));
+    for (const auto& [a, b] : cuts) {
+      const Point2 p = project(a);
+      const Point2 q = project(b);
+      if (p == q) {
+        cells.insert(p);
+      } else {
+        cells.insert_constraint(p, q);
+      }
+    }
+    for (auto face = cells.finite_faces_begin(); face != cells.finite_faces_end(); ++face) {
+      std::array<std::array<double, 3>, 3> corners{};
+      for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = lift(face->vertex(k)->point());
+      if (flip_) std::swap(corners[1], corners[2]);
+      out.add(corners, origin);
+    }
+  }
+
+ private:
+  [[nodiscard]] Point2 project(const Point3& p) const { return {p[u_], p[v_]}; }
+
+  [[nodiscard]] std::array<double, 3> lift(const Point2& p) const {
+    const Exact::FT n[3] = {plane_.a(), plane_.b(), plane_.c()};
+    std::array<double, 3> out{};
+    out[static_cast<std::size_t>(u_)] = rounded(p.x());
+    out[static_cast<std::size_t>(v_)] = rounded(p.y());
+    out[static_cast<std::size_t>(drop_)] = rounded(-(plane_.d() + n[u_] * p.x() + n[v_] * p.y()) / n[drop_]);
+    return out;
+  }
+
+  std::array<Point3, 3> corners_;
+  Exact::Plane_3 plane_;
+  int drop_ = 0, u_ = 1, v_ = 2;
+  bool flip_ = false;
+};
+
+// Crossings along any of the three axes: the axes are turned until the wanted one is x.
+class Crossings {
+ public:
+  explicit Crossings(const Mesh& mesh) : mesh_(mesh) {}
+
+  static Vector turned(const Vector& v, int axis) { return {v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]}; }
+
+  struct Along {
+    Mesh mesh;
+    Grid grid;
+    std::unique_ptr<InsideTest> lines;
+  };
+
+  const Along& along(int axis) {
+    Along& a = along_[static_cast<std::size_t>(axis)];
+    if (a.lines) return a;
+    a.mesh.triangles = mesh_.triangles;
+    for (const Vector& v : mesh_.vertices) a.mesh.vertices.push_back(turned(v, axis));
+    a.grid = column_grid(a.mesh);
+    a.lines = std::make_unique<InsideTest>(a.mesh, a.grid);
+    return a;
+  }
+
+ private:
+  const Mesh& mesh_;
+  std::array<Along, 3> along_;
+};
+
+// Winding numbers in front of and behind a piece, and the sheets that lie on it.
+class Classifier {
+ public:
+  Classifier(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& coplanar)
+      : crossings_(mesh), coplanar_(coplanar) {}
+
+  enum class Verdict { keep, drop, unclear };
+
+  Verdict judge(const Vector& point, const Vector& normal, std::uint32_t origin) {
+    int axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    const Crossings::Along& along = crossings_.along(axis);
+    const Vector p = Crossings::turned(point, axis);
+    const std::vector<std::uint32_t>& flat = coplanar_[origin];
+    struct Sheet {
+      std::uint32_t triangle;
+      int crossing;
+    };
+    std::vector<Sheet> sheets;
+    int far = 0;
+    along.lines->for_each_crossing(p, [&](std::uint32_t t, int crossing) {
+      if (t == origin || std::binary_search(flat.begin(), flat.end(), t)) {
+        sheets.push_back({t, crossing});
+      } else if (crossing_is_beyond(p, along.mesh, t)) {
+        far -= crossing;
+      }
+    });
+    const auto self = std::find_if(sheets.begin(), sheets.end(), [&](const Sheet& s) { return s.triangle == origin; });
+    if (self == sheets.end()) return Verdict::unclear;
+    int near = far;
+    for (const Sheet& sheet : sheets) near -= sheet.crossing;
+    least_ = std::min({least_, far, near});
+    if ((far > 0) == (near > 0)) return Verdict::drop;
+    // One of several coincident sheets stays: the first that faces the right way.
+    const int wanted = far > 0 ? 1 : -1;
+    if (self->crossing != wanted) return Verdict::drop;
+    for (const Sheet& sheet : sheets) {
+      if (sheet.crossing == wanted && sheet.triangle < origin) return Verdict::drop;
+    }
+    return Verdict::keep;
+  }
+
+  [[nodiscard]] int least_winding() const { return least_; }
+
+ private:
+  Crossings crossings_;
+  const std::vector<std::vector<std::uint32_t>>& coplanar_;
+  int least_ = 0;
+};
+
+}  // namespace
+
+UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
+  const std::vector<Triangle>& all = mesh.triangles;
+  std::vector<Point3> exact;
+  exact.reserve(mesh.vertices.size());
+  for (const Vector& v : mesh.vertices) exact.emplace_back(v.x(), v.y(), v.z());
+  const auto corners = [&](std::uint32_t t) {
+    return std::array<Point3, 3>{exact[all[t][0]], exact[all[t][1]], exact[all[t][2]]};
+  };
+  // A triangle without area has no plane to be cut in, and bounds nothing.
+  std::vector<std::uint8_t> flat(all.size());
+  for (std::uint32_t t = 0; t < all.size(); ++t) {
+    const auto [a, b, c] = corners(t);
+    flat[t] = CGAL::collinear(a, b, c) || mesh.area_normal(t).isZero(0);
+  }
+
+  std::vector<Cuts> cuts(all.size());
+  std::vector<std::vector<std::uint32_t>> coplanar(all.size());
+  for (const auto& [i, j] : pairs) {
+    if (flat[i] != 0 || flat[j] != 0) continue;
+    const auto [a, b, c] = corners(i);
+    const auto [d, e, f] = corners(j);
+    if (CGAL::coplanar(a, b, c, d) && CGAL::coplanar(a, b, c, e) && CGAL::coplanar(a, b, c, f)) {
+      coplanar[i].push_back(j);
+      coplanar[j].push_back(i);
+    }
+    const auto common = CGAL::intersection(Exact::Triangle_3(a, b, c), Exact::Triangle_3(d, e, f));
+    if (!common) continue;
+    boost::apply_visitor(CollectCuts{cuts[i]}, *common);
+    boost::apply_visitor(CollectCuts{cuts[j]}, *common);
+  }
+
+  CutMesh pieces;
+  for (std::uint32_t t = 0; t < all.size(); ++t) {
+    if (flat[t] != 0) continue;
+    std::sort(coplanar[t].begin(), coplanar[t].end());
+    if (cuts[t].empty()) {
+      std::array<std::array<double, 3>, 3> same{};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Vector& v = mesh.vertices[all[t][k]];
+        same[k] = {v.x(), v.y(), v.z()};
+      }
+      pieces.add(same, t);
+    } else {
+      Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t], t, pieces);
+      cuts[t] = {};
+    }
+  }
+
+  // A patch ends only where more than two pieces meet, and nothing crosses it: all of it stays or goes.
+  DisjointSets sets(pieces.triangles.size());
+  const std::vector<EdgeUse> uses = sorted_edges(pieces.triangles);
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() == 2) sets.join(edge[0].triangle, edge[1].triangle);
+  });
+  // Its largest piece is the safest place to look from, as the centre is rounded.
+  std::vector<std::uint32_t> by_area(pieces.triangles.size());
+  std::vector<double> area(by_area.size());
+  for (std::uint32_t t = 0; t < by_area.size(); ++t) {
+    by_area[t] = t;
+    area[t] = pieces.area_normal(t).squaredNorm();
+  }
+  std::sort(by_area.begin(), by_area.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
+  using Verdict = Classifier::Verdict;
+  Classifier classifier(mesh, coplanar);
+  std::vector<Verdict> verdicts(by_area.size(), Verdict::unclear);
+  for (const std::uint32_t t : by_area) {
+    Verdict& verdict = verdicts[sets.find(t)];
+    if (verdict != Verdict::unclear) continue;
+    const Vector centre = (pieces.corner(t, 0) + pieces.corner(t, 1) + pieces.corner(t, 2)) / 3;
+    verdict = classifier.judge(centre, mesh.area_normal(pieces.origins[t]), pieces.origins[t]);
+  }
+
+  UnitedShells united;
+  united.least_winding = classifier.least_winding();
+  for (std::uint32_t t = 0; t < pieces.triangles.size(); ++t) {
+    if (verdicts[sets.find(t)] == Verdict::keep) united.mesh.triangles.push_back(pieces.triangles[t]);
+  }
+  united.mesh.vertices = std::move(pieces.vertices);
+  drop_unused_vertices(united.mesh);
+  return united;
+}
+
+}  // namespace vps

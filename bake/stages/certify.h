@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Measures what a query of the stored fields gets wrong, against the mesh itself. Internal to bake.
+#pragma once
+
+#include <functional>
+
+#include "bake/repair/winding.h"
+#include "bake/stages/closest_point.h"
+#include "bake/stages/distance_field.h"
+
+namespace vps {
+
+inline constexpr std::size_t kCertificateSamples = 20000;
+
+/// A point in the band with its true penetration.
+struct CertificateSample {
+  Vector point = Vector::Zero();
+  double penetration = 0;  ///< exact. [m]
+};
+
+/// A stored field as a query sees it: V at a point by Eq. (4) or interpolated. [m]
+using Reconstruction = std::function<double(const Vector&)>;
+
+/// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end
+/// are left out, for their voxel may lie beyond it.
+/// @param band_inner, band_outer  no wider than the field's. [Units: m]
+[[nodiscard]] std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
+                                                                 const Grid& grid, const BandField& field,
+                                                                 double band_inner, double band_outer);
+
+/// Errors of one field at the samples.
+[[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,
+                                       const Reconstruction& reconstruct);
+
+/// The true penetration of any point.
+struct Truth {
+  const ClosestPoint& closest;
+  const InsideTest& inside;
+  double voxel_size = 0;  ///< [m]
+  double inner = 0;       ///< the certificate covers -outer <= V <= inner. [m]
+  double outer = 0;       ///< [m]
+};
+
+/// Goes on from the worst samples to where the error is largest round them, and puts that into `max` and `worst_at`:
+/// few samples meet the worst place itself.
+void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
+                FieldCertificate& certificate);
+
+}  // namespace vps

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The exact samples that one 8x8x8 block of cells starts from, and what interpolation between them may err.
+/// Internal to bake.
+#pragma once
+
+#include <array>
+
+#include "bake/stages/chord_errors.h"
+#include "bake/stages/distance_field.h"
+
+namespace vps {
+
+using Index = std::array<std::int32_t, 3>;
+
+/// Interpolation in a cell may err by this: the chords' errors, summed over the axes. Cell (x,y,z) has number
+/// (8 z + y) 8 + x.
+using CellErrors = std::array<float, kBrickVoxels>;
+void cell_errors(const ChordLines& lines, CellErrors& errors);
+
+/// Voxels' centres and their values, from those of a brick to its upper neighbours'. Sample (x,y,z) has number
+/// (9 z + y) 9 + x.
+class OctantSamples {
+ public:
+  static constexpr int kSide = static_cast<int>(kBrickEdge) + 1;
+  static constexpr std::size_t number(int x, int y, int z) {
+    return static_cast<std::size_t>((z * kSide + y) * kSide + x);
+  }
+
+  OctantSamples(const Grid& grid, const InsideRuns& runs, const BandField& field)
+      : grid_(grid), runs_(runs), field_(field) {}
+
+  /// @param brick  whose voxel (0,0,0) is sample (0,0,0)
+  void load(const Index3& brick);
+  /// Chord errors and cell errors; only worth their time where samples lie in the band.
+  void estimate();
+
+  /// Exact, or the end of the field's band. [m]
+  [[nodiscard]] double value(std::size_t n) const { return value_[n]; }
+  [[nodiscard]] std::uint32_t closest(std::size_t n) const { return closest_[n]; }  ///< triangle, or kNoTriangle
+  [[nodiscard]] const CellErrors& errors() const { return errors_; }                ///< [vx]
+
+  /// What to add to a sample so that interpolation errs half as much, as far as the samples tell: chords between
+  /// neighbours err to one side, and their ends move to the other by half of that. The same for every octant that has
+  /// the sample.
+  [[nodiscard]] double shift(int x, int y, int z) const;         ///< for cells of one voxel, half of that. [vx]
+  [[nodiscard]] double shift_of_two(int x, int y, int z) const;  ///< for cells of two voxels. [vx]
+
+ private:
+  const Grid& grid_;
+  const InsideRuns& runs_;
+  const BandField& field_;
+  std::array<double, std::size_t{kSide} * kSide * kSide> value_{};
+  std::array<std::uint32_t, std::size_t{kSide} * kSide * kSide> closest_{};
+  ChordLines lines_{};
+  CellErrors errors_{};
+};
+
+}  // namespace vps

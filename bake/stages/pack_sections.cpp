@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From stage results to sections. Integer widths are no larger than the values need.
+#include "bake/stages/pack_sections.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <numbers>
+
+#include "bake/plan.h"
+#include "bake/stages/certify.h"
+#include "formats/quantize.h"
+
+namespace vps {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "sections are written as they lie in memory");
+
+template <class T>
+SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
+                    const std::vector<T>& values) {
+  SectionData data{kind, element, std::move(shape), {}};
+  data.bytes.resize(values.size() * sizeof(T));
+  std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
+  return data;
+}
+
+template <class Narrow>
+SectionData narrowed(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
+                     const std::vector<std::int16_t>& values) {
+  std::vector<Narrow> narrow(values.size());
+  std::transform(values.begin(), values.end(), narrow.begin(), [](std::int16_t v) { return static_cast<Narrow>(v); });
+  return section(kind, element, std::move(shape), narrow);
+}
+
+std::array<std::uint16_t, 3> position_code(const Vector& p, const AssetInfo& info) {
+  std::array<std::uint16_t, 3> code;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    code[axis] = encode_coordinate(p[static_cast<Eigen::Index>(axis)], info.position_origin[axis], info.position_step);
+  }
+  return code;
+}
+
+// Eq. (4) with sigma = s, for a shell that touches the map flat: V at a point of the band.
+double layers_penetration(const Surface& surface, const Grid& grid, const BandField& field,
+                          const std::vector<std::int8_t>& layers, const Vector& p) {
+  std::uint32_t index[3];
+  for (int axis = 0; axis < 3; ++axis)
+    index[axis] = static_cast<std::uint32_t>((p[axis] - grid.origin[axis]) / grid.voxel_size);
+  const std::uint32_t brick = field.set.index[grid.brick_of_voxel(index[0], index[1], index[2])];
+  if (brick == kNoBrick) throw std::logic_error("a point of the band has no brick");
+  const std::size_t at = field.at(brick, voxel_in_brick(index[0], index[1], index[2]));
+  const Vector centre = grid.centre(index[0], index[1], index[2]);
+  const Vector inward_normal =
+      -exact_gradient(surface, centre, field.closest[at], field.penetration[at] > 0, grid.voxel_size);
+  return inward_normal.dot(centre - p) + layers[at] * grid.voxel_size;
+}
+
+}  // namespace
+
+Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                          const BandField& field, const InsideTest& inside, const BakeOptions& options, double lambda) {
+  Representations out;
+  if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
+  if (!options.scaled && !options.real) return out;
+  const double s = grid.voxel_size;
+  out.tree = sample_field(surface, grid, runs, field, inside,
+                          {options.field_error * s, options.band_inside * s, options.band_outside * s}, options.real);
+  if (!options.scaled) return out;
+  out.lambda = lambda;
+  out.scaled_limit = scaled_limit(options, s, lambda);
+  out.scaled.resize(out.tree.penetration.size());
+  tbb::parallel_for(std::size_t{0}, out.tree.levels.size(), [&](std::size_t brick) {
+    // Eq. (1) truncates; rounding to nearest halves the error at the same size.
+    const double step = out.step(brick);
+    for (std::size_t at = brick * kFieldStride; at < (brick + 1) * kFieldStride; ++at) {
+      const double limit = out.scaled_limit;
+      out.scaled[at] =
+          static_cast<std::int16_t>(std::lrint(std::clamp(out.tree.penetration[at] / step, -limit, limit)));
+    }
+  });
+  // At the peak: eight bytes a sample that nobody looks at again.
+  if (!options.real) std::vector<double>().swap(out.tree.penetration);
+  return out;
+}
+
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+                    const BandField& field, const Representations& fields, const BakeOptions& options,
+                    AssetInfo& info) {
+  const double s = grid.voxel_size;
+  const std::vector<CertificateSample> samples =
+      certificate_samples(closest, inside, grid, field, options.band_inside * s, options.band_outside * s);
+  info.certificate_samples = samples.size();
+  const double half_diagonal = std::sqrt(0.75) * s;
+  const Truth truth{closest, inside, s, options.band_inside * s - half_diagonal,
+                    options.band_outside * s - half_diagonal};
+  const auto certified = [&](const Reconstruction& reconstruct) {
+    FieldCertificate certificate = certify(samples, reconstruct);
+    find_worst(samples, reconstruct, truth, certificate);
+    return certificate;
+  };
+  if (!fields.layers.empty()) {
+    info.layers_error =
+        certified([&](const Vector& p) { return layers_penetration(surface, grid, field, fields.layers, p); });
+  }
+  const auto sampled = [&](const auto& value, double rounding) {
+    FieldCertificate certificate = certified([&](const Vector& p) {
+      const FieldCell cell = find_cell(grid, fields.tree, p);
+      if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
+      double sum = 0;
+      for (std::size_t k = 0; k < 8; ++k)
+        sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
+      return sum;
+    });
+    // A crease bends a line by at most 2; where its middle shows an error e, the crease's own place has less than 2 e.
+    certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
+    return certificate;
+  };
+  if (!fields.scaled.empty()) {
+    info.scaled_error =
+        sampled([&](std::size_t brick,
+                    std::uint32_t n) { return fields.scaled[brick * kFieldStride + n] * fields.step(brick); },
+                fields.lambda);
+  }
+  if (options.real) {
+    info.real_error = sampled(
+        [&](std::size_t brick, std::uint32_t n) { return fields.tree.penetration[brick * kFieldStride + n]; }, 0);
+  }
+}
+
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                       const BakeOptions& options, double lambda, AssetInfo& info) {
+  info.dims = grid.dims;
+  for (std::size_t axis = 0; axis < 3; ++axis) info.origin[axis] = grid.origin[static_cast<Eigen::Index>(axis)];
+  info.precision = options.precision;
+  info.lambda = lambda;
+  info.band_inner = options.band_inside * grid.voxel_size;
+  info.band_outer = options.band_outside * grid.voxel_size;
+  info.surface_voxels = voxels.count;
+  std::uint64_t inside_surface = 0;
+  const std::vector<BrickMask> inside = inside_masks(runs, grid, voxels.set);
+  for (std::size_t n = 0; n < inside.size(); ++n) {
+    for (std::size_t z = 0; z < kBrickEdge; ++z) {
+      inside_surface += static_cast<std::uint64_t>(std::popcount(inside[n][z] & voxels.masks[n][z]));
+    }
+  }
+  info.inner_voxels = runs.count - inside_surface;
+}
+
+void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
+                   const Representations& fields, std::vector<SectionData>& sections) {
+  const std::vector<std::uint64_t> bricks = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
+  sections.push_back(section(SectionKind::coarse_layers, ElementType::i16, bricks, coarse));
+  if (!fields.layers.empty()) {
+    sections.push_back(section(SectionKind::brick_index, ElementType::u32, bricks, field.set.index));
+    sections.push_back(section(SectionKind::layers, ElementType::i8,
+                               {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge}, fields.layers));
+  }
+  const FieldTree& tree = fields.tree;
+  if (tree.levels.empty()) return;
+  sections.push_back(section(SectionKind::field_roots, ElementType::u32,
+                             {tree.root_dims[2], tree.root_dims[1], tree.root_dims[0]}, tree.roots));
+  sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, tree.nodes));
+  const std::vector<std::uint64_t> samples = {tree.levels.size(), kFieldStride};
+  if (!fields.scaled.empty()) {
+    sections.push_back(fields.scaled_limit <= 127
+                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, fields.scaled)
+                           : section(SectionKind::scaled, ElementType::i16, samples, fields.scaled));
+  }
+  if (!tree.gradient.empty()) {
+    sections.push_back(section(SectionKind::real, ElementType::f64, samples, tree.penetration));
+    sections.push_back(
+        section(SectionKind::real_gradient, ElementType::f32, {tree.levels.size(), kFieldStride, 3}, tree.gradient));
+  }
+}
+
+void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {
+  info.spacing = shell.spacing;
+  info.normal_error_mean = shell.normal_error_mean;
+  info.normal_error_max = shell.normal_error_max;
+  const PositionScale scale = position_scale(info.bounds_min, info.bounds_max);
+  info.position_origin = scale.origin;
+  info.position_step = scale.step;
+  info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / kLargestCode,
+                            double{std::numeric_limits<float>::min()});
+  // The radius has to hold for what is decoded: half a step off along each axis, then rounded to float.
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
+  }
+  info.covering_radius = shell.covering_radius + std::numbers::sqrt3 / 2 * info.position_step +
+                         largest * std::numeric_limits<float>::epsilon();
+  info.points = shell.positions.size();
+  info.branching = branching;
+  info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);
+}
+
+std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info) {
+  std::vector<Point3f> points;
+  points.reserve(tree.order.size());
+  for (const std::uint32_t i : tree.order) {
+    const std::array<std::uint16_t, 3> code = position_code(shell.positions[i], info);
+    Point3f& p = points.emplace_back();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      p[axis] = decode_coordinate(code[axis], static_cast<float>(info.position_origin[axis]),
+                                  static_cast<float>(info.position_step));
+    }
+  }
+  return points;
+}
+
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
+                     const AssetInfo& info, std::vector<SectionData>& sections) {
+  const std::size_t count = tree.order.size();
+  std::vector<std::uint16_t> positions(3 * count);
+  std::vector<std::int16_t> normals(2 * count);
+  std::vector<std::uint16_t> areas(count);
+  double carry = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t old = tree.order[i];
+    const std::array<std::uint16_t, 3> code = position_code(shell.positions[old], info);
+    for (std::size_t axis = 0; axis < 3; ++axis) positions[axis * count + i] = code[axis];
+    const Vector& n = shell.inward_normals[old];
+    const auto [u, v] = encode_normal({n.x(), n.y(), n.z()});
+    normals[i] = u;
+    normals[count + i] = v;
+    areas[i] = encode_area(shell.areas[old], info.area_step, carry);
+  }
+  const std::size_t nodes = spheres.size();
+  std::vector<float> rows(4 * nodes);
+  std::vector<std::uint32_t> children(2 * nodes);
+  for (std::size_t n = 0; n < nodes; ++n) {
+    for (std::size_t axis = 0; axis < 3; ++axis) rows[axis * nodes + n] = spheres[n].centre[axis];
+    rows[3 * nodes + n] = spheres[n].radius;
+    children[2 * n] = tree.first[n];
+    children[2 * n + 1] = tree.count[n];
+  }
+  sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
+  sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
+  sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
+  sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
+  sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
+  sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));
+  sections.push_back(
+      section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
+}
+
+}  // namespace vps

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The representations of the field, and everything as sections of the asset. Paper: Eq. (1), Sec. 2.1.1.
+/// Internal.
+#pragma once
+
+#include <optional>
+
+#include "bake/stages/bounding_spheres.h"
+#include "bake/stages/closest_point.h"
+#include "bake/stages/sample_field.h"
+#include "bake/vps_bake.h"
+
+namespace vps {
+
+/// The fields that were asked for. Empty when not asked for.
+struct Representations {
+  std::vector<std::int8_t> layers;   ///< by brick of the band
+  FieldTree tree;                    ///< what `scaled` and `real` share; without distances unless `real` is asked for
+  std::vector<std::int16_t> scaled;  ///< [f,128]: V / step, rounded to nearest, clamped at the limit
+  double lambda = 0;                 ///< [m]
+  std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
+
+  /// Step of `scaled` in a field brick: larger where its samples lie farther apart. [m]
+  [[nodiscard]] double step(std::size_t brick) const { return tree.levels[brick] > 0 ? 2 * lambda : lambda; }
+};
+
+[[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
+                                        const InsideRuns& runs, const BandField& field, const InsideTest& inside,
+                                        const BakeOptions& options, double lambda);
+
+void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+                    const BandField& field, const Representations& fields, const BakeOptions& options, AssetInfo& info);
+
+void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
+                       const BakeOptions& options, double lambda, AssetInfo& info);
+void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
+                   const Representations& fields, std::vector<SectionData>& sections);
+
+/// @pre info has the mesh's bounds
+void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);
+/// Positions in tree order as queries decode them: what the spheres must enclose.
+/// @pre describe_pointshell has filled `info`, here and below
+[[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info);
+void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
+                     const AssetInfo& info, std::vector<SectionData>& sections);
+
+}  // namespace vps

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/sample_brick.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "bake/stages/nearest_triangle.h"
+
+namespace vps {
+namespace {
+
+constexpr int kEdge = FieldBrick::kEdge;
+constexpr int kSamples = FieldBrick::kSamples;
+constexpr int kCells = FieldBrick::kCells;
+
+constexpr int sample_at(int x, int y, int z) {
+  return FieldBrick::sample_at(x, y, z);
+}
+constexpr std::int32_t step_of(int level) {
+  return FieldBrick::step_of(level);
+}
+
+}  // namespace
+
+Index FieldBrick::octant_base(int octant) const {
+  const std::int32_t half = step_of(level) * kCells / 2;
+  return {base[0] + (octant & 1) * half, base[1] + (octant >> 1 & 1) * half, base[2] + (octant >> 2) * half};
+}
+
+BrickSampler::BrickSampler(const FieldSource& from)
+    : surface_(from.surface),
+      grid_(from.grid),
+      runs_(from.runs),
+      field_(from.field),
+      inside_(from.inside),
+      tolerance_(from.tolerance),
+      octant_(from.grid, from.runs, from.field),
+      reach_(std::max(from.field.band_inner, from.field.band_outer) - kHalfDiagonal * from.grid.voxel_size) {}
+
+bool BrickSampler::load(const std::uint32_t (&at)[3]) {
+  bool near = false;
+  for (std::uint32_t corner = 0; corner < 8 && !near; ++corner) {
+    const std::uint32_t b[3] = {at[0] + (corner & 1), at[1] + (corner >> 1 & 1), at[2] + (corner >> 2)};
+    near = b[0] < grid_.brick_dims[0] && b[1] < grid_.brick_dims[1] && b[2] < grid_.brick_dims[2] &&
+           field_.set.index[grid_.brick_at(b[0], b[1], b[2])] != kNoBrick;
+  }
+  if (!near) return false;
+  octant_.load({at[0], at[1], at[2]});
+  if (!any_in_band()) return false;
+  octant_.estimate();
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    octant_base_[axis] = static_cast<std::int32_t>(at[axis] * kBrickEdge) * kQuarters;
+  return true;
+}
+
+bool BrickSampler::is_inside(const std::uint32_t (&at)[3]) const {
+  const std::uint32_t i[3] = {at[0] * kBrickEdge, at[1] * kBrickEdge, at[2] * kBrickEdge};
+  if (i[0] >= grid_.dims[0] || i[1] >= grid_.dims[1] || i[2] >= grid_.dims[2]) return false;
+  return field_.value(grid_, runs_, i[0], i[1], i[2]) > 0;
+}
+
+bool BrickSampler::any_in_band() const {
+  for (std::size_t n = 0; n < OctantSamples::number(0, 0, OctantSamples::kSide); ++n) {
+    if (octant_.value(n) <= tolerance_.band_inner && octant_.value(n) >= -tolerance_.band_outer) return true;
+  }
+  return false;
+}
+
+// Where a brick of voxels' centres begins in the octant.
+std::array<int, 3> BrickSampler::place_in_octant(const FieldBrick& brick) const {
+  std::array<int, 3> first;
+  for (std::size_t axis = 0; axis < 3; ++axis) first[axis] = (brick.base[axis] - octant_base_[axis]) / kQuarters;
+  return first;
+}
+
+FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
+  FieldBrick brick{level, base, {}, {}, {}};
+  const int step = level > 0 ? 2 : 1;
+  const std::array<int, 3> first = place_in_octant(brick);
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const int i[3] = {first[0] + x * step, first[1] + y * step, first[2] + z * step};
+        const std::size_t n = OctantSamples::number(i[0], i[1], i[2]);
+        const double value = octant_.value(n);
+        const double wanted = level > 0 ? octant_.shift_of_two(i[0], i[1], i[2]) : octant_.shift(i[0], i[1], i[2]);
+        const double shifted = value + std::clamp(wanted * grid_.voxel_size, -tolerance_.error, tolerance_.error);
+        const auto at = static_cast<std::size_t>(sample_at(x, y, z));
+        brick.value[at] = value;
+        brick.closest[at] = octant_.closest(n);
+        // A sample stays on its side.
+        brick.fitted[at] = shifted * value > 0 ? shifted : value;
+      }
+    }
+  }
+  return brick;
+}
+
+std::vector<std::uint32_t> BrickSampler::candidates(const FieldBrick& brick) const {
+  return closest_candidates(listed(brick), brick.base, step_of(brick.level) * kCells).triangles;
+}
+
+// @param edge  of the cube above `base`, in quarters
+BrickSampler::Candidates BrickSampler::closest_candidates(std::span<const std::uint32_t> from, const Index& base,
+                                                          std::int32_t edge) const {
+  const Vector centre = place(base) + Vector::Constant(quarter() * edge / 2);
+  const double radius = kHalfDiagonal * quarter() * edge;
+  std::vector<double> squared(from.size());
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const std::uint32_t t = from[i];
+    const Vector near =
+        closest_on_triangle(centre, surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2));
+    squared[i] = (near - centre).squaredNorm();
+    least = std::min(least, squared[i]);
+  }
+  const double limit = (std::sqrt(least) + 2 * radius) * (1 + 1e-9);
+  Candidates kept;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    if (squared[i] <= limit * limit) kept.triangles.push_back(from[i]);
+  }
+  kept.reach = std::min((std::sqrt(least) + radius) * (1 + 1e-9), reach_);
+  return kept;
+}
+
+FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const {
+  FieldBrick brick{parent.level - 1, parent.octant_base(octant), {}, {}, {}};
+  const Candidates candidates = closest_candidates(from, brick.base, step_of(brick.level) * kCells);
+  const PointLattice points{place(brick.base), quarter() * step_of(brick.level), kEdge};
+  NearestTriangles nearest;
+  nearest.squared.fill(candidates.reach * candidates.reach);
+  nearest.triangle.fill(-1);
+  for (const std::uint32_t t : candidates.triangles) {
+    offer_triangle(surface_, t, points, candidates.reach, nearest);
+  }
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const auto at = static_cast<std::size_t>(sample_at(x, y, z));
+        const auto around = [&](int corner) {
+          return static_cast<std::size_t>(sample_at(2 * (octant & 1) + (x + (corner & 1)) / 2,
+                                                    2 * (octant >> 1 & 1) + (y + (corner >> 1 & 1)) / 2,
+                                                    2 * (octant >> 2) + (z + (corner >> 2)) / 2));
+        };
+        const int odd = (x & 1) + (y & 1) + (z & 1);
+        if (odd == 0) {
+          brick.value[at] = parent.value[around(0)];
+          brick.closest[at] = parent.closest[around(0)];
+          continue;
+        }
+        const Vector p = points.first + points.step * Vector(x, y, z);
+        const double found = nearest.triangle[static_cast<std::size_t>((z * 8 + y) * 8 + x)];
+        double distance = reach_;
+        brick.closest[at] = kNoTriangle;
+        if (found >= 0) {
+          const auto t = static_cast<std::uint32_t>(found);
+          const Vector near =
+              closest_on_triangle(p, surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2));
+          distance = std::min((near - p).norm(), reach_);
+          brick.closest[at] = t;
+        }
+        // The surface cannot pass between two points that are nearer to each other than it is to both together.
+        double surest = 0;
+        for (int corner = 0; corner < 8; ++corner) {
+          const double known = parent.value[around(corner)];
+          if (std::abs(known) > std::abs(surest)) surest = known;
+        }
+        const bool known_side = distance + std::abs(surest) > points.step * std::sqrt(odd) * (1 + 1e-9);
+        const bool within = known_side ? surest > 0 : inside_.inside(p);
+        brick.value[at] = within ? distance : -distance;
+      }
+    }
+  }
+  // Its samples at a neighbour's are not known, which shifts would need.
+  brick.fitted = brick.value;
+  return brick;
+}
+
+BrickErrors BrickSampler::errors(const FieldBrick& brick) const {
+  if (brick.level == 0) return {octant_.errors(), place_in_octant(brick)};
+  ChordLines lines;
+  constexpr int kHalo = ChordLines::kHalo;
+  std::fill_n(&lines.value[0][0][0], sizeof(lines.value) / sizeof(float), std::numeric_limits<float>::quiet_NaN());
+  for (int z = 0; z < kEdge; ++z) {
+    for (int y = 0; y < kEdge; ++y) {
+      for (int x = 0; x < kEdge; ++x) {
+        const auto v = static_cast<float>(brick.value[static_cast<std::size_t>(sample_at(x, y, z))] / grid_.voxel_size);
+        lines.value[0][kHalo + x][z * ChordLines::kSide + y] = v;
+        lines.value[1][kHalo + y][z * ChordLines::kSide + x] = v;
+        lines.value[2][kHalo + z][y * ChordLines::kSide + x] = v;
+      }
+    }
+  }
+  chord_errors(lines);
+  BrickErrors found;
+  cell_errors(lines, found.cells);
+  return found;
+}
+
+Vector BrickSampler::place(const FieldBrick& brick, std::size_t sample) const {
+  const std::int32_t step = step_of(brick.level);
+  const auto n = static_cast<int>(sample);
+  return place({brick.base[0] + n % kEdge * step, brick.base[1] + n / kEdge % kEdge * step,
+                brick.base[2] + n / (kEdge * kEdge) * step});
+}
+
+// Triangles near the voxel brick that a field brick lies in.
+std::span<const std::uint32_t> BrickSampler::listed(const FieldBrick& brick) const {
+  constexpr std::int32_t kSpan = static_cast<std::int32_t>(kBrickEdge) * kQuarters;
+  const std::size_t at = grid_.brick_at(static_cast<std::uint32_t>(brick.base[0] / kSpan),
+                                        static_cast<std::uint32_t>(brick.base[1] / kSpan),
+                                        static_cast<std::uint32_t>(brick.base[2] / kSpan));
+  const std::uint32_t n = field_.set.index[at];
+  if (n == kNoBrick) return {};
+  return std::span(field_.near_triangles)
+      .subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
+}
+
+}  // namespace vps

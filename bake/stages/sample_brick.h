@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Exact samples of single field bricks, at the centres of voxels and between them. Internal to bake.
+#pragma once
+
+#include <cmath>
+#include <span>
+
+#include "bake/stages/octant_samples.h"
+#include "bake/stages/sample_field.h"
+
+namespace vps {
+
+inline const double kHalfDiagonal = std::sqrt(0.75);  ///< of a cube whose edge is 1
+
+/// Places are counted in quarter voxels from the centre of voxel (0,0,0), so that those of every level are whole.
+inline constexpr std::int32_t kQuarters = 4;
+
+struct FieldBrick {
+  static constexpr int kEdge = kFieldEdge;
+  static constexpr int kSamples = kEdge * kEdge * kEdge;
+  static constexpr int kCells = kEdge - 1;  ///< along an edge
+
+  static constexpr int sample_at(int x, int y, int z) { return (z * kEdge + y) * kEdge + x; }
+  /// From one sample to the next. [quarters]
+  static constexpr std::int32_t step_of(int level) { return level >= 0 ? kQuarters << level : kQuarters >> -level; }
+  /// Where the brick half as large begins that lies in one of the eight octants. [quarters]
+  [[nodiscard]] Index octant_base(int octant) const;
+
+  int level = 0;
+  Index base{};                                 ///< [quarters]
+  std::array<double, kSamples> value;           ///< exact, or the end of what is known. [m]
+  std::array<double, kSamples> fitted;          ///< what is stored. [m]
+  std::array<std::uint32_t, kSamples> closest;  ///< triangles, or kNoTriangle
+  std::uint32_t entry = kFarOutside;            ///< once it is stored
+};
+
+/// What interpolation in the cells between a brick's exact samples may err. [vx]
+struct BrickErrors {
+  CellErrors cells;
+  std::array<int, 3> first{};  ///< the brick's lowest cell
+  [[nodiscard]] double at(int x, int y, int z) const {
+    constexpr auto kRow = static_cast<int>(kBrickEdge);
+    return cells[static_cast<std::size_t>(((first[2] + z) * kRow + first[1] + y) * kRow + first[0] + x)];
+  }
+};
+
+/// What fields are sampled from. All must outlive the samplers.
+struct FieldSource {
+  const Surface& surface;
+  const Grid& grid;
+  const InsideRuns& runs;
+  const BandField& field;
+  const InsideTest& inside;
+  const FieldTolerance& tolerance;
+};
+
+/// Makes the bricks over one octant after the other: the cells between the centres of a voxel brick and of its upper
+/// neighbours.
+class BrickSampler {
+ public:
+  explicit BrickSampler(const FieldSource& from);
+
+  /// Turns to an octant. @param at  its voxel brick. @return false when nothing of it lies in the band
+  [[nodiscard]] bool load(const std::uint32_t (&at)[3]);
+  /// Whether the first voxel of a voxel brick lies inside.
+  [[nodiscard]] bool is_inside(const std::uint32_t (&at)[3]) const;
+
+  /// The coarsest brick, over the whole octant.
+  [[nodiscard]] FieldBrick over_octant() const { return at_voxels(kCoarsestLevel, octant_base_); }
+  /// A brick of the octant with samples at the centres of voxels. @param level  [Limits: value >= 0]
+  [[nodiscard]] FieldBrick at_voxels(int level, const Index& base) const;
+  /// The brick half as large over an octant of `parent`, between voxel centres. @param from  triangles that can be
+  /// closest to its points
+  [[nodiscard]] FieldBrick between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const;
+  /// Triangles that can be closest to a point of a brick.
+  [[nodiscard]] std::vector<std::uint32_t> candidates(const FieldBrick& brick) const;
+  [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
+
+  [[nodiscard]] Vector place(const FieldBrick& brick, std::size_t sample) const;
+  [[nodiscard]] double quarter() const { return grid_.voxel_size / kQuarters; }  ///< of a voxel. [m]
+
+ private:
+  // Triangles that can be closest to a point of a cube, and the largest distance that such a point can have.
+  struct Candidates {
+    std::vector<std::uint32_t> triangles;
+    double reach = 0;  // [m]
+  };
+  Candidates closest_candidates(std::span<const std::uint32_t> from, const Index& base, std::int32_t edge) const;
+  Vector place(const Index& at) const { return grid_.centre(0, 0, 0) + quarter() * Vector(at[0], at[1], at[2]); }
+  std::array<int, 3> place_in_octant(const FieldBrick& brick) const;
+  std::span<const std::uint32_t> listed(const FieldBrick& brick) const;
+  bool any_in_band() const;
+
+  const Surface& surface_;
+  const Grid& grid_;
+  const InsideRuns& runs_;
+  const BandField& field_;
+  const InsideTest& inside_;
+  const FieldTolerance& tolerance_;
+  OctantSamples octant_;
+  Index octant_base_{};  // of its sample (0,0,0)
+  const double reach_;   // distances between voxel centres are known up to here. [m]
+};
+
+}  // namespace vps

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From the coarsest bricks down: a finer brick is kept where its samples differ from the coarser one's interpolation.
+#include "bake/stages/sample_field.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "bake/stages/sample_brick.h"
+
+namespace vps {
+namespace {
+
+constexpr int kEdge = FieldBrick::kEdge;
+constexpr int kSamples = FieldBrick::kSamples;
+constexpr int kCells = FieldBrick::kCells;
+
+constexpr int sample_at(int x, int y, int z) {
+  return FieldBrick::sample_at(x, y, z);
+}
+
+// What one block of the octree adds to the whole, numbered from 0.
+struct Block {
+  std::uint32_t root = kFarOutside;
+  std::vector<std::uint32_t> nodes;
+  std::vector<std::int8_t> levels;
+  std::vector<double> penetration;
+  std::vector<float> gradient;
+  double worst_error = 0;
+  Vector worst_at = Vector::Zero();
+};
+
+class BlockSampler {
+ public:
+  BlockSampler(const FieldSource& from, bool with_gradient)
+      : surface_(from.surface),
+        grid_(from.grid),
+        tolerance_(from.tolerance),
+        bricks_(from),
+        with_gradient_(with_gradient) {}
+
+  Block sample(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    block_ = {};
+    const auto node = open_node();
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const std::uint32_t bricks[3] = {2 * x + (octant & 1), 2 * y + (octant >> 1 & 1), 2 * z + (octant >> 2)};
+      block_.nodes[node + octant] = sample_octant(bricks);
+    }
+    block_.root = close_node(node);
+    return std::move(block_);
+  }
+
+ private:
+  std::uint32_t sample_octant(const std::uint32_t (&at)[3]) {
+    if (!bricks_.load(at)) return bricks_.is_inside(at) ? kFarInside : kFarOutside;
+    FieldBrick brick = bricks_.over_octant();
+    return divide(brick);
+  }
+
+  // Largest error that interpolation may have where the penetration is v.
+  double allowed(double v) const {
+    const double band = v > 0 ? tolerance_.band_inner : tolerance_.band_outer;
+    const double core = band - kHalfDiagonal * grid_.voxel_size;
+    constexpr double kGrowth = 0.25;
+    const double depth = std::abs(v);
+    if (depth <= core) return tolerance_.error;
+    return depth <= band ? tolerance_.error + kGrowth * (depth - core) : std::numeric_limits<double>::infinity();
+  }
+
+  // Whether an octant may hold an error worth looking for.
+  bool is_suspect(const FieldBrick& brick, int octant, const BrickErrors& errors) const {
+    const int low[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
+    const double cell_edge = bricks_.quarter() * FieldBrick::step_of(brick.level);
+    const double core = std::max(tolerance_.band_inner, tolerance_.band_outer) - kHalfDiagonal * grid_.voxel_size;
+    for (int cell = 0; cell < 8; ++cell) {
+      const int x = low[0] + (cell & 1);
+      const int y = low[1] + (cell >> 1 & 1);
+      const int z = low[2] + (cell >> 2);
+      double nearest = std::numeric_limits<double>::infinity();
+      double shift = 0;
+      for (int corner = 0; corner < 8; ++corner) {
+        const auto at = static_cast<std::size_t>(sample_at(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)));
+        nearest = std::min(nearest, std::abs(brick.value[at]));
+        shift = std::max(shift, std::abs(brick.fitted[at] - brick.value[at]));
+      }
+      double error = errors.at(x, y, z) * grid_.voxel_size;
+      if (shift > 0) error = std::max(error / 2, shift);
+      // Found by trying: fewer places tried miss errors, more find hardly any.
+      constexpr double kWorthALook = 0.6;
+      if (error > kWorthALook * tolerance_.error && nearest <= core + kHalfDiagonal * cell_edge) return true;
+    }
+    return false;
+  }
+
+  // Whether the coarser brick's interpolation will do at the finer one's samples, and as far as can be told between
+  // them.
+  bool will_do(const FieldBrick& coarse, int octant, const FieldBrick& fine) {
+    const int low[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
+    double worst = 0;
+    std::size_t worst_at = 0;
+    std::array<double, kSamples> spare;
+    for (int z = 0; z < kEdge; ++z) {
+      for (int y = 0; y < kEdge; ++y) {
+        for (int x = 0; x < kEdge; ++x) {
+          double sum = 0;
+          for (int corner = 0; corner < 8; ++corner) {
+            const int cx = low[0] + (x + (corner & 1)) / 2;
+            const int cy = low[1] + (y + (corner >> 1 & 1)) / 2;
+            const int cz = low[2] + (z + (corner >> 2)) / 2;
+            sum += coarse.fitted[static_cast<std::size_t>(sample_at(cx, cy, cz))];
+          }
+          const auto at = static_cast<std::size_t>(sample_at(x, y, z));
+          const double truth = fine.value[at];
+          const double error = std::abs(sum / 8 - truth);
+          const double limit = allowed(truth);
+          spare[at] = limit - error;
+          if (spare[at] < 0) return false;
+          if (limit == tolerance_.error && error > worst) {
+            worst = error;
+            worst_at = at;
+          }
+        }
+      }
+    }
+    if (fine.level == 0 && !has_room(spare, bricks_.errors(fine))) return false;
+    note_error(fine, worst_at, worst);
+    return true;
+  }
+
+  void note_error(const FieldBrick& brick, std::size_t sample, double error) {
+    if (!(error > block_.worst_error)) return;
+    block_.worst_error = error;
+    block_.worst_at = bricks_.place(brick, sample);
+  }
+
+  // Whether what samples' errors leave of the tolerance is enough for the cells between them.
+  bool has_room(const std::array<double, kSamples>& spare, const BrickErrors& errors) const {
+    // Nearly all estimates are too high: they add what the axes have at different places.
+    constexpr double kShare = 0.04;
+    for (int z = 0; z < kCells; ++z) {
+      for (int y = 0; y < kCells; ++y) {
+        for (int x = 0; x < kCells; ++x) {
+          double least = std::numeric_limits<double>::infinity();
+          for (int corner = 0; corner < 8; ++corner) {
+            const int at = sample_at(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+            least = std::min(least, spare[static_cast<std::size_t>(at)]);
+          }
+          if (kShare * grid_.voxel_size * errors.at(x, y, z) > least) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  // The entry of a brick: its own where it will do everywhere, else a node.
+  std::uint32_t divide(FieldBrick& brick) {
+    if (brick.level == kFinestLevel) return store(brick);
+    std::vector<std::uint32_t> candidates;
+    BrickErrors errors;
+    if (brick.level <= 0) errors = bricks_.errors(brick);
+    const auto node = open_node();
+    for (int octant = 0; octant < 8; ++octant) {
+      std::uint32_t entry = kFarOutside;
+      if (brick.level > 0) {
+        FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
+        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine);
+      } else if (is_suspect(brick, octant, errors)) {
+        if (candidates.empty()) candidates = bricks_.candidates(brick);
+        FieldBrick fine = bricks_.between(brick, octant, candidates);
+        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine);
+      } else {
+        entry = store(brick);
+      }
+      block_.nodes[node + static_cast<std::size_t>(octant)] = entry;
+    }
+    return close_node(node);
+  }
+
+  std::uint32_t store(FieldBrick& brick) {
+    if (brick.entry != kFarOutside) return brick.entry;
+    const auto number = static_cast<std::uint32_t>(block_.levels.size());
+    brick.entry = number | static_cast<std::uint32_t>(brick.level - kFinestLevel) << kLevelShift;
+    block_.levels.push_back(static_cast<std::int8_t>(brick.level));
+    block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
+    block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
+    for (std::size_t n = 0; n < kSamples; ++n) note_error(brick, n, std::abs(brick.fitted[n] - brick.value[n]));
+    if (with_gradient_) store_gradient(brick);
+    return brick.entry;
+  }
+
+  void store_gradient(const FieldBrick& brick) {
+    for (std::size_t n = 0; n < kSamples; ++n) {
+      const Vector p = bricks_.place(brick, n);
+      const Vector g =
+          grid_.voxel_size * exact_gradient(surface_, p, brick.closest[n], brick.value[n] > 0, grid_.voxel_size);
+      for (int axis = 0; axis < 3; ++axis) block_.gradient.push_back(static_cast<float>(g[axis]));
+    }
+    block_.gradient.resize(block_.levels.size() * kFieldStride * 3, 0);
+  }
+
+  std::size_t open_node() {
+    block_.nodes.resize(block_.nodes.size() + 8, kFarOutside);
+    return block_.nodes.size() - 8;
+  }
+  // Eight times the same needs no node. Then none was opened below it either.
+  std::uint32_t close_node(std::size_t node) {
+    const std::uint32_t first = block_.nodes[node];
+    const auto begin = block_.nodes.begin() + static_cast<std::ptrdiff_t>(node);
+    if (std::any_of(begin, begin + 8, [&](std::uint32_t entry) { return entry != first; })) {
+      return kNodeFlag | static_cast<std::uint32_t>(node / 8);
+    }
+    block_.nodes.resize(node);
+    return first;
+  }
+
+  const Surface& surface_;
+  const Grid& grid_;
+  const FieldTolerance& tolerance_;
+  BrickSampler bricks_;
+  const bool with_gradient_;
+  Block block_;
+};
+
+std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uint32_t first_brick) {
+  if (entry >= kFarInside) return entry;
+  return entry + ((entry & kNodeFlag) != 0 ? first_node : first_brick);
+}
+
+}  // namespace
+
+FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, const BandField& field,
+                       const InsideTest& inside, const FieldTolerance& tolerance, bool with_gradient) {
+  FieldTree tree;
+  for (std::size_t axis = 0; axis < 3; ++axis) tree.root_dims[axis] = (grid.dims[axis] + kRootCells - 1) / kRootCells;
+  const std::size_t plane = std::size_t{tree.root_dims[0]} * tree.root_dims[1];
+  std::vector<Block> blocks(plane * tree.root_dims[2]);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
+    BlockSampler sampler({surface, grid, runs, field, inside, tolerance}, with_gradient);
+    blocks[n] = sampler.sample(static_cast<std::uint32_t>(n % tree.root_dims[0]),
+                               static_cast<std::uint32_t>(n / tree.root_dims[0] % tree.root_dims[1]),
+                               static_cast<std::uint32_t>(n / plane));
+  });
+  std::size_t bricks = 0;
+  for (const Block& block : blocks) bricks += block.levels.size();
+  tree.penetration.reserve(bricks * kFieldStride);
+  if (with_gradient) tree.gradient.reserve(bricks * kFieldStride * 3);
+  for (Block& block : blocks) {
+    const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
+    const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
+    tree.roots.push_back(renumbered(block.root, first_node, first_brick));
+    for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_brick));
+    tree.levels.insert(tree.levels.end(), block.levels.begin(), block.levels.end());
+    tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
+    tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
+    if (block.worst_error > tree.worst_error) {
+      tree.worst_error = block.worst_error;
+      tree.worst_at = block.worst_at;
+    }
+    block = {};
+  }
+  return tree;
+}
+
+FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
+  FieldCell cell;
+  const Vector at = (p - grid.centre(0, 0, 0)) / grid.voxel_size;
+  std::uint32_t index[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(at[axis] >= 0 && at[axis] < grid.dims[static_cast<std::size_t>(axis)] - 1)) return cell;
+    index[axis] = static_cast<std::uint32_t>(at[axis]);
+  }
+  std::uint32_t entry =
+      tree.roots[(std::size_t{index[2] / kRootCells} * tree.root_dims[1] + index[1] / kRootCells) * tree.root_dims[0] +
+                 index[0] / kRootCells];
+  for (std::uint32_t edge = kRootCells / 2; entry < kFarInside && (entry & kNodeFlag) != 0; edge /= 2) {
+    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
+    entry = tree.nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
+  }
+  if (entry >= kFarInside) return cell;
+  cell.brick = entry & kNumberMask;
+  const double scale = std::ldexp(1.0, -(static_cast<int>(entry >> kLevelShift) + kFinestLevel));
+  double part[3];
+  std::uint32_t low[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = at[axis] * scale;
+    low[axis] = static_cast<std::uint32_t>(cells) % static_cast<std::uint32_t>(kCells);
+    part[axis] = cells - std::floor(cells);
+  }
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    cell.samples[corner] = ((low[2] + d[2]) * kFieldEdge + low[1] + d[1]) * kFieldEdge + low[0] + d[0];
+    cell.weights[corner] = 1;
+    for (int axis = 0; axis < 3; ++axis) cell.weights[corner] *= d[axis] != 0 ? part[axis] : 1 - part[axis];
+  }
+  return cell;
+}
+
+}  // namespace vps

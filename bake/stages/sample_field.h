@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Samples the distance field as densely as interpolation needs. Internal to bake.
+///
+/// The paper keeps one value per voxel; close to a flat face that is more than needed, next to an edge it is not
+/// enough. Adaptively sampled distance fields (Frisken et al. 2000) put samples where trilinear interpolation errs, and
+/// here the samples are fitted, so that it errs both ways.
+#pragma once
+
+#include "bake/repair/winding.h"
+#include "bake/stages/distance_field.h"
+
+namespace vps {
+
+/// Where interpolation has to be how good. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
+/// may grow by a quarter of the way; beyond the band only the side is kept.
+struct FieldTolerance {
+  double error = 0;       ///< [m]
+  double band_inner = 0;  ///< [m]
+  double band_outer = 0;  ///< [m]
+};
+
+/// An octree of field bricks, as the asset stores it (vps_format.h).
+struct FieldTree {
+  Index3 root_dims{};
+  std::vector<std::uint32_t> roots;  ///< [rz,ry,rx]
+  std::vector<std::uint32_t> nodes;  ///< [N,8]
+  std::vector<std::int8_t> levels;   ///< [f]
+  std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
+  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless asked for. [m per voxel step]
+  double worst_error = 0;            ///< of interpolation, at the places that were tried, and of samples. [m]
+  Vector worst_at = Vector::Zero();  ///< [m]
+};
+
+/// @param field  exact at least one voxel beyond the band of `tolerance`
+[[nodiscard]] FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs,
+                                     const BandField& field, const InsideTest& inside, const FieldTolerance& tolerance,
+                                     bool with_gradient);
+
+/// The field brick at a point, and the samples that interpolation takes there.
+struct FieldCell {
+  std::int64_t brick = -1;  ///< negative beyond the stored bricks
+  std::uint32_t samples[8]{};
+  double weights[8]{};
+};
+[[nodiscard]] FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p);
+
+}  // namespace vps

@@ -1,0 +1,414 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Pointshell sampling. Paper: Sec. 2.1.2: surface voxel centres projected onto triangles, kept at least alpha s apart.
+// Beyond the paper: sharp vertices and edges first, so that no tip is cut; then every gap is found in the Voronoi cells
+// of the points on each patch of the surface and filled, which proves the covering radius; and each point gets the area
+// of its cells.
+#include "bake/stages/sample_pointshell.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+
+#include "bake/stages/surface_blocks.h"
+#include "formats/quantize.h"
+
+namespace vps {
+namespace {
+
+// Points whose triangles face away from each other by more than this (cosine) lie on two sides of a wall or wedge: both
+// sides have to be sampled, however thin it is.
+constexpr double kSameSide = -0.25;
+// Dihedral angle above which an edge is sampled as a feature (cosine of 40 degrees).
+constexpr double kSharp = 0.766;
+// Largest distance of the surface from the points, in spacings.
+constexpr double kCovering = 1.05;
+
+// Place on a piece: the weights of its first two corners.
+using Place = std::array<double, 2>;
+
+// A sample that may be the nearest to some place on a piece.
+struct Candidate {
+  Sample* sample;
+  std::array<double, 3> squared;  // distances to the corners
+  double farthest;                // of these
+};
+
+// The Voronoi cells that a piece is cut into by the samples on its side. The difference of the squared distances to two
+// samples is linear on a piece, so that a cell is a convex polygon, farthest from its sample at one of its corners.
+class PieceCells {
+ public:
+  /// Starts with the samples that are within reach of the piece.
+  PieceCells(const SurfaceBlocks& blocks, double reach) : blocks_(blocks), reach_(reach) {}
+
+  void start(const Block& home, const Piece& piece, const Vector& normal) {
+    piece_ = piece;
+    for (std::size_t k = 0; k < 3; ++k) edges_[k] = (piece[k] - piece[k == 2 ? 0 : k + 1]).squaredNorm();
+    candidates_.clear();
+    const Vector low = piece[0].cwiseMin(piece[1]).cwiseMin(piece[2]);
+    const Vector high = piece[0].cwiseMax(piece[1]).cwiseMax(piece[2]);
+    blocks_.for_each_near(home, low, high, reach_, [&](Sample& s) {
+      if (normal.dot(s.normal) > kSameSide) push(s);
+      return true;
+    });
+    prune();
+  }
+  void add(Sample& sample) {
+    push(sample);
+    prune();
+  }
+
+  /// Those that may have a cell, the one whose farthest corner is nearest first.
+  [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
+  [[nodiscard]] Vector at(const Place& p) const {
+    return p[0] * piece_[0] + p[1] * piece_[1] + (1 - p[0] - p[1]) * piece_[2];
+  }
+  [[nodiscard]] double squared_distance(const Candidate& c, const Place& p) const {
+    const double third = 1 - p[0] - p[1];
+    return p[0] * c.squared[0] + p[1] * c.squared[1] + third * c.squared[2] -
+           (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
+  }
+  /// The corners of a candidate's cell, which may be empty. Good until the next call.
+  const std::vector<Place>& cell(const Candidate& of);
+
+ private:
+  void push(Sample& s) {
+    const Vector& p = s.position;
+    Candidate c{&s, {(p - piece_[0]).squaredNorm(), (p - piece_[1]).squaredNorm(), (p - piece_[2]).squaredNorm()}, 0};
+    c.farthest = std::max({c.squared[0], c.squared[1], c.squared[2]});
+    if (!candidates_.empty() && !may_have_cell(c)) return;
+    candidates_.push_back(c);
+    if (c.farthest < candidates_.front().farthest) std::swap(candidates_.front(), candidates_.back());
+  }
+
+  // A sample that is farther than the first from all corners is farther from all of the piece.
+  [[nodiscard]] bool may_have_cell(const Candidate& c) const {
+    const std::array<double, 3>& first = candidates_.front().squared;
+    return c.squared[0] < first[0] || c.squared[1] < first[1] || c.squared[2] < first[2];
+  }
+  void prune() {
+    if (candidates_.empty()) return;
+    const auto none = std::remove_if(candidates_.begin() + 1, candidates_.end(),
+                                     [&](const Candidate& c) { return !may_have_cell(c); });
+    candidates_.erase(none, candidates_.end());
+  }
+
+  const SurfaceBlocks& blocks_;
+  const double reach_;
+  Piece piece_;
+  double edges_[3] = {};  // squared
+  std::vector<Candidate> candidates_;
+  std::vector<Place> cell_;
+  std::vector<Place> clipped_;
+};
+
+const std::vector<Place>& PieceCells::cell(const Candidate& of) {
+  cell_ = {{1, 0}, {0, 1}, {0, 0}};
+  for (const Candidate& other : candidates_) {
+    if (&other == &of) continue;
+    const double third = of.squared[2] - other.squared[2];
+    const double slope[2] = {of.squared[0] - other.squared[0] - third, of.squared[1] - other.squared[1] - third};
+    if (third < 0 && third + slope[0] < 0 && third + slope[1] < 0) continue;
+    const auto excess = [&](const Place& p) { return third + p[0] * slope[0] + p[1] * slope[1]; };
+    clipped_.clear();
+    double before = excess(cell_.back());
+    for (std::size_t i = 0; i < cell_.size(); ++i) {
+      const Place& p = cell_[i];
+      const double here = excess(p);
+      // What is equally far from both goes to the first.
+      const auto inside = [&](double e) { return e < 0 || (e == 0 && &of < &other); };
+      if (inside(before) != inside(here)) {
+        const Place& q = i == 0 ? cell_.back() : cell_[i - 1];
+        const double t = before / (before - here);
+        clipped_.push_back({q[0] + t * (p[0] - q[0]), q[1] + t * (p[1] - q[1])});
+      }
+      if (inside(here)) clipped_.push_back(p);
+      before = here;
+    }
+    cell_.swap(clipped_);
+    if (cell_.empty()) break;
+  }
+  return cell_;
+}
+
+class Sampler {
+ public:
+  Sampler(const Surface& surface, double spacing)
+      : surface_(surface), spacing_(spacing), blocks_(surface, 2 * spacing) {}
+
+  void sample_features();
+  void sample_triangles(const Grid& grid, const SurfaceVoxels& voxels);
+  void fill_gaps();
+  void measure_areas();
+
+  [[nodiscard]] std::vector<const Sample*> samples();
+  [[nodiscard]] double covering_radius() const { return covering_; }
+
+ private:
+  /// Adds the point unless one on the same side is nearer than the spacing; then it returns null.
+  Sample* offer(Block& home, const Vector& p, const Vector& normal);
+  void offer_on_edge(const Vector& p, std::uint32_t triangle) {
+    Sample* const made = offer(blocks_.block_of(p), p, surface_.normals[triangle]);
+    if (made != nullptr) made->on_edge = true;
+  }
+  void sample_patch(const Grid& grid, const SurfaceVoxels& voxels, Block& home, const Patch& patch);
+
+  const Surface& surface_;
+  const double spacing_;
+  SurfaceBlocks blocks_;
+  double covering_ = 0;
+};
+
+Sample* Sampler::offer(Block& home, const Vector& p, const Vector& normal) {
+  bool free = true;
+  blocks_.for_each_near(home, p, p, spacing_, [&](const Sample& s) {
+    free = (s.position - p).squaredNorm() >= spacing_ * spacing_ || normal.dot(s.normal) <= kSameSide;
+    return free;
+  });
+  return free ? blocks_.insert(home, p, normal) : nullptr;
+}
+
+// Sharp edges are walked from one end to the other; their ends, and tips where the normals spread, come first.
+void Sampler::sample_features() {
+  struct Side {
+    std::uint64_t key;
+    std::uint32_t triangle;
+  };
+  std::vector<Side> sides;
+  for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
+    const Triangle& v = surface_.triangles[t];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto [lo, hi] = std::minmax(v[k], v[(k + 1) % 3]);
+      sides.push_back({std::uint64_t{lo} << 32 | hi, t});
+    }
+  }
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
+
+  struct SharpEdge {
+    std::uint32_t from, to, triangle;
+  };
+  std::vector<SharpEdge> sharp;
+  std::vector<std::uint8_t> sharp_ends(surface_.vertices.size(), 0);
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t end = i;
+    bool is_sharp = false;
+    for (; end < sides.size() && sides[end].key == sides[i].key; ++end) {
+      is_sharp = is_sharp || surface_.normals[sides[end].triangle].dot(surface_.normals[sides[i].triangle]) < kSharp;
+    }
+    if (is_sharp) {
+      const auto from = static_cast<std::uint32_t>(sides[i].key >> 32);
+      const auto to = static_cast<std::uint32_t>(sides[i].key);
+      sharp.push_back({from, to, sides[i].triangle});
+      for (const std::uint32_t v : {from, to})
+        sharp_ends[v] = static_cast<std::uint8_t>(std::min(255, sharp_ends[v] + 1));
+    }
+    i = end;
+  }
+  // Two sharp edges pass through a vertex; one or three and more end there.
+  for (const SharpEdge& e : sharp) {
+    for (const std::uint32_t v : {e.from, e.to}) {
+      if (sharp_ends[v] != 2) offer_on_edge(surface_.vertices[v], e.triangle);
+    }
+  }
+  for (const SharpEdge& e : sharp) {
+    const Vector& from = surface_.vertices[e.from];
+    const Vector step = surface_.vertices[e.to] - from;
+    const int count = std::max(1, static_cast<int>(std::floor(step.norm() / spacing_)));
+    for (int i = 0; i <= count; ++i) offer_on_edge(from + step * (double(i) / count), e.triangle);
+  }
+}
+
+// The paper's rule: centres of the surface voxels in the patch's box, projected onto the patch.
+void Sampler::sample_patch(const Grid& grid, const SurfaceVoxels& voxels, Block& home, const Patch& patch) {
+  const auto& [a, b, c] = patch.piece;
+  const Vector& n = surface_.normals[patch.triangle];
+  const Vector inward[3] = {n.cross(b - a), n.cross(c - b), n.cross(a - c)};
+  const Vector low = a.cwiseMin(b).cwiseMin(c);
+  const Vector high = a.cwiseMax(b).cwiseMax(c);
+  VoxelRange range[3];
+  for (int axis = 0; axis < 3; ++axis) range[axis] = voxel_range(grid, axis, low[axis], high[axis], 0);
+  for (std::uint32_t k = range[2].first; k <= range[2].last; ++k) {
+    for (std::uint32_t j = range[1].first; j <= range[1].last; ++j) {
+      for (std::uint32_t i = range[0].first; i <= range[0].last; ++i) {
+        const Vector centre = grid.centre(i, j, k);
+        const double height = n.dot(centre - a);
+        // A voxel whose centre is farther off the plane is not this triangle's.
+        if (std::abs(height) > 0.87 * grid.voxel_size) continue;
+        const Vector p = centre - height * n;
+        if (inward[0].dot(p - a) < 0 || inward[1].dot(p - b) < 0 || inward[2].dot(p - c) < 0) continue;
+        if (voxels.test(grid, i, j, k)) offer(home, p, n);
+      }
+    }
+  }
+}
+
+void Sampler::sample_triangles(const Grid& grid, const SurfaceVoxels& voxels) {
+  blocks_.for_each_block([&](Block& block) {
+    for (const Patch& patch : block.patches) sample_patch(grid, voxels, block, patch);
+  });
+}
+
+// Largest squared distance of a place on the piece from its nearest sample, and that place; an upper bound when no
+// larger than the limit.
+double farthest(PieceCells& cells, double limit, Place& place) {
+  if (cells.candidates().empty()) return std::numeric_limits<double>::infinity();
+  if (cells.candidates().front().farthest <= limit) return cells.candidates().front().farthest;
+  double far = 0;
+  for (const Candidate& c : cells.candidates()) {
+    for (const Place& p : cells.cell(c)) {
+      const double squared = cells.squared_distance(c, p);
+      if (squared <= far) continue;
+      far = squared;
+      place = p;
+    }
+  }
+  return far;
+}
+
+// A point is made at the corner of a cell that is farthest from its sample, as long as that is too far.
+void Sampler::fill_gaps() {
+  const double limit = kCovering * kCovering * spacing_ * spacing_;
+  blocks_.for_each_block([&](Block& block) {
+    PieceCells cells(blocks_, 1.01 * kCovering * spacing_);
+    for (const Patch& patch : block.patches) {
+      const Vector& normal = surface_.normals[patch.triangle];
+      cells.start(block, patch.piece, normal);
+      for (bool made = true; made;) {
+        made = false;
+        Place place = {1.0 / 3, 1.0 / 3};
+        const double far = farthest(cells, limit, place);
+        if (far > limit) {
+          if (Sample* sample = offer(block, cells.at(place), normal)) {
+            cells.add(*sample);
+            made = true;
+            continue;
+          }
+        }
+        block.covering = std::max(block.covering, far);
+      }
+    }
+  });
+  for (const Block& block : blocks_.blocks()) covering_ = std::max(covering_, std::sqrt(block.covering));
+  // The corner of a cell between two samples almost equally far along an edge is known to a root of the precision.
+  covering_ *= 1 + 1e-6;
+}
+
+// Every sample gets its cell of every patch.
+void Sampler::measure_areas() {
+  blocks_.for_each_block([&](Block& block) {
+    PieceCells cells(blocks_, 1.01 * covering_);
+    std::vector<double> shares;
+    for (const Patch& patch : block.patches) {
+      const Piece& p = patch.piece;
+      cells.start(block, p, surface_.normals[patch.triangle]);
+      shares.clear();
+      for (const Candidate& c : cells.candidates()) {
+        const std::vector<Place>& cell = cells.cell(c);
+        double share = 0;
+        for (std::size_t i = 2; i < cell.size(); ++i) {
+          share += (cell[i - 1][0] - cell[0][0]) * (cell[i][1] - cell[0][1]) -
+                   (cell[i - 1][1] - cell[0][1]) * (cell[i][0] - cell[0][0]);
+        }
+        shares.push_back(std::max(0.0, share));
+      }
+      // They sum to one but for rounding.
+      const double scale =
+          (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2 / std::accumulate(shares.begin(), shares.end(), 0.0);
+      for (std::size_t i = 0; i < shares.size(); ++i) cells.candidates()[i].sample->area += shares[i] * scale;
+    }
+  });
+}
+
+std::vector<const Sample*> Sampler::samples() {
+  std::vector<const Sample*> all;
+  for (const Block& block : blocks_.blocks()) {
+    for (const Sample& sample : block.samples) all.push_back(&sample);
+  }
+  return all;
+}
+
+// V at any point near the surface, trilinear between voxel centres.
+double interpolate(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& p) {
+  const Vector g = (p - grid.origin) / grid.voxel_size - Vector::Constant(0.5);
+  std::uint32_t base[3];
+  double w[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cell = std::clamp(std::floor(g[axis]), 0.0, grid.dims[static_cast<std::size_t>(axis)] - 2.0);
+    base[axis] = static_cast<std::uint32_t>(cell);
+    w[axis] = g[axis] - cell;
+  }
+  double sum = 0;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t dx = corner & 1;
+    const std::uint32_t dy = corner >> 1 & 1;
+    const std::uint32_t dz = corner >> 2;
+    const double weight = (dx != 0 ? w[0] : 1 - w[0]) * (dy != 0 ? w[1] : 1 - w[1]) * (dz != 0 ? w[2] : 1 - w[2]);
+    sum += weight * field.value(grid, runs, base[0] + dx, base[1] + dy, base[2] + dz);
+  }
+  return sum;
+}
+
+// The gradient of V points inward; central differences over one voxel. Where it vanishes (the middle of a thin wall) or
+// contradicts the triangle, the triangle's own normal is better.
+Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Sample& sample) {
+  const double h = grid.voxel_size / 2;
+  Vector gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Vector step = h * Vector::Unit(axis);
+    gradient[axis] =
+        interpolate(grid, runs, field, sample.position + step) - interpolate(grid, runs, field, sample.position - step);
+  }
+  const double length = gradient.norm();
+  constexpr double kTrust = 0.4;  // of the unit slope
+  // On a face the gradient smooths what is smaller than a voxel; farther off than 30 degrees it has seen another face.
+  // On an edge it halves the angle.
+  const double least_cosine = sample.on_edge ? 0.2 : std::cos(std::numbers::pi / 6);
+  if (!(length > kTrust * 2 * h) || -gradient.dot(sample.normal) < least_cosine * length) return -sample.normal;
+  return gradient / length;
+}
+
+// Rounded before its error is measured, which then holds for the asset.
+Vector as_stored(const Vector& normal) {
+  const auto [x, y, z] = decode_normal<double>(encode_normal({normal.x(), normal.y(), normal.z()}));
+  return {x, y, z};
+}
+
+}  // namespace
+
+Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
+                             const InsideRuns& runs, const BandField& field, double spacing) {
+  Sampler sampler(surface, spacing);
+  sampler.sample_features();
+  sampler.sample_triangles(grid, voxels);
+  sampler.fill_gaps();
+  sampler.measure_areas();
+  const std::vector<const Sample*> samples = sampler.samples();
+  Pointshell shell;
+  shell.spacing = spacing;
+  shell.covering_radius = sampler.covering_radius();
+  shell.positions.resize(samples.size());
+  shell.inward_normals.resize(samples.size());
+  shell.areas.resize(samples.size());
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
+    const Sample& sample = *samples[i];
+    shell.positions[i] = sample.position;
+    shell.inward_normals[i] = as_stored(inward_normal(grid, runs, field, sample));
+    shell.areas[i] = sample.area;
+  });
+  std::size_t on_faces = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i]->on_edge) continue;
+    const Vector& n = samples[i]->normal;
+    const double angle = std::atan2(shell.inward_normals[i].cross(n).norm(), -shell.inward_normals[i].dot(n));
+    shell.normal_error_mean += angle;
+    shell.normal_error_max = std::max(shell.normal_error_max, angle);
+    ++on_faces;
+  }
+  if (on_faces > 0) shell.normal_error_mean /= static_cast<double>(on_faces);
+  return shell;
+}
+
+}  // namespace vps

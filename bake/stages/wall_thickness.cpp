@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/wall_thickness.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "bake/uniform.h"
+
+namespace vps {
+namespace {
+
+// The band field between voxel centres.
+double trilinear(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& p) {
+  const Vector cell = (p - grid.origin) / grid.voxel_size - Vector::Constant(0.5);
+  std::uint32_t low[3];
+  double part[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double limit = grid.dims[static_cast<std::size_t>(axis)] - 2.0;
+    const double floor = std::clamp(std::floor(cell[axis]), 0.0, limit);
+    low[axis] = static_cast<std::uint32_t>(floor);
+    part[axis] = cell[axis] - floor;
+  }
+  double value = 0;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    double weight = 1;
+    for (int axis = 0; axis < 3; ++axis) weight *= d[axis] != 0 ? part[axis] : 1 - part[axis];
+    value += weight * field.value(grid, runs, low[0] + d[0], low[1] + d[1], low[2] + d[2]);
+  }
+  return value;
+}
+
+}  // namespace
+
+std::vector<SurfacePoint> spread_points(const Surface& surface, std::size_t count) {
+  std::vector<double> sums(surface.triangles.size());
+  double sum = 0;
+  for (std::size_t t = 0; t < sums.size(); ++t) sums[t] = sum += surface.area_normal(t).norm() / 2;
+  std::vector<SurfacePoint> points(count);
+  for (std::size_t n = 0; n < count; ++n) {
+    // Stratified by area: a piece of the surface gets the points that are due to it.
+    const double at = sum * (static_cast<double>(n) + uniform(3 * n)) / static_cast<double>(count);
+    const auto found = static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), at) - sums.begin());
+    const std::size_t t = std::min(found, sums.size() - 1);
+    const double u = std::sqrt(uniform(3 * n + 1));
+    const double v = uniform(3 * n + 2);
+    points[n].position =
+        (1 - u) * surface.corner(t, 0) + u * (1 - v) * surface.corner(t, 1) + u * v * surface.corner(t, 2);
+    points[n].inward_normal = -surface.normals[t];
+  }
+  return points;
+}
+
+std::vector<double> wall_thickness(const Surface& surface, const ClosestPoint& closest,
+                                   std::span<const SurfacePoint> points) {
+  // The ray starts under the triangle it comes from.
+  const double skin = 1e-9 * (surface.bounds_max - surface.bounds_min).norm();
+  std::vector<double> thickness(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
+    const Vector& inward = points[n].inward_normal;
+    const ClosestPoint::Hit hit = closest.along_ray(points[n].position + skin * inward, inward);
+    const bool opposite = std::isfinite(hit.distance) && surface.normals[hit.triangle].dot(inward) > std::sqrt(0.5);
+    thickness[n] = opposite ? hit.distance : std::numeric_limits<double>::infinity();
+  });
+  return thickness;
+}
+
+ThinWalls find_thin_walls(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const InsideRuns& runs,
+                          const BandField& field, std::span<const SurfacePoint> points) {
+  // In a wall of two voxels V is at most 0.8 voxels at a depth of 1.2; the rest is for interpolation.
+  const double s = grid.voxel_size;
+  std::vector<std::uint8_t> candidate(points.size());
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
+    candidate[n] = trilinear(grid, runs, field, points[n].position + 1.2 * s * points[n].inward_normal) < s;
+  });
+  std::vector<SurfacePoint> chosen;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    if (candidate[n] != 0) chosen.push_back(points[n]);
+  }
+  const double candidates = static_cast<double>(chosen.size());
+  // More would not sharpen the share.
+  constexpr std::size_t kEnough = 20000;
+  const std::size_t stride = 1 + chosen.size() / kEnough;
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < chosen.size(); n += stride) chosen[kept++] = chosen[n];
+  chosen.resize(kept);
+
+  ThinWalls thin;
+  if (kept == 0) return thin;
+  const std::vector<double> thickness = wall_thickness(surface, closest, chosen);
+  const auto count = std::count_if(thickness.begin(), thickness.end(), [&](double t) { return t < 2 * s; });
+  thin.share = static_cast<double>(count) / static_cast<double>(kept) * candidates / static_cast<double>(points.size());
+  const auto least = std::min_element(thickness.begin(), thickness.end()) - thickness.begin();
+  thin.thinnest = thickness[static_cast<std::size_t>(least)];
+  thin.place = chosen[static_cast<std::size_t>(least)].position;
+  return thin;
+}
+
+}  // namespace vps

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Entries of a cache folder: found, checked, added.
+#include "bake/store/cache.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <system_error>
+
+#include "bake/store/cache_folder.h"
+#include "bake/store/cache_upkeep.h"
+
+namespace vps {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+using detail::entry_file;
+using detail::kAssetEnding;
+using detail::kReportEnding;
+
+std::string hash_line(const std::string& text) {
+  return fmt::format("{:016x}\n", hash_bytes(std::as_bytes(std::span(text))));
+}
+
+// JSON behind a line with its hash.
+std::string to_text(const BakeReport& report) {
+  const BakePlan& plan = report.plan;
+  const Json json = {{"voxel_size", plan.voxel_size},
+                     {"dims", plan.dims},
+                     {"voxels", plan.voxels},
+                     {"predicted_points", plan.predicted_points},
+                     {"predicted_memory_bytes", plan.predicted_memory_bytes},
+                     {"repair", report.repair},
+                     {"filled_share", report.filled_share},
+                     {"notes", report.notes}};
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+  return hash_line(text) + text;
+}
+
+// For backups, which leave caches out (bford.info/cachedir), and only in a folder of our own: a cache among other files
+// would take those out as well.
+void tag_cache(const fs::path& folder) {
+  std::ofstream(folder / "CACHEDIR.TAG") << "Signature: 8a477f597d28d172789f06886806bc55\n"
+                                            "# This folder is a cache of vpsbake. It may be deleted.\n";
+}
+
+// Why the folder of an entry cannot be made; empty when it is there.
+std::string make_folders(const fs::path& cache, const fs::path& entry) {
+  std::error_code failed;
+  if (fs::create_directories(cache, failed)) tag_cache(cache);
+  if (!failed) fs::create_directory(entry.parent_path(), failed);
+  return failed ? "the folder cannot be made (" + failed.message() + ")" : "";
+}
+
+}  // namespace
+
+Status detail::open_entry(const fs::path& cache, const CacheKey& key, Asset& asset) {
+  const Status status = Asset::open(entry_file(cache, key, kAssetEnding).c_str(), asset);
+  return status == Status::ok ? asset.verify() : status;
+}
+
+bool detail::read_report(const fs::path& cache, const CacheKey& key, BakeReport& report) {
+  std::ifstream file(entry_file(cache, key, kReportEnding), std::ios::binary);
+  std::string hash;
+  std::getline(file, hash);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (hash + '\n' != hash_line(text)) return false;
+  try {
+    const Json json = Json::parse(text);
+    BakePlan& plan = report.plan;
+    json.at("voxel_size").get_to(plan.voxel_size);
+    json.at("dims").get_to(plan.dims);
+    json.at("voxels").get_to(plan.voxels);
+    json.at("predicted_points").get_to(plan.predicted_points);
+    json.at("predicted_memory_bytes").get_to(plan.predicted_memory_bytes);
+    json.at("repair").get_to(report.repair);
+    json.at("filled_share").get_to(report.filled_share);
+    json.at("notes").get_to(report.notes);
+  } catch (const Json::exception&) {
+    return false;
+  }
+  return true;
+}
+
+bool AssetCache::open(const CacheKey& key, Asset& asset, BakeReport& report) const {
+  Asset entry;
+  BakeReport read;
+  // Before it is read, so that it is not among those that another process removes. In a cache of another's it may fail.
+  static_cast<void>(::utimensat(AT_FDCWD, entry_file(folder_, key, kAssetEnding).c_str(), nullptr, 0));
+  if (detail::open_entry(folder_, key, entry) != Status::ok || cache_key(record_of(entry)) != key) return false;
+  if (!detail::read_report(folder_, key, read)) return false;
+  asset = std::move(entry);
+  report = std::move(read);
+  return true;
+}
+
+std::string AssetCache::store(const std::optional<CacheKey>& key, const BakedAsset& baked,
+                              const BakeReport& report) const {
+  if (!key) return "the mesh changed while it was read, or refers to files that are not found";
+  const fs::path asset = entry_file(folder_, *key, kAssetEnding);
+  if (std::string reason = make_folders(folder_, asset); !reason.empty()) return reason;
+  try {
+    const std::string text = to_text(report);
+    write_whole(entry_file(folder_, *key, kReportEnding), std::as_bytes(std::span(text)));
+    keep_small(*key, text.size() + write_asset(asset, baked.info, baked.sections));
+  } catch (const WriteError& error) {
+    // Without the advice: it is about outputs.
+    const std::string reason = error.what();
+    return reason.substr(0, reason.find(';'));
+  }
+  return {};
+}
+
+// To look through the folder after each entry would cost more than small bakes do, and to count bytes in a file more
+// than it is worth: processes on other machines add to it, too. So an entry has it looked through with a chance in
+// proportion to its size: once whenever 2 % of the limit was added, on average. The key is the die.
+void AssetCache::keep_small(const CacheKey& stored, std::uint64_t bytes) const {
+  constexpr double kSlack = 0.02;
+  if (max_bytes_ == 0) return;
+  const double die = static_cast<double>(std::stoul(stored.digits.substr(24), nullptr, 16)) / 0x1p32;
+  const double limit = static_cast<double>(max_bytes_);
+  if (die * kSlack * limit >= static_cast<double>(bytes)) return;
+  try {
+    // Room for what comes before the next time.
+    prune_cache(folder_, static_cast<std::uint64_t>((1 - kSlack) * limit));
+  } catch (const fs::filesystem_error&) {
+    // Of a folder that cannot be read nothing can be removed; the entry is there all the same.
+  }
+}
+
+}  // namespace vps

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an asset's bytes depend on, as text, and its hash. Bytes are hashed, never times or names: a touched or renamed
+// mesh is the same mesh.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "bake/store/cache.h"
+#include "cache_program.h"
+
+namespace vps {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string digits(XXH128_hash_t hash) {
+  return fmt::format("{:016x}{:016x}", hash.high64, hash.low64);
+}
+
+std::string hash_of(std::span<const std::byte> bytes) {
+  return digits(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+// Hash of a regular file, whose bytes also go to `text` unless it is null. Empty when it cannot be read. `stamps` gets
+// what tells the file as it was before it was read.
+std::string hash_file(const fs::path& path, std::string& stamps, std::string* text) {
+  // O_NONBLOCK: opening a FIFO by mistake must not hang.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return {};
+  struct stat facts {};
+  bool good = ::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode);
+  // The time of change, not of the contents: that one can be set back.
+  stamps += fmt::format("{} {} {} {}\n", facts.st_dev, facts.st_ino, facts.st_ctim.tv_sec, facts.st_ctim.tv_nsec);
+  XXH3_state_t state;
+  XXH3_128bits_reset(&state);
+  std::vector<char> buffer(good ? 1 << 20 : 0);
+  while (good) {
+    const ssize_t got = ::read(fd, buffer.data(), buffer.size());
+    if (got == 0) break;
+    good = got > 0 || errno == EINTR;
+    if (got < 0) continue;
+    XXH3_128bits_update(&state, buffer.data(), static_cast<std::size_t>(got));
+    if (text != nullptr) text->append(buffer.data(), static_cast<std::size_t>(got));
+  }
+  ::close(fd);
+  return good ? digits(XXH3_128bits_digest(&state)) : std::string();
+}
+
+// The JSON of a glb file, or the whole of a gltf file. A glb file starts with its magic, version and length (3 u32),
+// then size and type (2 u32) of the first chunk, which is the JSON; in version 1 the same place holds the same size.
+std::string_view gltf_json(std::string_view file) {
+  constexpr std::size_t kJson = 20;
+  if (!file.starts_with("glTF") || file.size() < kJson) return file;
+  std::uint32_t size = 0;
+  std::memcpy(&size, file.data() + 12, sizeof size);
+  return file.substr(kJson, size);
+}
+
+// Names of the files that hold a glTF file's buffers, as they are written there. Nothing when it is not understood.
+std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
+  using Json = nlohmann::json;
+  using Event = Json::parse_event_t;
+  std::vector<std::string> names;
+  std::string top_key, key;
+  // Nothing is kept but the names: a file may hold all of its geometry as text.
+  const auto visit = [&](int depth, Event event, const Json& value) {
+    if (event == Event::key) (depth == 1 ? top_key : key) = value.get<std::string>();
+    if (event == Event::value && top_key == "buffers" && key == "uri" && value.is_string()) {
+      const auto& name = value.get_ref<const std::string&>();
+      if (!name.starts_with("data:")) names.push_back(name);
+    }
+    return event == Event::object_start || event == Event::array_start;
+  };
+  const std::string_view text = gltf_json(file);
+  if (Json::parse(text.begin(), text.end(), visit, false).is_discarded()) return std::nullopt;
+  return names;
+}
+
+// Names of a glTF file's buffers as paths, as the importer finds them: a slash in front means nothing.
+std::vector<fs::path> beside(const fs::path& mesh, const std::vector<std::string>& names) {
+  const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.emplace_back(referred_file(folder, name));
+  return files;
+}
+
+std::string lower_extension(const fs::path& mesh) {
+  std::string extension = mesh.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// The files of a mesh and their hashes, the mesh first. A hash is empty when the file cannot be read.
+struct HashedFiles {
+  std::vector<fs::path> paths;
+  std::vector<std::string> hashes;
+  std::string stamps;      // as of MeshState
+  bool understood = true;  // false: what the mesh refers to is not known
+};
+
+bool is_gltf(const fs::path& mesh) {
+  const std::string extension = lower_extension(mesh);
+  return extension == ".gltf" || extension == ".glb";
+}
+
+HashedFiles hash_files(const fs::path& mesh) {
+  const bool gltf = is_gltf(mesh);
+  std::string text;
+  HashedFiles out;
+  out.paths.push_back(mesh);
+  out.hashes.push_back(hash_file(mesh, out.stamps, gltf ? &text : nullptr));
+  if (!gltf) return out;
+  const auto names = gltf_buffers(text);
+  out.understood = names.has_value();
+  for (const fs::path& buffer : beside(mesh, names.value_or(std::vector<std::string>()))) {
+    out.paths.push_back(buffer);
+    out.hashes.push_back(hash_file(buffer, out.stamps, nullptr));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string describe_settings(const BakeSettings& settings) {
+  // Every field by name: a new one does not compile until it is dealt with here.
+  const auto& [options, import, max_error] = settings;
+  const auto& [unit, import_memory, import_timeout] = import;
+  const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
+               band_outside, field_error, alpha, repair, sheet_thickness, memory_limit, progress] = options;
+  static_cast<void>(import_memory), static_cast<void>(import_timeout);
+  static_cast<void>(memory_limit), static_cast<void>(progress);
+
+  std::string text = fmt::format("program {}\nformat {}.{}\n", VPSBAKE_CACHE_PROGRAM, kFormatMajor, kFormatMinor);
+  const auto number = [&](const char* name, double value) { text += fmt::format("{} {:a}\n", name, value); };
+  const auto integer = [&](const char* name, auto value) { text += fmt::format("{} {:d}\n", name, value); };
+  number("unit", unit);
+  number("max_error", max_error);
+  number("voxel_size", voxel_size);
+  integer("resolution", resolution);
+  integer("layers", layers);
+  integer("scaled", scaled);
+  integer("real", real);
+  integer("voxelmap", voxelmap);
+  integer("pointshell", pointshell);
+  integer("precision", precision);
+  integer("branching", branching);
+  number("band_inside", band_inside);
+  number("band_outside", band_outside);
+  number("field_error", field_error);
+  number("alpha", alpha);
+  text += fmt::format("repair {}\n", describe(repair));
+  number("sheet_thickness", sheet_thickness);
+  return text;
+}
+
+std::vector<fs::path> mesh_files(const fs::path& mesh) {
+  return is_gltf(mesh) ? hash_files(mesh).paths : std::vector{mesh};  // others name no files that count
+}
+
+MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
+  HashedFiles files = hash_files(mesh);
+  MeshState state{std::nullopt, std::move(files.stamps)};
+  BakeRecord record{describe_settings(settings)};
+  if (files.hashes[0].empty()) return state;
+  record.text += fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[0]);
+  for (std::size_t i = 1; i < files.hashes.size(); ++i) {
+    std::error_code ignored;
+    const bool unreadable = files.hashes[i].empty();
+    if (unreadable && fs::exists(files.paths[i], ignored)) return state;
+    // What is not there nothing uses, or the import fails.
+    record.text += fmt::format("buffer {}\n", unreadable ? "absent" : files.hashes[i]);
+  }
+  if (files.understood) state.record = std::move(record);
+  return state;
+}
+
+std::optional<BakeRecord> bake_record(const fs::path& mesh, const BakeSettings& settings) {
+  return mesh_state(mesh, settings).record;
+}
+
+BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings) {
+  return {describe_settings(settings) + fmt::format("vertices {}\ntriangles {}\n",
+                                                    hash_of(std::as_bytes(std::span(mesh.vertices))),
+                                                    hash_of(std::as_bytes(std::span(mesh.triangles))))};
+}
+
+CacheKey cache_key(const BakeRecord& record) {
+  return {hash_of(std::as_bytes(std::span(record.text)))};
+}
+
+void add_record(const BakeRecord& record, BakedAsset& baked) {
+  const auto bytes = std::as_bytes(std::span(record.text));
+  baked.sections.push_back(
+      {SectionKind::record, ElementType::i8, {bytes.size()}, std::vector<std::byte>(bytes.begin(), bytes.end())});
+}
+
+BakeRecord record_of(const Asset& asset) {
+  const Section* const section = asset.directory().find(SectionKind::record);
+  if (section == nullptr) return {};
+  return {std::string(reinterpret_cast<const char*>(asset.bytes().data() + section->offset), section->bytes)};
+}
+
+}  // namespace vps

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file `vpsbake MESH`: bakes one mesh into one asset.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "bake/store/cache.h"
+#include "bake/vps_bake.h"
+#include "formats/mesh/mesh_import.h"
+
+namespace vps::cli {
+
+struct BakeArguments {
+  std::string mesh;
+  std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
+  double unit = 1;                               ///< metres per unit of the mesh's numbers
+  double max_error = 0;                          ///< choose the voxel size by this; 0: as `options` says. [m]
+  double scale = 1;                              ///< factor on the mesh, besides the unit
+  std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
+  std::vector<std::string> parts = {"voxelmap", "pointshell"};
+  ImportOptions import_options;  ///< its unit is set from `unit` and `scale`
+  BakeOptions options;
+  std::string cache;            ///< folder of an AssetCache; empty: none
+  std::size_t cache_bytes = 0;  ///< its limit; 0: none
+  std::string depfile;          ///< to write for make or ninja; empty: none
+  bool json = false;
+  bool dry_run = false;  ///< only says what would be baked
+  unsigned threads = 0;  ///< 0: all cores
+};
+
+/// Reads the mesh in metres. @throw ImportError
+[[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
+
+/// Runs a command on a mesh, and turns what it throws into one line and an exit code.
+[[nodiscard]] int guarded(const std::string& mesh, const std::function<int()>& work);
+
+/// What the arguments ask for.
+[[nodiscard]] BakeSettings complete_settings(const BakeArguments& arguments);
+
+/// The record of the mesh's asset, baked with any options; empty when the mesh cannot be read.
+[[nodiscard]] std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments);
+
+/// @return the exit code of the program
+[[nodiscard]] int run_bake(const BakeArguments& arguments);
+
+}  // namespace vps::cli

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/bake_options.h"
+
+#include <algorithm>
+#include <string>
+
+#include "cli/terminal/options.h"
+
+namespace vps::cli {
+namespace {
+
+void add_error_option(CLI::App& app, BakeArguments& arguments) {
+  app.add_option_function<std::string>(
+         "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
+         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
+         "lies between points as well")
+      ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
+      ->option_text("LENGTH")
+      ->group(kGridGroup);
+}
+
+void add_content_options(CLI::App& app, BakeArguments& arguments) {
+  constexpr const char* kGroup = "Contents of the asset";
+  app.add_option_function<std::string>(
+         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
+         "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--band-outside",
+         [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
+         "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--field-error", [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
+         "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
+      ->option_text("VOXELS")
+      ->group(kGroup);
+  app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"voxelmap", "pointshell"}))
+      ->option_text("LIST")
+      ->group(kGroup);
+  app.add_option("--fields", arguments.fields, "Fields of the voxelmap: layers,scaled,real [default: scaled]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember({"layers", "scaled", "real"}))
+      ->option_text("LIST")
+      ->group(kGroup);
+  add_integer(app, "--precision", arguments.options.precision, 0, 15,
+              "Scaled distances in steps of 10^-P m, no finer than 16 bits hold, 0 to 15 [default: a fiftieth of a "
+              "voxel or finer]")
+      ->option_text("P")
+      ->group(kGroup);
+  add_integer(app, "--branching", arguments.options.branching, 2, 64,
+              "Children of a tree node, about, 2 to 64 [default: 14]")
+      ->option_text("K")
+      ->group(kGroup);
+  app.add_option_function<std::string>(
+         "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
+         "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
+      ->option_text("X")
+      ->group(kGroup);
+}
+
+}  // namespace
+
+void add_bake_options(CLI::App& app, BakeArguments& arguments) {
+  add_surface_options(app, arguments);
+  add_import_options(app, arguments);
+  add_grid_options(app, arguments);
+  add_error_option(app, arguments);
+  add_content_options(app, arguments);
+}
+
+void require_bakeable(const CLI::App& app, const BakeArguments& bake) {
+  if (bake.options.voxel_size == 0 && bake.options.resolution == 0 && bake.max_error == 0) {
+    throw CLI::RequiredError("--voxel, --resolution or --max-error");
+  }
+  if (std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end()) return;
+  for (const char* const name : {"--fields", "--precision", "--field-error"}) {
+    if (app.get_option(name)->count() > 0)
+      throw CLI::ArgumentMismatch(std::string(name) + " needs the voxelmap among --parts");
+  }
+}
+
+}  // namespace vps::cli

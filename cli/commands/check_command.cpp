@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/check_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "bake/plan.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/describe_asset.h"
+
+namespace vps::cli {
+namespace {
+
+nlohmann::ordered_json to_json(const std::string& path, const MeshReport& r) {
+  nlohmann::ordered_json j = {{"mesh", path},
+                              {"triangles", r.triangles},
+                              {"vertices", r.vertices},
+                              {"bounds_min", r.bounds_min},
+                              {"bounds_max", r.bounds_max},
+                              {"likely_unit", r.likely_unit},
+                              {"components", r.components},
+                              {"open_edges", r.open_edges},
+                              {"nonmanifold_edges", r.nonmanifold_edges},
+                              {"nonmanifold_vertices", r.nonmanifold_vertices},
+                              {"inconsistent_edges", r.inconsistent_edges},
+                              {"collapsed", r.collapsed},
+                              {"duplicates", r.duplicates},
+                              {"self_intersections", r.self_intersections},
+                              {"inside_out", r.inside_out},
+                              {"usable", r.usable}};
+  if (!r.usable) {
+    j["refusal"] = r.refusal;
+    return j;
+  }
+  j["repair"] = describe(r.repair);
+  j["filled_share"] = r.filled_share;
+  j["notes"] = r.notes;
+  j["area"] = r.area;
+  j["volume"] = r.volume;
+  j["wall_median"] = r.wall_median;
+  j["wall_p01"] = r.wall_p01;
+  j["thin_share"] = r.thin_share;
+  return j;
+}
+
+// Infinite: at the edges of a box, and where faces meet at an acute angle, no wall lies opposite.
+void print_walls(const MeshReport& r, bool voxel_size_given) {
+  fmt::print("walls       ");
+  if (std::isinf(r.wall_p01)) {
+    fmt::print("none: hardly any of the surface has a wall opposite to it");
+  } else if (std::isinf(r.wall_median)) {
+    fmt::print("half of the surface or more has no wall opposite to it; 1 % has one thinner than {}",
+               format_length(r.wall_p01));
+  } else {
+    fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}", format_length(r.wall_median),
+               format_length(r.wall_p01));
+  }
+  if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
+  fmt::print("\n");
+}
+
+void print_text(const std::string& path, const MeshReport& r, bool voxel_size_given) {
+  fmt::print("{}: {} triangles, {} vertices, {} component{}\n", path, r.triangles, r.vertices, r.components,
+             r.components == 1 ? "" : "s");
+  fmt::print("size        {} x {} x {}; as numbers like these are mostly {}, ",
+             format_length(r.bounds_max[0] - r.bounds_min[0]), format_length(r.bounds_max[1] - r.bounds_min[1]),
+             format_length(r.bounds_max[2] - r.bounds_min[2]), r.likely_unit);
+  fmt::print("check --unit\n");
+  const auto line = [](const char* name, std::size_t count, const char* what) {
+    fmt::print("{:<11} {}{}\n", name, count == 0 ? "none" : std::to_string(count), count == 0 ? "" : what);
+  };
+  line("open", r.open_edges, " edges with one triangle");
+  line("nonmanifold", r.nonmanifold_edges, " edges with more than two triangles");
+  line("", r.nonmanifold_vertices, " vertices where several fans of triangles meet");
+  line("winding", r.inconsistent_edges, " edges whose triangles disagree");
+  if (r.inside_out) fmt::print("            the mesh is inside out\n");
+  line("collapsed", r.collapsed, " triangles without area");
+  line("duplicate", r.duplicates, " triangles on the vertices of others");
+  line("crossing", r.self_intersections, " pairs of triangles that meet where they should not");
+  if (!r.usable) return;
+  fmt::print("repair      {}\n", describe(r.repair));
+  for (const std::string& note : r.notes) fmt::print("            {}\n", note);
+  fmt::print("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
+  print_walls(r, voxel_size_given);
+}
+
+int run(const BakeArguments& arguments) {
+  return guarded(arguments.mesh, [&] {
+    const ImportedMesh mesh = import_with(arguments);
+    const MeshReport report = inspect_mesh(mesh, arguments.options);
+    const bool has_grid = arguments.options.voxel_size > 0 || arguments.options.resolution > 0;
+    if (arguments.json) {
+      fmt::print("{}", to_text(to_json(arguments.mesh, report)));
+    } else {
+      print_text(arguments.mesh, report, has_grid);
+    }
+    std::fflush(stdout);
+    if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
+    if (has_grid) (void)plan_bake(mesh, arguments.options);  // throws when the grid does not fit
+    return int{kOk};
+  });
+}
+
+}  // namespace
+
+Command add_check_command(CLI::App& app) {
+  CLI::App* const check = app.add_subcommand("check", "Say what is wrong with a mesh and whether it would bake");
+  const auto arguments = std::make_shared<BakeArguments>();
+  add_mesh_options(*check, *arguments)->required();
+  add_import_options(*check, *arguments);
+  add_grid_options(*check, *arguments);
+  check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
+  check->footer("Example: vpsbake check scan.ply --voxel 1mm");
+  return {check, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace vps::cli

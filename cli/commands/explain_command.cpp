@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/explain_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "cli/batch/find_jobs.h"
+#include "cli/batch/reasons.h"
+#include "cli/batch/report.h"
+#include "cli/commands/open_asset.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/output_file.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace batch;
+using Json = nlohmann::ordered_json;
+
+// What the last batch did with a file, the asset or its mesh.
+struct LastRun {
+  fs::path from;  // where it ran
+  Inputs asked;
+  Json item;
+};
+
+// In this folder or one above it.
+std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folder) {
+  std::error_code failed;
+  for (fs::path folder = fs::weakly_canonical(from_folder, failed);; folder = folder.parent_path()) {
+    std::ifstream in(folder / kLog);
+    const Json log = in ? Json::parse(in, nullptr, false) : Json();
+    try {
+      if (log.is_object()) {
+        const fs::path from = log.at("cwd").get<std::string>();
+        for (const Json& item : log.at("items")) {
+          const bool meant = is_same_place(from / item.at("asset").get<std::string>(), file) ||
+                             is_same_place(from / item.at("mesh").get<std::string>(), file);
+          if (meant) return LastRun{from, inputs_from(log.at("asked")), item};
+        }
+      }
+    } catch (const Json::exception&) {
+      // Not a log that this version writes.
+    }
+    if (folder == folder.root_path()) return std::nullopt;
+  }
+}
+
+void explain_last(const LastRun& last) {
+  fmt::print("last batch: {}\n", last.item.at("state").get<std::string>());
+  for (const Json& reason : last.item.at("reasons")) fmt::print("  {}\n", reason.get<std::string>());
+  if (last.item.contains("error")) fmt::print("  {}\n", last.item["error"].get<std::string>());
+  if (last.item.at("state") == describe(JobResult::State::unchanged))
+    fmt::print("  the mesh's bytes, every setting and the program were the same\n");
+}
+
+// With the same options, and vpsbake.toml as it is now.
+void explain_now(const LastRun& last) {
+  fs::current_path(last.from);
+  const std::string asset = last.item.at("asset");
+  const std::vector<Job> jobs = find_jobs(last.asked);
+  const auto job =
+      std::find_if(jobs.begin(), jobs.end(), [&](const Job& one) { return one.asset().string() == asset; });
+  if (job == jobs.end()) {
+    fmt::print("now: the same batch would not bake it\n");
+    return;
+  }
+  const Standing now = job->refusal.empty() ? compare_with_asset(*job) : Standing{{}, {job->refusal}};
+  fmt::print("now: {}\n", now.reasons.empty() ? "up to date" : "the same batch would bake it again");
+  for (const std::string& reason : now.reasons) fmt::print("  {}\n", reason);
+}
+
+int explain(const std::string& file, const std::string& folder) {
+  const std::optional<LastRun> last =
+      last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
+  if (last) {
+    explain_last(*last);
+    explain_now(*last);
+    return kOk;
+  }
+  if (has_mesh_extension(file))
+    return fail(kBadInput, file, "no batch that baked it is known here; give the folder of its assets with -o");
+  Asset asset;
+  if (const int code = open_asset(file, asset); code != kOk) return code;
+  const BakeRecord record = record_of(asset);
+  if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
+  fmt::print("no batch is known in its folder; it was baked with\n");
+  for (const std::string& setting : readable_settings(record)) fmt::print("  {}\n", setting);
+  return kOk;
+}
+
+}  // namespace
+
+Command add_explain_command(CLI::App& app) {
+  CLI::App* const command =
+      app.add_subcommand("explain", "Say why a batch baked an asset or did not, and whether it would now");
+  struct Arguments {
+    std::string file, folder;
+  };
+  const auto a = std::make_shared<Arguments>();
+  command->add_option("FILE", a->file, "Asset of a batch, its mesh (with -o), or any asset")->required();
+  command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
+      ->check(CLI::ExistingDirectory)
+      ->option_text("DIR");
+  command->footer("Example: vpsbake explain assets/gear.vps.hdf");
+  return {command, [a] {
+            try {
+              return explain(a->file, a->folder);
+            } catch (const BatchError& error) {
+              return fail(error.code, error.file, error.what());
+            } catch (const fs::filesystem_error& error) {
+              return fail(kIo, error.path1().string(), error.code().message() + "; run the batch again");
+            } catch (const Json::exception&) {
+              return fail(kBadInput, a->file, "the log of its last batch is damaged; run the batch again");
+            }
+          }};
+}
+
+}  // namespace vps::cli

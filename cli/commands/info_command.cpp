@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Opens an asset as a simulation would, checks its hashes too, and prints it.
+#include "cli/commands/info_command.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "bake/plan.h"
+#include "bake/store/cache.h"
+#include "cli/batch/reasons.h"
+#include "cli/commands/open_asset.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/describe_asset.h"
+
+namespace vps::cli {
+namespace {
+
+void print_text(const std::string& path, const Asset& asset) {
+  const Directory& directory = asset.directory();
+  const std::string generator = printable(directory.info.generator.data());
+  fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
+             format_bytes(static_cast<double>(directory.file_bytes)), generator);
+  fmt::print("{}", info_to_text(directory.info));
+  if (const BakeRecord record = record_of(asset); !record.text.empty()) {
+    fmt::print("baked from\n");
+    for (const std::string& line : batch::readable_settings(record)) fmt::print("  {}\n", printable(line));
+  }
+  fmt::print("sections\n");
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    const Section& section = directory.sections[i];
+    std::string shape;
+    for (std::uint32_t axis = 0; axis < section.rank; ++axis) {
+      shape += fmt::format("{}{}", axis == 0 ? "" : " x ", section.shape[axis]);
+    }
+    fmt::print("  {:<21} {:<4} {:<22} at {:>9}, {:>9} bytes\n", section_name(section.kind),
+               element_name(section.element), shape, section.offset, section.bytes);
+  }
+}
+
+}  // namespace
+
+Command add_info_command(CLI::App& app) {
+  CLI::App* const info = app.add_subcommand("info", "Check an asset and print what it holds");
+  struct Arguments {
+    std::vector<std::string> paths;
+    bool json = false;
+  };
+  const auto arguments = std::make_shared<Arguments>();
+  info->add_option("ASSET...", arguments->paths, "Assets")->required();
+  info->add_flag("--json", arguments->json, "Print JSON, of several files a list");
+  info->footer("Example: vpsbake info gear.vps.hdf");
+  return {info, [arguments] {
+            auto list = nlohmann::ordered_json::array();
+            int code = kOk;
+            for (const std::string& path : arguments->paths) {
+              Asset asset;
+              if (const int one = open_asset(path, asset); one != kOk) {
+                code = arguments->paths.size() > 1 ? int{kSomeFailed} : one;
+              } else if (arguments->json) {
+                list.push_back(asset_to_json(path, asset));
+              } else {
+                print_text(path, asset);
+              }
+            }
+            if (arguments->paths.size() > 1 && arguments->json) {
+              fmt::print("{}", to_text(list));
+            } else if (!list.empty()) {
+              fmt::print("{}", to_text(list[0]));
+            }
+            return code;
+          }};
+}
+
+}  // namespace vps::cli

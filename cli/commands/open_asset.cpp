@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/open_asset.h"
+
+#include <filesystem>
+#include <system_error>
+
+#include "cli/terminal/exit_code.h"
+
+namespace vps::cli {
+
+int open_asset(const std::string& path, Asset& asset) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) return fail(kIo, path, "this is a folder; give a .vps.hdf file");
+  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
+    return fail(kIo, path, "this is not a regular file; give a .vps.hdf file");
+  }
+  Status status = Asset::open(path.c_str(), asset);
+  if (status == Status::cannot_open || status == Status::cannot_map) return fail(kIo, path, describe(status));
+  if (status == Status::ok) status = asset.verify();
+  if (status != Status::ok) return fail(kBadInput, path, describe(status));
+  return kOk;
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/recommend_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <memory>
+
+#include "bake/plan.h"
+#include "cli/lab/recommend.h"
+#include "cli/lab/units.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/terminal/progress.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/provenance.h"
+
+namespace vps::cli {
+namespace {
+
+using evaluate::Recommendation;
+using evaluate::Tried;
+using nlohmann::ordered_json;
+
+struct RecommendArguments {
+  BakeArguments bake;
+  evaluate::Limits limits;
+  std::uint32_t poses = 90;
+  std::uint64_t seed = 1;
+  std::string cache;
+};
+
+// A length as parse_length reads it back, to the last digit, in the unit that makes it shortest. [m]
+std::string exact_length(double metres) {
+  std::string shortest;
+  for (const auto& [unit, size] : {std::pair{"mm", 1e-3}, {"um", 1e-6}, {"m", 1.0}}) {
+    for (int digits = 1; digits <= 17; ++digits) {
+      const std::string text = fmt::format("{:.{}f}", metres / size, std::max(0, digits - 1)) + unit;
+      if (!(std::strtod(text.c_str(), nullptr) > 0) || parse_length(text) != metres) continue;
+      if (shortest.empty() || text.size() < shortest.size()) shortest = text;
+      break;
+    }
+  }
+  return shortest.empty() ? fmt::format("{}m", metres) : shortest;
+}
+
+// The command that bakes a setting, as a shell takes it.
+std::string command_of(const RecommendArguments& arguments, const Tried& tried) {
+  const BakeArguments& bake = arguments.bake;
+  const BakeOptions defaults;
+  std::string out = "vpsbake " + quoted_word(bake.mesh);
+  for (const auto& [name, unit] : {std::pair{"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}) {
+    if (bake.unit == unit) out += fmt::format(" --unit {}", name);
+  }
+  if (bake.scale != 1) out += fmt::format(" --scale {}", bake.scale);
+  if (bake.options.repair != Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
+  if (bake.options.sheet_thickness > 0) out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
+  out += " --voxel " + exact_length(tried.bake.voxel_size);
+  if (tried.bake.alpha != defaults.alpha) out += fmt::format(" --alpha {}", tried.bake.alpha);
+  if (tried.bake.band_inside != defaults.band_inside) out += fmt::format(" --band-inside {}vx", tried.bake.band_inside);
+  return out;
+}
+
+std::string spread_line(const char* what, const evaluate::Spread& s, const evaluate::LengthUnit& unit) {
+  if (s.told == 0) return "";
+  return fmt::format("     {} in {} poses: off by {} median, {} RMS, {} at most\n", what, s.told, unit.text(s.p50),
+                     unit.text(s.rms), unit.text(s.max));
+}
+
+std::string numbers_of(const Tried& t) {
+  const evaluate::LengthUnit unit = evaluate::unit_for({t.error()});
+  return fmt::format(
+             "off by {} at most, {}, {} points; 99 % of contact queries take {:.3g} us, {:.3g} us with the noise\n",
+             unit.text(t.error()), format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99, t.slowest()) +
+         spread_line("depths", t.penetration, unit) +
+         (t.missed > 0 ? fmt::format("     contacts missed: {} of {}\n", t.missed, t.penetration.asked) : "") +
+         spread_line("distances", t.distance, unit) +
+         fmt::format("     the field by its certificate: off by {} at most\n", unit.text(t.field_bound));
+}
+
+ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {
+  const evaluate::Limits& limits = arguments.limits;
+  const auto limit = [](double value) { return value > 0 ? ordered_json(value) : ordered_json(nullptr); };
+  ordered_json out = {{"format", "vpsbake recommend 1"}};
+  out.update(provenance(arguments.seed));
+  out["mesh"] = arguments.bake.mesh;
+  out["limits"] = {
+      {"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
+  out["poses"] = {{"sought", r.truth.poses[0] + r.truth.poses[1]},
+                  {"contact", r.poses[std::size_t(evaluate::Range::contact)]},
+                  {"deepest", r.truth.contact},
+                  {"apart", r.poses[std::size_t(evaluate::Range::apart)]},
+                  {"farthest", r.truth.gap}};
+  out["chosen"] = r.chosen ? ordered_json(*r.chosen) : ordered_json(nullptr);
+  out["tried"] = ordered_json::array();
+  for (const Tried& t : r.tried) {
+    out["tried"].push_back({{"command", command_of(arguments, t)},
+                            {"voxel_size", t.bake.voxel_size},
+                            {"alpha", t.bake.alpha},
+                            {"band_inside_vx", t.bake.band_inside},
+                            {"error", t.error()},
+                            {"penetration_max", t.penetration.max},
+                            {"penetration_rms", t.penetration.rms},
+                            {"penetration_p50", t.penetration.p50},
+                            {"missed", t.missed},
+                            {"distance_max", t.distance.max},
+                            {"distance_rms", t.distance.rms},
+                            {"distance_p50", t.distance.p50},
+                            {"field_bound", t.field_bound},
+                            {"time_us", t.contacts.p99},
+                            {"time_noise_us", t.contacts.noise_p99},
+                            {"bytes", t.bytes},
+                            {"points", t.points},
+                            {"exceeds", t.exceeds(limits)}});
+  }
+  return out;
+}
+
+void print_text(const RecommendArguments& arguments, const Recommendation& r) {
+  const Tried& chosen = r.tried[*r.chosen];
+  const std::size_t contact = r.poses[std::size_t(evaluate::Range::contact)];
+  const std::size_t apart = r.poses[std::size_t(evaluate::Range::apart)];
+  fmt::print("{}\n", command_of(arguments, chosen));
+  fmt::print("why: {}", numbers_of(chosen));
+  fmt::print(
+      "     {} poses of the body on a copy of itself, against exact depths and distances: {} up to {} deep, {} up to "
+      "{} apart\n     a sample: other poses may err more\n",
+      contact + apart, contact, format_length(r.truth.contact), apart, format_length(r.truth.gap));
+  if (contact + apart < r.truth.poses[0] + r.truth.poses[1]) {
+    fmt::print("     {} were sought: the exact depths of the others take too long\n",
+               r.truth.poses[0] + r.truth.poses[1]);
+  }
+  if (*r.chosen == 0) {
+    fmt::print("no smaller file was tried\n");
+    return;
+  }
+  const Tried& cheaper = r.tried[*r.chosen - 1];
+  const std::vector<std::string> exceeds = cheaper.exceeds(arguments.limits);
+  fmt::print("next smaller file of {} tried: {}\n     {}", r.tried.size(), command_of(arguments, cheaper),
+             exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
+}
+
+int run(const RecommendArguments& arguments) {
+  return guarded(arguments.bake.mesh, [&] {
+    const TriangleMesh mesh = import_with(arguments.bake);
+    const Progress progress;
+    evaluate::RecommendOptions options;
+    options.base = arguments.bake.options;
+    options.limits = arguments.limits;
+    options.record = record_maker(arguments.bake);
+    options.poses = arguments.poses;
+    options.seed = arguments.seed;
+    options.cache = arguments.cache;
+    options.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
+    const Recommendation r = evaluate::recommend(mesh, options);
+    progress.clear();
+    if (arguments.bake.json) {
+      fmt::print("{}", to_text(to_json(arguments, r)));
+    } else if (r.chosen) {
+      print_text(arguments, r);
+    }
+    std::fflush(stdout);
+    if (r.chosen) return int{kOk};
+    const Tried& nearest = r.tried[r.nearest];
+    return fail(kBadInput, arguments.bake.mesh,
+                fmt::format("no setting that was tried keeps within the limits; the nearest, `{}`, {}; relax a limit",
+                            command_of(arguments, nearest), fmt::join(nearest.exceeds(arguments.limits), " and ")));
+  });
+}
+
+// At least one is needed.
+int check_and_run(const RecommendArguments& arguments) {
+  const evaluate::Limits& limits = arguments.limits;
+  if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run(arguments);
+  return fail(kCommandLine, "command line",
+              "--max-error, --max-time or --max-bytes is required; run vpsbake recommend --help");
+}
+
+}  // namespace
+
+Command add_recommend_command(CLI::App& app) {
+  constexpr const char* kGroup = "Limits (one or more)";
+  CLI::App* const recommend = app.add_subcommand("recommend", "Say with which setting to bake a mesh, and why");
+  const auto arguments = std::make_shared<RecommendArguments>();
+  add_mesh_options(*recommend, arguments->bake)->required();
+  add_import_options(*recommend, arguments->bake);
+  recommend
+      ->add_option_function<std::string>(
+          "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
+          "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all "
+          "that "
+          "--max-error of a bake counts")
+      ->option_text("LENGTH")
+      ->group(kGroup);
+  recommend
+      ->add_option_function<std::string>(
+          "--max-time", [=](const std::string& text) { arguments->limits.microseconds = 1e6 * parse_time(text); },
+          "99 % of contact queries take no longer on this machine, with the noise of the measurement, such as 20us")
+      ->option_text("TIME")
+      ->group(kGroup);
+  recommend
+      ->add_option_function<std::string>(
+          "--max-bytes",
+          [=](const std::string& text) { arguments->limits.bytes = static_cast<double>(parse_size(text)); },
+          "The file is no larger, such as 2MB")
+      ->option_text("SIZE")
+      ->group(kGroup);
+  add_integer(*recommend, "--poses", arguments->poses, 6, 10000,
+              "Poses of the body on a copy of itself, 6 to 10000 [default: 90]")
+      ->option_text("N")
+      ->group("Measurement");
+  add_integer(*recommend, "--seed", arguments->seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
+      ->option_text("N")
+      ->group("Measurement");
+  recommend->add_flag("--json", arguments->bake.json, "Print everything that was tried as JSON")->group("Output");
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
+  recommend
+      ->add_option("--cache", arguments->cache,
+                   "Keep poses there [default: the environment's VPSBAKE_CACHE, or nowhere]")
+      ->check(not_empty())
+      ->option_text("DIR")
+      ->group("Output");
+  recommend->footer(
+      "With --max-error: the smallest file within the limits. Without: the smallest error.\n"
+      "Exits with 3 when no setting keeps within the limits, and says which is nearest.\n"
+      "Example: vpsbake recommend gear.stl --unit mm --max-error 0.1mm --max-time 20us");
+  return {recommend, [arguments] { return check_and_run(*arguments); }};
+}
+
+}  // namespace vps::cli

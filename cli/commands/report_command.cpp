@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/report_command.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+
+#include "bake/plan.h"
+#include "cli/lab/report_json.h"
+#include "cli/lab/units.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/terminal/progress.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
+#include "cli/tools/provenance.h"
+#include "cli/tools/view/page.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+// Of the longest side, where nothing else is asked for.
+constexpr std::uint32_t kResolution = 200;
+constexpr std::uint32_t kQuickResolution = 64;
+// Of a force's integral; beyond, errors of forces are not told.
+constexpr std::size_t kQuickPieces = 200000;
+constexpr std::size_t kQuickWork = 60000;  // of a pose's search
+
+struct ReportArguments {
+  std::vector<std::string> meshes;
+  BakeArguments bake;  // how meshes are read, and the base setting
+  std::string output = "report";
+  std::string cache;
+  std::uint32_t poses = 0;  // 0: as `quick` says
+  int rounds = 0;
+  std::uint64_t seed = 1;
+  bool quick = false;
+  std::vector<std::string> without;
+
+  [[nodiscard]] std::size_t pose_count() const { return poses > 0 ? poses : quick ? 9 : 150; }
+  [[nodiscard]] int round_count() const { return rounds > 0 ? rounds : quick ? 2 : 5; }
+};
+
+// A mesh that can be measured.
+struct Candidate {
+  std::string file;
+  TriangleMesh mesh;  // as imported
+  ClosedMesh closed;
+  evaluate::MeasureOptions options;
+};
+
+Candidate prepare(const ReportArguments& arguments, const std::string& file) {
+  const Progress progress;
+  progress.show(fs::path(file).filename().string() + ": import and close", 0);
+  BakeArguments bake = arguments.bake;
+  bake.mesh = file;
+  ImportedMesh mesh = import_with(bake);
+  Candidate out;
+  out.file = file;
+  BakeOptions& base = out.options.base;
+  base = bake.options;
+  if (base.voxel_size == 0 && base.resolution == 0) base.resolution = arguments.quick ? kQuickResolution : kResolution;
+  base.voxel_size = plan_bake(mesh, base).voxel_size;
+  base.resolution = 0;
+  out.closed = closed_mesh(mesh, base);
+  out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
+  const evaluate::Oracle refuses_here(out.closed.mesh);
+  out.mesh = std::move(mesh);
+  return out;
+}
+
+evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
+  const Progress progress;
+  std::mutex mutex;
+  evaluate::MeasureOptions& options = mesh.options;
+  options.size = arguments.quick ? evaluate::SweepSize::quick : evaluate::SweepSize::full;
+  options.truth = evaluate::truth_options_for(mesh.closed.mesh, arguments.pose_count());
+  options.truth.seed = arguments.seed;
+  if (arguments.quick) {
+    options.truth.wrench.most_pieces = kQuickPieces;
+    options.truth.most_work = kQuickWork;
+  }
+  options.rounds.rounds = arguments.round_count();
+  options.without = arguments.without;
+  options.cache = arguments.cache;
+  const std::string name = fs::path(mesh.file).filename().string();
+  options.progress = [&](const std::string& what, double fraction) {
+    const std::lock_guard lock(mutex);
+    progress.show(name + ": " + what, fraction);
+  };
+  return evaluate::measure(mesh.mesh, mesh.closed.mesh, options);
+}
+
+// Base, members of a front and peers that were asked in one way.
+std::vector<std::size_t> rows_to_print(const evaluate::Measurement& m, const evaluate::Front& front) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < m.rows.size(); ++i) {
+    const evaluate::Row& row = m.rows[i];
+    const bool member =
+        std::any_of(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
+    if (row.way == front.way && (member || row.knob == "base" || row.knob == "peer")) out.push_back(i);
+  }
+  return out;
+}
+
+void print_rows(const evaluate::Measurement& m, const evaluate::Front& front) {
+  constexpr const char* kColumns = "{:<50} {:<26} {:<14} {:<24} {}\n";
+  const std::vector<std::size_t> rows = rows_to_print(m, front);
+  std::vector<double> errors;
+  for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
+  const evaluate::LengthUnit unit = evaluate::unit_for(errors);
+  fmt::print(kColumns, fmt::format("  {}", evaluate::describe(front.way)),
+             fmt::format("depth off, RMS/99 %/max, {}", unit.name), "missed", "us, median / 99 %", "file, MB");
+  for (const std::size_t i : rows) {
+    const evaluate::Row& row = m.rows[i];
+    const evaluate::Spread& s = row.errors.contact.penetration;
+    const evaluate::Times& t = row.contacts;
+    const auto member =
+        std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
+    const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
+    fmt::print(kColumns, mark + row.name,
+               s.told == 0
+                   ? "does not tell"
+                   : fmt::format("{:.3g} / {:.3g} / {:.3g}", s.rms / unit.size, s.p99 / unit.size, s.max / unit.size),
+               fmt::format("{} of {}", row.errors.contact.missed, s.asked),
+               t.rounds > 0 ? fmt::format("{:.3g} +- {:.2g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed",
+               row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "");
+  }
+}
+
+void print_table(const ReportedMesh& mesh) {
+  const evaluate::Measurement& m = mesh.measured;
+  fmt::print(
+      "{}: {} triangles, {} poses; of {} rows the base, peers and fronts (*, ~ where the time is within the noise "
+      "of the one before)\n",
+      mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
+  for (const evaluate::Front& front : m.fronts) {
+    if (front.cost == evaluate::Cost::time) print_rows(m, front);
+  }
+  for (const evaluate::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
+  for (const std::string& note : mesh.closed.notes) fmt::print("note: {}\n", note);
+  for (const evaluate::Front& front : m.fronts) fmt::print("{}\n", front_line(m, front));
+}
+
+ordered_json report_head(const ReportArguments& arguments) {
+  ordered_json out = {{"format", "vpsbake report 1"}};
+  out.update(provenance(arguments.seed));
+  out["load_end"] = 0;
+  out["busy"] = false;
+  out["quick"] = arguments.quick;
+  out["rounds"] = arguments.round_count();
+  out["measures"] = measure_definitions();
+  out["meshes"] = ordered_json::array();
+  return out;
+}
+
+// Others at work, before or meanwhile, of which there is this program itself too.
+void tell_load(ordered_json& report) {
+  const double cores = report["machine"]["cores"];
+  const double start = report["machine"]["load"];
+  const double end = provenance(0)["machine"]["load"];
+  constexpr double kBusy = 0.3;
+  constexpr double kOwn = 1.2;
+  report["load_end"] = end;
+  report["busy"] = start > kBusy * cores || end > kOwn + kBusy * cores;
+}
+
+// One of the files that are written, and what it and no other begins with.
+struct Output {
+  const char* ending;
+  std::string_view beginning;
+  const char* kind;
+};
+constexpr Output kJson = {".json", "{\n  \"format\": \"vpsbake report", "a report's JSON"};
+constexpr Output kCsv = {".csv", "mesh,name,series,", "a report's table"};
+constexpr Output kPage = {".html", "<!doctype html>", "a page"};
+
+// Before minutes are spent on what cannot be written. @return kOk or kIo
+int check_outputs(const std::string& name) {
+  if (!fs::path(name).has_filename()) return fail(kIo, name, "this is a folder; give a name with -o");
+  for (const Output& output : {kJson, kCsv, kPage}) {
+    const std::string file = name + output.ending;
+    if (const std::string reason = output_refusal(file, output.beginning, output.kind); !reason.empty())
+      return fail(kIo, file, reason);
+  }
+  return kOk;
+}
+
+int write_outputs(const std::string& name, const ordered_json& report) {
+  const Embedded libraries[] = {kChart};
+  int code = write_output(name + kJson.ending, to_text(report));
+  if (code == kOk) code = write_output(name + kCsv.ending, rows_to_csv(report));
+  if (code == kOk) code = write_output(name + kPage.ending, make_page(kReportPage.text(), libraries, report));
+  return code;
+}
+
+// What the truth falls short of.
+void add_notes(const evaluate::Truth& truth, std::vector<std::string>& notes) {
+  const std::size_t(&sought)[3] = truth.options.poses;
+  const std::size_t all = sought[0] + sought[1] + sought[2];
+  if (truth.poses.size() < all) {
+    notes.push_back(fmt::format(
+        "{} of {} poses were found (apart {} of {}, in contact {} of {}, deep {} of {}): for the "
+        "others the exact depth takes too long, or no approach gets so deep",
+        truth.poses.size(), all, truth.found[0], sought[0], truth.found[1], sought[1], truth.found[2], sought[2]));
+  }
+  constexpr double kCoarse = 0.1;
+  if (truth.options.tolerance > kCoarse * truth.options.contact) {
+    notes.push_back(
+        fmt::format("the body is so thin that its contacts are {} deep at most, and exact depths are known to {}: "
+                    "smaller errors of depth say nothing",
+                    format_length(truth.options.contact), format_length(truth.options.tolerance)));
+  }
+  if (!truth.wrenches_exact()) {
+    notes.push_back(
+        fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
+                    "nobody's errors of force and torque are told",
+                    100 * truth.wrench_error, 100 * truth.options.wrench.tolerance));
+  }
+}
+
+int run_report(const ReportArguments& arguments) {
+  if (const int code = check_outputs(arguments.output); code != kOk) return code;
+  if (!arguments.cache.empty()) {
+    std::error_code error;
+    fs::create_directories(arguments.cache, error);
+    if (error) return fail(kIo, arguments.cache, error.message() + "; choose another folder for --cache");
+  }
+  ordered_json report = report_head(arguments);
+  std::vector<Candidate> meshes;
+  for (const std::string& file : arguments.meshes) {
+    const int code = guarded(file, [&] {
+      meshes.push_back(prepare(arguments, file));
+      return int{kOk};
+    });
+    if (code != kOk) return code;
+  }
+  for (Candidate& mesh : meshes) {
+    const int code = guarded(mesh.file, [&] {
+      ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      add_notes(reported.measured.truth, reported.closed.notes);
+      print_table(reported);
+      std::fflush(stdout);
+      report["meshes"].push_back(mesh_to_json(reported));
+      return int{kOk};
+    });
+    if (code != kOk) return code;
+  }
+  tell_load(report);
+  return write_outputs(arguments.output, report);
+}
+
+void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
+  constexpr const char* kGroup = "Measurement";
+  add_integer(
+      app, "--poses", arguments.poses, 3, 100000,
+      "Poses of the body on a copy of itself, 3 to 100000: a third each apart, in contact and deep [default: 150]")
+      ->option_text("N")
+      ->group(kGroup);
+  add_integer(app, "--rounds", arguments.rounds, 1, 1000,
+              "Rounds in which all are timed in turn, 1 to 1000 [default: 5]")
+      ->option_text("N")
+      ->group(kGroup);
+  add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
+      ->option_text("N")
+      ->group(kGroup);
+  app.add_flag("--quick", arguments.quick, "A few settings, 64 voxels, 9 poses, 2 rounds: to see that it works")
+      ->group(kGroup);
+  app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl [default: none]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(evaluate::peer_names()))
+      ->option_text("LIST")
+      ->group(kGroup);
+}
+
+}  // namespace
+
+Command add_report_command(CLI::App& app) {
+  CLI::App* const report = app.add_subcommand(
+      "report",
+      "Measure error against run time, size and bake time of many settings, beside hulls, HACD, GImpact and FCL");
+  const auto arguments = std::make_shared<ReportArguments>();
+  report->add_option("MESH...", arguments->meshes, "Meshes to measure")->required();
+  add_surface_options(*report, arguments->bake);
+  add_import_options(*report, arguments->bake);
+  add_grid_options(*report, arguments->bake);
+  add_sweep_options(*report, *arguments);
+  report->add_option("-o,--output", arguments->output, "Write NAME.html, NAME.csv and NAME.json [default: report]")
+      ->check(not_empty())
+      ->option_text("NAME")
+      ->group("Output");
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
+  report
+      ->add_option("--cache", arguments->cache,
+                   "Keep poses, exact forces and HACD's hulls there, which take minutes [default: the environment's "
+                   "VPSBAKE_CACHE, or nowhere]")
+      ->check(not_empty())
+      ->option_text("DIR")
+      ->group("Output");
+  report->footer(
+      "The base setting, round which others vary, has 200 voxels along the longest side where no voxel is given "
+      "(--quick: "
+      "64).\n"
+      "Example: vpsbake report gear.stl --unit mm -o gear");
+  return {report, [arguments] { return run_report(*arguments); }};
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Options to subjects, subjects to cases, results to stdout and files.
+#include "cli/commands/stress_command.h"
+
+#include <fmt/format.h>
+#include <fnmatch.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "bake/store/vps_load.h"
+#include "cli/commands/open_asset.h"
+#include "cli/lab/stress/peers.h"
+#include "cli/lab/stress/report.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
+#include "cli/tools/provenance.h"
+#include "cli/tools/view/embedded.h"
+#include "cli/tools/view/page.h"
+#include "cli/tools/xml.h"
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kColumns[] = {"ours", "continuous", "hull", "hacd", "gimpact"};
+
+struct Arguments {
+  std::vector<std::string> assets;
+  BakeArguments mesh;  // of --mesh, --unit and --scale
+  std::string output, junit;
+  std::vector<std::string> cases;
+  double mass = 1;  // [kg]
+  std::uint32_t seed = 1;
+  bool quick = false, list = false, strict = false;
+  stress::SubjectOptions subject;
+};
+
+stress::Strictness strictness(const Arguments& arguments) {
+  return arguments.strict ? stress::Strictness::strict : stress::Strictness::promised;
+}
+
+bool is_named(const stress::Case& one, const std::string& glob) {
+  return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
+}
+
+std::vector<const stress::Case*> chosen(const Arguments& arguments) {
+  std::vector<const stress::Case*> out;
+  for (const stress::Case& one : stress::all_cases()) {
+    const bool wanted =
+        arguments.cases.empty() || std::any_of(arguments.cases.begin(), arguments.cases.end(),
+                                               [&](const std::string& glob) { return is_named(one, glob); });
+    if (wanted) out.push_back(&one);
+  }
+  return out;
+}
+
+void list_cases(const Arguments& arguments) {
+  for (const stress::Case* one : chosen(arguments)) {
+    fmt::print("{:<22} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, "", one->measured, one->limit);
+  }
+}
+
+struct Output {
+  fs::path file;
+  const char* beginning;  // of files of its kind
+  const char* kind;
+};
+
+std::vector<Output> outputs(const Arguments& arguments) {
+  std::vector<Output> files;
+  if (!arguments.output.empty()) {
+    files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
+  }
+  if (!arguments.junit.empty()) files.push_back({arguments.junit, xml::kJUnitBeginning, "a JUnit report"});
+  return files;
+}
+
+int write_outputs(const Arguments& arguments, const std::vector<stress::AssetResult>& results) {
+  int code = kOk;
+  const auto write = [&](const fs::path& file, const std::string& text) {
+    if (code == kOk) code = write_output(file, text);
+  };
+  nlohmann::ordered_json about = provenance(arguments.seed);
+  about["quick"] = arguments.quick;
+  if (!arguments.output.empty()) {
+    const nlohmann::ordered_json json = stress::to_json(results, about, strictness(arguments));
+    const Embedded libraries[] = {kChart};
+    write(arguments.output + ".json", to_text(json));
+    write(arguments.output + ".html", make_page(kStressPage.text(), libraries, json));
+  }
+  if (!arguments.junit.empty()) write(arguments.junit, stress::to_junit(results, about, strictness(arguments)));
+  return code;
+}
+
+// Peers are made of the mesh that was given, or of the asset's own field.
+void add_meshes(const std::optional<TriangleMesh>& mesh, const Asset& asset, stress::SubjectOptions& options) {
+  if (mesh) options.mesh = {*mesh, fmt::format("the mesh that was given, {} triangles", mesh->triangles.size())};
+  if (!mesh || mesh->triangles.size() > stress::kMostTriangles) options.zero_set = zero_set(asset);
+}
+
+// One asset through all cases. @return the exit code of what was wrong with it
+int run_asset(const Arguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
+              std::vector<stress::AssetResult>& results) {
+  const auto asset = std::make_shared<Asset>();
+  if (const int code = open_asset(path, *asset); code != kOk) return code;
+  if (mesh) {
+    const auto compare = [&] {
+      const std::string reason = mesh_mismatch(*mesh, asset->info());
+      return reason.empty() ? int{kOk} : fail(kBadInput, arguments.mesh.mesh, reason);
+    };
+    if (const int code = guarded(arguments.mesh.mesh, compare); code != kOk) return code;
+  }
+  return guarded(path, [&] {
+    stress::SubjectOptions options = arguments.subject;
+    options.mass = arguments.mass;
+    options.seed = arguments.seed;
+    add_meshes(mesh, *asset, options);
+    const stress::Subject subject = stress::make_subject(path, asset, options);
+    stress::AssetResult& result = results.emplace_back();
+    result.asset = path;
+    result.mass = subject.mass;
+    result.size = subject.size;
+    result.voxel = subject.voxel;
+    result.points = asset->info().points;
+    for (const stress::Column& column : subject.columns) {
+      if (!column.from.empty()) result.peers[column.name] = column.from;
+    }
+    if (arguments.assets.size() > 1) fmt::print("{}\n", path);
+    std::string peers;
+    for (const auto& [column, from] : result.peers)
+      peers += fmt::format("{}{} of {}", peers.empty() ? "peers: " : "; ", column, from);
+    if (!peers.empty()) fmt::print("{}\n", peers);
+    for (const stress::Case* one : chosen(arguments)) {
+      result.cases.push_back(
+          stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
+      fmt::print("{}\n", stress::to_line(result.cases.back(), strictness(arguments)));
+      std::fflush(stdout);
+    }
+    return int{kOk};
+  });
+}
+
+int run(const Arguments& arguments) {
+  for (const std::string& glob : arguments.cases) {
+    const auto& all = stress::all_cases();
+    if (std::none_of(all.begin(), all.end(), [&](const stress::Case& one) { return is_named(one, glob); })) {
+      return fail(kCommandLine, "command line",
+                  fmt::format("no case is named like '{}'; run vpsbake stress --list", glob));
+    }
+  }
+  if (arguments.list) {
+    list_cases(arguments);
+    return kOk;
+  }
+  if (arguments.assets.empty())
+    return fail(kCommandLine, "command line", "an asset is required; run vpsbake stress --help");
+  if (!arguments.mesh.mesh.empty() && arguments.assets.size() > 1) {
+    return fail(kCommandLine, "command line", "--mesh is that of one asset; run vpsbake stress for each");
+  }
+  const auto names_no_file = [](const std::string& output) {
+    const fs::path name = fs::path(output).filename();
+    return !output.empty() && (name.empty() || name == "." || name == "..");
+  };
+  for (const std::string& output : {arguments.output, arguments.junit}) {
+    if (names_no_file(output))
+      return fail(kCommandLine, "command line", fmt::format("'{}' is a folder; add the name of a file", output));
+  }
+  for (const char* const ending : {".html", ".json"}) {
+    if (fs::path(arguments.output + ending).lexically_normal() == fs::path(arguments.junit).lexically_normal())
+      return fail(kCommandLine, "command line", fmt::format("'{}' is written twice; rename one", arguments.junit));
+  }
+  for (const auto& [file, beginning, kind] : outputs(arguments)) {
+    if (const std::string reason = output_refusal(file, beginning, kind); !reason.empty())
+      return fail(kIo, file.string(), reason);
+  }
+  std::optional<TriangleMesh> mesh;
+  if (!arguments.mesh.mesh.empty()) {
+    const auto import = [&] {
+      mesh = import_with(arguments.mesh);
+      return int{kOk};
+    };
+    if (const int code = guarded(arguments.mesh.mesh, import); code != kOk) return code;
+  }
+  bullet::set_message_handler(nullptr);  // cases are extreme on purpose
+  std::vector<stress::AssetResult> results;
+  int code = kOk;
+  for (const std::string& path : arguments.assets) {
+    const int one = run_asset(arguments, path, mesh, results);
+    if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
+  }
+  for (const stress::AssetResult& result : results) {
+    fmt::print("{}\n", stress::certificate(result, strictness(arguments)));
+    const auto is_broken = [&](const stress::CaseResult& one) { return stress::is_broken(one, strictness(arguments)); };
+    const bool nothing = std::all_of(result.cases.begin(), result.cases.end(), [&](const stress::CaseResult& one) {
+      return stress::verdict_of(one, strictness(arguments)) == stress::Verdict::skipped;
+    });
+    if (nothing) code = fail(kSomeFailed, result.asset, "every case was skipped: nothing was tested");
+    if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
+  }
+  if (results.empty()) return code;
+  const int written = write_outputs(arguments, results);
+  return written != kOk ? written : code;
+}
+
+}  // namespace
+
+Command add_stress_command(CLI::App& app) {
+  constexpr const char* kCases = "Cases";
+  CLI::App* const stress = app.add_subcommand(
+      "stress", "Run stability cases on assets in Bullet and in a penalty loop; exit code 5 when a limit is not held");
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  stress->add_option("ASSET...", a.assets, "Assets");
+  stress
+      ->add_option("--mesh", a.mesh.mesh,
+                   "The mesh that the asset was baked from, for peers and other sizes [default: the asset's zero set]")
+      ->check(not_empty())
+      ->option_text("MESH")
+      ->group("Mesh");
+  add_unit_options(*stress, a.mesh);
+  stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json [default: neither]")
+      ->check(not_empty())
+      ->option_text("NAME")
+      ->group("Output");
+  stress->add_option("--junit", a.junit, "Write JUnit XML, for CI [default: none]")
+      ->check(not_empty())
+      ->option_text("FILE")
+      ->group("Output");
+  stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*' [default: all]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->option_text("GLOBS")
+      ->group(kCases);
+  stress
+      ->add_option("--without", a.subject.without,
+                   "Columns to leave out: ours,continuous,hull,hacd,gimpact [default: none]")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kColumns), std::end(kColumns))))
+      ->option_text("LIST")
+      ->group(kCases);
+  stress
+      ->add_option_function<std::string>(
+          "--mass",
+          [&a](const std::string& text) {
+            a.mass = parse_mass(text);
+            if (!(a.mass >= 1e-9 && a.mass <= 1e9))
+              throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
+          },
+          "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
+      ->option_text("MASS")
+      ->group(kCases);
+  add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")
+      ->option_text("N")
+      ->group(kCases);
+  stress
+      ->add_flag("--quick", a.quick,
+                 "Fewer settings of each case, about a minute for 70,000 points: see docs/stress.md")
+      ->group(kCases);
+  stress
+      ->add_flag("--strict", a.strict,
+                 "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver")
+      ->group(kCases);
+  stress->add_flag("--list", a.list, "Print the cases and their limits")->group(kCases);
+  std::string& cache = a.mesh.cache;
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;
+  stress
+      ->add_option(
+          "--cache", cache,
+          "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
+      ->check(not_empty())
+      ->option_text("DIR")
+      ->group("Output");
+  stress->footer(
+      "Exits with 5 when a limit is broken that is stated for the asset's columns, or when nothing was tested.\n"
+      "Example: vpsbake stress gear.vps.hdf --mesh gear.obj --quick --junit stress.xml -o stress");
+  return {stress, [arguments] {
+            arguments->subject.cache = arguments->mesh.cache;
+            return run(*arguments);
+          }};
+}
+
+}  // namespace vps::cli

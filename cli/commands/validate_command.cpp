@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/validate_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "bake/plan.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/provenance.h"
+#include "cli/tools/validate/check.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using Result = Check::Result;
+
+struct Arguments {
+  std::vector<std::string> files;
+  BakeArguments mesh;
+  MeshCheckOptions options;
+  bool strict = false;
+  bool json = false;
+};
+
+struct Validation {
+  std::string file;
+  std::uint64_t bytes = 0;
+  std::vector<Check> checks;
+  int code = kOk;
+};
+
+const char* word(Result result) {
+  switch (result) {
+    case Result::ok:
+      return "ok";
+    case Result::warning:
+      return "warning";
+    case Result::skipped:
+      return "skipped";
+    case Result::failed:
+      return "FAILED";
+  }
+  return "";
+}
+
+bool counts(const Check& check, bool strict) {
+  return check.result == Result::failed || (strict && check.result != Result::ok);
+}
+
+// What a forged file says goes on one line of its own too.
+std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
+  return text;
+}
+
+nlohmann::ordered_json to_json(const Validation& validation) {
+  nlohmann::ordered_json j;
+  j["file"] = validation.file;
+  j["valid"] = validation.code == kOk;
+  j["checks"] = nlohmann::ordered_json::array();
+  for (const Check& check : validation.checks) {
+    nlohmann::ordered_json one = {{"name", check.name}, {"result", word(check.result)}, {"says", one_line(check.says)}};
+    if (check.result == Result::failed) one["result"] = "failed";
+    if (!check.figures.is_null()) one["figures"] = check.figures;
+    j["checks"].push_back(std::move(one));
+  }
+  return j;
+}
+
+void print_text(const Validation& validation) {
+  fmt::print("{}: {}\n", validation.file, format_bytes(double(validation.bytes)));
+  for (const Check& check : validation.checks) {
+    fmt::print("  {:<8} {:<14} {}\n", word(check.result), check.name, one_line(check.says));
+  }
+  std::fflush(stdout);
+}
+
+// @throw BakeError and ImportError of the mesh
+void run_checks(const Arguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
+  Asset asset;
+  std::vector<Check>& checks = validation.checks;
+  if (!check_structure(validation.file, asset, checks)) return;
+  check_file(validation.file, asset, checks);
+  // Of damaged numbers more checks would only say it again.
+  const bool sound =
+      std::none_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == Result::failed; });
+  if (!sound) return;
+  check_contents(asset, checks);
+  check_origin(asset, checks);
+  if (!mesh) return;
+  BakeOptions options = arguments.mesh.options;
+  options.voxel_size = asset.info().voxel_size;
+  check_against_mesh(asset, closed_mesh(*mesh, options).mesh, arguments.options, checks);
+}
+
+int validate_file(const Arguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
+  std::error_code error;
+  const fs::file_status status = fs::status(validation.file, error);
+  if (!fs::is_regular_file(status)) {
+    return fail(
+        kIo, validation.file,
+        fs::exists(status) ? "this is not a regular file; give a .vps.hdf file" : describe(Status::cannot_open));
+  }
+  validation.bytes = fs::file_size(validation.file, error);
+  std::string refusal;
+  try {
+    run_checks(arguments, mesh, validation);
+  } catch (const BakeError& of_mesh) {
+    refusal = of_mesh.what();
+  }
+  if (!arguments.json) print_text(validation);
+  if (!refusal.empty()) return fail(kBadInput, arguments.mesh.mesh, refusal);
+  std::string failed;
+  for (const Check& check : validation.checks) {
+    if (counts(check, arguments.strict)) failed += (failed.empty() ? "" : ", ") + check.name;
+  }
+  if (failed.empty()) {
+    if (!arguments.json) fmt::print("{}: valid, {} checks\n", validation.file, validation.checks.size());
+    return kOk;
+  }
+  return fail(kBadInput, validation.file, "not valid: " + failed + "; bake it again, or ask where the file comes from");
+}
+
+int run(const Arguments& arguments) {
+  std::optional<ImportedMesh> mesh;
+  if (!arguments.mesh.mesh.empty()) mesh = import_with(arguments.mesh);
+  nlohmann::ordered_json j = {{"format", "vpsbake validate 1"}};
+  j.update(provenance(arguments.options.seed));
+  j["strict"] = arguments.strict;
+  j["mesh"] =
+      arguments.mesh.mesh.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(arguments.mesh.mesh);
+  j["files"] = nlohmann::ordered_json::array();
+  int code = kOk;
+  for (const std::string& file : arguments.files) {
+    Validation validation{file, 0, {}, kOk};
+    validation.code = guarded(file, [&] { return validate_file(arguments, mesh, validation); });
+    if (validation.code != kOk) code = arguments.files.size() > 1 ? int{kSomeFailed} : validation.code;
+    j["files"].push_back(to_json(validation));
+  }
+  if (arguments.json) fmt::print("{}", to_text(j));
+  return code;
+}
+
+}  // namespace
+
+Command add_validate_command(CLI::App& app) {
+  CLI::App* const validate = app.add_subcommand("validate", "Check assets thoroughly, against their mesh too");
+  const auto arguments = std::make_shared<Arguments>();
+  validate->add_option("ASSET...", arguments->files, "Assets")->required();
+  validate->add_option("--mesh", arguments->mesh.mesh, "The mesh they were baked from: errors are measured against it")
+      ->check(not_empty())
+      ->option_text("MESH");
+  add_integer(*validate, "--samples", arguments->options.samples, 100, 10000000,
+              "Points that each check against the mesh takes, 100 to 10000000 [default: 10000]")
+      ->option_text("N");
+  validate->add_flag("--strict", arguments->strict, "Count warnings, and what could not be checked, as failures");
+  validate->add_flag("--json", arguments->json, "Print JSON")->group("Output");
+  add_surface_options(*validate, arguments->mesh);
+  add_import_options(*validate, arguments->mesh);
+  for (const char* const name :
+       {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory", "--import-timeout"}) {
+    validate->get_option(name)->needs("--mesh");
+  }
+  validate->footer("Example: vpsbake validate gear.vps.hdf --mesh gear.stl --unit mm --strict");
+  return {validate, [arguments] {
+            const std::string& about = arguments->mesh.mesh.empty() ? arguments->files[0] : arguments->mesh.mesh;
+            return guarded(about, [&] { return run(*arguments); });
+          }};
+}
+
+}  // namespace vps::cli

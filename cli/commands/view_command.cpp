@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/commands/view_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "bake/plan.h"
+#include "cli/commands/open_asset.h"
+#include "cli/terminal/exit_code.h"
+#include "cli/tools/output_file.h"
+#include "cli/tools/view/motion_data.h"
+#include "cli/tools/view/page.h"
+#include "cli/tools/view/view_data.h"
+
+namespace vps::cli {
+namespace {
+
+struct Arguments {
+  std::string asset;
+  std::string motion;  ///< instead of an asset
+  BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is that of the page
+};
+
+constexpr std::string_view kPageBeginning = "<!doctype html>";
+
+// Empty when the mesh is where the asset is.
+std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
+  std::array<double, 3> low = mesh.vertices.at(0), high = low;
+  for (const auto& p : mesh.vertices) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+  double off = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+    off = std::max({off, std::abs(low[k] - info.bounds_min[k]), std::abs(high[k] - info.bounds_max[k])});
+  if (off <= 2 * info.voxel_size) return "";
+  const auto size = [](double x, double y, double z) {
+    return fmt::format("{} x {} x {}", format_length(x), format_length(y), format_length(z));
+  };
+  return fmt::format(
+      "the asset was not baked from this mesh: its bounds are {} off, {} against {}; check --unit and --scale",
+      format_length(off), size(high[0] - low[0], high[1] - low[1], high[2] - low[2]),
+      size(info.bounds_max[0] - info.bounds_min[0], info.bounds_max[1] - info.bounds_min[1],
+           info.bounds_max[2] - info.bounds_min[2]));
+}
+
+int view_asset(const Arguments& arguments) {
+  const std::filesystem::path output =
+      arguments.mesh.output.empty() ? beside(arguments.asset, ".html") : std::filesystem::path(arguments.mesh.output);
+  Asset asset;
+  if (const int code = open_asset(arguments.asset, asset); code != kOk) return code;
+  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+    return fail(kIo, output.string(), reason);
+  ImportedMesh mesh;
+  if (!arguments.mesh.mesh.empty()) {
+    mesh = import_with(arguments.mesh);
+    if (const std::string reason = mesh_refusal(asset.info(), mesh); !reason.empty())
+      return fail(kBadInput, arguments.mesh.mesh, reason);
+  }
+  const auto data = view_data(asset, asset_name(arguments.asset), mesh.triangles.empty() ? nullptr : &mesh);
+  return write_output(output, make_view_page(kViewPage, data));
+}
+
+int view_motion(const Arguments& arguments) {
+  std::filesystem::path output = arguments.mesh.output;
+  if (output.empty()) output = std::filesystem::path(arguments.motion).replace_extension(".html");
+  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+    return fail(kIo, output.string(), reason);
+  return write_output(output, make_view_page(kMotionPage, motion_data(arguments.motion)));
+}
+
+int run(const Arguments& arguments) {
+  if (!arguments.motion.empty()) return guarded(arguments.motion, [&] { return view_motion(arguments); });
+  if (arguments.asset.empty())
+    return fail(kCommandLine, "command line", "view needs an asset or --motion; run vpsbake view --help");
+  return guarded(arguments.mesh.mesh.empty() ? arguments.asset : arguments.mesh.mesh,
+                 [&] { return view_asset(arguments); });
+}
+
+}  // namespace
+
+Command add_view_command(CLI::App& app) {
+  CLI::App* const view =
+      app.add_subcommand("view", "Write a page that shows an asset: surface, voxels, field, points, tree");
+  const auto arguments = std::make_shared<Arguments>();
+  auto* const asset = view->add_option("ASSET", arguments->asset, "Asset");
+  view->add_option("--motion", arguments->motion, "Play a recorded motion instead, docs/motion.md")
+      ->check(not_empty())
+      ->excludes(asset)
+      ->option_text("FILE.json");
+  view->add_option("-o,--output", arguments->mesh.output, "Page to write [default: NAME.html beside the asset]")
+      ->check(not_empty())
+      ->option_text("FILE");
+  auto* const motion = view->get_option("--motion");
+  view->add_option("--mesh", arguments->mesh.mesh,
+                   "Show this mesh, which the asset was baked from [default: the surface of its field]")
+      ->check(not_empty())
+      ->excludes(motion)
+      ->option_text("MESH")
+      ->group("Mesh");
+  add_unit_options(*view, arguments->mesh);
+  add_import_options(*view, arguments->mesh);
+  for (const char* const name : {"--unit", "--scale", "--import-memory", "--import-timeout"})
+    view->get_option(name)->needs("--mesh");
+  view->footer("Example: vpsbake view gear.vps.hdf --mesh gear.obj\nExample: vpsbake view --motion run.json");
+  return {view, [arguments] { return run(*arguments); }};
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Assets to measure, baked anew.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "bake/store/cache.h"
+#include "bake/vps_bake.h"
+#include "formats/triangle_mesh.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps::evaluate {
+
+/// The record that a bake with these options puts into its asset, so that what is measured is as large.
+using RecordOf = std::function<BakeRecord(const BakeOptions&)>;
+
+struct BakedFile {
+  std::filesystem::path path;
+  std::shared_ptr<const Asset> asset;
+  std::shared_ptr<const void> open;  ///< a file without a name lives with this; else empty
+};
+
+/// Bakes, writes and opens again.
+/// @throw BakeError, std::runtime_error
+[[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options,
+                                  const std::filesystem::path& path);
+
+/// The same in the folder for temporary files, without a name: the path is one of this process, and nothing stays
+/// behind however it ends.
+/// @param record  may be empty: the asset has none
+/// @throw BakeError, std::runtime_error
+[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options,
+                                      const RecordOf& record = {});
+
+/// The mesh with its origin at the asset's centre of mass, where all peers have it.
+[[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);
+
+}  // namespace vps::evaluate

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/lab/poses.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include "cli/lab/fcl.h"
+#include "cli/lab/numbers_file.h"
+#include "cli/lab/oracle.h"
+#include "cli/lab/patches.h"
+#include "cli/lab/random.h"
+
+namespace vps::evaluate {
+namespace {
+
+// The deepest point of a body's surface in a copy of it: balls round groups of triangles, halved down to single ones,
+// which are halved in turn.
+class DeepestPoint {
+ public:
+  /// @param most_work  of PoseOptions
+  DeepestPoint(const TriangleMesh& body, std::size_t most_work)
+      : oracle_(body), distance_(fcl_distance(body)), tree_(body), most_work_(most_work) {}
+  /// A depth that there is; the greatest is at most `tolerance` more. Bodies without a common point must not lie in
+  /// each other. [m]
+  [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) {
+    constexpr std::size_t kDistance = 1000;  // takes about as long
+    work_ += kDistance;
+    if (const double apart = distance_->query(first_in_second).depth; apart < 0) return apart;
+    Search search{first_in_second, tolerance};
+    visit(0, penetration(tree_.ball(0).centre, first_in_second), search);
+    return search.best;
+  }
+  /// Radius of a ball round the origin that holds the body. [m]
+  /// For the next pose.
+  void start() { work_ = 0; }
+  /// What `depth` said is less than there is.
+  [[nodiscard]] bool exhausted() const { return most_work_ > 0 && work_ >= most_work_; }
+  [[nodiscard]] double reach() const { return distance(tree_.ball(0).centre, {}) + tree_.ball(0).radius; }
+
+ private:
+  struct Search {
+    const Pose& pose;
+    double tolerance = 0;
+    double best = 0;  // at the surfaces' common points
+    [[nodiscard]] bool worth(double bound) const { return bound > best + tolerance; }
+  };
+
+  [[nodiscard]] double penetration(const Point& point, const Pose& pose) {
+    ++work_;
+    return oracle_.penetration(moved(pose, point));
+  }
+
+  [[nodiscard]] double depth_bound(const Patch& patch, const Pose& pose) {
+    ++work_;
+    const auto& [a, b, c] = patch.corners;
+    return oracle_.depth_bound({moved(pose, a), moved(pose, b), moved(pose, c)});
+  }
+
+  void visit(std::size_t at, double at_centre, Search& search) {
+    const PatchTree::Ball& ball = tree_.ball(at);
+    if (exhausted() || !search.worth(at_centre + ball.radius)) return;
+    if (ball.children[0] == 0) {
+      const Patch& patch = tree_.patch(ball);
+      visit(patch, penetration(patch.centre, search.pose), search);
+      return;
+    }
+    std::pair<double, std::size_t> children[2];
+    for (int i = 0; i < 2; ++i) {
+      children[i] = {penetration(tree_.ball(ball.children[i]).centre, search.pose), ball.children[i]};
+    }
+    if (children[0] < children[1]) std::swap(children[0], children[1]);
+    for (const auto& [value, child] : children) visit(child, value, search);
+  }
+
+  void visit(const Patch& patch, double at_centre, Search& search) {
+    search.best = std::max(search.best, at_centre);
+    if (exhausted()) return;
+    // Of flat faces the ball alone leaves far too much.
+    if (!search.worth(at_centre + patch.radius) || !search.worth(depth_bound(patch, search.pose))) return;
+    const std::array<Patch, 2> halves = patch.halves();
+    const double values[2] = {penetration(halves[0].centre, search.pose), penetration(halves[1].centre, search.pose)};
+    const std::size_t deeper = values[0] < values[1] ? 1 : 0;
+    for (const std::size_t i : {deeper, 1 - deeper}) visit(halves[i], values[i], search);
+  }
+
+  Oracle oracle_;
+  std::unique_ptr<PairPeer> distance_;
+  PatchTree tree_;
+  const std::size_t most_work_;
+  std::size_t work_ = 0;
+};
+
+// One approach; false when it does not get there, or only by many steps because it grazes.
+bool approach(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
+  constexpr int kSteps = 60;
+  const std::array<double, 9> rotation = random.rotation();
+  const std::array<double, 9> direction = random.rotation();
+  std::copy(rotation.begin(), rotation.end(), out.first_in_second.rotation);
+  double away = 2 * deepest.reach();
+  for (int step = 0; step < kSteps && away > 0; ++step) {
+    for (std::size_t i = 0; i < 3; ++i) out.first_in_second.translation[i] = away * direction[i];
+    out.depth = deepest.depth(out.first_in_second, options.tolerance);
+    if (deepest.exhausted()) return false;
+    const double lacking = wanted - out.depth;
+    if (lacking < options.arrival) return true;
+    away -= lacking;
+  }
+  return false;
+}
+
+// Whether some approach gets there.
+bool place(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
+  constexpr int kApproaches = 200;
+  deepest.start();
+  for (int i = 0; i < kApproaches && !deepest.exhausted(); ++i) {
+    if (approach(deepest, wanted, options, random, out)) return true;
+  }
+  return false;
+}
+
+std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
+  constexpr int kInARow = 5;  // where so many are left out the rest of the range is not sought
+  DeepestPoint deepest(body, options.most_work);
+  Random random(options.seed);
+  std::vector<PairPose> poses;
+  std::size_t asked = 0;
+  for (std::size_t r = 0; r < options.ranges.size(); ++r) {
+    const DepthRange& range = options.ranges[r];
+    const std::size_t before = poses.size();
+    int failed = 0;
+    for (std::size_t i = 0; i < range.count && failed < kInARow; ++i) {
+      const double part = (double(i) + 0.5) / double(range.count);
+      const double wanted = range.least + part * (range.most - range.least);
+      PairPose pose;
+      pose.range = r;
+      if (place(deepest, wanted, options, random, pose)) {
+        poses.push_back(pose);
+        failed = 0;
+      } else if (options.most_work == 0) {
+        throw MeasureError(
+            fmt::format("no approach of the body to its copy gets {:.4g} m deep; its walls may be too thin", wanted));
+      } else {
+        ++failed;
+      }
+      if (options.progress) options.progress(++asked);
+    }
+    if (range.count > 0 && poses.size() == before) break;  // nor would deeper ones be found
+  }
+  return poses;
+}
+
+}  // namespace
+
+std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
+                                 const std::filesystem::path& folder) {
+  constexpr std::size_t kNumbers = 14;  // rotation, translation, depth, range
+  std::vector<double> key{options.tolerance, options.arrival, double(options.seed), double(options.most_work),
+                          double(kNumbers)};
+  std::size_t count = 0;
+  for (const DepthRange& range : options.ranges) {
+    key.insert(key.end(), {double(range.count), range.least, range.most});
+    count += range.count;
+  }
+  const std::filesystem::path file = cache_file(folder, "poses", body, key);
+  if (const auto numbers = read_numbers(file)) {
+    if (numbers->size() % kNumbers != 0 || numbers->size() > count * kNumbers)
+      throw MeasureError(file.string() + " is damaged; delete it");
+    std::vector<PairPose> poses(numbers->size() / kNumbers);
+    const double* at = numbers->data();
+    for (PairPose& pose : poses) {
+      std::copy_n(at, 9, pose.first_in_second.rotation);
+      std::copy_n(at + 9, 3, pose.first_in_second.translation);
+      pose.depth = at[12];
+      pose.range = static_cast<std::size_t>(at[13]);
+      at += kNumbers;
+    }
+    return poses;
+  }
+  if (!options.progress) fmt::print(stderr, "The oracle places {} poses, once: this takes minutes\n", count);
+  std::vector<PairPose> poses = compute(body, options);
+  std::vector<double> numbers;
+  for (const PairPose& pose : poses) {
+    numbers.insert(numbers.end(), pose.first_in_second.rotation, pose.first_in_second.rotation + 9);
+    numbers.insert(numbers.end(), pose.first_in_second.translation, pose.first_in_second.translation + 3);
+    numbers.insert(numbers.end(), {pose.depth, double(pose.range)});
+  }
+  write_numbers(file, numbers);
+  return poses;
+}
+
+}  // namespace vps::evaluate

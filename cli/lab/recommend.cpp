@@ -1,0 +1,350 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/lab/recommend.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "bake/plan.h"
+#include "cli/lab/assets.h"
+#include "cli/lab/errors.h"
+#include "cli/lab/ours.h"
+
+namespace vps::evaluate {
+namespace {
+
+// Half a voxel's diagonal: certificates end so far from the band's ends. [vx]
+const double kHalfDiagonal = std::sqrt(3.0) / 2;
+// Of a file, about, with its share of the tree.
+constexpr double kBytesPerPoint = 14;
+constexpr double kAlphas[] = {4, 2.8, 2, 1.4142135623730951, 1, 0.7, 0.5};
+constexpr std::size_t kDefaultAlpha = 3;
+const double kStep = std::pow(2.0, 0.25);  // from voxel size to voxel size
+
+// Three digits of millimetres, downwards: what is measured is what the command line says.
+double rounded(double metres) {
+  const int power = int(std::floor(std::log10(1000 * metres))) - 2;
+  const double digits = std::floor(1000 * metres / std::pow(10.0, power) + 1e-6);
+  return std::strtod(fmt::format("{}e{}", digits, power).c_str(), nullptr) * 1e-3;
+}
+
+double longest_side(const TriangleMesh& mesh) {
+  const Extent extent = measure_extent(mesh);
+  return (extent.bounds_max - extent.bounds_min).maxCoeff();
+}
+
+class Search {
+ public:
+  Search(const TriangleMesh& mesh, const RecommendOptions& options)
+      : mesh_(mesh), options_(options), longest_(longest_side(mesh)) {}
+
+  Recommendation run() {
+    if (options_.limits.error > 0) {
+      search_by_error();
+    } else {
+      search_by_cost();
+    }
+    if (out_.tried.empty()) throw BakeError("plan", refusal_);
+    choose();
+    return std::move(out_);
+  }
+
+ private:
+  void progress(const std::string& what, double fraction) const {
+    if (options_.progress) options_.progress(what, fraction);
+  }
+
+  // --- the smallest file that keeps within an error
+
+  void search_by_error() {
+    const double coarsest = find_coarsest();
+    plan(coarsest);
+    // Contacts as deep as the certificate of a default band goes: who asks for a finer error has shallower ones.
+    const double certified = (BakeOptions{}.band_inside - kHalfDiagonal) * coarsest;
+    truth_.options.contact = std::min(truth_.options.contact, certified);
+    truth_.options.gap = std::min(truth_.options.gap, certified);
+    place();
+    measure();
+    constexpr int kMostVoxels = 6;
+    double voxel = coarsest;
+    double baked = coarsest;
+    double refused = 0;
+    std::size_t alpha = kDefaultAlpha;
+    for (int n = 0; n < kMostVoxels && voxel > 0.49 * coarsest; ++n) {
+      if (find_alpha(voxel, alpha)) {
+        baked = voxel;
+        if (!finer_may_help(voxel)) return;
+      } else {
+        refused = voxel;  // a crack stays open
+      }
+      voxel = rounded(refused > 0 ? std::sqrt(baked * refused) : baked / kStep);
+    }
+  }
+
+  // The coarsest voxels, about, with which the field is off by no more, by its certificate.
+  double find_coarsest() {
+    const double limit = options_.limits.error;
+    constexpr double kUsual = 0.23;  // bound of a field, over the voxel size
+    constexpr int kTrials = 10;
+    const double most = longest_ / 8;
+    double good = 0;
+    double bad = std::numeric_limits<double>::infinity();
+    double voxel = std::min(limit / kUsual, most);
+    double least_seen = bad;
+    for (int n = 0; n < kTrials; ++n) {
+      const std::optional<std::size_t> tried = bake_once(rounded(voxel), kAlphas[kDefaultAlpha]);
+      if (!tried) {  // too fine for a crack
+        if (good > 0 || refused_by_plan_ || voxel >= most) break;
+        voxel = std::min(1.3 * voxel, most);
+        continue;
+      }
+      const double bound = out_.tried[*tried].field_bound;
+      least_seen = std::min(least_seen, bound);
+      if (bound <= limit) {
+        good = rounded(voxel);
+        if (voxel >= most || bound > 0.85 * limit || bad < 1.15 * good) break;
+        voxel = std::min({voxel * std::clamp(0.95 * limit / bound, 1.1, 4.0), std::sqrt(good * bad), most});
+      } else {
+        bad = std::min(bad, voxel);
+        if (good > 0 && bad < 1.15 * good) break;
+        voxel = good > 0 ? std::sqrt(good * bad) : voxel * std::clamp(0.97 * limit / bound, 0.05, 0.95);
+      }
+    }
+    if (good > 0) return good;
+    const std::string best = std::isfinite(least_seen) ? "; the best has " + format_length(least_seen) : "";
+    throw BakeError("plan", fmt::format("no voxel size tried reaches an error of {}{}{}", format_length(limit), best,
+                                        refusal_.empty() ? "" : ": " + refusal_));
+  }
+
+  // From a spacing on, coarser while the error is met, or finer until it is. Where a file within the limits is known
+  // already only coarser ones than its: finer voxels with as many points make a larger file.
+  // @param alpha  number in kAlphas to begin with; then the one that was found, or the finest
+  // @return whether it can be baked
+  bool find_alpha(double voxel, std::size_t& alpha) {
+    const bool known = smallest_within() < std::numeric_limits<double>::infinity();
+    std::size_t at = known && alpha > 0 ? alpha - 1 : alpha;
+    const std::optional<bool> met = meets_error(voxel, kAlphas[at]);
+    if (!met) return false;
+    if (*met) {
+      alpha = at;
+      while (at > 0 && meets_error(voxel, kAlphas[--at]).value_or(false)) alpha = at;
+    } else if (!known) {
+      alpha = at;
+      while (alpha + 1 < std::size(kAlphas)) {
+        const std::optional<bool> finer = meets_error(voxel, kAlphas[++alpha]);
+        if (!finer || *finer) break;
+      }
+    }
+    return true;
+  }
+
+  std::optional<bool> meets_error(double voxel, double alpha) {
+    const std::optional<std::size_t> tried = bake_once(voxel, alpha);
+    if (!tried) return std::nullopt;
+    measure();
+    return out_.tried[*tried].error() <= options_.limits.error;
+  }
+
+  [[nodiscard]] double smallest_within() const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const Tried& t : out_.tried) {
+      if (t.exceeds(options_.limits).empty()) smallest = std::min(smallest, double(t.bytes));
+    }
+    return smallest;
+  }
+
+  // Whether a file with finer voxels and points a step further apart, half as many, may be smaller than the smallest
+  // that keeps within the limits.
+  [[nodiscard]] bool finer_may_help(double voxel) const {
+    double map = std::numeric_limits<double>::infinity();
+    double points = 0;  // of the smallest
+    for (const Tried& t : out_.tried) {
+      if (t.exceeds(options_.limits).empty() && double(t.bytes) == smallest_within()) points = double(t.points);
+      if (t.bake.voxel_size == voxel) map = std::min(map, double(t.bytes) - kBytesPerPoint * double(t.points));
+    }
+    return map * kStep * kStep + kBytesPerPoint * points / 2 < smallest_within();
+  }
+
+  // --- the smallest error that time and bytes allow
+
+  void search_by_cost() {
+    std::vector<double> voxels;  // from the coarsest
+    for (const double n : {64.0, 90.0, 128.0, 180.0, 256.0}) voxels.push_back(rounded(longest_ / n));
+    constexpr std::size_t kMiddle = 2;
+    plan(voxels[kMiddle]);
+    place();
+    std::size_t at = kMiddle;
+    if (try_alphas(voxels[at])) {
+      while (at + 1 < voxels.size() && try_alphas(voxels[at + 1])) ++at;
+      return;
+    }
+    while (at > 0 && !try_alphas(voxels[at - 1])) --at;
+    // Fewer points take less time and fewer bytes: until no grid is so coarse.
+    double voxel = voxels[0];
+    while (at == 0 && !refused_by_plan_ && !try_alphas(voxel = rounded(voxel * std::sqrt(2.0)))) {
+    }
+  }
+
+  // Whether one of the usual spacings keeps within the limits.
+  bool try_alphas(double voxel) {
+    bool within = false;
+    for (const double alpha : {1.0, kAlphas[kDefaultAlpha], 2.0}) {
+      const std::optional<std::size_t> tried = bake_once(voxel, alpha);
+      if (!tried) continue;
+      measure();
+      within |= out_.tried[*tried].exceeds(options_.limits).empty();
+    }
+    return within;
+  }
+
+  // --- what both need
+
+  // The mesh that the truth is of: closed for the first voxel size that can close it. Those that are tried close it
+  // anew, as the bakes of whoever follows the recommendation do.
+  void plan(double voxel) {
+    BakeOptions base = options_.base;
+    base.voxel_size = voxel;
+    while (true) {
+      try {
+        closed_ = closed_mesh(mesh_, base).mesh;
+        break;
+      } catch (const BakeError&) {
+        base.voxel_size *= 1.5;
+        if (base.voxel_size > longest_ / 8) throw;
+      }
+    }
+    // The pointshell is not needed to know the centre, nor a fine grid.
+    base.voxel_size = std::max(base.voxel_size, longest_ / 32);
+    base.pointshell = false;
+    closed_ = centred(std::move(closed_), *bake_nameless(closed_, base).asset);
+    TruthOptions& truth = truth_.options;
+    truth = truth_options_for(closed_, 0);
+    truth.poses[std::size_t(Range::apart)] = options_.poses / 3;
+    truth.poses[std::size_t(Range::contact)] = options_.poses - options_.poses / 3;
+    truth.seed = options_.seed;
+  }
+
+  void place() {
+    truth_.options.progress = [this](const char* what, double fraction) { progress(what, fraction); };
+    const TruthOptions options = truth_.options;
+    truth_ = find_truth(closed_, options, Wrenches::none, options_.cache);
+    out_.truth = truth_.options;
+    std::copy(std::begin(truth_.found), std::end(truth_.found), out_.poses);
+  }
+
+  // One of `tried`, where it can be baked.
+  std::optional<std::size_t> bake_once(double voxel, double alpha) {
+    Tried tried;
+    tried.bake = options_.base;
+    tried.bake.voxel_size = voxel;
+    tried.bake.resolution = 0;
+    tried.bake.alpha = alpha;
+    // The band has to hold the depths that are asked for.
+    const double band = std::ceil(2 * (truth_.options.contact / voxel + kHalfDiagonal) - 0.01) / 2;
+    tried.bake.band_inside = std::clamp(band, tried.bake.band_inside, 8.0);
+    for (std::size_t i = 0; i < out_.tried.size(); ++i) {
+      const BakeOptions& other = out_.tried[i].bake;
+      if (other.voxel_size == voxel && other.alpha == alpha && other.band_inside == tried.bake.band_inside) return i;
+    }
+    BakedFile file;
+    try {
+      BakeOptions told = tried.bake;
+      told.progress = [&](const char* stage, double fraction) {
+        progress(fmt::format("bake {}: voxel {}, alpha {:.3g}: {}", out_.tried.size() + 1, format_length(voxel), alpha,
+                             stage),
+                 fraction);
+      };
+      file = bake_nameless(mesh_, told, options_.record);
+    } catch (const BakeError& refusal) {
+      refusal_ = refusal.what();
+      refused_by_plan_ = refusal.stage == "plan";
+      return std::nullopt;
+    }
+    const AssetInfo& info = file.asset->info();
+    tried.bytes = file.asset->directory().file_bytes;
+    tried.points = info.points;
+    tried.field_bound = info.scaled_error.bound;
+    out_.tried.push_back(tried);
+    assets_.push_back(file.asset);
+    return out_.tried.size() - 1;
+  }
+
+  // Those that have not been measured yet.
+  void measure() {
+    std::vector<Pose> poses;
+    for (const TruePose& p : truth_.poses) poses.push_back(p.pose.first_in_second);
+    std::vector<Side> sides;
+    for (std::size_t i = measured_; i < assets_.size(); ++i)
+      sides.push_back({"", [asset = assets_[i]] { return our_traverse(asset); }});
+    RoundOptions rounds;
+    rounds.rounds = options_.rounds;
+    for (const SideResult& result : ask_in_turn(sides, poses, rounds)) {
+      Tried& tried = out_.tried[measured_];
+      tried.contacts = result.times;
+      tried.penetration = penetration_errors(truth_, result.answers, Range::contact);
+      tried.missed = count_missed(truth_, result.answers, Range::contact);
+      std::vector<PairAnswer> answers;
+      const std::unique_ptr<PairPeer> separation = our_separation(assets_[measured_++]);
+      for (const Pose& pose : poses) answers.push_back(separation->query(pose));
+      tried.distance = distance_errors(truth_, answers);
+    }
+  }
+
+  // By how much a setting exceeds a limit at most; up to 1: by nothing.
+  [[nodiscard]] double excess(const Tried& t) const {
+    const Limits& limits = options_.limits;
+    double most = 0;
+    if (limits.error > 0) most = std::max(most, t.error() / limits.error);
+    if (limits.microseconds > 0) most = std::max(most, t.slowest() / limits.microseconds);
+    if (limits.bytes > 0) most = std::max(most, double(t.bytes) / limits.bytes);
+    return most;
+  }
+
+  void choose() {
+    std::sort(out_.tried.begin(), out_.tried.end(), [](const Tried& a, const Tried& b) { return a.bytes < b.bytes; });
+    for (std::size_t i = 0; i < out_.tried.size(); ++i) {
+      const Tried& t = out_.tried[i];
+      if (excess(t) < excess(out_.tried[out_.nearest])) out_.nearest = i;
+      if (!t.exceeds(options_.limits).empty()) continue;
+      const bool better = !out_.chosen || (options_.limits.error == 0 && t.error() < out_.tried[*out_.chosen].error());
+      if (better) out_.chosen = i;
+    }
+    if (out_.chosen) out_.nearest = *out_.chosen;
+  }
+
+  const TriangleMesh& mesh_;
+  const RecommendOptions& options_;
+  const double longest_;  // side of the mesh. [m]
+  TriangleMesh closed_;   // about its centre of mass
+  Truth truth_;
+  std::vector<std::shared_ptr<const Asset>> assets_;  // by `tried`
+  std::size_t measured_ = 0;                          // of `tried`
+  std::string refusal_;                               // the last
+  bool refused_by_plan_ = false;
+  Recommendation out_;
+};
+
+}  // namespace
+
+double Tried::error() const {
+  return std::max({field_bound, penetration.max, distance.max});
+}
+
+std::vector<std::string> Tried::exceeds(const Limits& limits) const {
+  std::vector<std::string> out;
+  if (limits.error > 0 && error() > limits.error) out.push_back("is off by up to " + format_length(error()));
+  if (limits.microseconds > 0 && slowest() > limits.microseconds)
+    out.push_back(
+        fmt::format("takes {:.3g} us for 99 % of the queries, {:.3g} us with the noise", contacts.p99, slowest()));
+  if (limits.bytes > 0 && double(bytes) > limits.bytes) out.push_back("has " + format_bytes(double(bytes)));
+  return out;
+}
+
+Recommendation recommend(const TriangleMesh& mesh, const RecommendOptions& options) {
+  return Search(mesh, options).run();
+}
+
+}  // namespace vps::evaluate

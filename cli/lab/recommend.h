@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file The setting to bake with, for limits on error, time and bytes: by trial bakes that are measured.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bake/vps_bake.h"
+#include "cli/lab/assets.h"
+#include "cli/lab/rounds.h"
+#include "cli/lab/truth.h"
+
+namespace vps::evaluate {
+
+/// 0: no limit.
+struct Limits {
+  double error = 0;         ///< of whole queries, and of the field by its certificate. [m]
+  double microseconds = 0;  ///< of a contact query, 99 % of the poses, with the noise
+  double bytes = 0;         ///< of the file
+};
+
+struct RecommendOptions {
+  BakeOptions base;  ///< how the mesh is repaired; voxel size and alpha do not matter
+  Limits limits;
+  RecordOf record;         ///< may be empty
+  std::size_t poses = 90;  ///< two thirds in contact, the rest apart
+  std::uint64_t seed = 1;
+  int rounds = 5;
+  std::filesystem::path cache;                                             ///< poses are kept here; empty: nowhere
+  std::function<void(const std::string& what, double fraction)> progress;  ///< may be empty
+};
+
+/// A setting that was baked and measured.
+struct Tried {
+  BakeOptions bake;
+  std::size_t bytes = 0;
+  std::size_t points = 0;
+  double field_bound = 0;  ///< [m]
+  Spread penetration;      ///< error of `traverse` in contact. [m]
+  std::size_t missed = 0;  ///< contacts
+  Spread distance;         ///< error of `separation`. [m]
+  Times contacts;          ///< [us]
+  /// The largest of all. [m]
+  [[nodiscard]] double error() const;
+  /// What 99 % of the contact queries take, with the noise. [us]
+  [[nodiscard]] double slowest() const { return contacts.p99 + contacts.noise_p99; }
+  /// Limits that it exceeds, in words; empty: none.
+  [[nodiscard]] std::vector<std::string> exceeds(const Limits& limits) const;
+};
+
+struct Recommendation {
+  TruthOptions truth;
+  std::size_t poses[3] = {0, 0, 0};   ///< found, by range
+  std::vector<Tried> tried;           ///< by bytes, the smallest first
+  std::optional<std::size_t> chosen;  ///< of `tried`; nothing: none keeps within the limits
+  std::size_t nearest = 0;  ///< of `tried`: exceeds its limits by the least factor; `chosen` where there is one
+};
+
+/// With a limit on the error: of what keeps within all limits the smallest file. Without: the smallest error.
+/// @param mesh  as imported
+/// @throw BakeError, MeasureError, std::runtime_error
+[[nodiscard]] Recommendation recommend(const TriangleMesh& mesh, const RecommendOptions& options);
+
+}  // namespace vps::evaluate

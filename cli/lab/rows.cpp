@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/lab/rows.h"
+
+#include <fmt/format.h>
+
+#include "cli/lab/pareto.h"
+
+namespace vps::evaluate {
+namespace {
+
+// Why a row's numbers do not compare; empty: they do.
+std::string refusal_of(const Row& row, Cost cost) {
+  if (row.setting && !row.setting->repeatable()) return "a clock decides what it answers: another time another depth";
+  const Spread& off = row.errors.contact.penetration;
+  if (off.told == 0) return "tells no depth";
+  if (off.told < off.asked) return fmt::format("tells {} of {} depths, perhaps the easy ones", off.told, off.asked);
+  if (row.errors.contact.missed == off.asked) return "misses every contact, so that its error is only their depth";
+  if (cost == Cost::time && row.contacts.rounds == 0) return "not timed";
+  return "";
+}
+
+Front find_front(std::span<const Row> rows, Way way, Cost cost) {
+  Front front{way, cost, {}, {}};
+  std::vector<Candidate> candidates;
+  for (const Row& row : rows) {
+    Candidate& one = candidates.emplace_back(Candidate{kNotTold, kNotTold});
+    if (row.way != way || (cost == Cost::bytes && row.bytes == 0)) continue;
+    if (std::string why = refusal_of(row, cost); !why.empty()) {
+      front.left_out.push_back({row.name, std::move(why)});
+      continue;
+    }
+    one = {cost == Cost::time ? row.contacts.p50 : double(row.bytes), row.errors.contact.penetration.rms,
+           cost == Cost::time ? row.contacts.noise_p50 : 0};
+  }
+  const Candidate* before = nullptr;
+  for (const std::size_t i : pareto_front(candidates)) {
+    front.members.push_back({i, before != nullptr && within_noise(*before, candidates[i])});
+    before = &candidates[i];
+  }
+  return front;
+}
+
+}  // namespace
+
+const char* describe(Way way) {
+  return way == Way::query ? "bare query" : "in Bullet";
+}
+
+const char* describe(DepthOf depth) {
+  switch (depth) {
+    case DepthOf::hulls:
+      return "pairs of hulls";
+    case DepthOf::triangles:
+      return "pairs of triangles";
+    case DepthOf::bodies:
+      break;
+  }
+  return "bodies";
+}
+
+std::vector<Front> find_fronts(std::span<const Row> rows) {
+  return {find_front(rows, Way::query, Cost::time), find_front(rows, Way::bullet, Cost::time),
+          find_front(rows, Way::query, Cost::bytes)};
+}
+
+}  // namespace vps::evaluate

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file What a report sweeps: settings of the bake and of the query, round a base. Deterministic.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bake/vps_bake.h"
+#include "cli/lab/other_reading.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps::evaluate {
+
+/// One point of a plot.
+struct Setting {
+  std::string name;    ///< unique in a sweep: what differs from the base
+  std::string series;  ///< of plots: "scaled", "real", "layers" ...
+  std::string
+      knob;  ///< that was turned: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests, time
+  BakeOptions bake;  ///< with one field
+  Reading reading = Reading::queries;
+  std::uint32_t level = 0;  ///< of QueryOptions; as the two below
+  std::uint32_t max_tests = 0;
+  float max_microseconds = 0;
+
+  /// No clock decides what it answers.
+  [[nodiscard]] bool repeatable() const { return max_microseconds == 0; }
+};
+
+/// How much is swept.
+enum class SweepSize : std::uint8_t { full, quick };
+
+/// "layers", "scaled" or "real".
+[[nodiscard]] const char* describe(Field field);
+
+/// The base with another field.
+[[nodiscard]] BakeOptions with_field(BakeOptions base, Field field);
+[[nodiscard]] Field field_of(const BakeOptions& options);
+
+/// The base comes first.
+/// @param base    with a voxel size; its fields do not matter
+/// @param levels  of the base's point-sphere tree
+[[nodiscard]] std::vector<Setting> sweep(const BakeOptions& base, std::uint32_t levels, SweepSize size);
+
+}  // namespace vps::evaluate

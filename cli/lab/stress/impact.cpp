@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies that arrive fast, or start where they should not be.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/lab/stress/world.h"
+
+namespace vps::stress {
+namespace {
+
+constexpr double kGravity = 9.81;  // [m/s^2]
+constexpr double kRate = 240;      // [Hz]
+
+enum class Wall : std::uint8_t { baked, bullet };
+
+struct Throw {
+  Wall wall = Wall::baked;
+  double speed = 1;  // [m/s]
+  double thickness_vx = 1;
+  double restitution = 0;
+};
+
+// Thrown squarely at a wall, from where the last step before it ends anywhere within a step's way.
+Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  constexpr int kPhases = 4;
+  const btVector3 half(btScalar(subject.size), btScalar(subject.size),
+                       btScalar(0.5 * how.thickness_vx * subject.voxel));
+  Column bullets = column;
+  if (how.wall == Wall::bullet) bullets.ours = false;
+  const evaluate::BulletShape wall = subject.props->box(bullets, half, Props::Part::still);
+  double worst = -std::numeric_limits<double>::infinity();
+  int through = 0;
+  for (int phase = 0; phase < kPhases; ++phase) {
+    Arena arena({column.motion, 0});
+    arena.add(wall, 0, btTransform::getIdentity()).setRestitution(btScalar(how.restitution));
+    const double way = how.speed / kRate;
+    const double before = half.z() + 2 * subject.voxel + way * (1 + (phase + 0.5) / kPhases);
+    btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, before));
+    body.setRestitution(btScalar(how.restitution));
+    body.setLinearVelocity({0, 0, -btScalar(how.speed)});
+    for (int i = 0; i < 60; ++i) {
+      if (!arena.step(1 / kRate)) return broken(arena);
+    }
+    // Beyond the wall's back.
+    const double beyond = -double(half.z()) - lowest(body, column.corners);
+    keep_largest(worst, beyond);
+    through += beyond > subject.voxel ? 1 : 0;
+  }
+  Trial trial;
+  if (through > 0) trial.remark = fmt::format("through in {} of {} throws", through, kPhases);
+  // A body that has flown off is farther beyond at higher speeds: its own length says enough.
+  judge(trial, std::min(worst, subject.size) / subject.voxel, 1);
+  return trial;
+}
+
+Trial deep_overlap(const Subject& subject, const Column& column, double share) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  const double depth = share * subject.size;
+  const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
+  Arena arena({column.motion});
+  arena.add(subject.props->box(column, half, Props::Part::still), 0,
+            btTransform(btQuaternion::getIdentity(), btVector3(0, 0, -half.z())));
+  btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, -depth));
+  constexpr long kSteps = 10 * long(kRate);
+  Trace trace(kSteps);
+  double gained = 0;
+  const double first = arena.energy();
+  for (long i = 0; i < kSteps; ++i) {
+    if (!arena.step(1 / kRate)) return broken(arena);
+    keep_largest(gained, arena.energy() - first);
+    trace.add(lowest(body, column.corners) / subject.voxel);
+  }
+  const double left = -lowest(body, column.corners);
+  Trial trial;
+  trial.trace = trace.values;
+  trial.remark = fmt::format("starts {:.3g} voxels deep, ends {:.2g}", depth / subject.voxel, left / subject.voxel);
+  judge(trial, gained / (subject.mass * kGravity * depth), 2);
+  if (left > 2 * subject.voxel) {
+    trial.verdict = Verdict::broken;
+    trial.remark += ": does not leave";
+  }
+  return trial;
+}
+
+// Two of the asset at one pose, a hair apart or not at all.
+Trial coincident(const Subject& subject, const Column& column, double offset_vx) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  Arena arena({column.motion, 0});
+  arena.add(column.body, subject.mass, btTransform::getIdentity());
+  btRigidBody& other =
+      arena.add(column.body, subject.mass,
+                btTransform(btQuaternion::getIdentity(), btVector3(btScalar(offset_vx * subject.voxel), 0, 0)));
+  constexpr long kSteps = 5 * long(kRate);
+  Trace trace(kSteps);
+  double gained = 0;
+  for (long i = 0; i < kSteps; ++i) {
+    if (!arena.step(1 / kRate)) return broken(arena);
+    keep_largest(gained, arena.kinetic_energy());
+    trace.add(arena.kinetic_energy());
+  }
+  Trial trial;
+  trial.trace = trace.values;
+  trial.remark = fmt::format("{:.3g} lengths apart after 5 s",
+                             double(other.getWorldTransform().getOrigin().length()) / subject.size);
+  judge(trial, gained / (subject.mass * kGravity * subject.size), 1);
+  return trial;
+}
+
+}  // namespace
+
+void add_impact_cases(std::vector<Case>& cases) {
+  Case one;
+  one.family = "impact";
+  one.measured = "leading point beyond the wall's back after 0.25 s, no more than the body's length; worst of 4 throws";
+  one.unit = "vx";
+  one.limit = "1 vx";
+  one.limit_from =
+      "A body that was stopped is in front of the wall; contacts are made within a voxel. Stated with "
+      "ContinuousMotion: "
+      "without it, as bodies are by default, the README promises nothing about thin walls.";
+  one.needs_continuous = true;
+  one.axes = {{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}}, {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
+
+  one.name = "impact_baked";
+  one.quantity = "beyond the wall's back";
+  one.below_zero = "before the wall's back";
+  one.question = "Is a body stopped that is thrown at a thin baked wall, at 240 Hz, without restitution?";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return throw_at(subject, column, {Wall::baked, at[0], at[1]});
+  };
+  cases.push_back(one);
+
+  one.name = "impact_box";
+  one.question = "And at Bullet's own box?";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return throw_at(subject, column, {Wall::bullet, at[0], at[1]});
+  };
+  cases.push_back(one);
+
+  one.name = "impact_bouncing";
+  one.question = "And at the baked wall with restitution 0.5, for which contacts ahead are not made?";
+  one.axes = {{"speed", "m/s", {1, 10, 100}, {10}}, {"wall", "vx", {0.5, 4}, {4}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return throw_at(subject, column, {Wall::baked, at[0], at[1], 0.5});
+  };
+  cases.push_back(one);
+
+  one.needs_continuous = false;
+  one.below_zero.clear();
+  one.name = "deep_overlap";
+  one.quantity = "energy gained";
+  one.question = "Does a body that starts deep in a slab leave it, without being shot off?";
+  one.measured = "most energy above the first in 10 s, over what lifts the body by the overlap";
+  one.unit = "m g depth";
+  one.limit = "2 m g depth, and out to 2 vx in the end";
+  one.limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap.";
+  one.trace = "lowest point above the slab, in voxels";
+  one.axes = {{"overlap", "of the length", {0.01, 0.03, 0.1, 0.3}, {0.03, 0.3}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return deep_overlap(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "coincident";
+  one.quantity = "kinetic energy";
+  one.question = "Do two of the asset at the same pose stay finite, without gravity?";
+  one.measured = "largest kinetic energy in 5 s, over what lifts the body by its length";
+  one.unit = "m g length";
+  one.limit = "1 m g length";
+  one.limit_from =
+      "What a fall from its own height would give is a tolerance; where there is no way out, to stay is right.";
+  one.trace = "kinetic energy, J";
+  one.needs = Part::both;
+  one.axes = {{"offset", "vx", {0, 0.01, 1}, {0}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return coincident(subject, column, at[0]);
+  };
+  cases.push_back(one);
+}
+
+}  // namespace vps::stress

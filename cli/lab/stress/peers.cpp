@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/lab/stress/peers.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/plan.h"
+#include "bake/vps_bake.h"
+#include "cli/tools/field_surface.h"
+
+namespace vps::cli {
+namespace {
+
+constexpr double kTriangles = 2000;  // with which GImpact takes no longer than a baked asset
+
+// Largest distance of a side of the mesh's bounds from the asset's. [m]
+double bounds_off(const Extent& extent, const AssetInfo& info) {
+  double off = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto k = static_cast<Eigen::Index>(axis);
+    off = std::max({off, std::abs(extent.bounds_min[k] - info.bounds_min[axis]),
+                    std::abs(extent.bounds_max[k] - info.bounds_max[axis])});
+  }
+  return off;
+}
+
+bool is_off(double volume, const AssetInfo& info, double tolerance = 0.05) {
+  return !(std::abs(volume - info.volume) <= tolerance * info.volume);
+}
+
+// Of the mesh as a bake closes it; the asset's where that says nothing. [m^3]
+double closed_volume(const TriangleMesh& mesh, const AssetInfo& info) {
+  constexpr double kPatched = 0.1;
+  BakeOptions options;
+  options.voxel_size = info.voxel_size;
+  try {
+    const ClosedMesh closed = closed_mesh(mesh, options);
+    return closed.filled_share > kPatched ? info.volume : measure_extent(closed.mesh).volume;
+  } catch (const BakeError&) {
+    return info.volume;
+  }
+}
+
+}  // namespace
+
+std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
+  const Extent extent = measure_extent(mesh);
+  const double length = (extent.bounds_max - extent.bounds_min).maxCoeff();
+  double of_asset = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    of_asset = std::max(of_asset, info.bounds_max[axis] - info.bounds_min[axis]);
+  const double most = 2 * info.voxel_size;
+  if (const double off = bounds_off(extent, info); !(off <= most)) {
+    if (!(std::abs(length - of_asset) <= most)) {
+      return fmt::format("the mesh is {} long, the asset {}; check --unit and --scale", format_length(length),
+                         format_length(of_asset));
+    }
+    return fmt::format("the mesh's bounds are {} from the asset's; give the mesh that it was baked from",
+                       format_length(off));
+  }
+  // As it is, or as a bake closes it: that depends on how it was baked.
+  const double volume = closed_volume(mesh, info);
+  if (is_off(volume, info) && is_off(extent.volume, info)) {
+    return fmt::format("the mesh encloses {:.3g} m^3, the asset {:.3g} m^3; give the mesh that it was baked from",
+                       volume, info.volume);
+  }
+  return "";
+}
+
+std::optional<stress::PeerMesh> zero_set(const Asset& asset) {
+  VoxelmapView map;
+  if (asset.voxelmap(map) != Status::ok) return std::nullopt;
+  const AssetInfo& info = asset.info();
+  for (double step = step_for(info, kTriangles);; step = std::max(0.7 * step, info.voxel_size)) {
+    FieldSurface surface = make_field_surface(map, step);
+    const bool is_last = step <= info.voxel_size;
+    if (surface.mesh.triangles.empty()) {
+      if (is_last) return std::nullopt;
+      continue;
+    }
+    // Large cells lose what is thin.
+    const Extent extent = measure_extent(surface.mesh);
+    if (!is_last && (is_off(extent.volume, info, 0.1) || bounds_off(extent, info) > 2 * step)) continue;
+    std::string from = fmt::format("the asset's zero set, {} triangles in cells of {}", surface.mesh.triangles.size(),
+                                   format_length(step));
+    return stress::PeerMesh{std::move(surface.mesh), std::move(from)};
+  }
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies that should come to rest, and stay there.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/lab/stress/world.h"
+
+namespace vps::stress {
+namespace {
+
+constexpr double kGravity = 9.81;  // [m/s^2]
+
+// What Bullet's solver leaves of a step's fall: with 10 iterations about a hundredth.
+double rest_limit_vx(const Subject& subject, double dt) {
+  return 1 + 0.01 * kGravity * dt * dt / subject.voxel;
+}
+
+// Runs the world and watches one body for the last quarter.
+template <class Height>
+Rest settle(Arena& arena, const btRigidBody& body, double rate, double seconds, const Height& height) {
+  Rest out;
+  const long steps = std::lround(seconds * rate);
+  Trace trace(steps);
+  for (long i = 0; i < steps; ++i) {
+    if (!arena.step(1 / rate)) break;
+    const double h = height();
+    trace.add(h);
+    if (i < 3 * steps / 4) continue;
+    keep_largest(out.off, std::abs(h));
+    keep_largest(out.kinetic, kinetic_energy(body));
+  }
+  out.trace = trace.values;
+  out.failure = arena.failure();
+  return out;
+}
+
+// A trial of it, to be judged; broken where it ended in NaN.
+Trial trial_of(const Rest& rest, double voxel) {
+  Trial trial;
+  if (!rest.failure.empty()) {
+    trial.verdict = Verdict::broken;
+    trial.remark = rest.failure;
+    return trial;
+  }
+  for (const double height : rest.trace) trial.trace.push_back(height / voxel);
+  return trial;
+}
+
+// Played once for both cases that judge it.
+const Rest& rest_on_plane(const Subject& subject, const Column& column, double rate) {
+  const auto [found, is_new] = subject.rests->try_emplace({column.name, rate});
+  if (!is_new) return found->second;
+  Arena arena({column.motion});
+  arena.add_plane();
+  const btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
+  found->second = settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); });
+  return found->second;
+}
+
+Trial rest_depth(const Subject& subject, const Column& column, double rate) {
+  const Rest& rest = rest_on_plane(subject, column, rate);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (rest.failure.empty()) judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
+  return trial;
+}
+
+// Over what lifts the body by a voxel.
+void judge_jitter(const Subject& subject, const Rest& rest, Trial& trial) {
+  judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
+}
+
+Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
+  const Rest& rest = rest_on_plane(subject, column, rate);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (rest.failure.empty()) judge_jitter(subject, rest, trial);
+  return trial;
+}
+
+// A V of two slabs whose tops lean by 45 degrees.
+Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
+  if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
+  Arena arena({column.motion});
+  const double half = subject.size;
+  const double thick = std::max(0.1 * subject.size, 4 * subject.voxel);
+  const auto slab = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(thick)}, Props::Part::still);
+  for (const double side : {-1.0, 1.0}) {
+    const btQuaternion lean(btVector3(0, 1, 0), btScalar(-side * SIMD_PI / 4));
+    const btVector3 up = quatRotate(lean, btVector3(0, 0, 1));
+    const btVector3 along = quatRotate(lean, btVector3(1, 0, 0)) * btScalar(side);
+    arena.add(slab, 0, btTransform(lean, btScalar(half) * along - btScalar(thick) * up));
+  }
+  btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, 0.6 * subject.size));
+  const auto depth = [&] {
+    // Below either face.
+    double low = 1e30;
+    for (const btVector3& corner : column.corners) {
+      const btVector3 p = body.getWorldTransform() * corner;
+      low = std::min(low, double(p.z() - std::abs(p.x())) * SIMDSQRT12);
+    }
+    return low;
+  };
+  const Rest rest = settle(arena, body, rate, 12, depth);
+  Trial trial = trial_of(rest, subject.voxel);
+  if (!rest.failure.empty()) return trial;
+  trial.remark = fmt::format("{:.2g} voxels from the faces", rest.off / subject.voxel);
+  judge_jitter(subject, rest, trial);
+  if (rest.off > 2 * subject.voxel) trial.verdict = Verdict::broken;
+  return trial;
+}
+
+// A needle that is kept upright stands on its tip.
+Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
+  std::vector<btVector3> corners;
+  const double height = 50 * subject.voxel;
+  const auto needle = subject.props->needle(column, 5 * subject.voxel, height, corners);
+  Arena arena({column.motion});
+  arena.add_plane();
+  btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
+  body.setAngularFactor(0);
+  const Rest rest = settle(arena, body, rate, 8, [&] { return lowest(body, corners); });
+  Trial trial = trial_of(rest, subject.voxel);
+  if (!rest.failure.empty()) return trial;
+  trial.remark =
+      fmt::format("kinetic energy {:.2g} m g voxel", rest.kinetic / (subject.mass * kGravity * subject.voxel));
+  judge(trial, rest.off / subject.voxel, rest_limit_vx(subject, 1 / rate));
+  return trial;
+}
+
+}  // namespace
+
+void add_rest_cases(std::vector<Case>& cases) {
+  const Axis rates{"rate", "Hz", {1000, 500, 240, 120, 60, 30, 15, 10, 5}, {1000, 60, 10}};
+  Case one;
+  one.family = "rest";
+  one.axes = {rates};
+  one.trace = "lowest point above the ground, in voxels";
+
+  one.name = "rest_depth";
+  one.quantity = "off the plane";
+  one.question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?";
+  one.measured = "lowest point from the plane, above or below, in the last 3 of 12 s";
+  one.unit = "vx";
+  one.limit = "1 vx and a hundredth of a step's fall, g dt^2";
+  one.limit_from =
+      "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_depth(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "rest_jitter";
+  one.quantity = "kinetic energy";
+  one.question = "And does it stay still there?";
+  one.measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel";
+  one.unit = "m g vx";
+  one.limit = "0.1 m g vx";
+  one.limit_from =
+      "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_jitter(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "wedge";
+  one.quantity = "kinetic energy";
+  one.question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?";
+  one.limit = "0.1 m g vx, and no more than 2 vx from the faces";
+  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_in_wedge(subject, column, at[0]);
+  };
+  cases.push_back(one);
+
+  one.name = "tip";
+  one.quantity = "off the plane";
+  one.question = "Does a needle, 50 voxels long and kept upright, stand on its tip?";
+  one.measured = "tip from the plane, above or below, in the last 2 of 8 s";
+  one.unit = "vx";
+  one.limit = "1 vx and a hundredth of a step's fall";
+  one.limit_from = "As for rest_depth.";
+  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
+    return rest_on_tip(subject, column, at[0]);
+  };
+  cases.push_back(one);
+}
+
+}  // namespace vps::stress

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file A stock Bullet world whose bodies are watched at every step.
+#pragma once
+
+#include <btBulletDynamicsCommon.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "cli/lab/stress/stress.h"
+#include "runtime/bullet/vps_bullet.h"
+
+namespace vps::stress {
+
+struct ArenaOptions {
+  Motion motion = Motion::discrete;
+  double gravity = 9.81;  ///< along -z. [m/s^2]
+  int iterations = 10;    ///< of the solver; Bullet's default
+};
+
+/// Bodies never sleep; split impulses from 10 um of penetration on and friction along two directions, as the README
+/// sets them.
+class Arena {
+ public:
+  explicit Arena(const ArenaOptions& options);
+  ~Arena();
+  Arena(const Arena&) = delete;
+  Arena& operator=(const Arena&) = delete;
+
+  /// @param mass     0: static. [kg]
+  /// @param inertia  about the body's axes; zero: from the shape. [kg m^2]
+  btRigidBody& add(const evaluate::BulletShape& shape, double mass, const btTransform& at,
+                   const btVector3& inertia = {0, 0, 0});
+  /// The half space below z = 0.
+  btRigidBody& add_plane();
+  /// One step, after which every body's pose and velocities are looked at.
+  /// @return false when one is not finite, now or before: `failure` says which, what and when
+  bool step(double dt);
+  [[nodiscard]] const std::string& failure() const { return failure_; }
+  /// Of all bodies that move. [J]
+  [[nodiscard]] double kinetic_energy() const;
+  /// And by height. [J]
+  [[nodiscard]] double energy() const;
+  [[nodiscard]] btDiscreteDynamicsWorld& world() { return world_; }
+
+ private:
+  void watch();
+
+  const ArenaOptions options_;
+  btDefaultCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  btDbvtBroadphase broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  bullet::ContinuousMotion continuous_;
+  std::vector<std::unique_ptr<btCollisionShape>> planes_;
+  std::vector<evaluate::BulletShape> shapes_;
+  std::vector<std::unique_ptr<btRigidBody>> bodies_;
+  std::string failure_;
+  long steps_ = 0;
+};
+
+/// Corners of the convex hull of the shell's points, about the centre of mass; none without a shell. [m]
+[[nodiscard]] std::vector<btVector3> shell_corners(const Asset& asset);
+/// z of the lowest corner. [m]
+[[nodiscard]] double lowest(const btTransform& at, const std::vector<btVector3>& corners);
+[[nodiscard]] inline double lowest(const btRigidBody& body, const std::vector<btVector3>& corners) {
+  return lowest(body.getWorldTransform(), corners);
+}
+/// A pose with its lowest corner at a height. [m]
+[[nodiscard]] btTransform standing(const std::vector<btVector3>& corners, double height);
+[[nodiscard]] double kinetic_energy(const btRigidBody& body);
+/// Keeps the larger. A value that is no number stays, whatever comes after it, and breaks the trial.
+inline void keep_largest(double& most, double value) {
+  if (!(value <= most) && !std::isnan(most)) most = value;
+}
+/// Broken for the NaN that the arena saw.
+[[nodiscard]] Trial broken(const Arena& arena);
+/// Every value that a long run gives, thinned to a few hundred.
+class Trace {
+ public:
+  explicit Trace(long steps) : every_(steps / 200 + 1) {}
+  void add(double value) {
+    if (seen_++ % every_ == 0) values.push_back(value);
+  }
+  std::vector<double> values;
+
+ private:
+  long every_, seen_ = 0;
+};
+
+/// Bounces within a time of a ball that falls from a height and loses nothing: after a fall of t = sqrt(2 h / g), and
+/// every 2 t from then on. One at least.
+[[nodiscard]] int bounces_of_a_ball(double height, double seconds);
+/// Energy that a ball gains, over m g height, when a bounce is seen a step late: it is up to v dt deep then, and lifted
+/// by that.
+[[nodiscard]] double gain_of_a_late_bounce(double height, double rate);
+
+/// What a stack is made of.
+struct StackBody {
+  evaluate::BulletShape shape;
+  std::vector<btVector3> corners;
+  btTransform at;     ///< of the lowest, on z = 0
+  double height = 0;  ///< [m]
+  const char* what = "";
+};
+/// The asset, where it has two flat faces opposite to each other, otherwise a baked cube.
+[[nodiscard]] StackBody stack_body(const Subject& subject, const Column& column);
+
+inline constexpr const char* kTooManyTriangles =
+    "GImpact takes tens of milliseconds a step with more than 5,000 triangles";
+
+}  // namespace vps::stress

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Exit codes of vpsbake, and the one line that goes with them.
+#pragma once
+
+#include <cctype>
+#include <cstdio>
+#include <string>
+#include <string_view>
+
+#include "cli/terminal/terminal.h"
+
+namespace vps::cli {
+
+enum ExitCode : int {
+  kOk = 0,
+  kCommandLine = 1,  ///< the command line is wrong
+  kIo = 2,           ///< a file cannot be read or written
+  kBadInput = 3,     ///< the mesh or asset cannot be used
+  kInternal = 4,     ///< out of memory, or a defect
+  kSomeFailed = 5,   ///< some items of a batch failed
+};
+
+/// For --help and the manual.
+inline constexpr const char* kExitCodes =
+    "0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed";
+
+/// Prints `vpsbake: KIND: FILE: reason` to stderr, on terminals an error red and a warning yellow.
+inline void complain(const char* kind, const std::string& file, const std::string& reason) {
+  std::string line = file + ": " + reason;
+  // One line whatever the name holds.
+  for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  if (takes_colour(STDERR_FILENO)) {
+    const std::string_view what = kind;
+    const char* const colour = what == "error" ? "1;31" : what == "warning" ? "1;33" : "1";
+    std::fprintf(stderr, "vpsbake: \033[%sm%s:\033[0m %s\n", colour, kind, line.c_str());
+  } else {
+    std::fprintf(stderr, "vpsbake: %s: %s\n", kind, line.c_str());
+  }
+}
+
+/// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.
+inline int fail(ExitCode code, const std::string& file, const std::string& reason) {
+  complain("error", file, reason);
+  return code;
+}
+
+}  // namespace vps::cli

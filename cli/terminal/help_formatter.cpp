@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/terminal/help_formatter.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "cli/terminal/command_tree.h"
+#include "cli/terminal/terminal.h"
+
+namespace vps::cli {
+namespace {
+
+// Where lines end, and where descriptions begin.
+struct Layout {
+  std::size_t width = std::size_t(std::clamp(columns_of(STDOUT_FILENO), 40, 100));
+  std::size_t column = width < 60 ? 8 : 28;
+};
+
+// The words as lines of at most `width`, all but the first indented.
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
+  std::string out;
+  std::size_t at = indent;
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (at > indent && at + 1 + word.size() > width) {
+      out += "\n" + std::string(indent, ' ');
+      at = indent;
+    }
+    out += (at > indent ? " " : "") + word;
+    at += (at > indent ? 1 : 0) + word.size();
+  }
+  return out + "\n";
+}
+
+// A name, and from a column on, or on the next line, what it means.
+std::string entry(const std::string& name, const std::string& text, const Layout& layout) {
+  std::string out = "  " + name;
+  if (text.empty()) return out + "\n";
+  if (out.size() + 2 > layout.column) {
+    out += "\n" + std::string(layout.column, ' ');
+  } else {
+    out.resize(layout.column, ' ');
+  }
+  return out + wrapped(text, layout.width, layout.column);
+}
+
+std::string entry(const CLI::Option& option, const Layout& layout) {
+  const std::string value = option.get_positional() ? "" : value_name(option);
+  return entry(names_of(option) + (value.empty() ? "" : " ") + value, description_of(option), layout);
+}
+
+}  // namespace
+
+std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode /*mode*/) const {
+  const Layout layout;
+  std::string out = wrapped(app->get_description(), layout.width, 0) + "\n";
+  const char* begin = "Usage: ";
+  for (const std::string& usage : usages(*app, name)) {
+    out += begin + wrapped(usage, layout.width, 7);
+    begin = "       ";
+  }
+  if (const auto arguments = positionals(*app); !arguments.empty()) {
+    out += "\nArguments:\n";
+    for (const CLI::Option* const one : arguments) out += entry(*one, layout);
+  }
+  for (const OptionGroup& group : option_groups(*app)) {
+    out += "\n" + group.title + ":\n";
+    for (const CLI::Option* const option : group.options) out += entry(*option, layout);
+  }
+  if (const auto commands = commands_of(*app); !commands.empty()) {
+    out += "\nCommands (" + name + " COMMAND --help says more):\n";
+    for (const CLI::App* const one : commands) out += entry(one->get_name(), one->get_description(), layout);
+  }
+  const auto footer = footer_lines(*app);
+  if (!footer.empty()) out += "\n";
+  for (const std::string& line : footer) out += wrapped(line, layout.width, 2);
+  return out;
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Quantities and options that several commands take. What is wrong is thrown as CLI::ValidationError, with words
+/// that say what to write instead.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstddef>
+#include <functional>
+#include <string>
+
+#include "cli/commands/bake_command.h"
+
+namespace vps::cli {
+
+/// Title of the options of add_grid_options.
+inline constexpr const char* kGridGroup = "Grid (one of these)";
+
+/// A sub-command, and what runs when it was given.
+struct Command {
+  CLI::App* app = nullptr;
+  std::function<int()> run;  ///< @return the exit code of the program
+};
+
+/// "5mm" to 0.005. [m]
+[[nodiscard]] double parse_length(const std::string& text);
+/// "4GB" to 4e9.
+[[nodiscard]] std::size_t parse_size(const std::string& text);
+/// "20us" to 2e-5. [s]
+[[nodiscard]] double parse_time(const std::string& text);
+/// "-5mm" to -0.005, of any sign. [m]
+[[nodiscard]] double parse_coordinate(const std::string& text);
+/// "-3m/s" to -3, of any sign. [m/s]
+[[nodiscard]] double parse_velocity(const std::string& text);
+/// "-9.81m/s2" to -9.81, of any sign. [m/s^2]
+[[nodiscard]] double parse_acceleration(const std::string& text);
+/// "90deg" to pi / 2, of any sign. [rad]
+[[nodiscard]] double parse_angle(const std::string& text);
+/// "20g" to 0.02. [kg]
+[[nodiscard]] double parse_mass(const std::string& text);
+/// "mm" to 0.001. [m]
+[[nodiscard]] double parse_unit(const std::string& unit);
+/// "2.5vx" to 2.5. @param example  for the message
+[[nodiscard]] double parse_voxels(const std::string& text, const char* example);
+/// A positive number without a unit. @param name  of the option, for the message
+[[nodiscard]] double parse_factor(const char* name, const std::string& text);
+
+/// An option that takes plain decimal digits: CLI11 would take 010 for 8.
+template <class Integer>
+CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int low, int high, const char* description) {
+  return app.add_option_function<std::string>(
+      name,
+      [=, &value](const std::string& text) {
+        const bool digits = !text.empty() && text.size() < 9 && text.find_first_not_of("0123456789") == text.npos;
+        const int number = digits ? std::stoi(text) : -1;
+        if (number < low || number > high) {
+          throw CLI::ValidationError(std::string(name) + " takes a whole number from " + std::to_string(low) + " to " +
+                                     std::to_string(high) + ", not '" + text + "'");
+        }
+        value = static_cast<Integer>(number);
+      },
+      description);
+}
+
+/// Refuses an empty text.
+[[nodiscard]] CLI::Validator not_empty();
+
+/// What a mesh's numbers mean: --unit and --scale.
+void add_unit_options(CLI::App& app, BakeArguments& arguments);
+/// How to read and repair a mesh.
+void add_surface_options(CLI::App& app, BakeArguments& arguments);
+constexpr const char* kMeshHelp = "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx";
+
+/// The mesh, and `add_surface_options`. @return the mesh's own option
+CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
+/// Limits of reading a mesh.
+void add_import_options(CLI::App& app, BakeArguments& arguments);
+/// The voxel size, as a length or by resolution.
+void add_grid_options(CLI::App& app, BakeArguments& arguments);
+
+/// --cache, --cache-size and --no-cache, with VPSBAKE_CACHE as the default of the folder.
+/// @param bytes  0: no limit
+void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group);
+/// The limit of the environment, where --cache-size was not given. After the command line, so that what is wrong with
+/// the environment is said by those who use it alone. @throw CLI::ValidationError
+void read_cache_size(const CLI::App& app, std::size_t& bytes);
+
+}  // namespace vps::cli

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/tools/depfile.h"
+
+#include <fmt/format.h>
+
+#include <fstream>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "cli/tools/output_file.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// As GCC's -MD: backslashes count twice before a space alone.
+std::string escaped(const std::string& name) {
+  std::string out;
+  std::size_t backslashes = 0;
+  for (const char c : name) {
+    if (c == ' ' || c == '\t') out += std::string(backslashes + 1, '\\');
+    if (c == '#' || c == ':') out += '\\';
+    if (c == '$') out += '$';
+    out += c;
+    backslashes = c == '\\' ? backslashes + 1 : 0;
+  }
+  return out;
+}
+
+// Whether a file is empty, or its first line begins a rule for an asset or a manifest.
+bool is_depfile(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  if (!std::getline(in, line)) return in.eof();
+  constexpr std::size_t kLongest = 1 << 16;
+  if (line.size() >= kLongest) return false;
+  if (line.ends_with(" \\")) line.resize(line.size() - 2);
+  return line.ends_with(".vps.hdf:") || line.ends_with("vpsbake.json:");
+}
+
+// What make cannot have in a name; empty: nothing.
+std::string_view unlistable(const fs::path& file) {
+  const std::string name = file.string();
+  if (name.find('\n') != std::string::npos) return "line breaks";
+  for (const std::string_view sign : {"=", ";", "|"}) {
+    if (name.find(sign) != std::string::npos) return sign;
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string depfile_text(const fs::path& target, std::vector<fs::path> files) {
+  // For what is not there make and ninja would do it again each time.
+  std::erase_if(files, [](const fs::path& file) {
+    std::error_code ignored;
+    return !fs::exists(file, ignored);
+  });
+  std::string out = escaped(target.string()) + ":";
+  for (const fs::path& file : files) out += " \\\n  " + escaped(file.string());
+  out += '\n';
+  // Rules without a recipe, so that make goes on when one of them is removed.
+  for (const fs::path& file : files) out += escaped(file.string()) + ":\n";
+  return out;
+}
+
+std::string depfile_refusal(const fs::path& depfile, const std::vector<fs::path>& targets,
+                            const std::vector<fs::path>& files) {
+  std::error_code ignored;
+  for (const fs::path& target : targets) {
+    if (target.filename() == depfile.filename() && is_same_place(target, depfile))
+      return "this is written already; choose another --depfile";
+  }
+  const fs::path& target = targets.front();
+  std::string_view sign = target.string().find('%') != std::string::npos ? "%" : unlistable(target);
+  for (const fs::path& file : files) {
+    if (fs::equivalent(file, depfile, ignored)) return "this is a file of the mesh; choose another --depfile";
+    if (sign.empty()) sign = unlistable(file);
+  }
+  if (!sign.empty()) return fmt::format("make knows no names with {}; rename the mesh or the asset", sign);
+  if (std::string reason = output_refusal(depfile, "", "a depfile"); !reason.empty()) return reason;
+  if (!fs::exists(depfile, ignored) || is_depfile(depfile)) return "";
+  return "the file exists and is not a depfile; remove it or choose another --depfile";
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/tools/output_file.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <span>
+#include <system_error>
+
+#include "bake/plan.h"
+#include "cli/terminal/exit_code.h"
+#include "formats/hdf5/hdf5_writer.h"
+
+namespace vps::cli {
+
+namespace fs = std::filesystem;
+
+std::string output_refusal(const fs::path& output, std::string_view beginning, const char* kind) {
+  std::error_code ignored;
+  const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
+  if (fs::is_directory(output, ignored)) return "this is a folder; give a file name with -o";
+  if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
+  if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
+  if (!fs::exists(output, ignored)) return "";
+  if (!fs::is_regular_file(output, ignored)) return "this is not a regular file; choose another output";
+  // Not the input itself, nor a buffer or material that it refers to.
+  std::ifstream file(output, std::ios::binary);
+  std::string start(beginning.size(), '\0');
+  if (file.read(start.data(), std::streamsize(start.size())) && start == beginning) return "";
+  return fmt::format("the file exists and is not {}; remove it or choose another output", kind);
+}
+
+std::string asset_refusal(const fs::path& output) {
+  return output_refusal(output, {reinterpret_cast<const char*>(kMagic.data()), kMagic.size()}, "an asset");
+}
+
+bool is_same_place(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  return fs::weakly_canonical(fs::absolute(a, ignored), ignored) ==
+         fs::weakly_canonical(fs::absolute(b, ignored), ignored);
+}
+
+fs::path beside(const fs::path& asset, const char* ending) {
+  return asset.parent_path() / (asset_name(asset) + ending);
+}
+
+std::string asset_name(const fs::path& asset) {
+  std::string name = asset.filename().string();
+  constexpr std::string_view kEnding = ".vps.hdf";
+  if (name.size() > kEnding.size() && name.ends_with(kEnding)) name.resize(name.size() - kEnding.size());
+  return name;
+}
+
+int write_quietly(const fs::path& output, std::string_view bytes) {
+  try {
+    write_whole(output, std::as_bytes(std::span(bytes.data(), bytes.size())));
+  } catch (const WriteError& error) {
+    return fail(kIo, output.string(), error.what());
+  }
+  return kOk;
+}
+
+int write_output(const fs::path& output, std::string_view bytes) {
+  if (const int code = write_quietly(output, bytes); code != kOk) return code;
+  fmt::print("{}: {}\n", output.string(), format_bytes(double(bytes.size())));
+  return kOk;
+}
+
+}  // namespace vps::cli

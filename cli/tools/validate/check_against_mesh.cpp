@@ -1,0 +1,351 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What an asset says of its mesh, against CGAL's distances and sides at random points.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "bake/geometry.h"
+#include "bake/plan.h"
+#include "cli/lab/oracle.h"
+#include "cli/lab/random.h"
+#include "cli/tools/nearest_point.h"
+#include "cli/tools/stored_field.h"
+#include "cli/tools/validate/check.h"
+
+namespace vps::cli {
+namespace {
+
+using Point = std::array<double, 3>;
+using Result = Check::Result;
+
+// Queries compute in float.
+constexpr double kRounding = 1e-6;  // of the coordinates
+
+Vec3 to_float(const Point& p) {
+  return {float(p[0]), float(p[1]), float(p[2])};
+}
+Point to_double(Vec3 p) {
+  return {double(p.x), double(p.y), double(p.z)};
+}
+Vector vector(const Point& p) {
+  return {p[0], p[1], p[2]};
+}
+
+// Random points on the surface, evenly by area.
+class SurfacePoints {
+ public:
+  explicit SurfacePoints(const TriangleMesh& mesh) : mesh_(mesh) {
+    double sum = 0;
+    for (const auto& [a, b, c] : mesh.triangles) {
+      const Vector p = vector(mesh.vertices[a]);
+      sum += (vector(mesh.vertices[b]) - p).cross(vector(mesh.vertices[c]) - p).norm() / 2;
+      areas_.push_back(sum);
+    }
+  }
+  [[nodiscard]] double area() const { return areas_.empty() ? 0 : areas_.back(); }
+  [[nodiscard]] Point next(evaluate::Random& random) const {
+    const auto found = std::upper_bound(areas_.begin(), areas_.end(), random.next() * area());
+    const auto& t = mesh_.triangles[std::min(std::size_t(found - areas_.begin()), areas_.size() - 1)];
+    const double root = std::sqrt(random.next()), part = random.next();
+    const double weights[3] = {1 - root, root * (1 - part), root * part};
+    Point p{};
+    for (std::size_t corner = 0; corner < 3; ++corner) {
+      for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += weights[corner] * mesh_.vertices[t[corner]][axis];
+    }
+    return p;
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  std::vector<double> areas_;  // of all triangles up to each
+};
+
+class MeshChecks {
+ public:
+  MeshChecks(const Asset& asset, const TriangleMesh& mesh, const MeshCheckOptions& options, std::vector<Check>& checks)
+      : asset_(asset), info_(asset.info()), mesh_(mesh), options_(options), checks_(checks), surface_(mesh) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      slack_ = std::max(
+          {slack_, kRounding * std::abs(info_.bounds_min[axis]), kRounding * std::abs(info_.bounds_max[axis])});
+    }
+  }
+
+  void run() {
+    check_mesh();
+    check_mass();
+    try {
+      const evaluate::Oracle oracle(mesh_);
+      if (asset_.has_voxelmap()) {
+        for (const Field field : {Field::layers, Field::scaled, Field::real}) check_field(oracle, field);
+        check_far(oracle);
+        check_coarse_layers(oracle);
+      }
+      if (asset_.pointshell(shell_) == Status::ok) {
+        check_covering();
+        check_points(oracle);
+        check_normals(oracle);
+      }
+    } catch (const evaluate::MeasureError& error) {
+      add("oracle", Result::skipped, error.what());
+    }
+  }
+
+ private:
+  void add(std::string name, Result result, std::string says, nlohmann::ordered_json figures = nullptr) {
+    checks_.push_back({std::move(name), result, std::move(says), std::move(figures)});
+  }
+  static Result passed(bool good) { return good ? Result::ok : Result::failed; }
+
+  // How a figure stands to what the asset allows, for people.
+  static std::string against(double found, double allowed) {
+    return fmt::format("{} of {} ({:.0f} %)", format_length(found), format_length(allowed),
+                       allowed > 0 ? 100 * found / allowed : 0);
+  }
+
+  // The bytes that were baked, or others that describe the same surface.
+  void check_mesh() {
+    const std::uint64_t parts[2] = {hash_bytes(std::as_bytes(std::span(mesh_.vertices))),
+                                    hash_bytes(std::as_bytes(std::span(mesh_.triangles)))};
+    const bool same = hash_bytes(std::as_bytes(std::span(parts))) == info_.mesh_hash;
+    add("mesh", same ? Result::ok : Result::warning,
+        same ? "the very mesh that was baked"
+             : "not the very mesh that was baked: another file, or other options of reading and repairing it");
+  }
+
+  void check_mass() {
+    double volume = 0;
+    Vector moment = Vector::Zero();
+    Vector low = Vector::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (const auto& [a, b, c] : mesh_.triangles) {
+      // Tetrahedra from a corner of the bounds lose least to rounding.
+      const Vector origin = vector(info_.bounds_min);
+      const Vector p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
+                   r = vector(mesh_.vertices[c]) - origin;
+      const double part = p.dot(q.cross(r)) / 6;
+      volume += part;
+      moment += part / 4 * (p + q + r);
+    }
+    for (const auto& v : mesh_.vertices) {
+      low = low.cwiseMin(vector(v));
+      high = high.cwiseMax(vector(v));
+    }
+    const Vector centre = moment / volume + vector(info_.bounds_min);
+    const double size = (high - low).norm();
+    const double volume_off = std::abs(volume - info_.volume),
+                 area_off = std::abs(surface_.area() - info_.surface_area);
+    const double centre_off = (centre - vector(info_.centre_of_mass)).norm();
+    const double bounds_off =
+        std::max((low - vector(info_.bounds_min)).norm(), (high - vector(info_.bounds_max)).norm());
+    constexpr double kTolerance = 1e-6;
+    const bool good = volume_off <= kTolerance * std::max(std::abs(volume), 1e-6 * size * size * size) &&
+                      area_off <= kTolerance * surface_.area() && centre_off <= kTolerance * size &&
+                      bounds_off <= kTolerance * size;
+    add("mass", passed(good),
+        fmt::format("off the mesh's: volume by {:.2g} m^3, surface by {:.2g} m^2, centre by {}, bounds by {}",
+                    volume_off, area_off, format_length(centre_off), format_length(bounds_off)),
+        {{"volume", volume},
+         {"surface_area", surface_.area()},
+         {"centre_off", centre_off},
+         {"bounds_off", bounds_off}});
+  }
+
+  // A random point as a query takes it, within `reach` of the surface.
+  Point near_surface(evaluate::Random& random, double reach) const {
+    Point p = surface_.next(random);
+    const std::array<double, 9> turn = random.rotation();  // its first row: a random direction
+    const double far = random.between(0, reach);
+    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] += far * turn[axis];
+    return to_double(to_float(p));
+  }
+
+  void check_field(const evaluate::Oracle& oracle, Field field) {
+    VoxelmapView map;
+    if (asset_.voxelmap(map, field) != Status::ok) return;
+    const FieldCertificate& certificate = field == Field::layers   ? info_.layers_error
+                                          : field == Field::scaled ? info_.scaled_error
+                                                                   : info_.real_error;
+    const double margin = std::sqrt(0.75) * info_.voxel_size;  // the certificate leaves this out at the band's ends
+    evaluate::Random random(options_.seed);
+    double worst = 0, squares = 0;
+    Point worst_at{};
+    int count = 0, above = 0;
+    bool proven = true;
+    for (int tries = 0; count < options_.samples && tries < 50 * options_.samples; ++tries) {
+      const Point p = near_surface(random, std::max(info_.band_inner, info_.band_outer));
+      const double truth = oracle.penetration(p);
+      if (truth > info_.band_inner - margin || truth < margin - info_.band_outer) continue;
+      Vec3 normal;  // of a shell that touches flat, for Eq. (4)
+      if (field == Field::layers) {
+        const detail::Voxel voxel = detail::find_voxel(map, to_float(p));
+        Point centre = p;
+        const float to_centre[3] = {voxel.to_centre.x, voxel.to_centre.y, voxel.to_centre.z};
+        for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] += double(to_centre[axis]);
+        normal = to_float(oracle.outward_normal(centre));
+        proven = proven && layer_allows(map, voxel, truth);
+      }
+      const double error = std::abs(double(penetration(map, to_float(p), normal)) - truth);
+      if (!(error <= worst)) {
+        worst = error;
+        worst_at = p;
+      }
+      squares += error * error;
+      if (!(error <= certificate.bound + slack_)) ++above;
+      ++count;
+    }
+    const std::string name = std::string("field ") + field_name(field);
+    if (count == 0) return add(name, Result::skipped, "no random point fell into the band");
+    const double rms = std::sqrt(squares / count);
+    add(name, passed(proven && above == 0),
+        fmt::format("largest error {} that queries reckon with, RMS {}, at {} points of the band",
+                    against(worst, certificate.bound), format_length(rms), count),
+        {{"samples", count},
+         {"max", worst},
+         {"rms", rms},
+         {"worst_at", worst_at},
+         {"bound", certificate.bound},
+         {"above_bound", above}});
+  }
+
+  // docs/bounds.md, Layers: proven of every voxel, while the bound of layers is the largest error that was found.
+  [[nodiscard]] bool layer_allows(const VoxelmapView& map, const detail::Voxel& voxel, double truth) const {
+    const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
+    if (brick == kNoBrick) return false;
+    const double layer = std::abs(layer_at(map, brick, voxel.voxel));
+    return (layer - 1) * info_.voxel_size <= std::abs(truth) + slack_ &&
+           std::abs(truth) <= std::sqrt(3.0) * (layer + 1) * info_.voxel_size + slack_;
+  }
+
+  // Where nothing is stored a query has the right sign and claims no more distance than there is.
+  void check_far(const evaluate::Oracle& oracle) {
+    VoxelmapView map;
+    if (asset_.voxelmap(map) != Status::ok) return;
+    evaluate::Random random(options_.seed + 1);
+    int count = 0, wrong = 0;
+    double excess = 0;
+    for (int i = 0; i < options_.samples; ++i) {
+      Point p;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double length = info_.bounds_max[axis] - info_.bounds_min[axis] + 2 * info_.band_outer;
+        p[axis] = random.between(info_.bounds_min[axis] - length / 4, info_.bounds_max[axis] + length / 4);
+      }
+      p = to_double(to_float(p));
+      if (std::isfinite(stored_penetration(map, to_float(p)))) continue;
+      ++count;
+      const double truth = oracle.penetration(p), told = double(penetration(map, to_float(p), {}));
+      if ((told >= 0) != (truth >= 0)) ++wrong;
+      excess = std::max(excess, std::abs(told) - std::abs(truth));
+    }
+    if (count == 0) return;
+    const bool good = wrong == 0 && excess <= double(map.error) + slack_;
+    add("far", passed(good),
+        good ? fmt::format("{} points beyond the band: the right side, and never more distance than there is", count)
+             : fmt::format("of {} points beyond the band {} on the wrong side, distances too large by up to {}", count,
+                           wrong, format_length(std::max(excess, 0.0))),
+        {{"samples", count}, {"wrong_side", wrong}, {"excess", std::max(excess, 0.0)}});
+  }
+
+  void check_coarse_layers(const evaluate::Oracle& oracle) {
+    VoxelmapView map;
+    if (asset_.voxelmap(map) != Status::ok) return;
+    evaluate::Random random(options_.seed + 2);
+    const auto bricks = double(map.brick_dims[0]) * double(map.brick_dims[1]) * double(map.brick_dims[2]);
+    const int count = static_cast<int>(std::min(bricks, double(options_.samples)));
+    int wrong = 0;
+    for (int i = 0; i < count; ++i) {
+      const auto brick = bricks <= options_.samples ? std::uint64_t(i) : std::uint64_t(random.next() * bricks);
+      const std::uint64_t index[3] = {brick % map.brick_dims[0], brick / map.brick_dims[0] % map.brick_dims[1],
+                                      brick / map.brick_dims[0] / map.brick_dims[1]};
+      Point centre;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        centre[axis] = info_.origin[axis] + (double(index[axis]) + 0.5) * kBrickEdge * info_.voxel_size;
+      }
+      const double truth = oracle.penetration(centre), layer = map.coarse_layers[brick];
+      const double s = info_.voxel_size;
+      const bool far = std::abs(layer) >= 1;
+      if (std::abs(layer) * s > std::abs(truth) + slack_ ||
+          std::abs(truth) > (std::abs(layer) + double(kCoarseLayerSlack)) * s + slack_ ||
+          (far && (layer > 0) != (truth > 0))) {
+        ++wrong;
+      }
+    }
+    add("coarse layers", passed(wrong == 0),
+        fmt::format("{} of {} bricks' bounds of the distance are wrong", wrong == 0 ? "none" : std::to_string(wrong),
+                    count),
+        {{"bricks", count}, {"wrong", wrong}});
+  }
+
+  void check_covering() {
+    const NearestPoint nearest(shell_, std::max(info_.covering_radius, info_.position_step));
+    evaluate::Random random(options_.seed + 3);
+    double worst = 0;
+    Point worst_at{};
+    for (int i = 0; i < options_.samples; ++i) {
+      const Point p = surface_.next(random);
+      const double distance = nearest(vector(p)).distance;
+      if (distance <= worst) continue;
+      worst = distance;
+      worst_at = p;
+    }
+    add("covering", passed(worst <= info_.covering_radius + slack_),
+        fmt::format("the nearest point of the shell is {} of the covering radius away, at {} points of the surface",
+                    against(worst, info_.covering_radius), options_.samples),
+        {{"samples", options_.samples}, {"max", worst}, {"at", worst_at}, {"covering_radius", info_.covering_radius}});
+  }
+
+  // Calls visit(number of a point) for all points of the shell, or a random choice of them.
+  template <class Visit>
+  int for_some_points(const Visit& visit) const {
+    evaluate::Random random(options_.seed + 4);
+    const bool all = shell_.points <= std::uint32_t(options_.samples);
+    const int count = all ? int(shell_.points) : options_.samples;
+    for (int i = 0; i < count; ++i) visit(all ? std::uint32_t(i) : std::uint32_t(random.next() * shell_.points));
+    return count;
+  }
+
+  void check_points(const evaluate::Oracle& oracle) {
+    const double allowed = std::sqrt(0.75) * info_.position_step;
+    double worst = 0;
+    const int count = for_some_points(
+        [&](std::uint32_t i) { worst = std::max(worst, oracle.distance(to_double(point_position(shell_, i)))); });
+    add("points", passed(worst <= allowed + slack_),
+        fmt::format("{} points of the shell lie within {} of rounding on the surface", count, against(worst, allowed)),
+        {{"samples", count}, {"max", worst}, {"allowed", allowed}});
+  }
+
+  void check_normals(const evaluate::Oracle& oracle) {
+    // Steps along the normal that the rounding of positions cannot turn round.
+    const double step = std::max(8 * info_.position_step, 1e-3 * info_.voxel_size) + slack_;
+    int turned = 0;
+    const int count = for_some_points([&](std::uint32_t i) {
+      const Vector p = vector(to_double(point_position(shell_, i))),
+                   n = vector(to_double(point_inward_normal(shell_, i)));
+      const Vector in = p + step * n, out = p - step * n;
+      if (oracle.penetration({in.x(), in.y(), in.z()}) <= oracle.penetration({out.x(), out.y(), out.z()})) ++turned;
+    });
+    // A wall thinner than the step, or a needle's tip, has no inside to point to.
+    add("normals", passed(turned <= count / 100),
+        fmt::format("{} of {} do not point into the body", turned == 0 ? "none" : std::to_string(turned), count),
+        {{"samples", count}, {"turned", turned}});
+  }
+
+  const Asset& asset_;
+  const AssetInfo& info_;
+  const TriangleMesh& mesh_;
+  const MeshCheckOptions& options_;
+  std::vector<Check>& checks_;
+  SurfacePoints surface_;
+  PointshellView shell_{};
+  double slack_ = 0;  // [m]
+};
+
+}  // namespace
+
+void check_against_mesh(const Asset& asset, const TriangleMesh& mesh, const MeshCheckOptions& options,
+                        std::vector<Check>& checks) {
+  MeshChecks(asset, mesh, options, checks).run();
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What can be checked without the mesh.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <sstream>
+
+#include "bake/plan.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/validate/check.h"
+#include "formats/hdf5/hdf5_check.h"
+#include "formats/mesh/child_process.h"
+#include "version.h"
+
+namespace vps::cli {
+namespace {
+
+using Result = Check::Result;
+
+// libhdf5 has crashed on forged files, and hashes keep no forger away: it reads them in a child.
+struct ChildAnswer {
+  bool finished = false;
+  std::vector<std::string> lines;
+};
+template <class Work>
+ChildAnswer ask_child(const Work& work) {
+  constexpr ChildLimits kLimits = {std::size_t{1} << 30, 60};
+  const ChildResult result = run_in_child(kLimits, [&](int fd) {
+    for (const std::string& line : work()) {
+      write_all(fd, line.data(), line.size());
+      write_all(fd, "\n", 1);
+    }
+  });
+  ChildAnswer answer{result.end == ChildResult::End::finished, {}};
+  std::istringstream text(std::string(reinterpret_cast<const char*>(result.bytes.data()), result.bytes.size()));
+  for (std::string line; std::getline(text, line);) answer.lines.push_back(line);
+  return answer;
+}
+
+bool is_rewritten(const std::filesystem::path& file) {
+  return !ask_child([&] {
+            return std::vector<std::string>(hdf5_holds_sections(file) ? 1 : 0, "it does");
+          }).lines.empty();
+}
+
+std::string joined(const std::vector<std::string>& parts, const char* between) {
+  return fmt::format("{}", fmt::join(parts, between));
+}
+
+template <class Number>
+std::size_t not_finite(const Asset& asset, SectionKind kind) {
+  const Section* const section = asset.directory().find(kind);
+  if (section == nullptr) return 0;
+  const auto* const values = reinterpret_cast<const Number*>(asset.bytes().data() + section->offset);
+  return static_cast<std::size_t>(
+      std::count_if(values, values + section->bytes / sizeof(Number), [](Number x) { return !std::isfinite(x); }));
+}
+
+void check_values(const Asset& asset, std::vector<Check>& checks) {
+  if (!asset.has_voxelmap() || asset.directory().find(SectionKind::real) == nullptr) return;
+  const std::size_t bad =
+      not_finite<double>(asset, SectionKind::real) + not_finite<float>(asset, SectionKind::real_gradient);
+  checks.push_back({"values",
+                    bad == 0 ? Result::ok : Result::failed,
+                    bad == 0 ? "all of real and its gradient are finite"
+                             : fmt::format("{} of real and its gradient are not finite", bad),
+                    {{"not_finite", bad}}});
+}
+
+// The points below each node, first and one past the last: they follow each other in tree order.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> point_ranges(const PointshellView& shell) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges(shell.nodes);
+  for (std::uint32_t node = shell.nodes; node-- > 0;) {
+    const std::uint32_t first = shell.children[2 * node], count = shell.children[2 * node + 1];
+    const bool leaf = node >= shell.level_offsets[shell.levels - 1];
+    ranges[node] =
+        leaf ? std::pair{first, first + count} : std::pair{ranges[first].first, ranges[first + count - 1].second};
+  }
+  return ranges;
+}
+
+void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
+  const auto ranges = point_ranges(shell);
+  std::size_t outside = 0, tests = 0;
+  double worst = 0;  // beyond the sphere. [m]
+  for (std::uint32_t node = 0; node < shell.nodes; ++node) {
+    const Vec3 centre{shell.sphere[0][node], shell.sphere[1][node], shell.sphere[2][node]};
+    for (std::uint32_t i = ranges[node].first; i < ranges[node].second; ++i, ++tests) {
+      const Vec3 p = point_position(shell, i);
+      const double distance =
+          std::hypot(double(p.x) - double(centre.x), double(p.y) - double(centre.y), double(p.z) - double(centre.z));
+      const double beyond = distance - double(shell.sphere[3][node]);
+      if (beyond <= 0) continue;
+      ++outside;
+      worst = std::max(worst, beyond);
+    }
+  }
+  checks.push_back({"spheres",
+                    outside == 0 ? Result::ok : Result::failed,
+                    outside == 0
+                        ? fmt::format("each of {} spheres holds all points below it ({} tests)", shell.nodes, tests)
+                        : fmt::format("points lie outside of spheres above them {} times, by {} at most", outside,
+                                      format_length(worst)),
+                    {{"spheres", shell.nodes}, {"tests", tests}, {"outside", outside}, {"farthest", worst}}});
+}
+
+void check_areas(const AssetInfo& info, const PointshellView& shell, std::vector<Check>& checks) {
+  double sum = 0;
+  for (std::uint32_t i = 0; i < shell.points; ++i) sum += info.area_step * shell.area[i];
+  const double off = std::abs(sum - info.surface_area);
+  const bool good = off <= info.area_step + 1e-9 * info.surface_area;
+  checks.push_back(
+      {"areas",
+       good ? Result::ok : Result::failed,
+       fmt::format("they sum to {:.6g} m^2, off the surface's by {:.2g}; a step is {:.2g}", sum, off, info.area_step),
+       {{"sum", sum}, {"surface_area", info.surface_area}, {"step", info.area_step}}});
+}
+
+}  // namespace
+
+bool check_structure(const std::filesystem::path& file, Asset& asset, std::vector<Check>& checks) {
+  const Status status = Asset::open(file.c_str(), asset);
+  if (status == Status::ok) {
+    checks.push_back({"structure",
+                      Result::ok,
+                      fmt::format("{} sections, every index within its range", asset.directory().section_count),
+                      {}});
+    return true;
+  }
+  std::string says = describe(status);
+  const bool maybe = status == Status::wrong_size || status == Status::corrupt_header || status == Status::rewritten;
+  if (maybe && is_rewritten(file)) {
+    says += "; HDF5 can still read it: another HDF5 tool has written it, such as h5repack or h5py; bake it again";
+  }
+  checks.push_back({"structure", Result::failed, std::move(says), {}});
+  return false;
+}
+
+void check_file(const std::filesystem::path& file, const Asset& asset, std::vector<Check>& checks) {
+  const Directory& directory = asset.directory();
+  std::vector<std::string> damaged;
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    const Section& section = directory.sections[i];
+    if (hash_bytes(asset.bytes().subspan(section.offset, section.bytes)) != section.hash) {
+      damaged.emplace_back(section_name(section.kind));
+    }
+  }
+  const bool metadata = hash_metadata(asset.bytes(), directory) != directory.metadata_hash;
+  std::string says = fmt::format("{} sections, and HDF5's own bytes", directory.section_count);
+  if (!damaged.empty()) {
+    says = "damaged: " + joined(damaged, ", ") + (metadata ? ", and HDF5's own bytes" : "");
+  } else if (metadata) {
+    says =
+        "every section is as it was baked, but HDF5's own bytes are not: another HDF5 tool has edited attributes, "
+        "names "
+        "or times, or they are damaged; bake it again";
+  }
+  checks.push_back({"hashes", damaged.empty() && !metadata ? Result::ok : Result::failed, says, {}});
+
+  const ChildAnswer answer = ask_child([&] { return compare_with_hdf5(file, directory); });
+  if (!answer.finished) {
+    checks.push_back({"hdf5", Result::failed, "libhdf5 crashes or hangs on this file", {}});
+  } else {
+    checks.push_back({"hdf5",
+                      answer.lines.empty() ? Result::ok : Result::failed,
+                      answer.lines.empty() ? "datasets and attributes agree with the directory, and there is no more"
+                                           : joined(answer.lines, "; "),
+                      {}});
+  }
+}
+
+void check_contents(const Asset& asset, std::vector<Check>& checks) {
+  check_values(asset, checks);
+  PointshellView shell;
+  if (asset.pointshell(shell) != Status::ok) return;
+  check_spheres(shell, checks);
+  check_areas(asset.info(), shell, checks);
+}
+
+void check_origin(const Asset& asset, std::vector<Check>& checks) {
+  const Directory& directory = asset.directory();
+  const auto warn = [&](const char* name, std::string says) {
+    checks.push_back({name, Result::warning, std::move(says), {}});
+  };
+  if (directory.minor != kFormatMinor) {
+    warn("format", fmt::format("it is {}.{}, this program writes {}.{}", directory.major, directory.minor, kFormatMajor,
+                               kFormatMinor));
+  }
+  if (const std::string ours = "vpsbake " VPSBAKE_VERSION; ours != directory.info.generator.data()) {
+    warn("generator", "another version baked it than this, " + ours);
+  }
+  if (directory.find(SectionKind::record) == nullptr) {
+    warn("record", "it does not say which settings and mesh it was baked from");
+  }
+  for (std::uint32_t i = 0; i < directory.section_count; ++i) {
+    if (std::strcmp(section_name(directory.sections[i].kind), "unknown") != 0) continue;
+    warn("sections", fmt::format("kind {} is unknown to this program, which leaves it out",
+                                 static_cast<std::uint32_t>(directory.sections[i].kind)));
+  }
+}
+
+}  // namespace vps::cli

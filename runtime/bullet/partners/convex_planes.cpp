@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Zlib
+#include "runtime/bullet/partners/convex_planes.h"
+
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>
+#include <BulletCollision/CollisionShapes/btTriangleCallback.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
+#include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
+#include <BulletCollision/NarrowPhaseCollision/btVoronoiSimplexSolver.h>
+#include <LinearMath/btConvexHullComputer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "runtime/bullet/convert.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::bullet {
+namespace {
+
+// Corners of the mesh of a btConvexTriangleMeshShape, which has no other way to tell them.
+struct MeshCorners final : btInternalTriangleIndexCallback {
+  explicit MeshCorners(std::vector<btVector3>& out) : corners(out) {}
+  void internalProcessTriangleIndex(btVector3* triangle, int, int) override {
+    corners.insert(corners.end(), triangle, triangle + 3);
+  }
+  std::vector<btVector3>& corners;
+};
+
+std::vector<btVector3> corners_of(const btConvexShape& shape) {
+  std::vector<btVector3> corners;
+  if (const auto* mesh = dynamic_cast<const btConvexTriangleMeshShape*>(&shape)) {
+    MeshCorners collect(corners);
+    const btVector3 far(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+    mesh->getMeshInterface()->InternalProcessAllTriangles(&collect, -far, far);
+    for (btVector3& corner : corners) corner *= mesh->getLocalScaling();
+  } else if (const auto* polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape)) {
+    corners.resize(static_cast<std::size_t>(polyhedron->getNumVertices()));
+    for (int i = 0; i < polyhedron->getNumVertices(); ++i) {
+      polyhedron->getVertex(i, corners[static_cast<std::size_t>(i)]);
+    }
+  }
+  return corners;
+}
+
+// Changes when the corners do; of shapes that cannot change theirs in place only their number counts.
+std::uint64_t fingerprint(const btConvexShape& shape) {
+  const auto hash = [](const btVector3* points, int count) {
+    return hash_bytes(std::as_bytes(std::span(points, static_cast<std::size_t>(count))));
+  };
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    return hash(hull.getUnscaledPoints(), hull.getNumPoints());
+  }
+  if (shape.getShapeType() == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
+    const auto& cloud = static_cast<const btConvexPointCloudShape&>(shape);
+    return hash(cloud.getUnscaledPoints(), cloud.getNumPoints());
+  }
+  const auto* const polyhedron = dynamic_cast<const btPolyhedralConvexShape*>(&shape);
+  return polyhedron != nullptr ? static_cast<std::uint64_t>(polyhedron->getNumVertices()) : 0;
+}
+
+// Fibonacci's spiral: with 162 directions the planes round a ball are 2 % of its radius off at most.
+btVector3 direction(int i, int count) {
+  const double z = 1 - (2 * i + 1.0) / count;
+  const double r = std::sqrt(1 - z * z);
+  const double angle = 2.399963229728653 * i;
+  return {static_cast<btScalar>(r * std::cos(angle)), static_cast<btScalar>(r * std::sin(angle)),
+          static_cast<btScalar>(z)};
+}
+
+// Bullet's default margin of 4 cm is more than the radius of small spheres: GJK would work on a core turned inside out.
+std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
+  std::vector<btVector3> centres;
+  std::vector<btScalar> radii;
+  btScalar least = shape.getMargin();
+  for (int i = 0; i < shape.getSphereCount(); ++i) {
+    centres.push_back(shape.getSpherePosition(i));
+    radii.push_back(shape.getSphereRadius(i));
+    least = btMin(least, radii.back() * shape.getLocalScaling().x());
+  }
+  if (!(least < shape.getMargin())) return nullptr;
+  auto copy = std::make_unique<btMultiSphereShape>(centres.data(), radii.data(), shape.getSphereCount());
+  copy->setLocalScaling(shape.getLocalScaling());
+  copy->setMargin(least);
+  return copy;
+}
+
+// By Newell's sum over the corners, which does not mind slivers. The computer's own copies of them are rounded to a
+// grid of 1e-4 of the hull.
+bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners, btVector3& normal) {
+  const auto corner = [&](int vertex) { return corners[static_cast<std::size_t>(hull.original_vertex_index[vertex])]; };
+  const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
+  const btConvexHullComputer::Edge* edge = first;
+  const btVector3 base = corner(first->getSourceVertex());
+  normal.setZero();
+  do {
+    normal += (corner(edge->getSourceVertex()) - base).cross(corner(edge->getTargetVertex()) - base);
+    edge = edge->getNextEdgeOfFace();
+  } while (edge != first);
+  const btScalar size = normal.length();
+  if (!(size > 0)) return false;
+  normal /= size;
+  return true;
+}
+
+// The plane that a shape touches from within, its margin included.
+HalfSpaceField touching(const btConvexShape& shape, Vec3 outward_normal) {
+  const btVector3 normal = to_bt(outward_normal);
+  const btScalar offset = normal.dot(shape.localGetSupportingVertexWithoutMargin(normal)) + shape.getMargin();
+  return {outward_normal, static_cast<float>(offset)};
+}
+
+}  // namespace
+
+PolytopeField ConvexPlanes::of(const btConvexShape& shape, const btVector3& from) {
+  if (shape_ != &shape || scaling_ != shape.getLocalScaling() || margin_ != shape.getMargin() ||
+      corners_ != fingerprint(shape)) {
+    build(shape);
+  }
+  if (has_faces()) return {planes_};
+  Contact nearest;
+  nearest.position = to_vec3(from);
+  if (find_nearest(nearest)) planes_.back() = touching(shape, nearest.inward_normal);
+  return {planes_};
+}
+
+void ConvexPlanes::build(const btConvexShape& shape) {
+  shape_ = &shape;
+  scaling_ = shape.getLocalScaling();
+  margin_ = shape.getMargin();
+  corners_ = fingerprint(shape);
+  thinner_.reset();
+  if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
+  planes_.clear();
+  const std::vector<btVector3> corners = corners_of(shape);
+  if (corners.size() >= 4) {
+    btConvexHullComputer hull;
+    hull.compute(&corners[0][0], sizeof(btVector3), static_cast<int>(corners.size()), 0, 0);
+    btVector3 normal;
+    for (int face = 0; face < hull.faces.size(); ++face) {
+      if (face_normal(hull, face, corners, normal)) planes_.push_back(touching(shape, to_vec3(normal)));
+    }
+  }
+  faces_ = planes_.size();
+  // At edges and corners the faces' planes alone run far ahead of the body; round bodies have only these.
+  const int more = has_faces() ? 42 : 162;
+  for (int i = 0; i < more; ++i) planes_.push_back(touching(shape, to_vec3(direction(i, more))));
+  if (!has_faces()) planes_.push_back(planes_.back());  // the place of the one that changes
+}
+
+bool ConvexPlanes::find_nearest(Contact& contact) const {
+  btSphereShape point(0);
+  btVoronoiSimplexSolver simplex;
+  btGjkPairDetector gjk(&point, thinner_ != nullptr ? thinner_.get() : shape_, &simplex, nullptr);
+  btGjkPairDetector::ClosestPointInput input;
+  input.m_transformA.setIdentity();
+  input.m_transformA.setOrigin(to_bt(contact.position));
+  input.m_transformB.setIdentity();
+  btPointCollector found;
+  gjk.getClosestPoints(input, found, nullptr);
+  if (!found.m_hasResult) return false;
+  if (has_faces() && !is_nearest(contact.position, found.m_normalOnBInWorld, found.m_distance + margin_)) {
+    return find_nearest_of_faces(contact);
+  }
+  contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
+  contact.penetration = static_cast<float>(-found.m_distance);
+  return true;
+}
+
+// GJK may end too early beside edges. What it found is right when the plane there touches the core, and the place is
+// the core's.
+bool ConvexPlanes::is_nearest(Vec3 p, const btVector3& normal, btScalar distance) const {
+  const btScalar tolerance = btScalar(1e-5) + btScalar(1e-3) * btFabs(distance);
+  const btScalar to_plane = normal.dot(to_bt(p) - shape_->localGetSupportingVertexWithoutMargin(normal));
+  const Vec3 place = to_vec3(to_bt(p) - distance * normal);
+  const PolytopeField faces{{planes_.data(), faces_}};
+  return btFabs(to_plane - distance) < tolerance && btScalar(penetration(faces, place)) - margin_ > -tolerance;
+}
+
+// Hildreth's method: the nearest place within all planes of faces, a plane at a time.
+bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
+  constexpr int kSweeps = 2000;
+  const double p[3] = {double{contact.position.x}, double{contact.position.y}, double{contact.position.z}};
+  double at[3] = {p[0], p[1], p[2]};
+  std::vector<double> pulled(faces_, 0);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    double largest = 0;
+    for (std::size_t i = 0; i < faces_; ++i) {
+      const Vec3& n = planes_[i].outward_normal;
+      const double normal[3] = {double{n.x}, double{n.y}, double{n.z}};
+      const double beyond =
+          normal[0] * at[0] + normal[1] * at[1] + normal[2] * at[2] - (double{planes_[i].offset} - double(margin_));
+      const double change = std::max(-pulled[i], beyond);
+      pulled[i] += change;
+      for (int axis = 0; axis < 3; ++axis) at[axis] -= change * normal[axis];
+      largest = std::max(largest, std::abs(change));
+    }
+    if (largest < 1e-8) break;
+  }
+  const double away[3] = {p[0] - at[0], p[1] - at[1], p[2] - at[2]};
+  const double distance = std::sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
+  if (!(distance > 0)) return false;
+  contact.inward_normal = {static_cast<float>(away[0] / distance), static_cast<float>(away[1] / distance),
+                           static_cast<float>(away[2] / distance)};
+  contact.penetration = static_cast<float>(double(margin_) - distance);
+  return true;
+}
+
+void ConvexPlanes::finish(Contact& contact, float alike) const {
+  const PolytopeField all{planes_};
+  const auto margin = static_cast<float>(margin_);
+  const float to_core = contact.penetration - margin;
+  const Vec3 p = contact.position;
+  const Vec3 out = outward_normal(all, p);
+  const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
+  // Straight below a face nothing is nearer than it. What planes round a body say is only a bound.
+  const bool known = has_faces() && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
+  if (!known && find_nearest(contact)) return;
+  if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;
+  contact.inward_normal = out;
+}
+
+bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact) {
+  const HalfSpaceField* best = nullptr;
+  float best_agreement = 0;
+  const float deepest = contact.penetration + alike;
+  for (const HalfSpaceField& face : faces) {
+    if (!(penetration(face, contact.position) <= deepest)) continue;
+    const float agreement = detail::dot(face.outward_normal, contact.inward_normal);
+    if (best != nullptr && !(agreement > best_agreement)) continue;
+    best = &face;
+    best_agreement = agreement;
+  }
+  if (best == nullptr) return false;
+  contact.penetration = penetration(*best, contact.position);
+  contact.inward_normal = best->outward_normal;
+  return true;
+}
+
+}  // namespace vps::bullet

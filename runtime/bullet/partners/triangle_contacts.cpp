@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Zlib
+// Points of the shell and the triangle next to each: the tree of spheres is gone down together with the list of the
+// triangles within reach, which shrinks on the way.
+#include "runtime/bullet/partners/triangle_contacts.h"
+
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+
+#include "runtime/bullet/partners/triangles.h"
+#include "runtime/fields/place_field.h"
+
+namespace vps::bullet {
+namespace {
+
+using namespace detail;
+
+Box bounds(const AssetInfo& info, double grown) {
+  Box box;
+  for (std::size_t i = 0; i < 3; ++i) {
+    box.low[i] = info.bounds_min[i] - grown;
+    box.high[i] = info.bounds_max[i] + grown;
+  }
+  return box;
+}
+
+// A place where the sheet's plane and the body's surface make a larger angle than this has no face to be pushed along.
+constexpr float kAligned = 0.5F;
+
+class Search {
+ public:
+  Search(const Shape& body, const QueryOptions& options, const Pose& to_asset, Sheets& sheets,
+         std::vector<Contact>& out)
+      : shell_(body.pointshell()),
+        map_(body.voxelmap()),
+        solid_(map_.field != Field::none),
+        centre_of_mass_(to_vec3(body.centre_of_mass())),
+        voxel_(static_cast<float>(body.asset().info().voxel_size)),
+        distance_(options.contact_distance),
+        segment_level_(std::min(options.segment_level, shell_.levels)),
+        to_asset_(to_asset),
+        sheets_(sheets),
+        out_(out) {}
+
+  // Everywhere. Returns the number of contacts.
+  std::uint32_t run(const AssetInfo& info, TriangleMemory& memory) {
+    memory_ = &memory;
+    relevant_ = distance_ + static_cast<float>(memory.room);
+    place(to_asset_, bounds(info, double{relevant_}), sheets_);
+    float reach = std::max(least_reach(), kRoom * leave_near());
+    const float most = 2 * shell_.sphere[3][0] + relevant_;
+    // The deepest contact may lie deeper than the reach, but then there are others nearly as deep as it.
+    for (;; reach *= 2) {
+      reach_ = std::min(reach, most);
+      memory.places.clear();
+      start();
+      visit(0, 1, 0);
+      if (enough() || !(reach_ < most)) return count_;
+    }
+  }
+
+  // At remembered places alone; false when they are not enough.
+  bool run_again(const TriangleMemory& memory, std::uint32_t& count) {
+    count = 0;
+    if (memory.places.empty()) return true;
+    relevant_ = distance_;
+    reach_ = least_reach();
+    Box box;
+    for (const auto& [leaf, segment] : memory.places) {
+      const float r = shell_.sphere[3][leaf] + reach_;
+      for (std::size_t i = 0; i < 3; ++i) {
+        box.low[i] = std::min(box.low[i], double{shell_.sphere[i][leaf] - r});
+        box.high[i] = std::max(box.high[i], double{shell_.sphere[i][leaf] + r});
+      }
+    }
+    place(to_asset_, box, sheets_);
+    start();
+    for (const auto& [leaf, segment] : memory.places) {
+      if (segment != segment_.node) segment_ = {segment, count_};
+      visit(leaf, shell_.levels, 0);
+    }
+    count = count_;
+    return enough();
+  }
+
+ private:
+  static constexpr float kRoom = 1.5F;
+  static constexpr std::uint32_t kNoSegment = ~0U;
+
+  // Between two points of the shell nothing hides that is farther from both.
+  float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
+  bool enough() const noexcept { return !(kRoom * deepest_ > reach_); }
+
+  float depth(Vec3 p) const noexcept {
+    return penetration(map_, p, map_.field == Field::layers ? outward_normal(map_, p) : Vec3());
+  }
+
+  // Drops the triangles that cannot touch the body. Returns the depth of the deepest of their centres.
+  float leave_near() {
+    if (!solid_) return 0;
+    float most = 0;
+    const auto far = [&](const Triangle& t) {
+      const float bound = penetration_bound(map_, t.centre);
+      if (bound >= 0) most = std::max(most, depth(t.centre));
+      return bound + t.radius < -relevant_;
+    };
+    sheets_.triangles.erase(std::remove_if(sheets_.triangles.begin(), sheets_.triangles.end(), far),
+                            sheets_.triangles.end());
+    return most;
+  }
+
+  void start() {
+    count_ = 0;
+    deepest_ = 0;
+    segment_ = {};
+    sheets_.met.assign(sheets_.triangles.size(), 0);
+    sheets_.lists.resize(sheets_.triangles.size());
+    for (std::uint32_t i = 0; i < sheets_.lists.size(); ++i) sheets_.lists[i] = i;
+  }
+
+  // A place where contacts may be soon.
+  void remember() {
+    if (memory_ == nullptr || !(memory_->room > 0)) return;
+    std::vector<TriangleMemory::Place>& places = memory_->places;
+    if (places.empty() || places.back().leaf != leaf_) places.push_back({leaf_, segment_.node});
+  }
+
+  Vec3 centre(std::uint32_t node) const noexcept {
+    return {shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]};
+  }
+
+  // Of the list from `from` on, the triangles within reach of the node's sphere, as a new list on top. Levels are few.
+  void visit(std::uint32_t node, std::uint32_t level, std::size_t from) {
+    const std::size_t to = sheets_.lists.size();
+    const float near = shell_.sphere[3][node] + reach_;
+    for (std::size_t i = from; i < to; ++i) {
+      const std::uint32_t number = sheets_.lists[i];
+      if (sheets_.triangles[number].is_within(centre(node), near)) sheets_.lists.push_back(number);
+    }
+    if (sheets_.lists.size() > to) {
+      if (level == segment_level_ && node != segment_.node) segment_ = {node, count_};
+      const std::uint32_t first = shell_.children[2 * std::size_t{node}];
+      const std::uint32_t end = first + shell_.children[2 * std::size_t{node} + 1];
+      if (node >= shell_.level_offsets[shell_.levels - 1]) {
+        list_ = {sheets_.lists.data() + to, sheets_.lists.size() - to};
+        leaf_ = node;
+        for (std::uint32_t point = first; point < end; ++point) test_point(point);
+        if (solid_) test_corners();
+      } else {
+        for (std::uint32_t child = first; child < end; ++child) visit(child, level + 1, to);
+      }
+    }
+    sheets_.lists.resize(to);
+  }
+
+  // The nearest place of the list, and which triangle has it; null beyond `reach`.
+  const Triangle* nearest(Vec3 p, float reach, NearestPlace& place) const noexcept {
+    place.squared = reach * reach;
+    const Triangle* best = nullptr;
+    for (const std::uint32_t number : list_) {
+      const Triangle& triangle = sheets_.triangles[number];
+      if (!(triangle.least_squared(p) < place.squared)) continue;
+      const NearestPlace found = triangle.nearest(p);
+      if (!(found.squared < place.squared)) continue;
+      place = found;
+      best = &triangle;
+    }
+    return best;
+  }
+
+  void test_point(std::uint32_t point) {
+    const Vec3 p = point_position(shell_, point);
+    NearestPlace place;
+    const Triangle* const triangle = nearest(p, reach_, place);
+    if (triangle == nullptr) return;
+    const Vec3 inward = point_inward_normal(shell_, point);
+    Contact contact{p, {}, 0, point_area(shell_, point), point, leaf_};
+    if (!solid_) return test_by_normal(contact, inward, *triangle, place);
+    if (!place.on_face) return climb(place.at, contact);
+    const float height = triangle->height(p);
+    const float along = dot(inward, triangle->normal);
+    // The most frequent answer, without a look at the field: a face that looks at the sheet from afar.
+    if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
+    const float above = depth(p + voxel_ * triangle->normal);
+    const float below = depth(p - voxel_ * triangle->normal);
+    // A face, edge or corner of the body that points to one side of the sheet has nothing of the body there.
+    if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
+      return climb(place.at, contact);
+    }
+    const float side = above > below ? 1 : -1;
+    contact.area *= std::max(side * along, 0.0F);  // as seen along the direction
+    emit_on_face(contact, side * triangle->normal, -side * height);
+  }
+
+  // @param direction  into the body at the point
+  void emit_on_face(Contact contact, Vec3 direction, float penetration) {
+    if (penetration < -relevant_) return;
+    remember();
+    if (penetration < -distance_) return;
+    // The body's far side sees the sheet through the body: then the way out is shorter the other way.
+    if (penetration > 0 && depth(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
+    contact.inward_normal = direction;
+    contact.penetration = penetration;
+    emit(contact);
+  }
+
+  void test_by_normal(Contact contact, Vec3 inward, const Triangle& triangle, const NearestPlace& place) {
+    Vec3 direction = triangle.normal;
+    if (!place.on_face) {
+      const Vec3 apart = place.at - contact.position;
+      const float size = length(apart);
+      if (size > 1e-3F * voxel_) direction = (1 / size) * apart;
+    }
+    const float along = dot(direction, inward);
+    if (!(std::abs(along) > 0.5F * kAligned)) return;
+    if (along < 0) direction = -1 * direction;
+    contact.inward_normal = direction;
+    contact.penetration = dot(direction, place.at - contact.position);
+    if (contact.penetration < -relevant_) return;
+    remember();
+    if (contact.penetration < -distance_) return;
+    if (contact.penetration > 0 && dot(centre_of_mass_ - place.at, direction) < 0) return;
+    emit(contact);
+  }
+
+  // Corners of the sheet may be sharper than the spacing of the points can tell.
+  void test_corners() {
+    const float near = shell_.sphere[3][leaf_] + shell_.covering_radius;
+    for (const std::uint32_t number : list_) {
+      const Triangle& triangle = sheets_.triangles[number];
+      for (unsigned k = 0; k < 3; ++k) {
+        const Vec3 away = triangle.corners[k] - centre(leaf_);
+        if ((sheets_.met[number] & 1U << k) != 0 || !(dot(away, away) <= near * near)) continue;
+        sheets_.met[number] = static_cast<std::uint8_t>(sheets_.met[number] | 1U << k);
+        if (depth(triangle.corners[k]) < -relevant_) continue;
+        Contact contact;
+        contact.area = shell_.covering_radius * shell_.covering_radius;
+        contact.point = shell_.points + (3 * triangle.id + k) % 0x7F000000U;
+        contact.node = leaf_;
+        climb(triangle.corners[k], contact);
+      }
+    }
+  }
+
+  // Goes up the sheet into the body while it gets deeper. Where the sheet ends or bends there, that is a contact; in
+  // the middle of a face the points have answered.
+  void climb(Vec3 at, Contact contact) {
+    float v = depth(at);
+    Vec3 out = outward_normal(map_, at);
+    const float gain = 0.02F * voxel_;
+    float step = voxel_;
+    NearestPlace place;
+    for (int i = 0; i < 16 && step > 0.1F * voxel_ && dot(out, out) > 0; ++i) {
+      const bool found = nearest(at - step * out, 2 * step, place) != nullptr;
+      const float there = found ? depth(place.at) : v;
+      if (!(there > v + gain)) {
+        step /= 2;
+        continue;
+      }
+      at = place.at;
+      v = there;
+      out = outward_normal(map_, at);
+    }
+    deepest_ = std::max(deepest_, v);
+    if (v < -relevant_) return;
+    remember();
+    if (v < -distance_ || !(dot(out, out) > 0)) return;
+    const Triangle* const triangle = nearest(at, voxel_, place);
+    if (triangle == nullptr) return;
+    const float across = dot(triangle->normal, out);
+    constexpr float kFlat = 0.9F;
+    if (!(std::abs(across) < kFlat)) return;
+    const Vec3 along = across * triangle->normal - out;
+    const Vec3 next = at + (voxel_ / length(along)) * along;
+    if (nearest(next, 0.3F * voxel_, place) != nullptr) return;  // it goes on
+    contact.position = at + v * out;
+    contact.inward_normal = -1 * out;
+    contact.penetration = v;
+    emit(contact);
+  }
+
+  void emit(Contact contact) {
+    deepest_ = std::max(deepest_, contact.penetration);
+    if (segment_level_ > 0) {
+      contact.node = segment_.node;
+      if (count_ > segment_.first) {
+        if (contact.penetration > out_[segment_.first].penetration) out_[segment_.first] = contact;
+        return;
+      }
+    }
+    if (count_ == out_.size()) out_.resize(2 * out_.size() + 1);
+    out_[count_++] = contact;
+  }
+
+  const PointshellView& shell_;
+  const VoxelmapView& map_;
+  const bool solid_;
+  const Vec3 centre_of_mass_;
+  const float voxel_, distance_;
+  const std::uint32_t segment_level_;
+  const Pose& to_asset_;
+  Sheets& sheets_;
+  std::vector<Contact>& out_;
+
+  TriangleMemory* memory_ = nullptr;  // where places are remembered, if they are
+  float relevant_ = 0;                // contact distance, with the room for motion. [m]
+  float reach_ = 0;                   // points and triangles farther apart are not paired. [m]
+  float deepest_ = 0;
+  std::uint32_t count_ = 0;
+  std::uint32_t leaf_ = 0;
+  std::span<const std::uint32_t> list_;  // of the leaf
+  struct {
+    std::uint32_t node = kNoSegment, first = 0;
+  } segment_;  // the node, and the place of its contact
+};
+
+bool has_triangles(const btCollisionShape& shape) {
+  return shape.getShapeType() != GIMPACT_SHAPE_PROXYTYPE ||
+         static_cast<const btGImpactShapeInterface&>(shape).getGImpactShapeType() != CONST_GIMPACT_COMPOUND_SHAPE;
+}
+
+}  // namespace
+
+Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
+                              std::vector<Contact>& contacts, std::uint32_t& count) {
+  const Shape& body = *pair.shell.vps;
+  if (body.pointshell().points == 0 || !has_triangles(*pair.field.shape)) return Status::missing_part;
+  const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
+  const Pose mesh = to_pose(pair.field.world, btTransform::getIdentity());
+  for (const Pose& pose : {asset, mesh}) {
+    if (const Status status = check_pose(pose); status != Status::ok) return status;
+  }
+  const Pose to_asset = relative_pose(asset, mesh);
+  const Pose to_mesh = relative_pose(mesh, asset);
+  const PointshellView& shell = body.pointshell();
+  const auto& sheet = static_cast<const btConcaveShape&>(*pair.field.shape);
+  thread_local Sheets sheets;
+  Search search(body, options, to_asset, sheets, contacts);
+
+  const double step = motion(shell, memory.last, to_mesh);
+  memory.last = to_mesh;
+  if (memory.room > 0 && memory.shell == shell.position[0] && memory.level == options.segment_level &&
+      memory.distance >= options.contact_distance && motion(shell, memory.reference, to_mesh) <= memory.room &&
+      memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory, count)) {
+    return Status::ok;
+  }
+  // Room for some steps like the last one; a fast body would only remember much.
+  constexpr double kSteps = 8;
+  const double least = 0.05 * static_cast<double>(shell.covering_radius);
+  memory.room = kSteps * step > 10 * least ? 0 : std::max(least, kSteps * step);
+  memory.reference = to_mesh;
+  memory.distance = options.contact_distance;
+  memory.level = options.segment_level;
+  memory.shell = shell.position[0];
+  const AssetInfo& info = body.asset().info();
+  // Twice the room: contacts of places that move into the box are in it.
+  const double grown = double{options.contact_distance} + 2 * memory.room + info.voxel_size;
+  turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
+  memory.mesh = gather(sheet, memory.low, memory.high, sheets);
+  count = search.run(info, memory);
+  return Status::ok;
+}
+
+}  // namespace vps::bullet

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Zlib
+/// @file Triangles of Bullet's meshes, made ready for the distances of many points. Internal.
+#pragma once
+
+#include <BulletCollision/CollisionShapes/btConcaveShape.h>
+
+#include <vector>
+
+#include "runtime/fields/penetration.h"
+
+namespace vps::bullet {
+
+/// The place of a triangle that is nearest to a point.
+struct NearestPlace {
+  Vec3 at;
+  float squared = std::numeric_limits<float>::max();  ///< squared distance of the point. [m^2]
+  bool on_face = false;                               ///< straight below the point; otherwise on an edge or corner
+};
+
+struct Triangle {
+  Vec3 centre;           ///< of a sphere round the corners. [m]
+  float radius = 0;      ///< [m]
+  Vec3 corners[3];       ///< [m]
+  Vec3 normal;           ///< unit, by the winding
+  float offset = 0;      ///< the plane is normal . p = offset. [m]
+  Vec3 side[3];          ///< unit, in the plane, from the edge that starts at each corner into the triangle
+  float side_offset[3];  ///< of the edges' planes. [m]
+  std::uint32_t id = 0;  ///< the same from step to step
+
+  /// Sums are double: planes of very large triangles have to hold near the origin.
+  /// @return false for corners that lie on a line, farther than 1e15 m, or are not finite
+  bool set(const double (&p)[3][3]) noexcept;
+
+  /// Height over the plane, along the normal. [m]
+  [[nodiscard]] float height(Vec3 p) const noexcept { return detail::dot(normal, p) - offset; }
+  /// How far a point lies beyond the farthest edge, in the plane; at most 0 over the triangle. [m]
+  [[nodiscard]] float beyond(Vec3 p) const noexcept {
+    const auto past = [&](int i) { return side_offset[i] - detail::dot(side[i], p); };
+    return std::max({past(0), past(1), past(2)});
+  }
+  /// Lower bound of the squared distance; exact but near corners. [m^2]
+  [[nodiscard]] float least_squared(Vec3 p) const noexcept {
+    const float h = height(p);
+    const float e = std::max(beyond(p), 0.0F);
+    return h * h + e * e;
+  }
+  [[nodiscard]] bool is_within(Vec3 p, float reach) const noexcept {
+    using detail::operator-;
+    const Vec3 away = p - centre;
+    return detail::dot(away, away) <= (reach + radius) * (reach + radius) && least_squared(p) <= reach * reach;
+  }
+  [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
+};
+
+/// A triangle as a mesh hands it out; without padding, to be hashed.
+struct MeshTriangle {
+  btScalar corners[3][3];
+  std::int32_t part, index;
+};
+
+/// Working memory of a thread.
+struct Sheets {
+  std::vector<MeshTriangle> mesh;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint8_t> met;     ///< whether a triangle's corners were tested
+  std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
+};
+
+/// Empty at first. [m]
+struct Box {
+  double low[3] = {1e300, 1e300, 1e300};
+  double high[3] = {-1e300, -1e300, -1e300};
+};
+
+/// The box of the mesh's frame that holds one of another.
+/// @param to_frame  takes the mesh's frame there
+void turn_box(const Box& box, const Pose& to_frame, btVector3& low, btVector3& high);
+
+/// Fills `sheets.mesh` with a mesh's triangles in a box of its frame.
+/// @return their hash
+std::uint64_t gather(const btConcaveShape& mesh, const btVector3& low, const btVector3& high, Sheets& sheets);
+
+/// Fills `sheets.triangles` with those of `sheets.mesh` that meet a box of another frame, in that frame. Triangles
+/// without area or with corners that are not finite are left out.
+void place(const Pose& to_frame, const Box& box, Sheets& sheets);
+
+}  // namespace vps::bullet

@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Zlib
+// Manifests of `vpsbake scene` become bodies. Nothing of a manifest is trusted.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+
+#include <cctype>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "runtime/bullet/convert.h"
+#include "runtime/bullet/scene/manifest.h"
+#include "runtime/bullet/vps_scene.h"
+
+namespace vps::bullet {
+
+struct Scene::Contents {
+  std::string error;
+  btDiscreteDynamicsWorld* world = nullptr;
+  std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::map<const btRigidBody*, btVector3> centres;  // of mass, in the bodies' own frames. [m]
+  std::map<std::string, std::size_t, std::less<>> numbers;
+  btScalar step = 0;
+
+  ~Contents() {
+    for (const auto& body : bodies) {
+      if (world != nullptr) world->removeRigidBody(body.get());
+    }
+  }
+};
+
+Scene::Scene() : contents_(std::make_unique<Contents>()) {}
+Scene::Scene(Scene&& other) noexcept = default;
+Scene& Scene::operator=(Scene&& other) noexcept = default;
+Scene::~Scene() = default;
+
+const std::string& Scene::error() const {
+  static const std::string moved_from = "this scene was moved to another place";
+  return contents_ ? contents_->error : moved_from;
+}
+std::span<const std::unique_ptr<btRigidBody>> Scene::bodies() const {
+  if (!contents_) return {};
+  return contents_->bodies;
+}
+btRigidBody* Scene::find(std::string_view name) const {
+  if (!contents_) return nullptr;
+  const auto it = contents_->numbers.find(name);
+  return it == contents_->numbers.end() ? nullptr : contents_->bodies[it->second].get();
+}
+btTransform Scene::origin(const btRigidBody& body) const {
+  btVector3 centre(0, 0, 0);
+  if (contents_) {
+    const auto it = contents_->centres.find(&body);
+    if (it != contents_->centres.end()) centre = it->second;
+  }
+  return body.getWorldTransform() * translation(-centre);
+}
+btScalar Scene::step() const {
+  return contents_ ? contents_->step : btScalar(0);
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+using manifest::choose;
+using manifest::kFarthest;
+using manifest::kLeast;
+using manifest::Refusal;
+using manifest::Value;
+
+// A shape, and its centre of mass in its own frame: where Bullet's origin has to be.
+struct Placed {
+  btCollisionShape* shape = nullptr;
+  btTransform pose;  // of the shape's own frame (an asset's, not the Shape's) in the body's
+  btVector3 centre;  // [m]
+};
+
+class Loader {
+ public:
+  Loader(fs::path folder, const LoadOptions& options, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
+      : folder_(std::move(folder)), options_(options), shapes_(shapes) {}
+
+  // Maps each file once, for all that its entries use.
+  void open_assets(const std::vector<Value>& entries) {
+    std::map<fs::path, Use> uses;
+    for (const Value& entry : entries) {
+      entry.allow_only({"file", "key", "use"});
+      Use& use = uses.emplace(entry["file"].file(), Use{}).first->second;
+      use = use | use_of(entry);
+    }
+    std::map<fs::path, std::shared_ptr<const Asset>> known;
+    for (const Value& entry : entries) {
+      const fs::path file = entry["file"].file();
+      std::shared_ptr<const Asset>& asset = known[file];
+      if (asset == nullptr) asset = open(file, uses[file]);
+      if (entry["key"].text() != scene_manifest::asset_key(asset->bytes()))
+        throw Refusal{file.string() + " is not the asset that the scene was planned with; plan it again"};
+      assets_.push_back(asset);
+    }
+  }
+
+  Placed placed(const Value& value) {
+    Placed result;
+    result.pose = value.pose();
+    result.centre = btVector3(0, 0, 0);
+    if (value.has("asset")) {
+      value.allow_only({"asset", "part", "segments", "position", "orientation"});
+      const Shape& shape = asset_shape(value);
+      result.shape = const_cast<Shape*>(&shape);
+      result.centre = shape.centre_of_mass();
+    } else {
+      value.allow_only({"primitive", "half_extents", "radius", "half_height", "position", "orientation"});
+      result.shape = primitive(value);
+    }
+    return result;
+  }
+
+  btCollisionShape* keep(std::unique_ptr<btCollisionShape> shape) {
+    shapes_.push_back(std::move(shape));
+    return shapes_.back().get();
+  }
+
+ private:
+  static Use use_of(const Value& entry) {
+    Use use{};
+    for (const Value& one : entry["use"].list()) {
+      use =
+          use |
+          choose<Use>(
+              one,
+              {{"layers", Use::layers}, {"scaled", Use::scaled}, {"real", Use::real}, {"pointshell", Use::pointshell}});
+    }
+    return use;
+  }
+
+  [[nodiscard]] std::shared_ptr<const Asset> open(const fs::path& file, Use use) const {
+    const fs::path path = folder_ / file;
+    auto asset = std::make_shared<Asset>();
+    Status status = Status::ok;
+    if (options_.verify) {
+      // By a mapping of its own: what is not used takes no memory afterwards.
+      Asset whole;
+      status = Asset::open(path.c_str(), whole, Use{});
+      if (status == Status::ok) status = whole.verify();
+    }
+    if (status == Status::ok) status = Asset::open(path.c_str(), *asset, use);
+    if (status != Status::ok) throw Refusal{file.string() + ": " + describe(status)};
+    return asset;
+  }
+
+  const Shape& asset_shape(const Value& value) {
+    const auto number = static_cast<std::size_t>(value["asset"].integer(0, std::int64_t{1} << 31));
+    if (number >= assets_.size()) value["asset"].refuse("is not the number of an asset");
+    const Part part = choose<Part>(
+        value["part"], {{"mixed", Part::mixed}, {"pointshell", Part::pointshell}, {"voxelmap", Part::voxelmap}});
+    constexpr std::int64_t kMostSegments = 1 << 20;
+    const auto segments =
+        static_cast<std::uint32_t>(value.has("segments") ? value["segments"].integer(0, kMostSegments) : 0);
+    const std::shared_ptr<const Asset>& asset = assets_[number];
+    Shape*& shape = known_[{asset.get(), part, segments}];
+    if (shape == nullptr) {
+      auto made = std::make_unique<Shape>(asset, part);
+      if ((part != Part::voxelmap && made->pointshell().points == 0) ||
+          (part != Part::pointshell && made->voxelmap().field == Field::none)) {
+        value.refuse("plays a part that its asset has not or that is not in use");
+      }
+      made->set_segments(segments);
+      shape = made.get();
+      keep(std::move(made));
+    }
+    return *shape;
+  }
+
+  btCollisionShape* primitive(const Value& value) {
+    const auto size = [&](const char* key) { return static_cast<btScalar>(value[key].number(kLeast, kFarthest)); };
+    enum class Kind : std::uint8_t { box, sphere, capsule, cylinder, plane };
+    switch (choose<Kind>(value["primitive"], {{"box", Kind::box},
+                                              {"sphere", Kind::sphere},
+                                              {"capsule", Kind::capsule},
+                                              {"cylinder", Kind::cylinder},
+                                              {"plane", Kind::plane}})) {
+      case Kind::box:
+        return keep(std::make_unique<btBoxShape>(value["half_extents"].vector(kLeast, kFarthest)));
+      case Kind::sphere:
+        return keep(std::make_unique<btSphereShape>(size("radius")));
+      case Kind::capsule:
+        return keep(std::make_unique<btCapsuleShapeZ>(size("radius"), 2 * size("half_height")));
+      case Kind::cylinder:
+        return keep(std::make_unique<btCylinderShapeZ>(btVector3(size("radius"), size("radius"), size("half_height"))));
+      case Kind::plane:
+        break;
+    }
+    // Bullet's plane fills half of space, and is z up here: its pose turns it.
+    return keep(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0)));
+  }
+
+  fs::path folder_;
+  const LoadOptions& options_;
+  std::vector<std::unique_ptr<btCollisionShape>>& shapes_;
+  std::vector<std::shared_ptr<const Asset>> assets_;  // by their numbers in the manifest
+  std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
+};
+
+enum class Motion : std::uint8_t { fixed, moved, free };
+
+// One shape as it is, or a compound of several or of one that lies elsewhere.
+btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>& placed, Loader& loader) {
+  const Placed& first = placed.front();
+  if (placed.size() == 1 && first.pose == btTransform::getIdentity() && first.centre == centre) return first.shape;
+  auto compound = std::make_unique<btCompoundShape>();
+  for (const Placed& one : placed) {
+    compound->addChildShape(translation(-centre) * one.pose * translation(one.centre), one.shape);
+  }
+  return loader.keep(std::move(compound));
+}
+
+struct MadeBody {
+  std::unique_ptr<btRigidBody> body;
+  btVector3 centre;
+};
+
+MadeBody make_body(const Value& value, Loader& loader) {
+  value.allow_only({"name", "type", "mass", "inertia", "centre_of_mass", "velocity", "position", "orientation", "group",
+                    "mask", "friction", "restitution", "shapes"});
+  const Motion motion = choose<Motion>(
+      value["type"], {{"static", Motion::fixed}, {"kinematic", Motion::moved}, {"dynamic", Motion::free}});
+  std::vector<Placed> placed;
+  bool has_plane = false;
+  for (const Value& shape : value["shapes"].list(scene_manifest::kMostShapes)) {
+    placed.push_back(loader.placed(shape));
+    has_plane = has_plane || placed.back().shape->getShapeType() == STATIC_PLANE_PROXYTYPE;
+  }
+  if (placed.empty()) value["shapes"].refuse("is empty");
+  if (has_plane &&
+      (placed.size() > 1 || motion == Motion::free || !(placed.front().pose == btTransform::getIdentity())))
+    value.refuse("has a plane that moves or is one of several shapes");
+  MadeBody made;
+  if (value.has("centre_of_mass")) {
+    made.centre = value["centre_of_mass"].vector(-kFarthest, kFarthest);
+  } else {
+    if (placed.size() > 1 && motion == Motion::free) value.refuse("has several shapes and no centre_of_mass");
+    made.centre = placed.front().pose * placed.front().centre;
+  }
+  btCollisionShape* const shape = has_plane ? placed.front().shape : shape_about(made.centre, placed, loader);
+  btScalar mass = 0;
+  btVector3 inertia(0, 0, 0);
+  if (motion == Motion::free) {
+    mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
+    if (value.has("inertia")) {
+      inertia = value["inertia"].vector(1e-18, kFarthest);
+    } else {
+      shape->calculateLocalInertia(mass, inertia);
+      // Of a forged asset the volume may be anything.
+      for (int axis = 0; axis < 3; ++axis) {
+        if (!(inertia[axis] > 0 && std::isfinite(inertia[axis])))
+          value.refuse("has no inertia by its shape; state one");
+      }
+    }
+  }
+  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
+  info.m_startWorldTransform = value.pose() * translation(made.centre);
+  if (value.has("friction")) info.m_friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
+  if (value.has("restitution")) info.m_restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
+  made.body = std::make_unique<btRigidBody>(info);
+  if (motion == Motion::moved) {
+    made.body->setCollisionFlags(made.body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    made.body->setActivationState(DISABLE_DEACTIVATION);
+  }
+  if (motion == Motion::free && value.has("velocity"))
+    made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
+  return made;
+}
+
+}  // namespace
+
+Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const LoadOptions& options) {
+  Scene scene;
+  const auto fail = [](std::string reason) {
+    Scene failed;
+    // One line, whatever is in the file.
+    for (char& c : reason) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+    failed.contents_->error = std::move(reason);
+    return failed;
+  };
+  try {
+    Contents& contents = *scene.contents_;
+    const nlohmann::json json = manifest::read_json(path);
+    const Value root(json, "");
+    if (root["format"].text() != "vps-scene") root["format"].refuse("is not vps-scene");
+    if (root["version"].integer(0, 1000) != 1) root["version"].refuse("is not 1; plan the scene again");
+    auto* const dispatcher = dynamic_cast<btCollisionDispatcher*>(world.getDispatcher());
+    if (dispatcher == nullptr) throw Refusal{"the world's dispatcher is not a btCollisionDispatcher"};
+    contents.step = static_cast<btScalar>(root["step"].number(1e-6, 10));
+
+    root.allow_only({"format", "version", "generator", "step", "gravity", "assets", "bodies", "apart"});
+    Loader loader(fs::path(path).parent_path(), options, contents.shapes);
+    loader.open_assets(root["assets"].list(scene_manifest::kMostAssets));
+    std::vector<std::pair<int, int>> filters;
+    for (const Value& value : root["bodies"].list(scene_manifest::kMostBodies)) {
+      const std::size_t number = contents.bodies.size();
+      if (!contents.numbers.emplace(value["name"].text(), number).second)
+        value["name"].refuse("is that of another body");
+      MadeBody made = make_body(value, loader);
+      contents.centres.emplace(made.body.get(), made.centre);
+      contents.bodies.push_back(std::move(made.body));
+      const auto bits = [&](const char* key) {
+        return static_cast<int>(value[key].integer(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
+      };
+      filters.emplace_back(bits("group"), bits("mask"));
+    }
+    for (const Value& pair : root["apart"].list()) {
+      const std::vector<Value> names = pair.list();
+      btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
+      btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
+      if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
+      first->setIgnoreCollisionCheck(second, true);
+    }
+    if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
+
+    // Nothing fails from here on.
+    register_algorithm(*dispatcher);
+    contents.world = &world;
+    for (std::size_t i = 0; i < contents.bodies.size(); ++i) {
+      world.addRigidBody(contents.bodies[i].get(), filters[i].first, filters[i].second);
+    }
+    return scene;
+  } catch (const Refusal& refusal) {
+    return fail(refusal.reason);
+  } catch (const std::exception& error) {
+    return fail(std::string("the scene cannot be loaded: ") + error.what());
+  }
+}
+
+}  // namespace vps::bullet

@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: Zlib
+// The C interface: checks arguments, converts, forwards.
+#include "runtime/c/vps_c.h"
+
+#include <bit>
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+namespace {
+
+using namespace vps::c;
+using vps::c::to_c;
+
+static_assert(vps_ok == static_cast<int>(vps::Status::ok));
+static_assert(vps_missing_part == static_cast<int>(vps::Status::missing_part));
+static_assert(vps_bad_argument == static_cast<int>(vps::Status::bad_argument));
+static_assert(vps_field_finest == static_cast<int>(vps::Field::none));
+static_assert(vps_shell_second == static_cast<int>(vps::ShellRole::second));
+static_assert(vps_field_real == static_cast<int>(vps::Field::real));
+
+// Contacts are copied as bytes.
+static_assert(std::is_trivially_copyable_v<vps::Contact> && sizeof(VpsContact) == sizeof(vps::Contact));
+static_assert(offsetof(VpsContact, inward_normal) == offsetof(vps::Contact, inward_normal));
+static_assert(offsetof(VpsContact, penetration) == offsetof(vps::Contact, penetration));
+static_assert(offsetof(VpsContact, area) == offsetof(vps::Contact, area));
+static_assert(offsetof(VpsContact, point) == offsetof(vps::Contact, point));
+static_assert(offsetof(VpsContact, node) == offsetof(vps::Contact, node));
+
+VpsCertificate to_c(const vps::FieldCertificate& from) {
+  VpsCertificate out{from.max, from.rms, from.p99, {}, from.bound};
+  std::copy_n(from.worst_at.begin(), 3, out.worst_at);
+  return out;
+}
+
+template <class Field>
+VpsStatus penetration_into(const Field* field, const float* point, float* penetration) {
+  if (!is_valid(field) || !is_finite(point) || penetration == nullptr) return vps_bad_argument;
+  *penetration = vps::penetration(to_cpp(*field), to_vec3(point));
+  return vps_ok;
+}
+
+template <class Field>
+VpsStatus normal_into(const Field* field, const float* point, float* normal) {
+  if (!is_valid(field) || !is_finite(point) || normal == nullptr) return vps_bad_argument;
+  copy(vps::outward_normal(to_cpp(*field), to_vec3(point)), normal);
+  return vps_ok;
+}
+
+vps::Contact to_contact(const VpsContact& from) {
+  return std::bit_cast<vps::Contact>(from);
+}
+bool are_valid(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist) {
+  return (contacts != nullptr || count == 0) && law != nullptr && twist != nullptr;
+}
+vps::PenaltyLaw to_law(const VpsPenaltyLaw& law) {
+  return {law.stiffness, law.damping};
+}
+vps::Twist to_twist(const VpsTwist& twist) {
+  return {to_vec3(twist.centre), to_vec3(twist.linear), to_vec3(twist.angular)};
+}
+template <std::size_t n>
+void add(const double (&from)[n], double (&to)[n]) {
+  for (std::size_t i = 0; i < n; ++i) to[i] += from[i];
+}
+
+template <class Field>
+VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose* pose, const VpsQueryOptions* options,
+                   VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
+  if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
+  if (contacts == nullptr && capacity > 0) return vps_bad_argument;
+  const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
+  if (given.weight != vps_per_area && given.weight != vps_per_point) return vps_bad_argument;
+  if (!std::isfinite(given.contact_distance) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
+  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, capacity); status != vps_ok) return status;
+
+  vps::QueryOptions query;
+  query.contact_distance = given.contact_distance;
+  query.weight = given.weight == vps_per_area ? vps::Weight::per_area : vps::Weight::per_point;
+  query.segment_level = given.segment_level;
+  query.level = given.level;
+  query.node_areas = shell->areas;
+  query.max_tests = given.max_tests;
+  query.max_microseconds = given.max_microseconds;
+  if (given.cache != nullptr) query.cache = &given.cache->cache;
+  const std::span<vps::Contact> out(scratch->contacts.data(), std::min<size_t>(capacity, shell->view.points));
+  vps::QueryResult found;
+  const vps::Status status =
+      vps::traverse(shell->view, to_cpp(*field), to_pose(*pose), query, scratch->scratch, out, found);
+  if (status != vps::Status::ok && status != vps::Status::output_full) return to_c(status);
+
+  const std::size_t written = std::min<std::size_t>(found.contacts, out.size());
+  if (written > 0) std::memcpy(contacts, out.data(), written * sizeof(VpsContact));
+  result->delta = found.delta;
+  result->delta_bound = found.delta_bound;
+  std::copy_n(found.force, 3, result->force);
+  std::copy_n(found.torque, 3, result->torque);
+  result->contacts = found.contacts;
+  result->nodes_tested = found.nodes_tested;
+  result->points_tested = found.points_tested;
+  result->complete = found.complete ? 1 : 0;
+  return to_c(status);
+}
+
+}  // namespace
+
+const char* vps_status_text(VpsStatus status) {
+  if (status == vps_no_memory) return "an allocation failed";
+  // Numbers that Status cannot hold must not wrap round to another one.
+  return vps::describe(static_cast<vps::Status>(status < 0 || status > 255 ? 255 : status));
+}
+
+VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {
+  return vps_asset_open_for(path, vps_use_everything, asset);
+}
+
+VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset) {
+  if (asset == nullptr) return vps_bad_argument;
+  *asset = nullptr;
+  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
+  auto* const opened = new (std::nothrow) VpsAsset;
+  if (opened == nullptr) return vps_no_memory;
+  if (const vps::Status status = vps::Asset::open(path, opened->asset, static_cast<vps::Use>(use));
+      status != vps::Status::ok) {
+    delete opened;
+    return to_c(status);
+  }
+  // Parts that are missing leave their view empty.
+  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
+    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
+  }
+  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
+    try {
+      opened->shell.areas.resize(opened->shell.view.nodes);
+    } catch (const std::bad_alloc&) {
+      delete opened;
+      return vps_no_memory;
+    }
+    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
+  }
+  *asset = opened;
+  return vps_ok;
+}
+
+VpsStatus vps_asset_close(VpsAsset* asset) {
+  delete asset;
+  return vps_ok;
+}
+
+VpsStatus vps_asset_verify(const VpsAsset* asset) {
+  return asset == nullptr ? VpsStatus{vps_bad_argument} : to_c(asset->asset.verify());
+}
+
+VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info) {
+  if (asset == nullptr || info == nullptr) return vps_bad_argument;
+  const vps::AssetInfo& from = asset->asset.info();
+  VpsAssetInfo& to = *info;
+  std::copy_n(from.bounds_min.begin(), 3, to.bounds_min);
+  std::copy_n(from.bounds_max.begin(), 3, to.bounds_max);
+  to.triangles = from.triangles;
+  to.vertices = from.vertices;
+  to.surface_area = from.surface_area;
+  to.volume = from.volume;
+  std::copy_n(from.centre_of_mass.begin(), 3, to.centre_of_mass);
+  std::copy_n(from.inertia.begin(), 6, to.inertia);
+  to.voxel_size = from.voxel_size;
+  std::copy_n(from.dims.begin(), 3, to.dims);
+  std::copy_n(from.origin.begin(), 3, to.origin);
+  to.band_inner = from.band_inner;
+  to.band_outer = from.band_outer;
+  to.points = from.points;
+  to.levels = from.levels;
+  to.branching = from.branching;
+  to.spacing = from.spacing;
+  to.covering_radius = from.covering_radius;
+  to.normal_error_mean = from.normal_error_mean;
+  to.normal_error_max = from.normal_error_max;
+  to.layers_error = to_c(from.layers_error);
+  to.scaled_error = to_c(from.scaled_error);
+  to.real_error = to_c(from.real_error);
+  to.certificate_samples = from.certificate_samples;
+  std::copy(from.generator.begin(), from.generator.end(), to.generator);
+  return vps_ok;
+}
+
+VpsStatus vps_asset_voxelmap(const VpsAsset* asset, VpsField field, const VpsVoxelmap** map) {
+  if (map == nullptr) return vps_bad_argument;
+  *map = nullptr;
+  if (asset == nullptr || field < vps_field_finest || field > vps_field_real) return vps_bad_argument;
+  if (asset->maps[field].view.field == vps::Field::none) return vps_missing_part;
+  *map = &asset->maps[field];
+  return vps_ok;
+}
+
+VpsStatus vps_voxelmap_field(const VpsVoxelmap* map, VpsField* field) {
+  if (map == nullptr || field == nullptr) return vps_bad_argument;
+  *field = static_cast<VpsField>(map->view.field);
+  return vps_ok;
+}
+
+VpsStatus vps_asset_pointshell(const VpsAsset* asset, const VpsPointshell** shell) {
+  if (shell == nullptr) return vps_bad_argument;
+  *shell = nullptr;
+  if (asset == nullptr) return vps_bad_argument;
+  if (asset->shell.view.points == 0) return vps_missing_part;
+  *shell = &asset->shell;
+  return vps_ok;
+}
+
+VpsStatus vps_choose_roles(const VpsAsset* first, const VpsAsset* second, VpsShellRole* role) {
+  if (first == nullptr || second == nullptr || role == nullptr) return vps_bad_argument;
+  vps::ShellRole chosen{};
+  const vps::Status status = vps::choose_roles(first->asset, second->asset, chosen);
+  if (status == vps::Status::ok) *role = static_cast<VpsShellRole>(chosen);
+  return to_c(status);
+}
+
+VpsStatus vps_pointshell_segment_level(const VpsPointshell* shell, uint32_t segments, uint32_t* level) {
+  if (shell == nullptr || level == nullptr) return vps_bad_argument;
+  *level = vps::segment_level_for(shell->view, segments);
+  return vps_ok;
+}
+
+VpsStatus vps_pointshell_point(const VpsPointshell* shell, uint32_t index, VpsPoint* point) {
+  if (shell == nullptr || point == nullptr || index >= shell->view.points) return vps_bad_argument;
+  copy(vps::point_position(shell->view, index), point->position);
+  copy(vps::point_inward_normal(shell->view, index), point->inward_normal);
+  point->area = vps::point_area(shell->view, index);
+  return vps_ok;
+}
+
+VpsStatus vps_check_pose(const VpsPose* pose) {
+  return pose == nullptr ? VpsStatus{vps_bad_argument} : to_c(vps::check_pose(to_pose(*pose)));
+}
+
+VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out) {
+  if (first == nullptr || second == nullptr || out == nullptr) return vps_bad_argument;
+  const vps::Pose pose = vps::relative_pose(to_pose(*first), to_pose(*second));
+  std::copy_n(pose.rotation, 9, out->rotation);
+  std::copy_n(pose.translation, 3, out->translation);
+  return vps_ok;
+}
+
+VpsStatus vps_penetration(const VpsVoxelmap* map, const float point[3], const float inward_normal[3],
+                          float* penetration) {
+  if (!is_valid(map) || !is_finite(point) || !is_finite(inward_normal) || penetration == nullptr) {
+    return vps_bad_argument;
+  }
+  *penetration = vps::penetration(map->view, to_vec3(point), to_vec3(inward_normal));
+  return vps_ok;
+}
+VpsStatus vps_box_penetration(const VpsBox* box, const float point[3], float* penetration) {
+  return penetration_into(box, point, penetration);
+}
+VpsStatus vps_sphere_penetration(const VpsSphere* sphere, const float point[3], float* penetration) {
+  return penetration_into(sphere, point, penetration);
+}
+VpsStatus vps_half_space_penetration(const VpsHalfSpace* half_space, const float point[3], float* penetration) {
+  return penetration_into(half_space, point, penetration);
+}
+
+VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound) {
+  if (!is_valid(map) || !is_finite(point) || bound == nullptr) return vps_bad_argument;
+  *bound = vps::penetration_bound(map->view, to_vec3(point));
+  return vps_ok;
+}
+
+VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]) {
+  return normal_into(map, point, normal);
+}
+VpsStatus vps_box_outward_normal(const VpsBox* box, const float point[3], float normal[3]) {
+  return normal_into(box, point, normal);
+}
+VpsStatus vps_sphere_outward_normal(const VpsSphere* sphere, const float point[3], float normal[3]) {
+  return normal_into(sphere, point, normal);
+}
+
+VpsStatus vps_scratch_create(VpsScratch** scratch) {
+  if (scratch == nullptr) return vps_bad_argument;
+  *scratch = new (std::nothrow) VpsScratch;
+  return *scratch == nullptr ? vps_no_memory : vps_ok;
+}
+
+VpsStatus vps_scratch_destroy(VpsScratch* scratch) {
+  delete scratch;
+  return vps_ok;
+}
+
+VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity) {
+  if (scratch == nullptr || shell == nullptr) return vps_bad_argument;
+  try {
+    scratch->scratch.reserve(shell->view);
+    const size_t most = std::min<size_t>(capacity, shell->view.points);
+    if (scratch->contacts.size() < most) scratch->contacts.resize(most);
+  } catch (const std::bad_alloc&) {
+    return vps_no_memory;
+  }
+  return vps_ok;
+}
+
+VpsStatus vps_contact_cache_create(VpsContactCache** cache) {
+  if (cache == nullptr) return vps_bad_argument;
+  *cache = new (std::nothrow) VpsContactCache;
+  return *cache == nullptr ? vps_no_memory : vps_ok;
+}
+
+VpsStatus vps_contact_cache_destroy(VpsContactCache* cache) {
+  delete cache;
+  return vps_ok;
+}
+
+VpsStatus vps_traverse_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
+                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                           VpsQueryResult* result) {
+  return traverse(shell, map, shell_to_map, options, scratch, contacts, capacity, result);
+}
+VpsStatus vps_traverse_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
+                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                           VpsQueryResult* result) {
+  return traverse(shell, box, shell_to_box, options, scratch, contacts, capacity, result);
+}
+VpsStatus vps_traverse_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
+                              const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts,
+                              size_t capacity, VpsQueryResult* result) {
+  return traverse(shell, sphere, shell_to_sphere, options, scratch, contacts, capacity, result);
+}
+VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                  const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
+                                  VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
+  return traverse(shell, half_space, shell_to_half_space, options, scratch, contacts, capacity, result);
+}
+
+VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist,
+                             VpsWrench* wrench) {
+  if (!are_valid(contacts, count, law, twist) || wrench == nullptr) return vps_bad_argument;
+  vps::Wrench one;
+  const vps::Status status = vps::penalty_wrench({}, to_law(*law), to_twist(*twist), one);
+  if (status != vps::Status::ok) return to_c(status);
+  *wrench = {};
+  for (size_t i = 0; i < count; ++i) {
+    const vps::Contact contact = to_contact(contacts[i]);
+    (void)vps::penalty_wrench({&contact, 1}, to_law(*law), to_twist(*twist), one);
+    add(one.force, wrench->force);
+    add(one.torque, wrench->torque);
+  }
+  return vps_ok;
+}
+
+VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_normals, size_t count,
+                               const VpsPenaltyLaw* law, const VpsTwist* twist, VpsWrenchGradient* gradient) {
+  if (!are_valid(contacts, count, law, twist) || gradient == nullptr) return vps_bad_argument;
+  vps::WrenchGradient one;
+  const vps::Status status = vps::penalty_gradient({}, {}, to_law(*law), to_twist(*twist), one);
+  if (status != vps::Status::ok) return to_c(status);
+  *gradient = {};
+  for (size_t i = 0; i < count; ++i) {
+    const vps::Contact contact = to_contact(contacts[i]);
+    const vps::Vec3 normal = outward_normals == nullptr ? contact.inward_normal : to_vec3(outward_normals + 3 * i);
+    (void)vps::penalty_gradient({&contact, 1}, {&normal, 1}, to_law(*law), to_twist(*twist), one);
+    add(one.pose, gradient->pose);
+    add(one.twist, gradient->twist);
+  }
+  return vps_ok;
+}
+
+VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
+                              VpsContact* kept, size_t capacity, VpsReduction* reduction) {
+  if ((contacts == nullptr && count > 0) || !is_finite(centre) || scratch == nullptr || kept == nullptr ||
+      capacity == 0 || count > UINT32_MAX || reduction == nullptr) {
+    return vps_bad_argument;
+  }
+  vps::Reduction found;
+  try {
+    if (scratch->contacts.size() < count) scratch->contacts.resize(count);
+    if (scratch->kept.size() < std::min(capacity, count)) scratch->kept.resize(std::min(capacity, count));
+    if (scratch->reduction.distances.size() < count) scratch->reduction.distances.resize(count);
+    if (scratch->reduction.nearest.size() < count) scratch->reduction.nearest.resize(count);
+  } catch (const std::bad_alloc&) {
+    return vps_no_memory;
+  }
+  if (count > 0) {
+    std::transform(contacts, contacts + count, scratch->contacts.begin(), to_contact);
+    const std::span<vps::Contact> room = std::span(scratch->kept).first(std::min(capacity, count));
+    (void)vps::reduce_contacts(std::span(scratch->contacts).first(count), to_vec3(centre), room, scratch->reduction,
+                               found);
+    std::memcpy(kept, room.data(), found.kept * sizeof(VpsContact));
+  }
+  *reduction = {found.kept, found.force_residual, found.torque_residual};
+  return vps_ok;
+}

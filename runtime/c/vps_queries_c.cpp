@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Zlib
+// The C interface to vps_queries.h: checks arguments, converts, forwards.
+#include "runtime/vps_queries.h"
+
+#include "runtime/c/vps_c.h"
+
+namespace {
+
+using namespace vps::c;
+using vps::c::to_c;
+
+static_assert(vps_contactor_points == static_cast<int>(vps::Contactor::points));
+static_assert(vps_impact_none == static_cast<int>(vps::Impact::none));
+static_assert(vps_impact_unfinished == static_cast<int>(vps::Impact::unfinished));
+
+VpsSeparation to_c(const vps::SeparationResult& from) {
+  VpsSeparation to{};
+  to.delta = from.delta;
+  to.delta_bound = from.delta_bound;
+  to.lower = from.lower;
+  to.upper = from.upper;
+  copy(from.position, to.position);
+  copy(from.direction, to.direction);
+  to.point = from.point;
+  to.nodes_tested = from.nodes_tested;
+  to.points_tested = from.points_tested;
+  return to;
+}
+
+vps::Motion to_motion(const VpsMotion& from) {
+  vps::Motion motion;
+  motion.start = to_pose(from.start);
+  std::copy_n(from.velocity, 3, motion.velocity);
+  std::copy_n(from.angular_velocity, 3, motion.angular_velocity);
+  motion.duration = from.duration;
+  return motion;
+}
+
+template <class Field>
+VpsStatus separate(const VpsPointshell* shell, const Field* field, const VpsPose* pose,
+                   const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+  if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
+  vps::SeparationOptions given;
+  if (options != nullptr) given = {options->tolerance, options->guess};
+  if (!std::isfinite(given.tolerance)) return vps_bad_argument;
+  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
+  vps::SeparationResult found;
+  const vps::Status status =
+      vps::separation(shell->view, to_cpp(*field), to_pose(*pose), given, scratch->scratch, found);
+  if (status == vps::Status::ok) *result = to_c(found);
+  return to_c(status);
+}
+
+template <class Field>
+VpsStatus time_impact(const VpsPointshell* shell, const Field* field, const VpsMotion* motion,
+                      const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+  if (shell == nullptr || !is_valid(field) || motion == nullptr || result == nullptr) return vps_bad_argument;
+  vps::ImpactOptions given;
+  if (options != nullptr) {
+    if (options->contactor != vps_contactor_surface && options->contactor != vps_contactor_points) {
+      return vps_bad_argument;
+    }
+    given.distance = options->distance;
+    given.tolerance = options->tolerance;
+    given.contactor = static_cast<vps::Contactor>(options->contactor);
+    given.max_iterations = options->max_iterations;
+  }
+  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
+  vps::ImpactResult found;
+  const vps::Status status =
+      vps::time_of_impact(shell->view, to_cpp(*field), to_motion(*motion), given, scratch->scratch, found);
+  if (status == vps::Status::ok) {
+    *result = {static_cast<VpsImpact>(found.impact), found.time, to_c(found.separation), found.iterations};
+  }
+  return to_c(status);
+}
+
+}  // namespace
+
+VpsStatus vps_separation_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
+                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+  return separate(shell, map, shell_to_map, options, scratch, result);
+}
+VpsStatus vps_separation_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
+                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+  return separate(shell, box, shell_to_box, options, scratch, result);
+}
+VpsStatus vps_separation_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
+                                const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+  return separate(shell, sphere, shell_to_sphere, options, scratch, result);
+}
+VpsStatus vps_separation_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                    const VpsPose* shell_to_half_space, const VpsSeparationOptions* options,
+                                    VpsScratch* scratch, VpsSeparation* result) {
+  return separate(shell, half_space, shell_to_half_space, options, scratch, result);
+}
+
+VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose) {
+  if (shell == nullptr || motion == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
+  const vps::Pose at = vps::pose_at(shell->view, to_motion(*motion), time);
+  const auto is_number = [](double value) { return std::isfinite(value); };
+  if (!std::all_of(at.rotation, at.rotation + 9, is_number) ||
+      !std::all_of(at.translation, at.translation + 3, is_number)) {
+    return vps_bad_argument;
+  }
+  std::copy_n(at.rotation, 9, pose->rotation);
+  std::copy_n(at.translation, 3, pose->translation);
+  return vps_ok;
+}
+
+VpsStatus vps_time_of_impact_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsMotion* motion,
+                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+  return time_impact(shell, map, motion, options, scratch, result);
+}
+VpsStatus vps_time_of_impact_box(const VpsPointshell* shell, const VpsBox* box, const VpsMotion* motion,
+                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+  return time_impact(shell, box, motion, options, scratch, result);
+}
+VpsStatus vps_time_of_impact_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsMotion* motion,
+                                    const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+  return time_impact(shell, sphere, motion, options, scratch, result);
+}
+VpsStatus vps_time_of_impact_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
+                                        const VpsMotion* motion, const VpsImpactOptions* options, VpsScratch* scratch,
+                                        VpsImpactResult* result) {
+  return time_impact(shell, half_space, motion, options, scratch, result);
+}
+
+VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result) {
+  if (!is_valid(map) || ray == nullptr || result == nullptr) return vps_bad_argument;
+  vps::RayHit found;
+  const vps::Status status = vps::cast_ray(
+      map->view, {to_vec3(ray->origin), to_vec3(ray->direction), ray->max_distance}, {tolerance_vx}, found);
+  if (status != vps::Status::ok) return to_c(status);
+  result->hit = found.hit ? 1 : 0;
+  result->distance = found.distance;
+  copy(found.position, result->position);
+  copy(found.outward_normal, result->outward_normal);
+  result->steps = found.steps;
+  return vps_ok;
+}
+
+VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,
+                            VpsClosestPoint* result) {
+  if (!is_valid(map) || !is_finite(point) || result == nullptr) return vps_bad_argument;
+  vps::ClosestPointOptions given;
+  if (options != nullptr) given = {options->tolerance_vx, options->max_iterations};
+  vps::ClosestPoint found;
+  const vps::Status status = vps::closest_point(map->view, to_vec3(point), given, found);
+  if (status != vps::Status::ok) return to_c(status);
+  result->converged = found.converged ? 1 : 0;
+  result->inside = found.inside ? 1 : 0;
+  copy(found.position, result->position);
+  copy(found.outward_normal, result->outward_normal);
+  result->distance = found.distance;
+  result->residual = found.residual;
+  result->lower = found.lower;
+  result->upper = found.upper;
+  return vps_ok;
+}

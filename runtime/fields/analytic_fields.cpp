@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Zlib
+// Analytic stand-ins for voxelmaps: V and the way out, point by point.
+#include "runtime/fields/analytic_fields.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "runtime/fields/penetration.h"
+
+namespace vps {
+namespace {
+
+using namespace detail;
+
+// In the half plane through the axis of a solid of revolution.
+struct InProfile {
+  float v = 0;
+  float normal_r = 0, normal_z = 1;  // outward
+};
+
+InProfile away_from(float r, float z, float radius, float rounding) noexcept {
+  const float distance = std::hypot(r, z);
+  InProfile out;
+  out.v = radius + rounding - distance;
+  if (distance > 0) {
+    out.normal_r = r / distance;
+    out.normal_z = z / distance;
+  }
+  return out;
+}
+
+InProfile in_cylinder(const RevolvedField& solid, float r, float z) noexcept {
+  const float beyond_r = r - solid.radius;
+  const float beyond_z = std::abs(z) - solid.half_height;
+  const float up = z < 0 ? -1.0F : 1.0F;
+  if (beyond_r > 0 || beyond_z > 0) {
+    return away_from(std::max(beyond_r, 0.0F), up * std::max(beyond_z, 0.0F), 0, solid.rounding);
+  }
+  if (beyond_r > beyond_z) return {solid.rounding - beyond_r, 1, 0};
+  return {solid.rounding - beyond_z, 0, up};
+}
+
+InProfile in_cone(const RevolvedField& solid, float r, float z) noexcept {
+  const ConeSlant slant(solid);
+  const float height = 2 * solid.half_height;
+  const float down = solid.half_height - z;
+  const float over_slant = slant.normal_r * r - slant.normal_z * down;
+  const float below_base = down - height;
+  if (over_slant <= 0 && below_base <= 0) {
+    if (over_slant > below_base) return {solid.rounding - over_slant, slant.normal_r, slant.normal_z};
+    return {solid.rounding - below_base, 0, -1};
+  }
+  const float t = std::clamp(slant.along_r * r + slant.along_z * down, 0.0F, 1.0F);
+  const InProfile from_slant = away_from(r - t * solid.radius, t * height - down, 0, solid.rounding);
+  const InProfile from_base = away_from(std::max(r - solid.radius, 0.0F), -below_base, 0, solid.rounding);
+  return from_slant.v > from_base.v ? from_slant : from_base;
+}
+
+InProfile in_profile(const RevolvedField& solid, float r, float z) noexcept {
+  switch (solid.profile) {
+    case RevolvedField::Profile::capsule:
+      return away_from(r, z - std::clamp(z, -solid.half_height, solid.half_height), solid.radius, solid.rounding);
+    case RevolvedField::Profile::cylinder:
+      return in_cylinder(solid, r, z);
+    case RevolvedField::Profile::cone:
+      return in_cone(solid, r, z);
+  }
+  return {};
+}
+
+}  // namespace
+
+float penetration(const BoxField& box, Vec3 p) noexcept {
+  const Vec3 q{std::abs(p.x) - box.half_extents.x, std::abs(p.y) - box.half_extents.y,
+               std::abs(p.z) - box.half_extents.z};
+  const Vec3 outside{std::max(q.x, 0.0F), std::max(q.y, 0.0F), std::max(q.z, 0.0F)};
+  return -length(outside) - std::min(std::max({q.x, q.y, q.z}), 0.0F);
+}
+float penetration(const SphereField& sphere, Vec3 p) noexcept {
+  return sphere.radius - length(p);
+}
+float penetration(const HalfSpaceField& plane, Vec3 p) noexcept {
+  return plane.offset - dot(plane.outward_normal, p);
+}
+float penetration(const RevolvedField& solid, Vec3 p) noexcept {
+  return in_profile(solid, std::hypot(p.x, p.y), p.z).v;
+}
+float penetration(const PolytopeField& solid, Vec3 p) noexcept {
+  float least = std::numeric_limits<float>::infinity();
+  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, penetration(plane, p));
+  return least;
+}
+
+Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept {
+  const float half[3] = {field.half_extents.x, field.half_extents.y, field.half_extents.z};
+  const float at[3] = {point.x, point.y, point.z};
+  float out[3];
+  int face = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    out[axis] = at[axis] - std::min(std::max(at[axis], -half[axis]), half[axis]);
+    if (std::abs(at[axis]) - half[axis] > std::abs(at[face]) - half[face]) face = axis;
+  }
+  const float distance = length({out[0], out[1], out[2]});
+  if (distance > 0) return {out[0] / distance, out[1] / distance, out[2] / distance};
+  float normal[3] = {0, 0, 0};
+  normal[face] = at[face] < 0 ? -1.0F : 1.0F;
+  return {normal[0], normal[1], normal[2]};
+}
+Vec3 outward_normal(const SphereField&, Vec3 point) noexcept {
+  const float distance = length(point);
+  return distance > 0 ? Vec3{point.x / distance, point.y / distance, point.z / distance} : Vec3{0, 0, 1};
+}
+Vec3 outward_normal(const HalfSpaceField& plane, Vec3) noexcept {
+  return plane.outward_normal;
+}
+Vec3 outward_normal(const RevolvedField& solid, Vec3 p) noexcept {
+  const float r = std::hypot(p.x, p.y);
+  const InProfile at = in_profile(solid, r, p.z);
+  if (r > 0) return {at.normal_r * p.x / r, at.normal_r * p.y / r, at.normal_z};
+  return {at.normal_r, 0, at.normal_z};
+}
+Vec3 outward_normal(const PolytopeField& solid, Vec3 p) noexcept {
+  float least = std::numeric_limits<float>::infinity();
+  Vec3 normal{0, 0, 1};
+  for (const HalfSpaceField& plane : solid.planes) {
+    const float v = penetration(plane, p);
+    if (!(v < least)) continue;
+    least = v;
+    normal = plane.outward_normal;
+  }
+  return normal;
+}
+
+}  // namespace vps

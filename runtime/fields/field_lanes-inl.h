@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Zlib
+/// @file Fields and rows of the tree in vector lanes, compiled once per instruction set. Internal: for sources that
+/// Highway includes again for each (`hwy/foreach_target.h`), inside which this header's guard toggles.
+#if defined(VPS_RUNTIME_FIELD_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VPS_RUNTIME_FIELD_LANES_INL_H_
+#undef VPS_RUNTIME_FIELD_LANES_INL_H_
+#else
+#define VPS_RUNTIME_FIELD_LANES_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include "runtime/fields/place_field.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+using Floats = hn::CappedTag<float, kLanePadding>;
+using Ints = hn::Rebind<std::int32_t, Floats>;
+using Words = hn::Rebind<std::uint32_t, Floats>;
+using F = hn::Vec<Floats>;
+using I = hn::Vec<Ints>;
+using M = hn::Mask<Floats>;
+constexpr Floats f32;
+constexpr Ints i32;
+
+// Packs the lanes of a mask at `to`, which has room for a whole vector. Not CompressStore: some processors take a
+// hundred cycles to compress into memory. @return how many there are
+template <class D>
+HWY_INLINE std::uint32_t store_packed(D d, hn::Vec<D> v, hn::Mask<D> mask, hn::TFromD<D>* to) {
+  hn::StoreU(hn::Compress(v, mask), d, to);
+  return static_cast<std::uint32_t>(hn::CountTrue(d, mask));
+}
+
+struct Points {
+  F x, y, z;
+};
+
+HWY_INLINE F set(float value) {
+  return hn::Set(f32, value);
+}
+
+// One row of Affine.
+HWY_INLINE F row(const Affine& a, int r, const Points& p) {
+  const float* const m = a.rotation + 3 * r;
+  return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
+}
+
+// Vectors of sixteen lanes can take two clusters at a time, half a vector each. That pays where a look-up costs more
+// than loading in halves.
+constexpr std::uint32_t kHalf = kLanePadding / 2;
+template <bool kPaired>
+constexpr bool in_halves = kPaired&& HWY_MAX_BYTES >= 64;
+template <bool kPaired>
+using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
+
+// Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
+struct Range {
+  std::uint32_t first = 0, count = 0, parent = 0;
+};
+
+struct Batch {
+  Range low, high;  // `high` is empty unless in halves
+};
+
+// Number of each lane's node or point, and which lanes have one.
+template <bool kPaired>
+HWY_INLINE hn::Vec<Words> numbers_of(const Batch& batch) {
+  const Words u32;
+  const auto low = hn::Iota(u32, batch.low.first);
+  if constexpr (in_halves<kPaired>) {
+    return hn::IfThenElse(hn::FirstN(u32, kHalf), low, hn::Iota(u32, batch.high.first - kHalf));
+  } else {
+    return low;
+  }
+}
+template <bool kPaired>
+HWY_INLINE M valid_lanes(const Batch& batch) {
+  const M low = hn::FirstN(f32, batch.low.count);
+  if constexpr (in_halves<kPaired>) {
+    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kHalf), hn::FirstN(f32, kHalf + batch.high.count)));
+  } else {
+    return low;
+  }
+}
+
+// What a field says of points: V, and an upper bound of the true V less the field's error. The same in a certified
+// band.
+struct Depths {
+  F value, highest;
+};
+
+struct Everywhere {
+  static constexpr bool kPaired = false;
+  static HWY_INLINE Points place(const Affine& a, const Points& p) {
+    return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
+  }
+};
+
+// Each of these gives V and, for spheres, an upper bound of V that holds where a sphere asks for it: V + reach >= 0
+// wherever the true V + reach is.
+struct BoxLanes : Everywhere {
+  const BoxField& box;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F zero = hn::Zero(f32);
+    const F qx = hn::Sub(hn::Abs(p.x), set(box.half_extents.x));
+    const F qy = hn::Sub(hn::Abs(p.y), set(box.half_extents.y));
+    const F qz = hn::Sub(hn::Abs(p.z), set(box.half_extents.z));
+    const F ox = hn::Max(qx, zero);
+    const F oy = hn::Max(qy, zero);
+    const F oz = hn::Max(qz, zero);
+    const F outside = hn::Sqrt(hn::MulAdd(ox, ox, hn::MulAdd(oy, oy, hn::Mul(oz, oz))));
+    return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
+struct SphereLanes : Everywhere {
+  const SphereField& sphere;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F squared = hn::MulAdd(p.x, p.x, hn::MulAdd(p.y, p.y, hn::Mul(p.z, p.z)));
+    return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
+struct RevolvedLanes : Everywhere {
+  const RevolvedField& solid;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    const F zero = hn::Zero(f32);
+    const F radius = set(solid.radius);
+    const F half = set(solid.half_height);
+    const F r2 = hn::MulAdd(p.x, p.x, hn::Mul(p.y, p.y));
+    if (solid.profile == RevolvedField::Profile::capsule) {
+      const F beyond = hn::Max(hn::Sub(hn::Abs(p.z), half), zero);
+      return hn::Sub(hn::Add(radius, set(solid.rounding)), hn::Sqrt(hn::MulAdd(beyond, beyond, r2)));
+    }
+    const F r = hn::Sqrt(r2);
+    if (solid.profile == RevolvedField::Profile::cylinder) {
+      const F qr = hn::Sub(r, radius);
+      const F qz = hn::Sub(hn::Abs(p.z), half);
+      const F outr = hn::Max(qr, zero);
+      const F outz = hn::Max(qz, zero);
+      const F outside = hn::Sqrt(hn::MulAdd(outr, outr, hn::Mul(outz, outz)));
+      return hn::Sub(set(solid.rounding), hn::Add(outside, hn::Min(hn::Max(qr, qz), zero)));
+    }
+    const ConeSlant slant(solid);
+    const F down = hn::Sub(half, p.z);  // from the tip
+    const F over_slant = hn::Sub(hn::Mul(set(slant.normal_r), r), hn::Mul(set(slant.normal_z), down));
+    const F below_base = hn::Sub(down, hn::Add(half, half));
+    const F along = hn::MulAdd(set(slant.along_r), r, hn::Mul(set(slant.along_z), down));
+    const F t = hn::Min(hn::Max(along, zero), set(1));
+    const F sr = hn::Sub(r, hn::Mul(t, radius));
+    const F sz = hn::Sub(down, hn::Mul(t, hn::Add(half, half)));
+    const F br = hn::Max(hn::Sub(r, radius), zero);
+    const F nearest = hn::Min(hn::MulAdd(sr, sr, hn::Mul(sz, sz)), hn::MulAdd(br, br, hn::Mul(below_base, below_base)));
+    const F deepest = hn::Max(over_slant, below_base);
+    const F inside = hn::Neg(deepest);
+    const F v = hn::IfThenElse(hn::Le(deepest, zero), inside, hn::Neg(hn::Sqrt(nearest)));
+    return hn::Add(set(solid.rounding), v);
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
+struct PolytopeLanes : Everywhere {
+  const PolytopeField& solid;
+  HWY_INLINE F value(const Points& p, const Batch&, M) const {
+    F least = set(std::numeric_limits<float>::infinity());
+    for (const HalfSpaceField& plane : solid.planes) {
+      const F z = hn::NegMulAdd(set(plane.outward_normal.z), p.z, set(plane.offset));
+      const F yz = hn::NegMulAdd(set(plane.outward_normal.y), p.y, z);
+      least = hn::Min(least, hn::NegMulAdd(set(plane.outward_normal.x), p.x, yz));
+    }
+    return least;
+  }
+  HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
+  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+    const F v = value(p, batch, valid);
+    return {v, v};
+  }
+};
+
+struct BelowLanes {
+  static constexpr bool kPaired = false;
+  const SolidBelow& below;
+  static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
+  HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
+  HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
+  HWY_INLINE Depths depths(const Points& p, const Batch&, M) const { return {hn::Neg(p.z), hn::Neg(p.z)}; }
+};
+
+struct PlainLanes : Everywhere {
+  const PlainMap& plain;
+  const PointshellView& shell;
+
+  template <class Lookup>
+  F each(const Points& p, M valid, Lookup lookup) const {
+    HWY_ALIGN float x[kLanePadding];
+    HWY_ALIGN float y[kLanePadding];
+    HWY_ALIGN float z[kLanePadding];
+    HWY_ALIGN float wanted[kLanePadding];
+    hn::Store(p.x, f32, x);
+    hn::Store(p.y, f32, y);
+    hn::Store(p.z, f32, z);
+    hn::Store(hn::IfThenElseZero(valid, set(1)), f32, wanted);
+    HWY_ALIGN float out[kLanePadding] = {};
+    for (std::size_t lane = 0; lane < hn::Lanes(f32); ++lane) {
+      if (wanted[lane] != 0) out[lane] = lookup(Vec3{x[lane], y[lane], z[lane]}, lane);
+    }
+    return hn::Load(f32, out);
+  }
+  F value(const Points& p, const Batch& batch, M valid) const {
+    HWY_ALIGN std::uint32_t numbers[kLanePadding];
+    hn::Store(numbers_of<kPaired>(batch), Words(), numbers);
+    return each(p, valid, [&](Vec3 point, std::size_t lane) {
+      const Vec3 n = point_inward_normal(shell, numbers[lane]);
+      const float* const r = plain.rotation;
+      const Vec3 normal{r[0] * n.x + r[1] * n.y + r[2] * n.z, r[3] * n.x + r[4] * n.y + r[5] * n.z,
+                        r[6] * n.x + r[7] * n.y + r[8] * n.z};
+      return voxelmap_penetration(*plain.map, point, normal);
+    });
+  }
+  F bound(const Points& p, F) const {
+    return each(p, hn::FirstN(f32, hn::Lanes(f32)),
+                [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
+  }
+  Depths depths(const Points& p, const Batch&, M valid) const {
+    const F low = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).low; });
+    const F high = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).high; });
+    return {low, high};
+  }
+};
+
+HWY_INLINE BoxLanes lanes_of(const BoxField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE SphereLanes lanes_of(const SphereField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE RevolvedLanes lanes_of(const RevolvedField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE PolytopeLanes lanes_of(const PolytopeField& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE BelowLanes lanes_of(const SolidBelow& field, const PointshellView&) {
+  return {field};
+}
+HWY_INLINE PlainLanes lanes_of(const PlainMap& field, const PointshellView& shell) {
+  return {{}, field, shell};
+}
+
+// The element type's chunk from `at`, of a row that ends `available` elements later.
+template <class D>
+HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
+  if (HWY_LIKELY(available >= hn::Lanes(d))) return hn::LoadU(d, from);
+  HWY_ALIGN hn::TFromD<D> copy[kLanePadding] = {};
+  std::memcpy(copy, from, available * sizeof(*from));
+  return hn::Load(d, copy);
+}
+
+template <bool kPaired, class T, class Convert>
+HWY_INLINE F load_batch(const T* row, std::size_t length, const Batch& batch, Convert convert) {
+  const hn::Rebind<T, Chunk<kPaired>> d;
+  const auto low = convert(load(d, row + batch.low.first, length - batch.low.first));
+#if HWY_MAX_BYTES >= 64
+  if constexpr (kPaired) {
+    return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
+  }
+#endif
+  if constexpr (!in_halves<kPaired>) return low;
+}
+
+template <bool kPaired>
+HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
+  return load_batch<kPaired>(row, length, batch, [](auto v) { return v; });
+}
+template <bool kPaired>
+HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
+  return load_batch<kPaired>(row, length, batch, [](auto v) {
+    using Part = Chunk<kPaired>;
+    return hn::ConvertTo(Part(), hn::PromoteTo(hn::Rebind<std::int32_t, Part>(), v));
+  });
+}
+
+template <bool kPaired>
+HWY_INLINE Points load_points(const PointshellView& shell, const Batch& batch) {
+  const std::uint16_t* const* const rows = shell.position;
+  const std::size_t length = shell.points;
+  return {load_codes<kPaired>(rows[0], length, batch), load_codes<kPaired>(rows[1], length, batch),
+          load_codes<kPaired>(rows[2], length, batch)};
+}
+
+}  // namespace vps::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // toggled guard

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Zlib
+/// @file Fields as the vector kernels see them, and where a shell lies in one. Internal.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include "runtime/fields/analytic_fields.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+
+/// Entries that a buffer for the kernels must have beyond its last one.
+inline constexpr std::uint32_t kLanePadding = 16;
+
+/// p_field = rotation * p + translation, in the field's unit of length.
+struct Affine {
+  float rotation[9];  ///< row-major, with the unit's scale
+  float translation[3];
+};
+
+/// A `scaled` field in voxels: point (0,0,0) is the centre of voxel (0,0,0).
+struct SampledMap {
+  const std::int32_t* roots = nullptr;
+  const std::int32_t* nodes = nullptr;
+  const void* values = nullptr;
+  const std::int16_t* coarse_layers = nullptr;
+  std::int32_t root_dims[2] = {};                  ///< x, y
+  std::int32_t brick_dims[2] = {};                 ///< x, y
+  float top[3] = {};                               ///< the last voxel's centre. [vx]
+  float bounds_min[3] = {}, bounds_max[3] = {};    ///< of the mesh. [vx]
+  float band_inner = 0, band_outer = 0;            ///< [vx]
+  float step = 0;                                  ///< lambda; bricks of level 1 have twice that. [vx]
+  float error = 0;                                 ///< field_error. [vx]
+  float certified_inner = 0, certified_outer = 0;  ///< certified_band. [vx]
+};
+
+struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
+struct SampledMap16 : SampledMap {};  ///< samples of 16 bits
+
+/// Fields that are looked up one point after the other.
+struct PlainMap {
+  const VoxelmapView* map = nullptr;
+  const float* rotation = nullptr;  ///< of the shell's normals, row-major
+};
+
+/// The solid is z <= 0: `Affine` takes the shell there.
+struct SolidBelow {};
+
+/// Every kind of field that kernels know, by a short name: HWY_EXPORT knows no templates.
+#define VPS_FOR_EACH_FIELD(FIELD) \
+  FIELD(box, BoxField)            \
+  FIELD(sphere, SphereField)      \
+  FIELD(revolved, RevolvedField)  \
+  FIELD(polytope, PolytopeField)  \
+  FIELD(below, SolidBelow)        \
+  FIELD(plain, PlainMap)          \
+  FIELD(i8, SampledMap8)          \
+  FIELD(i16, SampledMap16)
+
+/// The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
+struct Transform {
+  float r[9];
+  Vec3 t;
+  explicit Transform(const Pose& pose) noexcept
+      : t{static_cast<float>(pose.translation[0]), static_cast<float>(pose.translation[1]),
+          static_cast<float>(pose.translation[2])} {
+    for (int i = 0; i < 9; ++i) r[i] = static_cast<float>(pose.rotation[i]);
+  }
+  Vec3 rotate(Vec3 v) const noexcept {
+    return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
+            r[6] * v.x + r[7] * v.y + r[8] * v.z};
+  }
+  Vec3 apply(Vec3 v) const noexcept { return rotate(v) + t; }
+};
+
+/// Where a field's own coordinates lie: p_field = (p - origin) / unit.
+struct Frame {
+  double origin[3] = {0, 0, 0};
+  double unit = 1;
+};
+
+/// p -> ((pose p) - origin) / unit for p = start + scale q, put together in double.
+inline Affine affine(const Pose& pose, const Frame& frame, const float (&start)[3], double scale) noexcept {
+  Affine a;
+  for (int i = 0; i < 3; ++i) {
+    double at = pose.translation[i] - frame.origin[i];
+    for (int k = 0; k < 3; ++k) {
+      at += pose.rotation[3 * i + k] * start[k];
+      a.rotation[3 * i + k] = static_cast<float>(pose.rotation[3 * i + k] * scale / frame.unit);
+    }
+    a.translation[i] = static_cast<float>(at / frame.unit);
+  }
+  return a;
+}
+
+/// The frame in which a sampled map counts: voxels from the centre of voxel (0,0,0).
+inline Frame voxel_frame(const VoxelmapView& map) noexcept {
+  Frame frame;
+  frame.unit = map.voxel_size;
+  for (int axis = 0; axis < 3; ++axis) frame.origin[axis] = map.origin[axis] + 0.5 * frame.unit;
+  return frame;
+}
+
+template <class Map>
+Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
+  Map map;
+  map.roots = reinterpret_cast<const std::int32_t*>(view.field_roots);
+  map.nodes = reinterpret_cast<const std::int32_t*>(view.field_nodes);
+  map.values = view.values;
+  map.coarse_layers = view.coarse_layers;
+  for (int axis = 0; axis < 3; ++axis) {
+    map.top[axis] = static_cast<float>(view.dims[axis] - 1);
+    map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);
+    map.bounds_max[axis] = static_cast<float>((view.bounds_max[axis] - frame.origin[axis]) / frame.unit);
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    map.root_dims[axis] = static_cast<std::int32_t>(view.root_dims[axis]);
+    map.brick_dims[axis] = static_cast<std::int32_t>(view.brick_dims[axis]);
+  }
+  map.band_inner = view.band_inner / view.voxel_size;
+  map.band_outer = view.band_outer / view.voxel_size;
+  map.step = view.lambda / view.voxel_size;
+  map.error = field_error(view) / view.voxel_size;
+  const CertifiedBand certified = certified_band(view);
+  map.certified_inner = certified.inner / view.voxel_size;
+  map.certified_outer = certified.outer / view.voxel_size;
+  return map;
+}
+
+/// Calls run(field, frame, error [m]) with the kernel's form of a map.
+template <class Run>
+Status on_map(const VoxelmapView& map, const Pose& shell_to_map, Run run) noexcept {
+  // Offsets into samples are 32 bits wide in the kernel.
+  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
+    const Frame frame = voxel_frame(map);
+    const float error = field_error(map);
+    if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error);
+    return run(sampled_map<SampledMap16>(map, frame), frame, error);
+  }
+  float rotation[9];
+  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
+  return run(PlainMap{&map, rotation}, Frame(), 0.0F);
+}
+
+/// Takes a shell to SolidBelow instead of a half space: only z = n . p - offset counts there.
+inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) noexcept {
+  Pose down;
+  const double n[3] = {field.outward_normal.x, field.outward_normal.y, field.outward_normal.z};
+  down.translation[2] = -field.offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    down.translation[2] += n[axis] * shell_to_field.translation[axis];
+    down.rotation[6 + axis] = 0;
+    for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
+  }
+  return down;
+}
+
+/// How far off a shell's coordinates in a field may be: they are rounded at the size of the shell and of its distance.
+/// In the field's unit.
+inline float rounding(const PointshellView& shell, const Affine& nodes, float unit) noexcept {
+  float largest = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max(largest, std::abs(nodes.translation[axis]) + std::abs(shell.sphere[axis][0]) / unit);
+  }
+  largest += shell.sphere[3][0] / unit;
+  constexpr float kRounding = 1e-6F;
+  return kRounding * largest;
+}
+
+/// No point of the shell lies farther at one pose than this from where it is at the other. [m]
+inline double motion(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+  double turned = 0;
+  double moved = 0;
+  for (int i = 0; i < 3; ++i) {
+    double along = to.translation[i] - from.translation[i];
+    for (int k = 0; k < 3; ++k) {
+      const double change = to.rotation[3 * i + k] - from.rotation[3 * i + k];
+      along += change * shell.sphere[k][0];
+      turned += change * change;
+    }
+    moved += along * along;
+  }
+  // The difference of two rotations stretches by its Frobenius norm over sqrt(2).
+  constexpr double kRounding = 1 + 1e-6;
+  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell.sphere[3][0]);
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Zlib
+/// @file A sampled field in vector lanes, compiled once per instruction set. Internal: see field_lanes-inl.h.
+#if defined(VPS_RUNTIME_SAMPLED_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef VPS_RUNTIME_SAMPLED_LANES_INL_H_
+#undef VPS_RUNTIME_SAMPLED_LANES_INL_H_
+#else
+#define VPS_RUNTIME_SAMPLED_LANES_INL_H_
+#endif
+
+#include <cmath>
+#include <limits>
+
+#include "runtime/fields/field_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::detail::HWY_NAMESPACE {
+
+template <class Integer>
+struct SampledLanes : Everywhere {
+  static constexpr bool kPaired = true;
+  const SampledMap& map;
+
+  struct Looked {
+    F value;  // V where `sampled`
+    F cell;   // edge of the cell there
+    M sampled;
+    M far_inside;  // beyond the band, inside
+    Points grid;   // the point, in the grid
+    M in_grid;
+  };
+
+  // 2^exponent: the edge of a field brick's cells by its level, or its inverse.
+  static HWY_INLINE F power_of_two(I exponent) {
+    return hn::BitCast(f32, hn::ShiftLeft<23>(hn::Add(exponent, hn::Set(i32, 127))));
+  }
+
+  static HWY_INLINE F low_half(I pair) {
+    constexpr int kBits = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kBits>(hn::ShiftLeft<kBits>(pair)));
+  }
+  static HWY_INLINE F high_half(I pair) {
+    constexpr int kUp = 32 - 16 * static_cast<int>(sizeof(Integer));
+    constexpr int kDown = 32 - 8 * static_cast<int>(sizeof(Integer));
+    return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
+  }
+
+  // On the way down the octree.
+  struct Walk {
+    Points grid;
+    M in_grid;
+    I ix, iy, iz;
+    I entry;
+  };
+  HWY_INLINE Walk begin(const Points& p) const {
+    const F zero = hn::Zero(f32);
+    // Comparisons with NaN are false: such a point counts as outside.
+    const M in_grid = hn::And(hn::And(hn::And(hn::Ge(p.x, zero), hn::Lt(p.x, set(map.top[0]))),
+                                      hn::And(hn::Ge(p.y, zero), hn::Lt(p.y, set(map.top[1])))),
+                              hn::And(hn::Ge(p.z, zero), hn::Lt(p.z, set(map.top[2]))));
+    const F gx = hn::IfThenElseZero(in_grid, p.x);
+    const F gy = hn::IfThenElseZero(in_grid, p.y);
+    const F gz = hn::IfThenElseZero(in_grid, p.z);
+    const I ix = hn::ConvertTo(i32, gx);
+    const I iy = hn::ConvertTo(i32, gy);
+    const I iz = hn::ConvertTo(i32, gz);
+    const I root =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<4>(iz), hn::Set(i32, map.root_dims[1])), hn::ShiftRight<4>(iy)),
+                        hn::Set(i32, map.root_dims[0])),
+                hn::ShiftRight<4>(ix));
+    static_assert(kRootCells == 16);
+    return {{gx, gy, gz}, in_grid, ix, iy, iz, hn::GatherIndex(i32, map.roots, root)};
+  }
+
+  // Octants of 2^kShift cells and below, of one walk or of two at a time: a walk waits for memory at each node.
+  template <int kShift, class... Walks>
+  HWY_INLINE void go_down(Walks&... walks) const {
+    if ((hn::AllFalse(i32, is_node(walks.entry)) && ...)) return;
+    (enter<kShift>(walks), ...);
+    if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
+  }
+  // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+  static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
+  template <int kShift>
+  HWY_INLINE void enter(Walk& walk) const {
+    const I one = hn::Set(i32, 1);
+    const auto node = is_node(walk.entry);
+    const I octant = hn::Or(hn::Or(hn::And(hn::ShiftRight<kShift>(walk.ix), one),
+                                   hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(walk.iy), one))),
+                            hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(walk.iz), one)));
+    const I number = hn::And(walk.entry, hn::Set(i32, 0x7FFFFFFF));
+    const I at = hn::IfThenElseZero(node, hn::Add(hn::ShiftLeft<3>(number), octant));
+    walk.entry = hn::IfThenElse(node, hn::GatherIndex(i32, map.nodes, at), walk.entry);
+  }
+
+  HWY_INLINE Looked finish(const Walk& walk) const {
+    Looked out;
+    const auto& [gx, gy, gz] = walk.grid;
+    const M in_grid = walk.in_grid;
+    I entry = walk.entry;
+    const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
+    const auto is_brick = hn::Gt(entry, hn::Set(i32, -1));
+    out.sampled = hn::And(in_grid, hn::RebindMask(f32, is_brick));
+    out.far_inside = hn::And(in_grid, hn::RebindMask(f32, hn::Eq(entry, no_brick)));
+
+    entry = hn::IfThenElseZero(is_brick, entry);
+    const I brick = hn::And(entry, hn::Set(i32, kNumberMask));
+    const I level = hn::ShiftRight<kLevelShift>(entry);
+    out.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
+    const F per_cell = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel), level));
+    const F cx = hn::Mul(gx, per_cell);
+    const F cy = hn::Mul(gy, per_cell);
+    const F cz = hn::Mul(gz, per_cell);
+    const I wx = hn::ConvertTo(i32, cx);
+    const I wy = hn::ConvertTo(i32, cy);
+    const I wz = hn::ConvertTo(i32, cz);
+    const F fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
+    const F fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
+    const F fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
+    const I three = hn::Set(i32, kFieldEdge - 2);
+    static_assert(kFieldEdge == 5, "cells of a brick are counted by two bits");
+    const I lx = hn::And(wx, three);
+    const I ly = hn::And(wy, three);
+    const I lz = hn::And(wz, three);
+    const I row_number = hn::Add(hn::Add(hn::ShiftLeft<2>(lz), lz), ly);
+    const I sample = hn::Add(hn::Add(hn::Add(hn::ShiftLeft<2>(row_number), row_number), lx), hn::ShiftLeft<7>(brick));
+    static_assert(kFieldStride == 128);
+    constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
+    const I offset = hn::ShiftLeft<kBytesLog2>(sample);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    const auto pair_at = [&](std::size_t samples) {
+      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)), offset);
+    };
+    const auto along_x = [&](I pair) {
+      const F low = low_half(pair);
+      return hn::MulAdd(fx, hn::Sub(high_half(pair), low), low);
+    };
+    const F v00 = along_x(pair_at(0));
+    const F v10 = along_x(pair_at(kFieldEdge));
+    const F v01 = along_x(pair_at(kFieldEdge * kFieldEdge));
+    const F v11 = along_x(pair_at(kFieldEdge * kFieldEdge + kFieldEdge));
+    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
+    const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
+    const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
+    out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
+    out.grid = {gx, gy, gz};
+    out.in_grid = in_grid;
+    return out;
+  }
+
+  HWY_INLINE Looked look_up(const Points& p) const {
+    Walk walk = begin(p);
+    go_down<3>(walk);
+    return finish(walk);
+  }
+  HWY_INLINE void look_up(const Points& p, const Points& q, Looked& at_p, Looked& at_q) const {
+    Walk first = begin(p);
+    Walk second = begin(q);
+    go_down<3>(first, second);
+    at_p = finish(first);
+    at_q = finish(second);
+  }
+
+  static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
+
+  // What a brick's coarse layer says of a point of the grid: |layers| - reach <= |V| < |layers| + kCoarseLayerSlack +
+  // reach.
+  struct Coarse {
+    F layers, reach;
+  };
+  HWY_INLINE Coarse coarse_at(const Points& g) const {
+    const F half = set(0.5F);
+    const I vx = hn::ConvertTo(i32, hn::Add(g.x, half));
+    const I vy = hn::ConvertTo(i32, hn::Add(g.y, half));
+    const I vz = hn::ConvertTo(i32, hn::Add(g.z, half));
+    const I brick =
+        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(vz), hn::Set(i32, map.brick_dims[1])), hn::ShiftRight<3>(vy)),
+                        hn::Set(i32, map.brick_dims[0])),
+                hn::ShiftRight<3>(vx));
+    static_assert(kBrickEdge == 8);
+    // Two layers to a word: an aligned word never leaves the mapping's pages.
+    const I pair =
+        hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
+    const I odd = hn::And(brick, hn::Set(i32, 1));
+    const I low = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
+    const F layers =
+        hn::Abs(hn::ConvertTo(f32, hn::IfThenElse(hn::Eq(odd, hn::Zero(i32)), low, hn::ShiftRight<16>(pair))));
+    const auto from_centre = [&](F at, I v) {
+      const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
+      return square(hn::Sub(at, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
+    };
+    return {layers, hn::Sqrt(hn::Add(hn::Add(from_centre(g.x, vx), from_centre(g.y, vy)), from_centre(g.z, vz)))};
+  }
+
+  // The band's end less the way to the voxel's centre, for which it was decided whether the point lies beyond.
+  HWY_INLINE F beyond_band(const Looked& found) const {
+    const F half = set(0.5F);
+    const auto from_voxel = [&](F g) {
+      return square(hn::Sub(g, hn::ConvertTo(f32, hn::ConvertTo(i32, hn::Add(g, half)))));
+    };
+    const F slack =
+        hn::Sqrt(hn::Add(hn::Add(from_voxel(found.grid.x), from_voxel(found.grid.y)), from_voxel(found.grid.z)));
+    return hn::Sub(hn::IfThenElse(found.far_inside, set(map.band_inner), set(map.band_outer)), slack);
+  }
+
+  HWY_INLINE F to_bounds(const Points& p) const {
+    const auto gap = [&](F a, int axis) {
+      return hn::Max(hn::Max(hn::Sub(set(map.bounds_min[axis]), a), hn::Sub(a, set(map.bounds_max[axis]))),
+                     hn::Zero(f32));
+    };
+    return hn::Sqrt(hn::Add(hn::Add(square(gap(p.x, 0)), square(gap(p.y, 1))), square(gap(p.z, 2))));
+  }
+
+  // Lower bound of the distance where there are no samples: from the mesh's bounds and, in the grid, from the coarse
+  // layers, as far_interval.
+  HWY_NOINLINE F far_distance(const Points& p, const Looked& found) const {
+    const Coarse coarse = coarse_at(found.grid);
+    const F known = hn::Max(hn::Sub(coarse.layers, coarse.reach), beyond_band(found));
+    const F in_grid_distance = hn::Max(known, hn::Zero(f32));
+    const F bounds = to_bounds(p);
+    const F outside = hn::IfThenElse(found.in_grid, hn::Max(bounds, in_grid_distance), bounds);
+    return hn::IfThenElse(found.far_inside, in_grid_distance, outside);
+  }
+  HWY_INLINE F far(const Points& p, const Looked& found) const {
+    return hn::AllTrue(f32, found.sampled) ? hn::Zero(f32) : far_distance(p, found);
+  }
+
+  HWY_INLINE F value(const Points& p, const Batch&, M) const { return value_of(p, look_up(p)); }
+  HWY_INLINE F value_of(const Points& p, const Looked& found) const {
+    const F distance = far(p, found);
+    const F beyond = hn::IfThenElse(found.far_inside, distance, hn::Neg(distance));
+    return hn::IfThenElse(found.sampled, found.value, beyond);
+  }
+
+  // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
+  // least_distance.
+  HWY_INLINE F bound(const Points& p, F reach) const { return bound_of(p, reach, look_up(p)); }
+  HWY_INLINE F bound_of(const Points& p, F reach, const Looked& found) const {
+    const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
+    const F slack = hn::Sub(hn::Sqrt(squared), reach);
+    const F beyond =
+        hn::IfThenElse(found.far_inside, set(std::numeric_limits<float>::max() / 2), hn::Neg(far(p, found)));
+    return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
+  }
+
+  // `highest` as depth_interval's upper end.
+  HWY_INLINE Depths depths(const Points& p, const Batch&, M valid) const {
+    const Looked found = look_up(p);
+    const M certified = hn::And(found.sampled, hn::And(hn::Gt(found.value, set(-map.certified_outer)),
+                                                       hn::Lt(found.value, set(map.certified_inner))));
+    if (hn::AllFalse(f32, hn::AndNot(certified, valid))) return {found.value, found.value};
+    const Depths beyond = depths_beyond(p, found);
+    return {hn::IfThenElse(found.sampled, found.value, beyond.value),
+            hn::IfThenElse(certified, found.value, beyond.highest)};
+  }
+  HWY_NOINLINE Depths depths_beyond(const Points& p, const Looked& found) const {
+    const F zero = hn::Zero(f32);
+    // Of a point beyond the grid, the nearest in it: what lies in a box is at a right angle or more.
+    const auto clamped = [&](F a, int axis) { return hn::Min(hn::Max(a, zero), set(map.top[axis])); };
+    const Points nearest = {clamped(p.x, 0), clamped(p.y, 1), clamped(p.z, 2)};
+    const Coarse coarse = coarse_at(nearest);
+    const F gap_squared = hn::Add(hn::Add(square(hn::Sub(p.x, nearest.x)), square(hn::Sub(p.y, nearest.y))),
+                                  square(hn::Sub(p.z, nearest.z)));
+    const F least_coarse = hn::Max(hn::Sub(coarse.layers, coarse.reach), zero);
+    const F least = hn::Max(to_bounds(p), hn::Sqrt(hn::MulAdd(least_coarse, least_coarse, gap_squared)));
+    const F unsampled = hn::IfThenElse(found.in_grid, hn::Max(least, beyond_band(found)), least);
+
+    const F interpolated = hn::Sub(hn::Neg(found.value), set(map.error));
+    const F squared = hn::Sub(square(interpolated), hn::Mul(set(kHalfDiagonalSquared), square(found.cell)));
+    const F near = hn::Sub(interpolated, hn::Mul(set(std::sqrt(kHalfDiagonalSquared)), found.cell));
+    const M is_far = hn::And(hn::Gt(interpolated, zero), hn::Gt(squared, zero));
+    const F of_samples = hn::IfThenElse(is_far, hn::Sqrt(squared), near);
+    const F sampled = hn::Max(of_samples, set(map.certified_outer));
+
+    const M inside = hn::Or(found.far_inside, hn::And(found.sampled, hn::Ge(found.value, zero)));
+    const F distance = hn::IfThenElse(found.sampled, sampled, unsampled);
+    const F most = hn::Add(coarse.layers, hn::Add(coarse.reach, set(kCoarseLayerSlack)));
+    return {hn::IfThenElse(inside, unsampled, hn::Neg(unsampled)), hn::IfThenElse(inside, most, hn::Neg(distance))};
+  }
+};
+
+HWY_INLINE SampledLanes<std::int8_t> lanes_of(const SampledMap8& field, const PointshellView&) {
+  return {{}, field};
+}
+HWY_INLINE SampledLanes<std::int16_t> lanes_of(const SampledMap16& field, const PointshellView&) {
+  return {{}, field};
+}
+
+}  // namespace vps::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // toggled guard

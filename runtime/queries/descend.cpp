@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Zlib
+// Compiled once per instruction set by Highway, chosen at run time.
+#include "runtime/queries/descend.h"
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "runtime/queries/descend.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h.
+#include <hwy/highway.h>
+
+#include "runtime/fields/sampled_lanes-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::detail::HWY_NAMESPACE {
+
+// The spheres of a batch, in the field.
+struct Spheres {
+  Points centre;
+  F radius;
+  F reach;  // the contact distance included
+};
+template <class Lanes>
+HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
+  const float* const* const rows = d.shell->sphere;
+  const std::size_t length = d.shell->nodes;
+  const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
+                         load_floats<Lanes::kPaired>(rows[1], length, batch),
+                         load_floats<Lanes::kPaired>(rows[2], length, batch)};
+  const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(1 / d.unit), set(d.slack));
+  return {field.place(d.nodes, stored), radius, hn::Add(radius, set(d.contact_distance))};
+}
+
+// Which spheres touch, by what the field's bound at their centres is.
+template <class Lanes>
+HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
+  return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
+}
+
+template <class Lanes>
+bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
+  const Batch batch{{node, 1, 0}, {}};
+  const Spheres spheres = spheres_of(field, d, batch);
+  const F at_centre = field.bound(spheres.centre, spheres.reach);
+  const bool touch = !hn::AllFalse(f32, touching<Lanes>(batch, spheres, at_centre));
+  const float bound = hn::GetLane(hn::Add(at_centre, spheres.radius));
+  if (!touch && bound > d.rejected) d.rejected = bound;
+  if (touch && d.bounds != nullptr) d.bounds[0] = bound;
+  ++d.nodes_tested;
+  return touch;
+}
+
+// Hands out what the nodes of a queue hold, in chunks.
+template <bool kPaired>
+class Chunks {
+ public:
+  Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
+
+  // The next chunk of a node below `last`, if the queue up to `tail` has one.
+  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Range& range) {
+    if (left_ == 0) {
+      if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
+      parent_ = d_.queue[head_++];
+      first_ = d_.shell->children[2 * parent_];
+      left_ = d_.shell->children[2 * parent_ + 1];
+    }
+    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Chunk<kPaired>()));
+    range = {first_, left_ < kMost ? left_ : kMost, parent_};
+    first_ += range.count;
+    left_ -= range.count;
+    return true;
+  }
+  [[nodiscard]] std::uint32_t head() const { return head_; }
+
+ private:
+  const Descent& d_;
+  std::uint32_t head_;
+  std::uint32_t first_ = 0, left_ = 0, parent_ = 0;
+};
+
+template <class Lanes>
+void descend_lanes(const Lanes& field, Descent& d) {
+  const Words u32;
+  const std::uint32_t leaves = d.shell->level_offsets[d.shell->levels - 1];
+  const std::uint32_t last_inner = leaves < d.last_node ? leaves : d.last_node;
+  F rejected = set(d.rejected);
+  F deepest = set(d.deepest);
+  const F limit = set(-d.contact_distance);
+  constexpr bool kTwo = in_halves<Lanes::kPaired>;
+  Chunks<Lanes::kPaired> chunks(d, d.begin);
+  std::uint32_t tail = d.end;
+  const auto next = [&](std::uint32_t last, Batch& batch) {
+    batch.high = {};  // a number of a node is none of a point
+    if (!chunks.next(tail, last, batch.low)) return false;
+    if constexpr (kTwo) (void)chunks.next(tail, last, batch.high);
+    return true;
+  };
+  const auto take_spheres = [&](const Batch& batch, const Spheres& spheres, F bound) {
+    const M touch = touching<Lanes>(batch, spheres, bound);
+    const M apart = hn::AndNot(touch, valid_lanes<Lanes::kPaired>(batch));
+    // Upper bounds of V below the spheres, unless they touch: docs/bounds.md.
+    const F below = hn::Add(bound, spheres.radius);
+    rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
+    if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);
+    tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
+    d.nodes_tested += batch.low.count + batch.high.count;
+  };
+  const auto take_points = [&](const Batch& batch, F v) {
+    const M valid = valid_lanes<Lanes::kPaired>(batch);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    d.points_tested += batch.low.count + batch.high.count;
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    if (hn::AllFalse(f32, hit)) return;
+    auto parents = hn::Set(u32, batch.low.parent);
+    if constexpr (kTwo) {
+      parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
+    }
+    const auto hit_word = hn::RebindMask(u32, hit);
+    store_packed(u32, numbers_of<Lanes::kPaired>(batch), hit_word, d.hits + d.hit_count);
+    store_packed(u32, parents, hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+  };
+
+  // Look-ups in an octree wait for memory again and again: two vectors at a time wait together.
+  Batch batch;
+  Batch other;
+  while (next(last_inner, batch)) {
+    const Spheres spheres = spheres_of(field, d, batch);
+    if constexpr (Lanes::kPaired) {
+      if (next(last_inner, other)) {
+        const Spheres others = spheres_of(field, d, other);
+        typename Lanes::Looked at_first;
+        typename Lanes::Looked at_other;
+        field.look_up(spheres.centre, others.centre, at_first, at_other);
+        take_spheres(batch, spheres, field.bound_of(spheres.centre, spheres.reach, at_first));
+        take_spheres(other, others, field.bound_of(others.centre, others.reach, at_other));
+        continue;
+      }
+    }
+    take_spheres(batch, spheres, field.bound(spheres.centre, spheres.reach));
+  }
+  // Behind the inner nodes there are only leaves.
+  const auto points_of = [&](const Batch& of) {
+    return field.place(d.points, load_points<Lanes::kPaired>(*d.shell, of));
+  };
+  while (next(d.last_node, batch)) {
+    const Points points = points_of(batch);
+    if constexpr (Lanes::kPaired) {
+      if (next(d.last_node, other)) {
+        const Points others = points_of(other);
+        typename Lanes::Looked at_first;
+        typename Lanes::Looked at_other;
+        field.look_up(points, others, at_first, at_other);
+        take_points(batch, field.value_of(points, at_first));
+        take_points(other, field.value_of(others, at_other));
+        continue;
+      }
+    }
+    take_points(batch, field.value(points, batch, valid_lanes<Lanes::kPaired>(batch)));
+  }
+  d.begin = chunks.head();
+  d.end = tail;
+  d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+template <class Lanes>
+void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
+  const Words u32;
+  const F limit = set(-d.contact_distance);
+  F deepest = set(d.deepest);
+  for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
+    const Points codes = {hn::LoadU(f32, list.codes[0] + i), hn::LoadU(f32, list.codes[1] + i),
+                          hn::LoadU(f32, list.codes[2] + i)};
+    const M valid = hn::FirstN(f32, list.count - i);
+    const F v = field.value(field.place(d.points, codes), Batch(), valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    const auto hit_word = hn::RebindMask(u32, hit);
+    store_packed(u32, hn::LoadU(u32, list.points + i), hit_word, d.hits + d.hit_count);
+    store_packed(u32, hn::LoadU(u32, list.leaves + i), hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+  }
+  d.points_tested += list.count;
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+template <class Lanes>
+void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std::uint32_t to) {
+  const Words u32;
+  // One after the other for fields that ask for the point's number.
+  const std::size_t most = std::is_same_v<Lanes, PlainLanes> ? 1 : hn::Lanes(f32);
+  const F limit = set(-d.contact_distance);
+  F deepest = set(d.deepest);
+  d.points_tested += to - from;
+  while (from < to) {
+    const auto count = static_cast<std::uint32_t>(to - from < most ? to - from : most);
+    HWY_ALIGN float codes[3][kLanePadding] = {};
+    HWY_ALIGN std::uint32_t points[kLanePadding] = {};
+    for (std::uint32_t lane = 0; lane < count; ++lane) {
+      points[lane] = d.shell->parent_point[d.queue[from + lane]];
+      for (int axis = 0; axis < 3; ++axis) codes[axis][lane] = d.shell->position[axis][points[lane]];
+    }
+    const Points stored = {hn::Load(f32, codes[0]), hn::Load(f32, codes[1]), hn::Load(f32, codes[2])};
+    const M valid = hn::FirstN(f32, count);
+    const F v = field.value(field.place(d.points, stored), Batch{{points[0], count, 0}, {}}, valid);
+    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
+    const M hit = hn::And(valid, hn::Ge(v, limit));
+    const auto hit_word = hn::RebindMask(u32, hit);
+    store_packed(u32, hn::Load(u32, points), hit_word, d.hits + d.hit_count);
+    store_packed(u32, hn::LoadU(u32, d.queue + from), hit_word, d.leaves + d.hit_count);
+    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+    from += count;
+  }
+  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+}
+
+// A function of each family for each kind of field, for HWY_EXPORT knows no templates.
+#define VPS_FIELD(name, Field)                                                                \
+  bool touches_##name(const Field& field, Descent& d, std::uint32_t node) {                   \
+    return touches_one(lanes_of(field, *d.shell), d, node);                                   \
+  }                                                                                           \
+  void descend_##name(const Field& field, Descent& d) {                                       \
+    descend_lanes(lanes_of(field, *d.shell), d);                                              \
+  }                                                                                           \
+  void list_##name(const Field& field, Descent& d, const PointList& list) {                   \
+    test_list_lanes(lanes_of(field, *d.shell), d, list);                                      \
+  }                                                                                           \
+  void parents_##name(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) { \
+    test_parents_lanes(lanes_of(field, *d.shell), d, from, to);                               \
+  }
+VPS_FOR_EACH_FIELD(VPS_FIELD)
+#undef VPS_FIELD
+
+}  // namespace vps::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vps::detail {
+
+#define VPS_FIELD(name, Field)                                                                       \
+  HWY_EXPORT(touches_##name);                                                                        \
+  HWY_EXPORT(descend_##name);                                                                        \
+  HWY_EXPORT(list_##name);                                                                           \
+  HWY_EXPORT(parents_##name);                                                                        \
+  template <>                                                                                        \
+  void test_list(const Field& field, Descent& d, const PointList& list) noexcept {                   \
+    HWY_DYNAMIC_DISPATCH(list_##name)(field, d, list);                                               \
+  }                                                                                                  \
+  template <>                                                                                        \
+  bool touches(const Field& field, Descent& d, std::uint32_t node) noexcept {                        \
+    return HWY_DYNAMIC_DISPATCH(touches_##name)(field, d, node);                                     \
+  }                                                                                                  \
+  template <>                                                                                        \
+  void descend(const Field& field, Descent& d) noexcept {                                            \
+    HWY_DYNAMIC_DISPATCH(descend_##name)(field, d);                                                  \
+  }                                                                                                  \
+  template <>                                                                                        \
+  void test_parents(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) noexcept { \
+    HWY_DYNAMIC_DISPATCH(parents_##name)(field, d, from, to);                                        \
+  }
+VPS_FOR_EACH_FIELD(VPS_FIELD)
+#undef VPS_FIELD
+
+}  // namespace vps::detail
+#endif

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Zlib
+// Separation and depth of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
+#include <cmath>
+#include <limits>
+
+#include "runtime/queries/find_deepest.h"
+#include "runtime/vps_queries.h"
+
+namespace vps {
+namespace {
+
+using namespace detail;
+
+Status check_separation(const PointshellView& shell, const Pose& pose, const SeparationOptions& options,
+                        SeparationResult& result) noexcept {
+  result = {};
+  if (shell.points == 0) return Status::missing_part;
+  if (!(options.tolerance >= 0) || options.guess >= shell.points) return Status::bad_argument;
+  return check_pose(pose);
+}
+
+// What a field says of the deepest point.
+struct Depth {
+  bool walked = false;  // outside, from the point to `surface`
+  Vec3 surface;
+  float v = 0;       // [m]
+  Interval truth{};  // of V. [m]
+  Vec3 direction;
+};
+
+Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  Depth out;
+  out.v = voxelmap_penetration(map, point, inward_normal);
+  out.truth = depth_interval(map, point);
+  out.direction = outward_normal(map, point);
+  // Beyond the band a way to the surface says more than the layers.
+  const CertifiedBand certified = certified_band(map);
+  if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
+  ClosestPoint closest;
+  if (closest_point(map, point, {}, closest) != Status::ok || !closest.converged) return out;
+  if (closest.inside) {
+    out.v = std::clamp(closest.distance, out.truth.low, out.truth.high);
+    return out;
+  }
+  const Vec3 away = point - closest.position;
+  if (!(closest.distance > 0)) return out;
+  out.walked = true;
+  out.surface = closest.position;
+  out.v = std::min(-closest.distance, out.truth.high);
+  out.truth.low = std::max(out.truth.low, -closest.upper);
+  out.direction = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
+  return out;
+}
+template <class Analytic>
+Depth depth_at(const Analytic& field, Vec3 p, Vec3) noexcept {
+  Depth out;
+  out.v = penetration(field, p);
+  out.truth = {out.v, out.v};
+  out.direction = outward_normal(field, p);
+  return out;
+}
+Depth depth_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
+  Depth out = depth_at<PolytopeField>(field, p, inward_normal);
+  // Exact where the nearest place of the farthest plane is a place of the body.
+  const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
+  if (out.v < 0 && penetration(field, on_plane) < 1e-5F * out.v) {
+    out.truth.low = -std::numeric_limits<float>::infinity();
+  }
+  return out;
+}
+
+// How far a field's V may be off. [m]
+float value_error(const VoxelmapView& map) noexcept {
+  return map.field == Field::layers ? 0 : field_error(map);
+}
+template <class Field>
+float value_error(const Field&) noexcept {
+  return 0;
+}
+
+// What one query is about.
+template <class Field>
+struct Query {
+  const PointshellView& shell;
+  const Field& field;
+  const Pose& pose;
+  const SeparationOptions& options;
+  Scratch& scratch;
+};
+
+// @param pose   takes the shell to the field as kernels see it
+// @param guess  the point to start from
+template <class Field>
+DeepestSearch new_search(const Query<Field>& query, const Frame& frame, const Pose& pose,
+                         std::uint32_t guess) noexcept {
+  const PointshellView& shell = query.shell;
+  DeepestSearch search;
+  search.shell = &shell;
+  search.unit = static_cast<float>(frame.unit);
+  search.nodes = affine(pose, frame, {0, 0, 0}, 1);
+  search.points = affine(pose, frame, shell.position_origin, shell.position_step);
+  search.slack = rounding(shell, search.nodes, search.unit);
+  search.stack = query.scratch.queue.data();
+  search.bounds = query.scratch.bounds.data();
+  search.point = guess;
+  return search;
+}
+
+template <class Field>
+Depth depth_of(const Query<Field>& query, std::uint32_t point, Vec3& position) noexcept {
+  const Transform transform(query.pose);
+  position = transform.apply(point_position(query.shell, point));
+  return depth_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
+}
+
+// Beyond the band the layers may prefer another point than the closest: from where the walk has met the surface to the
+// shell's closest point, and back, while that is shorter.
+Depth come_closer(const Query<VoxelmapView>& query, Depth depth, SeparationResult& result) noexcept {
+  constexpr int kRounds = 4;
+  for (int round = 0; round < kRounds && depth.walked; ++round) {
+    Pose from_surface = query.pose;
+    const float surface[3] = {depth.surface.x, depth.surface.y, depth.surface.z};
+    for (int axis = 0; axis < 3; ++axis) from_surface.translation[axis] -= surface[axis];
+    DeepestSearch search = new_search(query, {}, from_surface, result.point);
+    find_deepest(SphereField(), search);
+    result.nodes_tested += search.nodes_tested;
+    result.points_tested += search.points_tested;
+    if (search.point == result.point) break;
+    Vec3 position;
+    const Depth next = depth_of(query, search.point, position);
+    if (!(next.v > depth.v)) break;
+    depth = next;
+    result.point = search.point;
+    result.position = position;
+  }
+  return depth;
+}
+template <class Field>
+Depth come_closer(const Query<Field>&, const Depth& depth, SeparationResult&) noexcept {
+  return depth;
+}
+
+// @param kernel_field  the field as kernels see it
+// @param kernel_pose   takes the shell to it
+// @param error         that its kernel leaves out of its upper bounds. [m]
+template <class Field, class KernelField>
+Status find(const Query<Field>& query, const KernelField& kernel_field, const Frame& frame, const Pose& kernel_pose,
+            float error, SeparationResult& result) noexcept {
+  const PointshellView& shell = query.shell;
+  query.scratch.reserve(shell);
+  const auto unit = static_cast<float>(frame.unit);
+  DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
+  // The field may say too much at a point, and too little at its sphere's centre.
+  search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
+  find_deepest(kernel_field, search);
+
+  result.point = search.point;
+  result.nodes_tested = search.nodes_tested;
+  result.points_tested = search.points_tested;
+  const Depth depth = come_closer(query, depth_of(query, search.point, result.position), result);
+  const double slack = double{search.slack} * unit;
+  // Points lie within their code's rounding of the surface, and are closer to each point of it than the covering
+  // radius.
+  const double off_surface = std::sqrt(0.75) * shell.position_step + slack;
+  result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
+  result.delta = std::min<double>(depth.v, result.delta_bound);
+  result.upper = result.delta_bound + error + shell.covering_radius;
+  result.lower = std::min(depth.truth.low - off_surface, result.upper);
+  result.direction = depth.direction;
+  return std::isfinite(result.delta) ? Status::ok : Status::bad_argument;
+}
+
+template <class Field>
+Status find(const Query<Field>& query, SeparationResult& result) noexcept {
+  return find(query, query.field, {}, query.pose, 0, result);
+}
+
+}  // namespace
+
+Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_map, options, result); status != Status::ok) return status;
+  if (map.field == Field::none) return Status::missing_part;
+  const Query<VoxelmapView> query{shell, map, shell_to_map, options, scratch};
+  return on_map(map, shell_to_map, [&](const auto& field, const Frame& frame, float error) {
+    return find(query, field, frame, shell_to_map, error, result);
+  });
+}
+Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<BoxField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<SphereField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<RevolvedField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<PolytopeField>({shell, field, shell_to_field, options, scratch}, result);
+}
+Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
+                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return find<HalfSpaceField>({shell, field, shell_to_field, options, scratch}, SolidBelow(), {},
+                              pose_above(field, shell_to_field), 0, result);
+}
+
+}  // namespace vps

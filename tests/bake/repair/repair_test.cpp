@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Meshes as people have them: cracked, open, inside out, overlapping. The volume tells whether the solid is right.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "bake/repair/check.h"
+#include "bake/repair/self_intersections.h"
+#include "bake/repair/topology.h"
+#include "bake/stages/mass_properties.h"
+#include "formats/mesh/mesh_import.h"
+#include "tests/bake/scene.h"
+#include "tests/support/shared.h"
+
+namespace vps::test {
+namespace {
+
+struct Repaired {
+  Surface surface;
+  RepairOutcome outcome;
+  double volume = 0;
+};
+
+Repaired repaired(const TriangleMesh& mesh, const RepairSettings& settings = {}) {
+  Repaired r;
+  r.surface = check_mesh(mesh, settings, r.outcome);
+  r.volume = mass_properties(r.surface).volume;
+  return r;
+}
+
+std::string refusal(const TriangleMesh& mesh, const RepairSettings& settings) {
+  RepairOutcome outcome;
+  try {
+    (void)check_mesh(mesh, settings, outcome);
+  } catch (const BakeError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+RepairSettings with(Repair repair, double voxel_size = 0.05) {
+  return {repair, voxel_size, 0};
+}
+
+TriangleMesh turned(TriangleMesh mesh) {
+  for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
+  return mesh;
+}
+
+// Each triangle with corners of its own, moved by up to `gap` along each axis.
+TriangleMesh shaken(const TriangleMesh& mesh, double gap) {
+  TriangleMesh soup;
+  Random random;
+  for (const auto& t : mesh.triangles) {
+    const auto base = static_cast<std::uint32_t>(soup.vertices.size());
+    for (const std::uint32_t v : t) {
+      std::array<double, 3> p = mesh.vertices[v];
+      for (double& x : p) x += gap * (random.next() - 0.5);
+      soup.vertices.push_back(p);
+    }
+    soup.triangles.push_back({base, base + 1, base + 2});
+  }
+  return soup;
+}
+
+TriangleMesh without(TriangleMesh mesh, std::size_t first, std::size_t count) {
+  const auto begin = mesh.triangles.begin() + static_cast<std::ptrdiff_t>(first);
+  mesh.triangles.erase(begin, begin + static_cast<std::ptrdiff_t>(count));
+  return mesh;
+}
+
+// A rectangle across z, drawn from one side.
+TriangleMesh make_sheet(double half_x, double half_y, std::array<double, 3> centre) {
+  const auto& [x, y, z] = centre;
+  return {{{x - half_x, y - half_y, z},
+           {x + half_x, y - half_y, z},
+           {x + half_x, y + half_y, z},
+           {x - half_x, y + half_y, z}},
+          {{0, 1, 2}, {0, 2, 3}}};
+}
+
+bool is_closed(const Mesh& mesh) {
+  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  bool closed = true;
+  for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) { closed = closed && edge_balance(edge) == 0; });
+  return closed;
+}
+
+TEST(Repair, NothingIsDoneToAClosedMesh) {
+  const Repaired r = repaired(make_torus(1, 0.3, 24, 12));
+  EXPECT_EQ(r.outcome.used, Repair::none);
+  EXPECT_TRUE(r.outcome.notes.empty());
+}
+
+TEST(Repair, RoundingNoiseIsWelded) {
+  const Repaired r = repaired(shaken(make_box({1, 1, 1}), 1e-7), with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::weld);
+  EXPECT_NEAR(r.volume, 8, 1e-5);
+  EXPECT_EQ(r.surface.vertices.size(), 8U);
+  EXPECT_NE(refusal(shaken(make_box({1, 1, 1}), 1e-7), with(Repair::none)).find("the mesh is open"), std::string::npos);
+}
+
+TEST(Repair, CracksBelowAVoxelAreStitched) {
+  const Repaired r = repaired(shaken(make_sphere(1, 2), 0.004), with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::stitch);
+  EXPECT_NEAR(r.volume, mass_properties(checked(make_sphere(1, 2))).volume, 0.02);
+  EXPECT_NE(refusal(shaken(make_sphere(1, 2), 0.004), with(Repair::weld)).find("the mesh is open"), std::string::npos);
+}
+
+TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
+  // A box whose top has a vertex in the middle of one edge that the side does not know.
+  TriangleMesh mesh = make_box({1, 1, 1});
+  const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.push_back({0.001, -1.002, 1.001});  // near the edge 4-5
+  ASSERT_EQ(mesh.triangles[2], (std::array<std::uint32_t, 3>{4, 5, 6}));
+  mesh.triangles[2] = {4, middle, 6};
+  mesh.triangles.push_back({middle, 5, 6});
+  const Repaired r = repaired(mesh, with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::stitch);
+  EXPECT_NEAR(r.volume, 8, 0.01);
+  EXPECT_TRUE(is_closed(r.surface));
+}
+
+TEST(Repair, AHoleBelowAVoxelIsFilledAndAWiderOneIsNot) {
+  const TriangleMesh open = without(make_sphere(1, 4), 100, 1);
+  EXPECT_EQ(repaired(open, with(Repair::automatic, 0.1)).outcome.used, Repair::stitch);  // corners closer than a voxel
+  const TriangleMesh wide = without(make_sphere(1, 3), 100, 40);
+  const std::string said = refusal(wide, with(Repair::automatic));
+  EXPECT_NE(said.find("it leaks through"), std::string::npos) << said;
+  const Repaired filled = repaired(wide, with(Repair::fill));
+  EXPECT_EQ(filled.outcome.used, Repair::fill);
+  EXPECT_TRUE(is_closed(filled.surface));
+  EXPECT_NEAR(filled.volume, mass_properties(checked(make_sphere(1, 3))).volume, 0.1);
+}
+
+TEST(Repair, WrapClosesWhatNothingElseDoes) {
+  const TriangleMesh soup = without(shaken(make_sphere(1, 3), 0.03), 200, 20);
+  const Repaired r = repaired(soup, with(Repair::wrap, 0.1));
+  EXPECT_EQ(r.outcome.used, Repair::wrap);
+  EXPECT_TRUE(is_closed(r.surface));
+  EXPECT_NEAR(r.volume, 4.2, 0.5);
+}
+
+TEST(Repair, AnInsideOutShellAmongOthersIsRighted) {
+  const TriangleMesh mesh = joined(make_box({1, 1, 1}), turned(make_box({1, 1, 1}, {5, 0, 0})));
+  const Repaired r = repaired(mesh);
+  EXPECT_NEAR(r.volume, 16, 1e-12);
+  EXPECT_EQ(r.outcome.notes, std::vector<std::string>{"1 shell of 2 inside out; winding reversed"});
+}
+
+TEST(Repair, NestedShellsAreCavitiesHoweverTheyAreWound) {
+  for (const bool turn : {false, true}) {
+    const TriangleMesh inner = make_box({0.5, 0.5, 0.5});
+    const TriangleMesh mesh = joined(make_box({1, 1, 1}), turn ? turned(inner) : inner);
+    EXPECT_NEAR(repaired(mesh).volume, 7, 1e-12);
+    // Inside the cavity there is matter again.
+    EXPECT_NEAR(repaired(joined(mesh, make_box({0.25, 0.25, 0.25}))).volume, 7.125, 1e-12);
+  }
+}
+
+TEST(Repair, OverlappingShellsAreUnitedExactly) {
+  for (const bool turn : {false, true}) {
+    const TriangleMesh second = make_box({1, 1, 1}, {1, 0.5, 0.25});
+    const Repaired r = repaired(joined(make_box({1, 1, 1}), turn ? turned(second) : second));
+    EXPECT_NEAR(r.volume, 16 - 1 * 1.5 * 1.75, 1e-12);
+    EXPECT_TRUE(is_closed(r.surface));
+    EXPECT_TRUE(self_intersections(r.surface).empty());
+  }
+}
+
+TEST(Repair, ShellsThatTouchInAFaceBecomeOneSolidWithoutAWall) {
+  // Half of a face in common, in one plane: the coplanar case.
+  const Repaired r = repaired(joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {2, 1, 0})));
+  EXPECT_NEAR(r.volume, 16, 1e-12);
+  EXPECT_NEAR(r.surface.area, 2 * 24 - 2 * 2, 1e-12);
+  EXPECT_TRUE(self_intersections(r.surface).empty());
+}
+
+TEST(Repair, CoplanarFacesOfAnOverlapStayOnce) {
+  // The second box sinks half into the first; four of their faces share planes.
+  const Repaired r = repaired(joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {1, 0, 0})));
+  EXPECT_NEAR(r.volume, 12, 1e-12);
+  EXPECT_NEAR(r.surface.area, 8 + 4 * 6, 1e-12);
+}
+
+TEST(Repair, TheSameSolidTwiceIsOne) {
+  const Repaired r = repaired(joined(make_sphere(1, 2), make_sphere(1, 2)));
+  EXPECT_NEAR(r.volume, mass_properties(checked(make_sphere(1, 2))).volume, 1e-12);
+}
+
+TEST(Repair, ASurfaceDrawnFromBothSidesIsOneSolid) {
+  const Repaired r = repaired(joined(make_box({1, 1, 1}), turned(make_box({1, 1, 1}))));
+  EXPECT_NEAR(r.volume, 8, 1e-12);
+}
+
+TEST(Repair, AMobiusBandOfPatchesIsTurnedPatchByPatch) {
+  // Every second triangle of a closed mesh wound the wrong way round.
+  TriangleMesh mesh = make_torus(1, 0.3, 24, 12);
+  for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
+  EXPECT_NEAR(repaired(mesh).volume, mass_properties(checked(make_torus(1, 0.3, 24, 12))).volume, 1e-12);
+}
+
+TEST(Repair, CubesThatShareAnEdgeStayTwoSolids) {
+  TriangleMesh mesh = joined(make_box({1, 1, 1}), turned(make_box({1, 1, 1}, {2, 2, 0})));
+  EXPECT_NEAR(repaired(mesh).volume, 16, 1e-12);
+}
+
+TEST(Repair, ASheetBecomesASolidOfItsThickness) {
+  TriangleMesh sheet;
+  sheet.vertices = {{0, 0, 0}, {2, 0, 0}, {2, 3, 0}, {0, 3, 0}};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const Repaired r = repaired(sheet, {Repair::automatic, 0.05, 0.2});
+  EXPECT_NEAR(r.volume, 2 * 3 * 0.2, 1e-12);
+  EXPECT_DOUBLE_EQ(r.surface.bounds_min.z(), -0.1);
+  EXPECT_EQ(r.outcome.notes, std::vector<std::string>{"1 open surface made 200 mm thick"});
+  // A roof: the faces keep their distance at the ridge.
+  sheet.vertices.push_back({-2, 0, -2});
+  sheet.vertices.push_back({-2, 3, -2});
+  sheet.triangles.push_back({4, 0, 3});
+  sheet.triangles.push_back({4, 3, 5});
+  const Repaired roof = repaired(sheet, {Repair::automatic, 0.05, 0.2});
+  EXPECT_NEAR(roof.volume, (2 + 2 * std::sqrt(2)) * 3 * 0.2, 0.01);
+}
+
+TEST(Repair, ASingleTriangleAndASoupCanBeThickened) {
+  TriangleMesh one;
+  one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  one.triangles = {{0, 1, 2}};
+  EXPECT_NEAR(repaired(one, {Repair::automatic, 0.05, 0.1}).volume, 0.05, 1e-12);
+  one.vertices.insert(one.vertices.end(), {{0.2, 0.2, -0.5}, {0.2, 0.2, 0.5}, {0.9, 0.9, 0}});
+  one.triangles.push_back({3, 4, 5});
+  const Repaired r = repaired(one, {Repair::automatic, 0.05, 0.1});
+  EXPECT_TRUE(self_intersections(r.surface).empty());
+  EXPECT_LT(r.volume, 0.05 + 0.05);
+  EXPECT_GT(r.volume, 0.05);
+}
+
+TEST(Repair, AnOpenSheetInsideASolidIsDroppedAndSaid) {
+  const TriangleMesh sheet = make_sheet(0.5, 0.25, {0.25, 0, 0.5});
+  for (const TriangleMesh& inner : {sheet, joined(sheet, turned(sheet))}) {
+    for (const RepairSettings& settings :
+         {with(Repair::none), with(Repair::automatic), RepairSettings{{}, 0.05, 0.2}}) {
+      const Repaired r = repaired(joined(make_box({1, 1, 1}), inner), settings);
+      EXPECT_NEAR(r.volume, 8, 1e-12);
+      EXPECT_EQ(r.outcome.used, Repair::none);
+      ASSERT_FALSE(r.outcome.notes.empty());
+      EXPECT_EQ(r.outcome.notes[0], "1 open surface inside a solid: dropped, as it bounds no volume");
+    }
+  }
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), sheet), with(Repair::fill)).volume, 8, 1e-12);
+  const TriangleMesh two = joined(sheet, make_sheet(0.5, 0.25, {0, 0, -0.5}));
+  EXPECT_EQ(repaired(joined(make_box({1, 1, 1}), two)).outcome.notes,
+            std::vector<std::string>{"2 open surfaces inside a solid: dropped, as they bound no volume"});
+}
+
+TEST(Repair, ASheetInsideIsDroppedFromACrackedSolidToo) {
+  const TriangleMesh mesh = joined(shaken(make_sphere(1, 2), 0.004), make_sheet(0.25, 0.25, {0, 0, 0}));
+  const Repaired r = repaired(mesh, with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::stitch);
+  EXPECT_NEAR(r.volume, mass_properties(checked(make_sphere(1, 2))).volume, 0.02);
+}
+
+TEST(Repair, ASheetOutsideOrThroughASolidIsRefusedWithItsPlace) {
+  const std::string outside =
+      refusal(joined(make_box({1, 1, 1}), make_sheet(0.3, 0.3, {5, 0, 0})), with(Repair::automatic));
+  EXPECT_NE(outside.find("1 open one that bounds no volume, one outside of the closed ones at (5.1, -0.1, 0) m"),
+            std::string::npos)
+      << outside;
+  EXPECT_NE(outside.find("--open-surface thicken="), std::string::npos) << outside;
+  const std::string through =
+      refusal(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), with(Repair::automatic));
+  EXPECT_NE(through.find("that crosses or touches a closed one at ("), std::string::npos) << through;
+  EXPECT_NE(through.find(", 0.5) m"), std::string::npos) << through;
+  EXPECT_NE(through.find("--open-surface thicken="), std::string::npos) << through;
+}
+
+TEST(Repair, ASheetOutsideOrThroughASolidIsThickened) {
+  const RepairSettings thicken{Repair::automatic, 0.05, 0.2};
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), make_sheet(0.5, 0.5, {5, 0, 0})), thicken).volume, 8.2, 1e-12);
+  // Two ends of 2 x 1 stand out.
+  const Repaired through = repaired(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), thicken);
+  EXPECT_NEAR(through.volume, 8 + 2 * 2 * 1 * 0.2, 1e-12);
+  EXPECT_TRUE(self_intersections(through.surface).empty());
+}
+
+TEST(Repair, AFinOnAnEdgeOfASolidIsThickenedAloneOrRefused) {
+  TriangleMesh mesh = make_box({1, 1, 1});
+  mesh.vertices.push_back({1, -1, 3});
+  mesh.vertices.push_back({1, 1, 3});
+  mesh.triangles.push_back({5, 7, 9});
+  mesh.triangles.push_back({5, 9, 8});
+  const std::string said = refusal(mesh, with(Repair::automatic));
+  EXPECT_NE(said.find("crosses or touches"), std::string::npos) << said;
+  // A sheet's border does not grow: the fin stands on the box.
+  const Repaired r = repaired(mesh, {Repair::automatic, 0.05, 0.2});
+  EXPECT_NEAR(r.volume, 8 + 2 * 2 * 0.2, 1e-12);
+}
+
+TEST(Repair, ASheetInACavityIsOutsideOfTheSolid) {
+  const TriangleMesh hollow = with_cavity(make_box({2, 2, 2}), make_box({1, 1, 1}));
+  const TriangleMesh mesh = joined(hollow, make_sheet(0.5, 0.5, {0, 0, 0}));
+  EXPECT_NE(refusal(mesh, with(Repair::automatic)).find("outside of the closed ones"), std::string::npos);
+  EXPECT_NEAR(repaired(mesh, {Repair::automatic, 0.05, 0.2}).volume, 64 - 8 + 0.2, 1e-12);
+}
+
+TEST(Repair, ASheetAcrossAWallThatAUnionRemovesIsInside) {
+  const TriangleMesh boxes = joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {1, 0.5, 0.25}));
+  EXPECT_NEAR(repaired(joined(boxes, make_sheet(0.5, 0.25, {0, 0.25, 0.25}))).volume, 16 - 1 * 1.5 * 1.75, 1e-12);
+}
+
+TEST(Repair, TheWallOfACavityWithASmallHoleIsNoSheet) {
+  const TriangleMesh inner = without(make_sphere(0.5, 4), 100, 1);
+  const double cavity = mass_properties(checked(make_sphere(0.5, 4))).volume;
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), inner), with(Repair::automatic, 0.1)).volume, 8 - cavity, 1e-3);
+  // Nor is one with a wide hole, when all holes are to be filled.
+  const TriangleMesh wide = without(make_sphere(0.5, 3), 100, 40);
+  EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), wide), with(Repair::fill)).volume, 8 - cavity, 0.05);
+}
+
+TEST(Repair, FillingIsMeasuredAndALargeOneIsWarnedOf) {
+  // One face of six.
+  const TriangleMesh open = without(make_box({1, 1, 1}), 2, 2);
+  const Repaired plug = repaired(open, with(Repair::fill));
+  EXPECT_DOUBLE_EQ(plug.outcome.filled_share, 1.0 / 6);
+  ASSERT_EQ(plug.outcome.notes.size(), 2U);
+  EXPECT_EQ(plug.outcome.notes[1].find("17 % of the surface fills holes: the solid may be a plug"), 0U);
+  EXPECT_EQ(plug.outcome.notes[0], "repair fill: closed 1 hole, 17 % of the surface");
+  const Repaired cap = repaired(without(make_sphere(1, 3), 100, 40), with(Repair::fill));
+  EXPECT_GT(cap.outcome.filled_share, 0.01);
+  EXPECT_LT(cap.outcome.filled_share, 0.04);  // 40 of 1280 triangles were there
+  EXPECT_EQ(cap.outcome.notes.size(), 1U);
+  EXPECT_EQ(repaired(make_box({1, 1, 1})).outcome.filled_share, 0);
+}
+
+// Volumes of unions are known from no table; that nothing meets and nothing is open shows that the cut is whole.
+class RealMeshes : public testing::TestWithParam<std::string> {};
+
+TEST_P(RealMeshes, AreClosedAndFreeOfIntersectionsAfterRepair) {
+  VPS_SHARED_FILE_OR_SKIP(path, "meshes/" + GetParam());
+  const TriangleMesh mesh = import_mesh(path);
+  RepairSettings settings;
+  settings.repair = Repair::fill;
+  const Extent extent = measure_extent(mesh);
+  settings.voxel_size = (extent.bounds_max - extent.bounds_min).maxCoeff() / 200;
+  const Repaired r = repaired(mesh, settings);
+  EXPECT_TRUE(is_closed(r.surface));
+  EXPECT_EQ(self_intersections(r.surface).size(), 0U);
+  EXPECT_GT(r.volume, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Shared, RealMeshes,
+                         testing::Values("bearing.stl", "box_10_parts.stl", "bunny_8k_nonmanifold.ply",
+                                         "bunny_closed.obj", "elephant_with_holes.off", "franka_link5.dae",
+                                         "ingenuity_chassis.glb", "man_selfintersect.off", "milk_truck.glb",
+                                         "propeller.stl", "teapot.obj", "tetra_shared_edge.obj", "ur5_forearm.dae",
+                                         "ur5_upperarm_collision.stl"),
+                         [](const auto& test) { return test.param.substr(0, test.param.find('.')); });
+
+// Counts of shared/meshes/README.md, made by another program.
+TEST(SelfIntersections, MatchTheTableOfSharedMeshes) {
+  for (const auto& [name, pairs] : std::map<std::string, std::size_t>{{"bunny_8k_nonmanifold.ply", 97},
+                                                                      {"bearing.stl", 21},
+                                                                      {"teapot.obj", 161},
+                                                                      {"man_selfintersect.off", 848},
+                                                                      {"box_10_parts.stl", 4665},
+                                                                      {"fandisk.off", 0},
+                                                                      {"ur5_forearm.dae", 2985}}) {
+    VPS_SHARED_FILE_OR_SKIP(path, "meshes/" + name);
+    const TriangleMesh mesh = import_mesh(path);
+    Mesh work;
+    for (const auto& v : mesh.vertices) work.vertices.emplace_back(v[0], v[1], v[2]);
+    work.triangles = mesh.triangles;
+    std::erase_if(work.triangles, [](const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+    EXPECT_EQ(self_intersections(work).size(), pairs) << name;
+  }
+}
+
+}  // namespace
+}  // namespace vps::test

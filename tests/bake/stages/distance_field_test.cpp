@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/coarse_layers.h"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+
+#include <tbb/global_control.h>
+
+#include "tests/bake/scene.h"
+#include "tests/support/oracle.h"
+
+namespace vps::test {
+namespace {
+
+// Every stored voxel against CGAL, and every voxel of the grid that should be stored.
+void expect_exact(const TriangleMesh& mesh, double voxel_size) {
+  const Scene scene(mesh, voxel_size);
+  const Oracle oracle(mesh);
+  const double band = scene.field.band_inner;
+  std::size_t exact = 0;
+  for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
+    for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+      const std::size_t at = scene.field.at(brick, voxel);
+      const auto p = to_array(scene.grid.centre(scene.field.set.bricks[brick], voxel));
+      const double truth = oracle.penetration(p);
+      const double tolerance = 1e-12;
+      if (scene.field.closest[at] == kNoTriangle) {
+        ASSERT_GE(std::abs(truth), band - tolerance);
+        ASSERT_EQ(scene.field.penetration[at], truth > 0 ? band : -band);
+      } else {
+        ASSERT_NEAR(scene.field.penetration[at], truth, tolerance);
+        ++exact;
+      }
+    }
+  }
+  EXPECT_GT(exact, 1000U);
+  std::size_t at = 0;
+  for (std::uint32_t z = 0; z < scene.grid.brick_dims[2]; ++z) {
+    for (std::uint32_t y = 0; y < scene.grid.brick_dims[1]; ++y) {
+      for (std::uint32_t x = 0; x < scene.grid.brick_dims[0]; ++x, ++at) {
+        if (scene.field.set.index[at] != kNoBrick) continue;
+        for (std::uint32_t voxel = 0; voxel < kBrickVoxels; voxel += 7) {
+          ASSERT_GT(oracle.distance(to_array(scene.grid.centre(Index3{x, y, z}, voxel))), band - 1e-12);
+        }
+      }
+    }
+  }
+}
+
+TEST(DistanceField, DistancesInTheBandAreExactOnASphere) {
+  expect_exact(make_sphere(0.1, 3), 0.005);
+}
+TEST(DistanceField, DistancesInTheBandAreExactOnLargeTriangles) {
+  expect_exact(make_box({0.1, 0.07, 0.05}), 0.004);
+}
+TEST(DistanceField, DistancesInTheBandAreExactRoundACavity) {
+  expect_exact(with_cavity(make_torus(0.1, 0.05, 20, 12), make_torus(0.1, 0.02, 20, 12)), 0.006);
+}
+
+TEST(DistanceField, GradientsPointInwardAndMatchTheSphere) {
+  const Scene scene(make_sphere(0.1, 4), 0.005);
+  for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
+    for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+      const std::size_t at = scene.field.at(brick, voxel);
+      const Vector gradient = exact_gradient(scene.surface, scene.grid.centre(scene.field.set.bricks[brick], voxel),
+                                             scene.field.closest[at], scene.field.penetration[at] > 0, 0.005);
+      if (scene.field.closest[at] == kNoTriangle) {
+        ASSERT_EQ(gradient.norm(), 0);
+        continue;
+      }
+      const Vector inward = -scene.grid.centre(scene.field.set.bricks[brick], voxel).normalized();
+      ASSERT_NEAR(gradient.norm(), 1, 1e-9);
+      ASSERT_GT(gradient.dot(inward), 0.99);
+    }
+  }
+}
+
+TEST(DistanceField, CoarseLayersNeverClaimMoreDistanceThanThereIs) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  const Scene scene(mesh, 0.002);
+  const Oracle oracle(mesh);
+  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs);
+  std::size_t inner = 0;
+  for (std::uint32_t z = 0; z < scene.grid.brick_dims[2]; ++z) {
+    for (std::uint32_t y = 0; y < scene.grid.brick_dims[1]; ++y) {
+      for (std::uint32_t x = 0; x < scene.grid.brick_dims[0]; ++x) {
+        const std::size_t at = scene.grid.brick_at(x, y, z);
+        const double s = scene.grid.voxel_size;
+        const Vector centre = scene.grid.origin + 8 * s * Vector(x + 0.5, y + 0.5, z + 0.5);
+        const double truth = oracle.penetration(to_array(centre));
+        if (scene.field.set.index[at] == kNoBrick) {
+          ASSERT_EQ(layers[at] > 0, truth > 0);
+        }
+        ASSERT_LE(std::abs(layers[at]) * s, std::abs(truth));
+        ASSERT_GT((std::abs(layers[at]) + 3) * s, std::abs(truth) * (1 - 1e-8));
+        inner += truth > 0;
+      }
+    }
+  }
+  EXPECT_GT(inner, 10U);
+}
+
+TEST(DistanceField, TheNumberOfThreadsDoesNotMatter) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  const Scene many(mesh, 0.004);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const Scene single(mesh, 0.004);
+  EXPECT_EQ(many.field.penetration, single.field.penetration);
+  EXPECT_EQ(many.field.closest, single.field.closest);
+  EXPECT_EQ(many.field.set.index, single.field.set.index);
+}
+
+TEST(DistanceField, TheInstructionSetDoesNotMatter) {
+  const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
+  const Scene best(mesh, 0.004);
+  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    hwy::DisableTargets(~(targets & -targets));
+    const Scene other(mesh, 0.004);
+    hwy::DisableTargets(0);
+    EXPECT_EQ(best.field.penetration, other.field.penetration) << hwy::TargetName(targets & -targets);
+    EXPECT_EQ(best.field.closest, other.field.closest) << hwy::TargetName(targets & -targets);
+  }
+}
+
+}  // namespace
+}  // namespace vps::test

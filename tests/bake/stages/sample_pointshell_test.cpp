@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/sample_pointshell.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <numeric>
+
+#include "formats/quantize.h"
+#include "tests/bake/scene.h"
+#include "tests/support/oracle.h"
+
+namespace vps::test {
+namespace {
+
+Pointshell sample(const Scene& scene, double alpha = std::sqrt(2.0)) {
+  return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field,
+                           alpha * scene.grid.voxel_size);
+}
+
+double nearest(const Pointshell& shell, const Vector& p) {
+  double squared = 1e300;
+  for (const Vector& q : shell.positions) squared = std::min(squared, (q - p).squaredNorm());
+  return std::sqrt(squared);
+}
+
+// What every pointshell promises.
+void expect_promises(const TriangleMesh& mesh, double voxel_size) {
+  const Scene scene(mesh, voxel_size);
+  const Pointshell shell = sample(scene);
+  const Oracle oracle(mesh);
+  ASSERT_GT(shell.positions.size(), 50U);
+  for (std::size_t i = 0; i < shell.positions.size(); ++i) {
+    ASSERT_LT(oracle.distance(to_array(shell.positions[i])), 1e-12);
+    ASSERT_NEAR(shell.inward_normals[i].norm(), 1, 1e-12);
+    ASSERT_GE(shell.areas[i], 0);
+  }
+  const double area = std::accumulate(shell.areas.begin(), shell.areas.end(), 0.0);
+  EXPECT_NEAR(area, scene.surface.area, 1e-9 * scene.surface.area);
+  // Every surface point is covered: many on every triangle, and all vertices.
+  Random random;
+  const std::size_t per_triangle = 1 + 4000 / scene.surface.triangles.size();
+  double farthest = 0;
+  for (std::size_t t = 0; t < scene.surface.triangles.size(); ++t) {
+    for (std::size_t n = 0; n < per_triangle; ++n) {
+      farthest = std::max(farthest, nearest(shell, point_on(scene.surface, t, random)));
+    }
+  }
+  for (const Vector& v : scene.surface.vertices) farthest = std::max(farthest, nearest(shell, v));
+  EXPECT_LE(farthest, shell.covering_radius);
+  EXPECT_LE(shell.covering_radius, 1.06 * shell.spacing);
+  EXPECT_GE(shell.covering_radius, 0.5 * shell.spacing);
+}
+
+TEST(SamplePointshell, PromisesHoldOnASphere) {
+  expect_promises(make_sphere(0.1, 3), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnABoxOfLargeTriangles) {
+  expect_promises(make_box({0.1, 0.07, 0.03}), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnATorus) {
+  expect_promises(make_torus(0.1, 0.04, 60, 30), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnAPlateThinnerThanAVoxel) {
+  expect_promises(make_box({0.1, 0.1, 0.002}), 0.01);
+}
+TEST(SamplePointshell, PromisesHoldOnANeedle) {
+  TriangleMesh needle;
+  needle.vertices = {{0, 0, 0.2}, {0.01, 0, 0}, {-0.005, 0.008, 0}, {-0.005, -0.008, 0}};
+  needle.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};
+  expect_promises(needle, 0.004);
+}
+
+TEST(SamplePointshell, SharpCornersArePoints) {
+  const Scene scene(make_box({0.1, 0.07, 0.03}), 0.01);
+  const Pointshell shell = sample(scene);
+  for (const Vector& v : scene.surface.vertices) EXPECT_LT(nearest(shell, v), 1e-12);
+}
+
+TEST(SamplePointshell, PointsOnOneSideKeepTheSpacing) {
+  const Scene scene(make_sphere(0.1, 4), 0.008);
+  const Pointshell shell = sample(scene);
+  for (std::size_t i = 0; i < shell.positions.size(); ++i) {
+    for (std::size_t j = i + 1; j < shell.positions.size(); ++j) {
+      ASSERT_GE((shell.positions[i] - shell.positions[j]).norm(), shell.spacing * (1 - 1e-12));
+    }
+  }
+}
+
+TEST(SamplePointshell, BothSidesOfAThinPlateAreSampled) {
+  const Scene scene(make_box({0.1, 0.1, 0.001}), 0.01);
+  const Pointshell shell = sample(scene);
+  int top = 0;
+  int bottom = 0;
+  for (std::size_t i = 0; i < shell.positions.size(); ++i) {
+    if (shell.positions[i].z() > 0.0009 && shell.inward_normals[i].z() < -0.9) ++top;
+    if (shell.positions[i].z() < -0.0009 && shell.inward_normals[i].z() > 0.9) ++bottom;
+  }
+  EXPECT_GT(top, 100);
+  EXPECT_GT(bottom, 100);
+}
+
+TEST(SamplePointshell, NormalsOfASmoothShapeAreWithinAFewDegrees) {
+  const Scene scene(make_sphere(0.1, 5), 0.004);
+  const Pointshell shell = sample(scene);
+  double worst = 1;
+  for (std::size_t i = 0; i < shell.positions.size(); ++i) {
+    worst = std::min(worst, -shell.inward_normals[i].dot(shell.positions[i].normalized()));
+  }
+  EXPECT_GT(worst, std::cos(2 * M_PI / 180));
+}
+
+TEST(SamplePointshell, AnyNumberOfThreadsGivesTheSamePoints) {
+  const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.004);
+  const Pointshell many = sample(scene);
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const Pointshell alone = sample(scene);
+  EXPECT_EQ(many.positions, alone.positions);
+  EXPECT_EQ(many.inward_normals, alone.inward_normals);
+  EXPECT_EQ(many.areas, alone.areas);
+  EXPECT_EQ(many.covering_radius, alone.covering_radius);
+}
+
+TEST(SamplePointshell, ALargerAlphaGivesFewerPoints) {
+  const Scene scene(make_sphere(0.1, 4), 0.008);
+  const std::size_t fine = sample(scene, 1).positions.size();
+  const std::size_t coarse = sample(scene, 2).positions.size();
+  EXPECT_NEAR(static_cast<double>(fine) / static_cast<double>(coarse), 4, 0.6);
+}
+
+TEST(SamplePointshell, NormalsAreThoseThatTheAssetHolds) {
+  const Scene scene(make_torus(0.1, 0.04, 60, 30), 0.006);
+  for (const Vector& n : sample(scene).inward_normals) {
+    const auto [x, y, z] = decode_normal<double>(encode_normal(to_array(n)));
+    ASSERT_LT((Vector(x, y, z) - n).norm(), 1e-15);
+  }
+}
+
+TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
+  const auto shell_of = [](const TriangleMesh& mesh, double s) {
+    const Scene scene(mesh, s);
+    return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 1.5 * s);
+  };
+  const Pointshell smooth = shell_of(make_sphere(0.1, 4), 0.004);
+  EXPECT_GT(smooth.normal_error_mean, 0);
+  EXPECT_LT(smooth.normal_error_mean, 0.05);
+  const Pointshell box = shell_of(make_box({0.1, 0.07, 0.05}), 0.004);
+  EXPECT_LT(box.normal_error_mean, 0.02);
+  EXPECT_LE(box.normal_error_max, M_PI / 6 + 1e-9);
+  // On edges and corners they point between the faces.
+  std::size_t between = 0;
+  for (const Vector& n : box.inward_normals) between += n.cwiseAbs().maxCoeff() < 0.8;
+  EXPECT_GT(between, 50U);
+}
+
+}  // namespace
+}  // namespace vps::test

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scenes from URDFs.
+#include <cmath>
+
+#include "runtime/vps_runtime.h"
+#include "tests/cli/scene/scene_plan.h"
+#include "tests/support/shared.h"
+
+namespace vps::test {
+namespace {
+
+// A carriage with a peg fixed to it hangs over a block; the finger hinges on the carriage.
+std::string robot(const std::string& of_peg) {
+  return R"(<?xml version="0.0" ?>
+<robot name="press">stray
+  <link name="world"/>
+  <link name="block"><collision><geometry><mesh filename=")" +
+         sample("hole") + R"("/></geometry></collision></link>
+  <link name="ram">
+    <inertial><origin xyz="0 0 0.1"/><mass value="3"/>
+      <inertia ixx="0.2" ixy="0" ixz="0" iyy="0.3" iyz="0" izz="0.4"/></inertial>
+    <collision><geometry><box size="0.1 0.2 0.3"/></geometry></collision>
+  </link>
+  <link name="peg">
+    <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+    <collision><geometry>
+      )" +
+         of_peg +
+         R"(
+    </geometry></collision>
+  </link>
+  <link name="finger">
+    <inertial><mass value="1"/><inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial>
+    <collision><geometry><sphere radius="0.01"/></geometry></collision>
+  </link>
+  <joint name="a" type="fixed"><parent link="world"/><child link="block"/></joint>
+  <joint name="b" type="prismatic"><parent link="world"/><child link="ram"/><origin xyz="0 0 1"/>
+    <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="c" type="fixed"><parent link="ram"/><child link="peg"/><origin xyz="0 0 -0.1" rpy="0 0 1.5707963267948966"/></joint>
+  <joint name="d" type="continuous"><parent link="ram"/><child link="finger"/><axis xyz="0 0 1"/></joint>
+</robot>
+)";
+}
+
+TEST(Urdf, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
+  const TemporaryFolder folder;
+  write_file(folder / "press.urdf", robot("<mesh filename=\"" + sample("peg") + "\" scale=\"2 2 2\"/>"));
+  const Outcome run = vpsbake(folder, "scene press.urdf -o out --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const Json report = Json::parse(run.out);
+  ASSERT_EQ(report["bodies"].size(), 3U);
+  EXPECT_EQ(report["bodies"][0]["name"], "world");
+  EXPECT_EQ(report["bodies"][0]["type"], "static");
+  EXPECT_EQ(report["bodies"][0]["meets"], Json({"ram", "finger"}));
+  EXPECT_EQ(report["bodies"][1]["meets"], Json({"world"}));
+  const Json manifest = Json::parse(read_file(folder / "out/press.vps.json"));
+  EXPECT_EQ(manifest["apart"], Json::array({{"ram", "finger"}}));
+  const Json& ram = manifest["bodies"][1];
+  EXPECT_EQ(ram["mass"], 4.0);
+  // 3 kg at 0.1 m and 1 kg at -0.1 m: 50 mm up, 2 * 2 * 0.03 more of inertia across.
+  EXPECT_NEAR(ram["centre_of_mass"][2].get<double>(), 0.05, 1e-12);
+  EXPECT_NEAR(ram["inertia"][0].get<double>(), 0.3 + 3 * 0.05 * 0.05 + 0.15 * 0.15, 1e-12);
+  EXPECT_NEAR(ram["inertia"][2].get<double>(), 0.5, 1e-12);
+  EXPECT_EQ(ram["position"][2], 1.0);
+  ASSERT_EQ(ram["shapes"].size(), 2U);
+  EXPECT_EQ(ram["shapes"][0]["half_extents"], Json({0.05, 0.1, 0.15}));
+  EXPECT_EQ(ram["shapes"][1]["part"], "pointshell");
+  EXPECT_NEAR(ram["shapes"][1]["position"][2].get<double>(), -0.1, 1e-12);
+  EXPECT_NEAR(ram["shapes"][1]["orientation"][2].get<double>(), std::sqrt(0.5), 1e-12);
+  Asset peg;
+  ASSERT_EQ(Asset::open(asset_at(folder, "out", report, 1).c_str(), peg), Status::ok);
+  EXPECT_NEAR(peg.info().bounds_max[0], 2 * 0.0039, 1e-6);
+}
+
+TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
+  const TemporaryFolder folder;
+  const auto expect_urdf_refused = [&](const std::string& text, const std::string& why, int code = kBad) {
+    write_file(folder / "r.urdf", text);
+    expect_refusal(folder, "scene r.urdf", code, why);
+  };
+  expect_urdf_refused("", "r.urdf:1: this is not XML");
+  expect_urdf_refused("<robot name=\"a\">\n<link name=\"b\">\n</robot>", "r.urdf:3: this is not XML");
+  std::string deep;
+  for (int i = 0; i < 1'000'000; ++i) deep += "<a>";
+  expect_urdf_refused(deep, "r.urdf:1: the elements are nested too deeply");
+  expect_urdf_refused("<html/>", "r.urdf:1: this is not a URDF: it has no <robot>");
+  expect_urdf_refused("<robot name=\"a\"/>", "r.urdf:1: this is not a URDF");
+  expect_urdf_refused("<robot name=\"a\"><link name=\"b\"/></robot>", "no link has collision geometry");
+  expect_urdf_refused(robot("<mesh filename=\"none.obj\"/>"), "r.urdf:13: mesh 'none.obj': the file does not exist",
+                      kMissing);
+  expect_urdf_refused(robot("<mesh filename=\"package://none/none.obj\"/>"), "r.urdf:13: mesh 'none/none.obj'",
+                      kMissing);
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
+                      "r.urdf:13: this mesh is scaled differently");
+  std::string light = robot("<sphere radius=\"1\"/>");
+  light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
+  expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
+  std::string spun = robot("<sphere radius=\"1\"/>");
+  spun.replace(spun.find("iyy=\"0.3\""), 9, "iyy=\"-9\"");
+  expect_urdf_refused(spun, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
+  expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size of this shape is below 2 nm");
+  // What urdfdom says without a line.
+  expect_urdf_refused(robot("<sphere radius=\"wide\"/>"), "r.urdf:10: this is not a URDF that can be used: ");
+  expect_urdf_refused(robot("<capsule radius=\"1\" length=\"1\"/>"),
+                      "r.urdf:10: this is not a URDF that can be used: ");
+  const auto with = [&](const std::string& old, const std::string& text) {
+    std::string whole = robot("<sphere radius=\"1\"/>");
+    return whole.replace(whole.find(old), old.size(), text);
+  };
+  expect_urdf_refused(with("<child link=\"block\"/>", "<child link=\"blok\"/>"), "r.urdf:20: this is not a URDF");
+  expect_urdf_refused(with("<link name=\"finger\">", "<link name=\"ram\">"), "r.urdf:5: this is not a URDF");
+  // What urdfdom passes over.
+  expect_urdf_refused(with("<collision><geometry><box size=\"0.1 0.2 0.3\"/></geometry></collision>", "<colision/>"),
+                      "r.urdf:8: <link> has no <colision>; did you mean <collision>?");
+  expect_urdf_refused(with("<link name=\"world\"/>", "<link name=\"world\"/><jiont/>"),
+                      "r.urdf:3: <robot> has no <jiont>");
+  expect_urdf_refused(with("<origin xyz=\"0 0 1\"/>", "<orign xyz=\"0 0 1\"/>"), "r.urdf:21: <joint> has no <orign>");
+  expect_urdf_refused(with("<origin xyz=\"0 0 1\"/>", "<origin xzy=\"0 0 1\"/>"),
+                      "r.urdf:21: <origin> has no xzy; did");
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scael=\"2 2 2\"/>"), "r.urdf:13: <mesh> has no scael; did you");
+  expect_urdf_refused(robot("<cylinder radius=\"1\"/>"), "r.urdf:13: <cylinder> needs radius, length");
+  expect_urdf_refused(robot("<mesh filename=\"m\xE9sh.obj\"/>"), "r.urdf:13: this is not a text in UTF-8");
+  expect_urdf_refused(robot("<mesh filename=\"a&#10;b.obj\"/>"), "r.urdf:13: the mesh is not the name of a file");
+}
+
+TEST(Urdf, WhatAUrdfHasBesidesIsSaidOnce) {
+  const TemporaryFolder folder;
+  write_file(folder / "r.urdf", R"(<robot name="r" xmlns:sim="http://sim">
+  <gazebo/><material name="white"><color rgba="1 1 1 1"/></material><sim:thing/>
+  <link name="a"><visual><geometry><sphere radius="1"/></geometry><anything/></visual><contact/><collision><sdf resolution="256"/>
+    <geometry><sphere radius="1"/></geometry></collision></link>
+  <link name="b"><contact/></link>
+  <joint name="j" type="floating" sim:x="1"><parent link="a"/><child link="b"/></joint>
+</robot>)");
+  const Outcome run = vpsbake(folder, "scene r.urdf --dry-run --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(Json::parse(run.out)["notes"],
+            Json({"r.urdf:3: <contact> in <link> is left out", "r.urdf:3: <sdf> in <collision> is left out",
+                  "link 'a' has no mass: it is static"}));
+}
+
+TEST(Urdf, AUrdfWhoseJointsGoRoundInACircleIsRefused) {
+  const TemporaryFolder folder;
+  const auto expect_joints_refused = [&](std::initializer_list<std::pair<const char*, const char*>> joints,
+                                         const std::string& why) {
+    std::string text = "<robot name=\"a\">\n";
+    for (const char* const link : {"r", "x", "y"}) {
+      text += std::string("<link name=\"") + link +
+              "\"><collision><geometry><sphere radius=\"1\"/></geometry></collision></link>\n";
+    }
+    for (const auto& [parent, child] : joints) {
+      text += std::string("<joint name=\"") + parent + child + "\" type=\"fixed\"><parent link=\"" + parent +
+              "\"/><child link=\"" + child + "\"/></joint>\n";
+    }
+    write_file(folder / "r.urdf", text + "</robot>");
+    expect_refusal(folder, "scene r.urdf", kBad, why);
+  };
+  expect_joints_refused({{"r", "x"}, {"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' is the child of two joints");
+  expect_joints_refused({{"x", "y"}, {"y", "x"}}, "r.urdf:3: link 'x' does not hang on the root 'r'");
+  expect_joints_refused({{"r", "x"}, {"y", "y"}}, "r.urdf:4: link 'y' does not hang on the root 'r'");
+}
+
+TEST(Urdf, AChainOfTooManyLinksIsRefused) {
+  const TemporaryFolder folder;
+  std::string text = "<robot name=\"a\"><link name=\"0\"/>";
+  for (int i = 1; i <= 1000; ++i) {
+    text += "<link name=\"" + std::to_string(i) + "\"/><joint name=\"j" + std::to_string(i) +
+            "\" type=\"fixed\"><parent link=\"" + std::to_string(i - 1) + "\"/><child link=\"" + std::to_string(i) +
+            "\"/></joint>";
+  }
+  write_file(folder / "r.urdf", text + "</robot>");
+  expect_refusal(folder, "scene r.urdf", 3, "link '1000' hangs on a chain of more than 1000 links");
+}
+
+TEST(Urdf, ATomlTakesBodiesFromAUrdf) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "robots/meshes");
+  std::filesystem::copy_file(sample("nut"), folder / "robots/meshes/nut.obj");
+  write_file(folder / "robots/nut.urdf",
+             "<robot name=\"r\"><link name=\"l\"><collision><geometry>\n"
+             "<mesh filename=\"package://robots/meshes/nut.obj\"/></geometry></collision></link></robot>");
+  const Json report = plan(folder, kPlane + std::string("[[body]]\nname = \"nut\"\nurdf = \"robots/nut.urdf\"\n"
+                                                        "mass = \"20g\"\nposition = [\"0m\", \"0m\", \"1m\"]\n"));
+  EXPECT_EQ(report["bodies"][1]["name"], "nut");
+  EXPECT_EQ(report["bodies"][1]["type"], "dynamic");
+  EXPECT_EQ(report["bodies"][1]["meets"], Json({"ground"}));
+}
+
+TEST(Urdf, RealUrdfsAreRead) {
+  VPS_SHARED_FILE_OR_SKIP(scenes, "scenes");
+  const TemporaryFolder folder;
+  std::string text = kPlane;
+  for (const char* const name : {"Banana", "Scissors", "PowerDrill"}) {
+    text += std::string("[[body]]\nname = \"") + name + "\"\nurdf = \"" + scenes.string() +
+            "/ycb_tabletop/ycb_objects/Ycb" + name + "/model.urdf\"\n";
+  }
+  text += "[[body]]\nname = \"nut\"\nmass = \"30g\"\nurdf = \"" + scenes.string() +
+          "/factory/urdf/factory_nut_m16_loose.urdf\"\n";
+  const Json report = plan(folder, text);
+  EXPECT_EQ(report["pairs_that_meet"], 10);
+}
+
+}  // namespace
+}  // namespace vps::test

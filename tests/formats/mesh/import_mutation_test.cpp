@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Thousands of damaged files of every format: each gets a verdict, in time, and the program lives on.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "formats/mesh/mesh_import.h"
+#include "tests/formats/mesh/import_seeds.h"
+#include "tests/formats/mesh/mutate.h"
+#include "tests/support/temporary_folder.h"
+
+#ifdef __SANITIZE_ADDRESS__
+// Limits of memory are not enforced under AddressSanitizer: this one takes their place. Nobody reads the children's
+// reports, which take long to write.
+extern "C" const char* __asan_default_options() {
+  return "max_allocation_size_mb=512:symbolize=0:print_legend=0";
+}
+#endif
+
+namespace vps::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct Verdicts {
+  int meshes = 0, refused = 0, crashed = 0, out_of_memory = 0, timed_out = 0;
+  double seconds = 0, slowest = 0;
+};
+
+void check_mesh(const ImportedMesh& mesh) {
+  ASSERT_FALSE(mesh.triangles.empty());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t v : triangle) ASSERT_LT(v, mesh.vertices.size());
+  }
+  for (const auto& p : mesh.vertices) {
+    for (const double x : p) ASSERT_TRUE(std::isfinite(x));
+  }
+}
+
+void count(const std::string& why, Verdicts& verdicts) {
+  ASSERT_FALSE(why.empty());
+  ASSERT_EQ(why.find('\n'), std::string::npos) << why;
+  ASSERT_LT(why.size(), 400U) << why;
+  const auto says = [&](const char* words) { return why.find(words) != std::string::npos; };
+  ++(says("crashed")         ? verdicts.crashed
+     : says("out of memory") ? verdicts.out_of_memory
+     : says("in time")       ? verdicts.timed_out
+                             : verdicts.refused);
+}
+
+void import_mutant(const fs::path& file, Verdicts& verdicts) {
+  ImportOptions options;
+  options.memory_limit_bytes = 512'000'000;
+  options.timeout = 1;
+  const auto begin = Clock::now();
+  try {
+    check_mesh(import_mesh(file, options));
+    ++verdicts.meshes;
+  } catch (const ImportError& error) {
+    count(error.what(), verdicts);
+  }
+  const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  verdicts.seconds += seconds;
+  verdicts.slowest = std::max(verdicts.slowest, seconds);
+}
+
+void expect_a_verdict_for_each(int files) {
+  const TemporaryFolder folder;
+  const std::vector<Seed> seeds = make_seeds(folder.path());
+  for (std::size_t s = 0; s < seeds.size(); ++s) {
+    const Seed& seed = seeds[s];
+    const fs::path file = folder / ("mutant" + seed.extension);
+    // The seed itself is a mesh, or the mutants would test nothing.
+    write_file(file, seed.bytes);
+    Verdicts verdicts;
+    ASSERT_NO_THROW(check_mesh(import_mesh(file))) << seed.name;
+    const int share = (files + static_cast<int>(s)) / static_cast<int>(seeds.size());
+    for (int i = 0; i < share; ++i) {
+      // A generator for each, so that one can be made again by its number.
+      std::mt19937_64 random(1'000'003 * (s + 1) + static_cast<std::uint64_t>(i));
+      write_file(file, mutate(seed.bytes, random));
+      import_mutant(file, verdicts);
+      if (::testing::Test::HasFailure()) {
+        fs::copy_file(file, fs::temp_directory_path() / ("vps_mutant" + seed.extension),
+                      fs::copy_options::overwrite_existing);
+        FAIL() << seed.name << ", mutant " << i << ": kept as vps_mutant" << seed.extension
+               << " in the temporary folder";
+      }
+    }
+    EXPECT_GT(verdicts.meshes + verdicts.refused, 0) << seed.name;
+    EXPECT_LT(verdicts.slowest, 10) << seed.name;
+    std::printf("%-10s %5d files: %5d meshes, %5d refused, %4d crashed, %3d out of memory, %3d timed out, %.1f s\n",
+                seed.name.c_str(), share, verdicts.meshes, verdicts.refused, verdicts.crashed, verdicts.out_of_memory,
+                verdicts.timed_out, verdicts.seconds);
+    std::fflush(stdout);
+  }
+}
+
+TEST(ImportMutation, SixHundredDamagedFilesEachGetAVerdict) {
+  expect_a_verdict_for_each(600);
+}
+
+TEST(ImportMutationSlow, TwentyThousandDamagedFilesEachGetAVerdict) {
+  expect_a_verdict_for_each(20'004);
+}
+
+}  // namespace
+}  // namespace vps::test

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <type_traits>
+
+#include "tests/runtime/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+constexpr btScalar kStep = btScalar(1.0 / 240);
+
+const std::shared_ptr<Asset>& brick() {
+  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
+  return asset;
+}
+
+// What lint says of a sound world after a change, and nothing else.
+template <class Change>
+std::string advice_after(Change change, btScalar step = kStep) {
+  World scene;
+  bullet::Shape shape(brick());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  scene.add(box, 0, {0, 0, btScalar(-0.5)});
+  scene.add(shape, 1, {0, 0, btScalar(0.05)});
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  change(scene);
+  std::string settings;
+  for (const bullet::Advice& advice : bullet::lint(scene.world, step)) settings += advice.setting + ' ';
+  return settings;
+}
+
+TEST(Lint, ASoundWorldGetsNoAdvice) {
+  EXPECT_EQ(advice_after([](World&) {}), "");
+  World empty;
+  EXPECT_TRUE(bullet::lint(empty.world, kStep).empty());
+}
+
+TEST(Lint, EachSettingThatHurtsIsNamed) {
+  EXPECT_EQ(advice_after(
+                [](World& scene) { scene.world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-0.04); }),
+            "m_splitImpulsePenetrationThreshold ");
+  EXPECT_EQ(advice_after([](World& scene) { scene.world.getSolverInfo().m_splitImpulse = 0; }),
+            "m_splitImpulsePenetrationThreshold ");
+  EXPECT_EQ(advice_after([](World& scene) { scene.world.getSolverInfo().m_solverMode &= ~SOLVER_USE_WARMSTARTING; }),
+            "m_solverMode ");
+  EXPECT_EQ(
+      advice_after([](World& scene) { scene.world.getSolverInfo().m_solverMode &= ~SOLVER_USE_2_FRICTION_DIRECTIONS; }),
+      "m_solverMode ");
+  EXPECT_EQ(advice_after([](World&) {}, btScalar(1.0 / 30)), "stepSimulation ");
+  EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->setLinearVelocity({20, 0, 0}); }), "ContinuousMotion ");
+  EXPECT_EQ(advice_after([](World& scene) { scene.bodies[1]->forceActivationState(ACTIVE_TAG); }),
+            "setSleepingThresholds ");
+  const auto on_springs = [](double stiffness) {
+    return [stiffness](World& scene) {
+      ASSERT_EQ(static_cast<bullet::Shape*>(scene.bodies[1]->getCollisionShape())->set_foundation({stiffness, 0}),
+                Status::ok);
+    };
+  };
+  EXPECT_EQ(advice_after(on_springs(1e6)), "m_splitImpulse ");
+  EXPECT_EQ(advice_after(on_springs(1e9)), "m_splitImpulse set_foundation ");
+  EXPECT_EQ(advice_after([](World& scene) { scene.world.setGravity({0, 0, -9810}); }), "setGravity stepSimulation ");
+  constexpr bool kSingle = std::is_same_v<btScalar, float>;
+  EXPECT_EQ(advice_after([](World& scene) {
+              scene.bodies[1]->setWorldTransform(btTransform(btQuaternion::getIdentity(), {10000, 0, 0}));
+            }),
+            kSingle ? "setWorldTransform " : "");
+}
+
+TEST(Lint, ADispatcherWithoutTheAlgorithmIsNamed) {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  bullet::Shape shape(brick());
+  btCollisionObject object;
+  object.setCollisionShape(&shape);
+  world.addCollisionObject(&object);
+  const auto advice = bullet::lint(world, kStep);
+  ASSERT_EQ(advice.size(), 1U);
+  EXPECT_EQ(advice[0].setting, "register_algorithm");
+  EXPECT_NE(advice[0].text.find("before the first step"), std::string::npos);
+  bullet::register_algorithm(dispatcher);
+  EXPECT_TRUE(bullet::lint(world, kStep).empty());
+  world.removeCollisionObject(&object);
+}
+
+TEST(Lint, MarginsAndMissingPartsAreNamedWithTheirBody) {
+  World scene;
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  bullet::Shape map(brick(), bullet::Part::voxelmap);
+  btConvexHullShape hull;
+  for (int i = 0; i < 8; ++i) hull.addPoint({btScalar(i & 1), btScalar(i & 2), btScalar(i & 4)});
+  const btRigidBody& thick = scene.add(hull, 0, {0, 0, -5});
+  const btRigidBody& lacking = scene.add(map, 1, {0, 0, btScalar(0.05)});
+  const auto advice = bullet::lint(scene.world, kStep);
+  ASSERT_EQ(advice.size(), 2U);
+  EXPECT_EQ(advice[0].setting, "setMargin");
+  EXPECT_EQ(advice[0].object, &thick);
+  EXPECT_NE(advice[0].text.find("40 mm, 10 voxels"), std::string::npos) << advice[0].text;
+  EXPECT_EQ(advice[1].setting, "Part::voxelmap");
+  EXPECT_EQ(advice[1].object, &lacking);
+}
+
+TEST(Lint, AVoxelmapThatCannotMeetBulletsOwnShapesNeedsNoPointshell) {
+  World scene;
+  bullet::Shape map(brick(), bullet::Part::voxelmap);
+  bullet::Shape shell(brick(), bullet::Part::pointshell);
+  btBoxShape box({1, 1, 1});
+  scene.add(box, 0, {0, 0, -5});
+  scene.add(map, 0, {0, 0, -4});
+  scene.add(shell, 1, {0, 0, -3});
+  const auto told = [&] {
+    for (const auto& advice : bullet::lint(scene.world, kStep)) {
+      if (advice.setting == "Part::voxelmap") return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(told());  // both are static
+  scene.add(box, 1, {5, 0, 0});
+  EXPECT_TRUE(told());
+  scene.bodies.back()->getBroadphaseProxy()->m_collisionFilterMask = 0;
+  EXPECT_FALSE(told());
+}
+
+}  // namespace
+}  // namespace vps::test

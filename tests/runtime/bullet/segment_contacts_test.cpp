@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "runtime/bullet/segment_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "runtime/bullet/arriving_contacts.h"
+#include "tests/runtime/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+using bullet::keep_segments;
+using bullet::SegmentMemory;
+using bullet::SegmentPoint;
+
+constexpr float kBeside = 0.1F;
+
+Contact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
+  Contact out;
+  out.node = node;
+  out.point = point;
+  out.position = {x, 0, 0};
+  out.penetration = penetration;
+  return out;
+}
+
+std::vector<std::uint32_t> points_of(std::span<const SegmentPoint> kept) {
+  std::vector<std::uint32_t> out;
+  for (const SegmentPoint& one : kept) out.push_back(one.point);
+  return out;
+}
+
+using Points = std::vector<std::uint32_t>;
+
+TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoint) {
+  SegmentMemory memory;
+  const std::vector<Contact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
+  EXPECT_EQ(points_of(keep_segments(first, kBeside, memory)), (Points{10, 20}));
+  const std::vector<Contact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0), contact(5, 20, 0, 0)};
+  const auto kept = keep_segments(second, kBeside, memory);
+  EXPECT_EQ(points_of(kept), (Points{10, 11, 20}));
+  EXPECT_EQ(kept[0].place, 0);
+  EXPECT_EQ(kept[1].place, 1);
+  EXPECT_EQ(kept[1].at, &second[1]);
+  EXPECT_EQ(kept[2].place, 0);
+}
+
+TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlaces) {
+  SegmentMemory memory;
+  const std::vector<Contact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
+  (void)keep_segments(std::span(both).first(1), kBeside, memory);
+  (void)keep_segments(both, kBeside, memory);
+  const std::vector<Contact> one = {contact(3, 11, 1, 0)};
+  const auto kept = keep_segments(one, kBeside, memory);
+  ASSERT_EQ(kept.size(), 1U);
+  EXPECT_EQ(kept[0].point, 11U);
+  EXPECT_EQ(kept[0].place, 1);
+  EXPECT_TRUE(keep_segments({}, kBeside, memory).empty());
+}
+
+TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) {
+  SegmentMemory memory;
+  std::vector<Contact> contacts;
+  for (const std::uint32_t i : {0U, 1U, 2U}) {
+    contacts.push_back(contact(3, i, static_cast<float>(i), i == 1 ? -2e-3F : -1e-3F));
+    (void)keep_segments(contacts, kBeside, memory);
+  }
+  contacts.push_back(contact(3, 7, 0.05F, 0));
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, memory)), (Points{7, 1, 2}));
+  contacts = {contact(3, 1, 1, -2e-3F), contact(3, 2, 2, -1e-3F), contact(3, 7, 0, -1e-3F), contact(3, 8, 5, 0)};
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, memory)), (Points{7, 8, 2}));
+}
+
+TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
+  SegmentMemory memory;
+  const std::uint16_t codes[1] = {};
+  PointshellView shell;
+  shell.position[0] = codes;
+  shell.points = 100;
+  const std::vector<Contact> contacts = {contact(3, 10, 0, 0)};
+  const auto is_kept = [&](const PointshellView& of_shell, std::uint32_t level) {
+    (void)keep_segments(contacts, kBeside, memory);
+    memory.belong_to(of_shell, level);
+    return !memory.points.empty();
+  };
+  memory.belong_to(shell, 2);
+  EXPECT_TRUE(is_kept(shell, 2));
+  EXPECT_FALSE(is_kept(shell, 3));
+  EXPECT_FALSE(is_kept(shell, 0));
+  shell.points = 10;  // point 10 does not exist
+  memory.belong_to(shell, 2);
+  shell.points = 11;
+  EXPECT_FALSE(is_kept(shell, 2));
+}
+
+TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) {
+  World scene;
+  bullet::Shape shape(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  btRigidBody& floor = scene.add(plane, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
+  body.applyGravity();
+  const auto approach = [&](double speed) {
+    body.setLinearVelocity({0, 0, btScalar(-speed)});
+    const bullet::Pair pair{bullet::Side(&shape, &body, body.getWorldTransform()),
+                            bullet::Side(&plane, &floor, floor.getWorldTransform())};
+    return bullet::approach(pair, btScalar(1.0 / 30));
+  };
+  // A step's fall is 10.9 mm, five are 54.5 mm, a voxel is 4 mm.
+  EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
+  EXPECT_EQ(approach(0).phase, bullet::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.4).phase, bullet::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.5).phase, bullet::Approach::Phase::landing);
+  EXPECT_NEAR(approach(1.5).way, 0.0609, 1e-4);
+  body.setRestitution(1);
+  floor.setRestitution(1);
+  EXPECT_EQ(approach(1.5).way, 0);
+}
+
+// A ball with dents and bumps.
+const std::shared_ptr<Asset>& uneven() {
+  static const auto asset = [] {
+    TriangleMesh mesh = make_sphere(0.05, 5);
+    for (auto& [x, y, z] : mesh.vertices) {
+      const double bump = 1 + 0.03 * std::sin(200 * x) * std::sin(170 * y + 1) + 0.03 * std::sin(150 * z + 2);
+      x *= bump, y *= bump, z *= 0.5 * bump;
+    }
+    return baked_at(mesh, 0.0005);
+  }();
+  return asset;
+}
+
+TEST(SegmentContacts, MoreThanTheDeepestIsKeptWhereASegmentTouchesAndTheBodyIsNotLanding) {
+  World scene;
+  bullet::Shape shape(uneven());
+  shape.set_segments(1);
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  scene.add(plane, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.04)});
+  scene.step(600, btScalar(1.0 / 60));
+  const btTransform rest = body.getWorldTransform();
+  const auto contacts_at = [&](double height, double speed) {
+    body.setWorldTransform(rest);
+    body.setLinearVelocity({0, 0, 0});
+    body.setAngularVelocity({0, 0, 0});
+    scene.step(60, btScalar(1.0 / 60));
+    body.getWorldTransform().getOrigin() += btVector3(0, 0, btScalar(height));
+    body.setLinearVelocity({0, 0, btScalar(-speed)});
+    body.setAngularVelocity({0, 0, 0});
+    body.applyGravity();
+    scene.world.performDiscreteCollisionDetection();
+    body.clearForces();
+    return scene.points().size();
+  };
+  EXPECT_GT(contacts_at(0, 0), 1U);
+  EXPECT_EQ(contacts_at(0, 5), 1U);
+  // A step's fall is 2.7 mm, eight voxels are 4 mm; at 0.1 m/s a body goes 4.4 mm.
+  EXPECT_GT(contacts_at(0.001, 0), 1U);
+  EXPECT_EQ(contacts_at(0.0042, 0.1), 1U);
+}
+
+TEST(SegmentContacts, AnUnevenBodyComesToRestAtLowRates) {
+  for (const double rate : {120.0, 60.0, 30.0}) {
+    for (const std::uint32_t segments : {0U, 15U}) {
+      World scene;
+      scene.world.getSolverInfo().m_numIterations = 50;
+      bullet::Shape shape(uneven());
+      shape.set_segments(segments);
+      btStaticPlaneShape plane({0, 0, 1}, 0);
+      scene.add(plane, 0, {0, 0, 0});
+      btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.06)});
+      scene.step(static_cast<int>(12 * rate), btScalar(1 / rate));
+      double fastest = 0;
+      for (int i = 0; i < static_cast<int>(3 * rate); ++i) {
+        scene.step(1, btScalar(1 / rate));
+        fastest = std::max(fastest, speed(body));
+      }
+      EXPECT_LT(fastest, 1e-3) << rate << " Hz, " << segments << " segments";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vps::test

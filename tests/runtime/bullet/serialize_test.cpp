@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Worlds written by Bullet's serializer and read by its importer.
+#include <BulletWorldImporter/btBulletWorldImporter.h>
+#include <LinearMath/btSerializer.h>
+#include <gtest/gtest.h>
+
+#include "tests/runtime/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+// The bytes of a .bullet file.
+std::vector<char> written(btDiscreteDynamicsWorld& world) {
+  btDefaultSerializer serializer;
+  world.serialize(&serializer);
+  const auto* const bytes = reinterpret_cast<const char*>(serializer.getBufferPointer());
+  return {bytes, bytes + serializer.getCurrentBufferSize()};
+}
+
+TEST(Serialize, ShapesComeBackFromABulletFile) {
+  const auto asset = baked_at(make_box({0.05, 0.04, 0.03}), 0.004);
+  std::vector<char> file;
+  btVector3 end;
+  {
+    World scene;
+    bullet::Shape shape(asset);
+    shape.set_name("brick");
+    btBoxShape box({1, 1, btScalar(0.5)});
+    btCompoundShape pair;
+    pair.addChildShape(btTransform(btQuaternion::getIdentity(), {btScalar(0.1), 0, 0}), &shape);
+    pair.addChildShape(btTransform(btQuaternion::getIdentity(), {btScalar(-0.1), 0, 0}), &shape);
+    scene.add(box, 0, {0, 0, btScalar(-0.5)});
+    scene.add(shape, 1, {btScalar(0.5), 0, btScalar(0.06)});
+    scene.add(pair, 1, {btScalar(-0.5), 0, btScalar(0.06)});
+    file = written(scene.world);
+    scene.step(240);
+    end = scene.bodies[1]->getWorldTransform().getOrigin();
+  }
+
+  World loaded;
+  btBulletWorldImporter importer(&loaded.world);
+  ASSERT_TRUE(importer.loadFileFromMemory(file.data(), static_cast<int>(file.size())));
+  ASSERT_EQ(loaded.world.getNumCollisionObjects(), 3);
+  bullet::Shape shape(asset);
+  EXPECT_EQ(std::string(importer.getNameForPointer(loaded.world.getCollisionObjectArray()[1]->getCollisionShape())),
+            bullet::asset_key(*asset) + " brick");
+  // Another asset's Shape leaves the boxes.
+  bullet::Shape other(baked_at(make_box({0.05, 0.04, 0.03}), 0.005));
+  bullet::Shape* others[] = {&other};
+  EXPECT_EQ(bullet::reattach(loaded.world, others), 0);
+  bullet::Shape* shapes[] = {&other, &shape};
+  const int count = bullet::reattach(loaded.world, shapes);
+  EXPECT_EQ(count, 3);  // a body's, and two children's
+  for (int i = 0; i < 3; ++i) {
+    loaded.world.getCollisionObjectArray()[i]->setActivationState(DISABLE_DEACTIVATION);
+  }
+  loaded.step(240);
+  const btCollisionObject* const body = loaded.world.getCollisionObjectArray()[1];
+  EXPECT_EQ(body->getCollisionShape(), &shape);
+  EXPECT_LT((body->getWorldTransform().getOrigin() - end).length(), 1e-3);
+  EXPECT_NEAR(loaded.world.getCollisionObjectArray()[2]->getWorldTransform().getOrigin().z(), 0.03, 1e-3);
+  importer.deleteAllData();
+}
+
+TEST(Serialize, TheKeyIsThatOfTheContents) {
+  const auto one = baked_at(make_box({0.05, 0.04, 0.03}), 0.004);
+  const auto same = baked_at(make_box({0.05, 0.04, 0.03}), 0.004);
+  const auto other = baked_at(make_box({0.05, 0.04, 0.03}), 0.005);
+  EXPECT_EQ(bullet::asset_key(*one), bullet::asset_key(*same));
+  EXPECT_NE(bullet::asset_key(*one), bullet::asset_key(*other));
+  EXPECT_EQ(bullet::asset_key(*one).size(), 20U);
+  bullet::Shape shape(one);
+  EXPECT_EQ(shape.label(), bullet::asset_key(*one));
+  shape.set_name("brick");
+  EXPECT_EQ(shape.label(), bullet::asset_key(*one) + " brick");
+}
+
+}  // namespace
+}  // namespace vps::test

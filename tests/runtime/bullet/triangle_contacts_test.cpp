@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Contacts of shapes with Bullet's triangle meshes.
+#include "tests/runtime/bullet/mesh_ground.h"
+
+namespace vps::test {
+namespace {
+
+TEST_P(EveryMesh, ItsDepthsAreThoseOfAPlaneWhateverTheWinding) {
+  const auto [kind, ground_first] = GetParam();
+  for (const Winding winding : {Winding::up, Winding::down, Winding::mixed}) {
+    MeshWorld scene;
+    bullet::Shape shape(brick());
+    Ground ground(kind, 0.5, 17, flat, winding);
+    btStaticPlaneShape plane({0, 0, 1}, 0);
+    btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
+    btRigidBody& exact = scene.add(plane, 0, {0, 0, 0});
+    for (const double angle : {0.0, 0.1, 0.5, 0.9}) {
+      for (const double depth : {-0.0003, 0.001, 0.004, 0.012, 0.02}) {
+        const double half = 0.05 * (std::cos(angle) + std::sin(angle));
+        btRigidBody& body = scene.add(shape, 1, turned({0, 1, 0}, angle, {0, 0, btScalar(half - depth)}));
+        const auto found = ground_first ? contacts_of(scene, floor, body) : contacts_of(scene, body, floor);
+        const auto wanted = contacts_of(scene, body, exact);
+        EXPECT_NEAR(deepest(found), deepest(wanted), 2e-5) << angle << " " << depth;
+        for (const btManifoldPoint& p : found)
+          EXPECT_NEAR(std::abs(p.m_normalWorldOnB.z()), 1, 1e-3) << angle << " " << depth;
+        scene.world.removeRigidBody(&body);
+        scene.bodies.pop_back();
+      }
+    }
+  }
+}
+
+TEST(TriangleContacts, DepthsOnASphereOfTrianglesAreThoseOfTheSphere) {
+  MeshWorld scene;
+  bullet::Shape shape(ball());
+  btTriangleMesh triangles = to_bullet(make_sphere(0.2, 6));
+  btBvhTriangleMeshShape mesh(&triangles, true);
+  btSphereShape sphere(btScalar(0.2));
+  btRigidBody& field = scene.add(mesh, 0, {0, 0, 0});
+  btRigidBody& exact = scene.add(sphere, 0, {0, 0, 0});
+  for (const double depth : {0.0, 0.001, 0.005, 0.02}) {
+    const btVector3 way = btVector3(1, 2, 3).normalized();
+    btRigidBody& body = scene.add(shape, 1, way * btScalar(0.25 - depth));
+    const auto found = contacts_of(scene, body, field);
+    ASSERT_FALSE(found.empty()) << depth;
+    EXPECT_NEAR(deepest(found), deepest(contacts_of(scene, body, exact)), 1e-4) << depth;
+    for (const btManifoldPoint& p : found) EXPECT_GT(p.m_normalWorldOnB.dot(way), 0.85) << depth;
+    scene.world.removeRigidBody(&body);
+    scene.bodies.pop_back();
+  }
+}
+
+TEST(TriangleContacts, ASpikeBetweenThePointsIsFelt) {
+  for (const double width : {0.001, 0.004, 0.02}) {
+    for (const double x : {0.0, 0.0017, 0.0231}) {
+      MeshWorld scene;
+      bullet::Shape shape(brick());
+      btTriangleMesh triangles = to_bullet(pyramid(width, 0.02));
+      btBvhTriangleMeshShape mesh(&triangles, true);
+      btRigidBody& spike = scene.add(mesh, 0, {btScalar(x), btScalar(0.0009), 0});
+      for (const double depth : {0.0005, 0.002, 0.006}) {
+        btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.05 - depth)});
+        const auto found = contacts_of(scene, body, spike);
+        ASSERT_FALSE(found.empty()) << width << " " << x << " " << depth;
+        EXPECT_NEAR(deepest(found), depth, 0.0002) << width << " " << x << " " << depth;
+        const btManifoldPoint* most = &found[0];
+        for (const btManifoldPoint& p : found) {
+          if (p.getDistance() < most->getDistance()) most = &p;
+        }
+        EXPECT_GT(most->m_normalWorldOnB.z(), 0.99) << width << " " << x << " " << depth;
+        scene.world.removeRigidBody(&body);
+        scene.bodies.pop_back();
+      }
+    }
+  }
+}
+
+TEST(TriangleContacts, ASpikeOnFlatGroundIsFelt) {
+  // The ground is nearer to the points than the spike between them.
+  for (int k = 0; k < 8; ++k) {
+    MeshWorld scene;
+    bullet::Shape shape(brick());
+    TriangleMesh spike = pyramid(0.0001, 0.0006);
+    for (auto& v : spike.vertices) v[0] += 0.0007 * k;
+    btTriangleMesh triangles = to_bullet(joined(spike, sheet(0.5, 1, [](double, double) { return -0.0006; })));
+    btBvhTriangleMeshShape mesh(&triangles, true);
+    btRigidBody& ground = scene.add(mesh, 0, {0, 0, 0});
+    btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.0499)});
+    const auto found = contacts_of(scene, body, ground);
+    ASSERT_FALSE(found.empty()) << k;
+    EXPECT_NEAR(deepest(found), 0.0001, 0.02 * 0.004) << k;  // but for the rounding of samples
+  }
+}
+
+TEST(TriangleContacts, APlateIsNotPulledThroughByItsFarSide) {
+  MeshWorld scene;
+  const double half = 0.002;  // half a voxel: either side sees what the other touches
+  bullet::Shape shape(baked_at(make_box({0.05, 0.05, half}), 0.004));
+  Ground ground(Kind::bvh, 0.5, 20);
+  btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
+  for (const double depth : {0.0, 0.0005, 0.001, 0.0015}) {
+    btRigidBody& deep = scene.add(shape, 1, {0, 0, btScalar(half - depth)});
+    const auto found = contacts_of(scene, deep, floor);
+    EXPECT_EQ(found.size(), 4U) << depth;
+    for (const btManifoldPoint& p : found) {
+      EXPECT_NEAR(p.getDistance(), -depth, 1e-5);
+      EXPECT_GT(p.m_normalWorldOnB.z(), 0.999);
+    }
+    scene.world.removeRigidBody(&deep);
+    scene.bodies.pop_back();
+  }
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(half + 0.005)});
+  scene.step(240);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), half, 0.0005);
+  EXPECT_LT(speed(body), 0.005);
+}
+
+TEST(TriangleContacts, TrianglesWithoutAreaOrNumbersAreLeftOut) {
+  MeshWorld scene;
+  bullet::Shape shape(brick());
+  TriangleMesh mesh = sheet(0.5, 10, flat);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto base = static_cast<std::uint32_t>(mesh.vertices.size());
+  mesh.vertices.insert(mesh.vertices.end(), {{0, 0, 0.1}, {nan, 0, 0}, {0, 1e30, 0}});
+  mesh.triangles.insert(mesh.triangles.end(),
+                        {{base, base, base}, {0, 1, 2}, {base, base + 1, 3}, {0, 5, base + 1}, {0, base + 2, 7}});
+  // GImpact's boxes and quantized trees are their own affair: the triangles come one by one.
+  struct Soup final : btTriangleMeshShape {
+    explicit Soup(btStridingMeshInterface* mesh) : btTriangleMeshShape(mesh) {
+      m_shapeType = TRIANGLE_MESH_SHAPE_PROXYTYPE;
+      m_localAabbMin = {-1, -1, -1};
+      m_localAabbMax = {1, 1, 1};
+    }
+    void processAllTriangles(btTriangleCallback* callback, const btVector3&, const btVector3&) const override {
+      const btVector3 far(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT);
+      struct Each final : btInternalTriangleIndexCallback {
+        btTriangleCallback* to = nullptr;
+        void internalProcessTriangleIndex(btVector3* corners, int part, int index) override {
+          to->processTriangle(corners, part, index);
+        }
+      } each;
+      each.to = callback;
+      m_meshInterface->InternalProcessAllTriangles(&each, -far, far);
+    }
+  };
+  btTriangleMesh triangles = to_bullet(mesh);
+  Soup soup(&triangles);
+  btRigidBody& floor = scene.add(soup, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.049)});
+  const auto found = contacts_of(scene, body, floor);
+  ASSERT_GE(found.size(), 3U);
+  for (const btManifoldPoint& p : found) EXPECT_NEAR(p.getDistance(), -0.001, 1e-5);
+}
+
+TEST(TriangleContacts, ACompoundOfGImpactsSaysThatItHasNoTriangles) {
+  MeshWorld scene;
+  bullet::Shape shape(brick());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  btGImpactCompoundShape compound;
+  compound.addChildShape(btTransform::getIdentity(), &box);
+  compound.updateBound();
+  scene.add(compound, 0, {0, 0, btScalar(-0.5)});
+  scene.add(shape, 1, {0, 0, btScalar(0.04)});
+  scene.step(1);
+  EXPECT_EQ(shape.status(), Status::missing_part);
+}
+
+TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
+  for (const std::uint32_t segments : {0U, 16U}) {
+    MeshWorld scene;
+    bullet::Shape shape(torus());
+    shape.set_segments(segments);
+    const auto bumps = [](double x, double y) { return 0.01 * std::sin(30 * x) * std::cos(25 * y); };
+    Ground ground(Kind::bvh, 0.5, 40, bumps);
+    btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
+    btRigidBody& body = scene.add(shape, 1, turned({1, 0, 0}, 0.3, {0, 0, btScalar(0.06)}));
+    // Steps look for contacts ahead where there is no restitution, tests do not.
+    floor.setRestitution(btScalar(0.01));
+    body.setRestitution(btScalar(0.01));
+    int compared = 0;
+    for (int i = 0; i < 240; ++i) {
+      scene.step(1);
+      scene.world.performDiscreteCollisionDetection();
+      const auto fresh = contacts_of(scene, body, floor);
+      const auto remembered = scene.points();
+      ASSERT_EQ(fresh.empty(), remembered.empty()) << i;
+      if (fresh.empty()) continue;
+      // Of few contacts those of the step before are kept while they are alike in depth.
+      EXPECT_NEAR(deepest(fresh), deepest(remembered), segments == 0 ? 0.021 * 0.004 : 1e-6) << i;
+      EXPECT_TRUE(segments == 0 || fresh.size() == remembered.size()) << i;
+      ++compared;
+    }
+    EXPECT_GT(compared, 100);
+  }
+}
+
+TEST(TriangleContacts, AMeshThatChangesUnderABodyAtRestIsNoticed) {
+  MeshWorld scene;
+  bullet::Shape shape(brick());
+  std::vector<btScalar> heights(41 * 41, 0);
+  const auto lift = [&](std::size_t half, double height) {
+    for (std::size_t i = 20 - half; i <= 20 + half; ++i)
+      std::fill_n(&heights[41 * i + 20 - half], 2 * half + 1, btScalar(height));
+  };
+  lift(3, -0.02);  // the body rests on the rim of a pit
+  btHeightfieldTerrainShape terrain(41, 41, heights.data(), 1, -1, 1, 2, PHY_FLOAT, false);
+  terrain.setLocalScaling({btScalar(0.01), btScalar(0.01), 1});
+  scene.add(terrain, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.0501)});
+  scene.step(240);
+  ASSERT_LT(deepest(scene.points()), 0.0005);
+  lift(1, 0.002);
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_NEAR(deepest(scene.points()), 0.002, 0.0005);
+  scene.step(240);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.052, 0.0005);
+}
+
+}  // namespace
+}  // namespace vps::test
