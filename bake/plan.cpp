@@ -13,7 +13,7 @@
 namespace vps {
 namespace {
 
-[[noreturn]] void refuse(const std::string& message) {
+[[noreturn]] void refuse_plan(const std::string& message) {
   throw BakeError("plan", message);
 }
 
@@ -23,30 +23,30 @@ std::string size_of(const Extent& mesh) {
 }
 
 void check_options(const BakeOptions& o) {
-  if (!o.voxelmap && !o.pointshell) refuse("nothing to bake; choose voxelmap, pointshell or both");
+  if (!o.voxelmap && !o.pointshell) refuse_plan("nothing to bake; choose voxelmap, pointshell or both");
   if (o.voxelmap && !o.layers && !o.scaled && !o.real)
-    refuse("a voxelmap needs a field; choose layers, scaled or real");
+    refuse_plan("a voxelmap needs a field; choose layers, scaled or real");
   if (o.precision != BakeOptions::kAutoPrecision && (o.precision < 0 || o.precision > 15)) {
-    refuse("the precision is out of range; choose 0 to 15");
+    refuse_plan("the precision is out of range; choose 0 to 15");
   }
-  if (o.branching < 2 || o.branching > 64) refuse("the branching is out of range; choose 2 to 64");
+  if (o.branching < 2 || o.branching > 64) refuse_plan("the branching is out of range; choose 2 to 64");
   if (o.voxel_size == 0 && o.resolution > 8192) {
-    refuse("the resolution is out of range; choose 1 to 8192 voxels");
+    refuse_plan("the resolution is out of range; choose 1 to 8192 voxels");
   }
   for (const double band : {o.band_inside, o.band_outside}) {
-    if (!(band >= 2 && band <= 8)) refuse("the band is out of range; choose 2 to 8 voxels");
+    if (!(band >= 2 && band <= 8)) refuse_plan("the band is out of range; choose 2 to 8 voxels");
   }
   if (!(o.field_error >= 0.01 && o.field_error <= 1))
-    refuse("the field error is out of range; choose 0.01 to 1 voxels");
-  if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse("alpha is out of range; choose 0.25 to 64");
+    refuse_plan("the field error is out of range; choose 0.01 to 1 voxels");
+  if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse_plan("alpha is out of range; choose 0.25 to 64");
 }
 
 double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
   const double longest = (mesh.bounds_max - mesh.bounds_min).maxCoeff();
   const double s = options.voxel_size > 0 ? options.voxel_size : longest / options.resolution;
-  if (!(std::isfinite(s) && s > 0)) refuse("no voxel size; give --voxel or --resolution");
+  if (!(std::isfinite(s) && s > 0)) refuse_plan("no voxel size; give --voxel or --resolution");
   if (s > longest) {
-    refuse(fmt::format("a voxel of {} is larger than the mesh, which is {}; is the mesh's unit right? (--unit)",
+    refuse_plan(fmt::format("a voxel of {} is larger than the mesh, which is {}; is the mesh's unit right? (--unit)",
                        format_length(s), size_of(mesh)));
   }
   return s;
@@ -57,13 +57,13 @@ void check_float_range(const Extent& mesh, double s) {
   const double farthest = std::max(mesh.bounds_min.cwiseAbs().maxCoeff(), mesh.bounds_max.cwiseAbs().maxCoeff());
   constexpr double kFloatStep = 1.2e-7;
   if (farthest * kFloatStep > s / 64) {
-    refuse(
+    refuse_plan(
         fmt::format("the mesh reaches {} from its origin, too far for voxels of {} in single precision; move it near "
                     "the origin or choose larger voxels",
                     format_length(farthest), format_length(s)));
   }
   if (s < 1e-15 || farthest > 1e12)
-    refuse("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
+    refuse_plan("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
 }
 
 // Bricks of samples that the field will have, in voxels and voxel sizes. Flat faces have one for each brick of the
@@ -214,7 +214,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
     const double bricks = std::ceil((size[static_cast<Eigen::Index>(axis)] / s + 2 * pad) / kBrickEdge);
     constexpr double kLimit = 16384.0 / kBrickEdge;
     if (bricks > kLimit) {
-      refuse(
+      refuse_plan(
           fmt::format("voxels of {} make a grid of more than 16384 along one axis for a mesh of {}; is the mesh's unit "
                       "right? (--unit)",
                       format_length(s), size_of(mesh)));
@@ -232,7 +232,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   }
   const double step = result.lambda;
   if (options.voxelmap && options.scaled && (step > s / 2 || scaled_limit(options, s, step) > 32767)) {
-    refuse(
+    refuse_plan(
         fmt::format("a precision of {} stores steps of {} for voxels of {}; choose steps between half a voxel and what "
                     "16 bits hold of the band, or leave --precision out",
                     result.precision, format_length(step), format_length(s)));
@@ -248,7 +248,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   plan.predicted_memory_bytes = predict_memory(mesh, grid, options);
   plan.predicted_asset_bytes = predict_asset(mesh, result, options);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {
-    refuse(fmt::format(
+    refuse_plan(fmt::format(
         "a grid of {} x {} x {} voxels for a mesh of {} would need {} of memory, more than the limit of {}; "
         "is the mesh's unit right (--unit)? Otherwise choose larger voxels",
         grid.dims[0], grid.dims[1], grid.dims[2], size_of(mesh),

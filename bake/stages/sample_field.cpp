@@ -21,7 +21,7 @@ constexpr int sample_at(int x, int y, int z) {
 }
 
 // What one block of the octree adds to the whole, numbered from 0.
-struct Block {
+struct SampledBlock {
   std::uint32_t root = kFarOutside;
   std::vector<std::uint32_t> nodes;
   std::vector<std::int8_t> levels;
@@ -40,7 +40,7 @@ class BlockSampler {
         bricks_(from),
         with_gradient_(with_gradient) {}
 
-  Block sample(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  SampledBlock sample(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     block_ = {};
     const auto node = open_node();
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
@@ -219,7 +219,7 @@ class BlockSampler {
   const FieldTolerance& tolerance_;
   BrickSampler bricks_;
   const bool with_gradient_;
-  Block block_;
+  SampledBlock block_;
 };
 
 std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uint32_t first_brick) {
@@ -234,7 +234,7 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
   FieldTree tree;
   for (std::size_t axis = 0; axis < 3; ++axis) tree.root_dims[axis] = (grid.dims[axis] + kRootCells - 1) / kRootCells;
   const std::size_t plane = std::size_t{tree.root_dims[0]} * tree.root_dims[1];
-  std::vector<Block> blocks(plane * tree.root_dims[2]);
+  std::vector<SampledBlock> blocks(plane * tree.root_dims[2]);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
     BlockSampler sampler({surface, grid, runs, field, inside, tolerance}, with_gradient);
     blocks[n] = sampler.sample(static_cast<std::uint32_t>(n % tree.root_dims[0]),
@@ -242,10 +242,10 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
                                static_cast<std::uint32_t>(n / plane));
   });
   std::size_t bricks = 0;
-  for (const Block& block : blocks) bricks += block.levels.size();
+  for (const SampledBlock& block : blocks) bricks += block.levels.size();
   tree.penetration.reserve(bricks * kFieldStride);
   if (with_gradient) tree.gradient.reserve(bricks * kFieldStride * 3);
-  for (Block& block : blocks) {
+  for (SampledBlock& block : blocks) {
     const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
     const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
     tree.roots.push_back(renumbered(block.root, first_node, first_brick));

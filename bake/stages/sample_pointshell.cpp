@@ -253,7 +253,7 @@ void Sampler::sample_triangles(const Grid& grid, const SurfaceVoxels& voxels) {
 
 // Largest squared distance of a place on the piece from its nearest sample, and that place; an upper bound when no
 // larger than the limit.
-double farthest(PieceCells& cells, double limit, Place& place) {
+double farthest_corner(PieceCells& cells, double limit, Place& place) {
   if (cells.candidates().empty()) return std::numeric_limits<double>::infinity();
   if (cells.candidates().front().farthest <= limit) return cells.candidates().front().farthest;
   double far = 0;
@@ -279,7 +279,7 @@ void Sampler::fill_gaps() {
       for (bool made = true; made;) {
         made = false;
         Place place = {1.0 / 3, 1.0 / 3};
-        const double far = farthest(cells, limit, place);
+        const double far = farthest_corner(cells, limit, place);
         if (far > limit) {
           if (Sample* sample = offer(block, cells.at(place), normal)) {
             cells.add(*sample);

@@ -69,12 +69,12 @@ std::string_view gltf_json(std::string_view file) {
 
 // Names of the files that hold a glTF file's buffers, as they are written there. Nothing when it is not understood.
 std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
-  using Json = nlohmann::json;
-  using Event = Json::parse_event_t;
+  using Text = nlohmann::json;
+  using Event = Text::parse_event_t;
   std::vector<std::string> names;
   std::string top_key, key;
   // Nothing is kept but the names: a file may hold all of its geometry as text.
-  const auto visit = [&](int depth, Event event, const Json& value) {
+  const auto visit = [&](int depth, Event event, const Text& value) {
     if (event == Event::key) (depth == 1 ? top_key : key) = value.get<std::string>();
     if (event == Event::value && top_key == "buffers" && key == "uri" && value.is_string()) {
       const auto& name = value.get_ref<const std::string&>();
@@ -83,7 +83,7 @@ std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
     return event == Event::object_start || event == Event::array_start;
   };
   const std::string_view text = gltf_json(file);
-  if (Json::parse(text.begin(), text.end(), visit, false).is_discarded()) return std::nullopt;
+  if (Text::parse(text.begin(), text.end(), visit, false).is_discarded()) return std::nullopt;
   return names;
 }
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "cli/commands/bake_options.h"
+#include "cli/terminal/bake_options.h"
 
 namespace vps::cli::batch {
 namespace {

@@ -33,9 +33,9 @@ void stop_at_signal(int) {
 }
 
 // What is being baked, on one line of a terminal.
-class Line {
+class ProgressLine {
  public:
-  explicit Line(std::size_t count) : count_(count) {}
+  explicit ProgressLine(std::size_t count) : count_(count) {}
   void began(const Job& job) { running_.push_back(&job), show(); }
   void ended(const Job& job) {
     std::erase(running_, &job);
@@ -108,7 +108,7 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   }
   ::unsetenv("VPSBAKE_CACHE_SIZE");  // bakes are told
   const auto begin = Clock::now();
-  Line line(jobs.size());
+  ProgressLine line(jobs.size());
   Observer observer;
   observer.began = [&](const Job& job) { line.began(job); };
   observer.ended = [&](const Job& job, const JobResult& result) {

@@ -44,13 +44,13 @@ constexpr Spelling kSpellings[] = {
     {"program", "the program", Form::hash},
 };
 
-struct Line {
+struct RecordLine {
   std::string name, value;
-  bool operator==(const Line&) const = default;
+  bool operator==(const RecordLine&) const = default;
 };
 
-std::vector<Line> lines_of(const BakeRecord& record) {
-  std::vector<Line> lines;
+std::vector<RecordLine> lines_of(const BakeRecord& record) {
+  std::vector<RecordLine> lines;
   std::istringstream in(record.text);
   for (std::string line; std::getline(in, line);) {
     const std::size_t space = line.find(' ');
@@ -66,7 +66,7 @@ Spelling spelling_of(const std::string& name) {
   return {name.c_str(), name.c_str(), Form::text};
 }
 
-std::string said_value(const Line& line, Form form) {
+std::string said_value(const RecordLine& line, Form form) {
   const double number = std::strtod(line.value.c_str(), nullptr);
   switch (form) {
     case Form::number:
@@ -90,17 +90,17 @@ std::string said_value(const Line& line, Form form) {
 }  // namespace
 
 std::vector<std::string> differences(const BakeRecord& had, const BakeRecord& wanted) {
-  const std::vector<Line> before = lines_of(had);
-  const std::vector<Line> after = lines_of(wanted);
+  const std::vector<RecordLine> before = lines_of(had);
+  const std::vector<RecordLine> after = lines_of(wanted);
   std::vector<std::string> out;
   const auto add = [&](std::string sentence) {
     if (out.empty() || out.back() != sentence) out.push_back(std::move(sentence));
   };
   // Lines come in one order; only buffers may be more or fewer.
   for (std::size_t i = 0; i < std::max(before.size(), after.size()); ++i) {
-    const Line none;
-    const Line& old = i < before.size() ? before[i] : none;
-    const Line& now = i < after.size() ? after[i] : none;
+    const RecordLine none;
+    const RecordLine& old = i < before.size() ? before[i] : none;
+    const RecordLine& now = i < after.size() ? after[i] : none;
     if (old == now) continue;
     const std::string& name = now.name.empty() ? old.name : now.name;
     const Spelling spelling = spelling_of(name);
@@ -116,7 +116,7 @@ std::vector<std::string> differences(const BakeRecord& had, const BakeRecord& wa
 
 std::vector<std::string> readable_settings(const BakeRecord& record) {
   std::vector<std::string> out;
-  for (const Line& line : lines_of(record)) {
+  for (const RecordLine& line : lines_of(record)) {
     const Spelling spelling = spelling_of(line.name);
     out.push_back(fmt::format("{} {}", spelling.said, said_value(line, spelling.form)));
   }

@@ -11,10 +11,6 @@
 namespace vps::evaluate {
 namespace {
 
-void check(Status status) {
-  if (status != Status::ok) throw std::runtime_error(describe(status));
-}
-
 double dot(const Point& a, const Point& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -76,8 +72,8 @@ bool between_centres(const VoxelmapView& map, const Point& p, double& out) {
 class OtherReading final : public PairPeer {
  public:
   OtherReading(std::shared_ptr<const Asset> asset, Reading reading) : asset_(std::move(asset)), reading_(reading) {
-    check(asset_->pointshell(shell_));
-    check(asset_->voxelmap(map_));
+    require_ok(asset_->pointshell(shell_));
+    require_ok(asset_->voxelmap(map_));
   }
   PairAnswer query(const Pose& first_in_second) override {
     const Pose pose = in_asset_frame(*asset_, first_in_second);

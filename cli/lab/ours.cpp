@@ -21,22 +21,18 @@ Pose in_asset_frame(const Asset& asset, Pose pose) {
 
 namespace {
 
-void check(Status status) {
-  if (status != Status::ok) throw std::runtime_error(describe(status));
-}
-
 // Both parts of an asset, and where its contacts go.
 struct Parts {
   PointshellView shell;
   VoxelmapView map;
   explicit Parts(const Asset& asset) {
-    check(asset.pointshell(shell));
-    check(asset.voxelmap(map));
+    require_ok(asset.pointshell(shell));
+    require_ok(asset.voxelmap(map));
   }
   QueryResult query(const Pose& shell_to_map, const QueryOptions& options, Scratch& scratch,
                     std::vector<Contact>& contacts) const {
     QueryResult result;
-    check(traverse(shell, map, shell_to_map, options, scratch, contacts, result));
+    require_ok(traverse(shell, map, shell_to_map, options, scratch, contacts, result));
     return result;
   }
 };
@@ -48,7 +44,7 @@ class Traverse final : public PairPeer {
     scratch_.reserve(parts_.shell);
     if (options_.level == 0 && options_.max_tests == 0 && options_.max_microseconds == 0) return;
     areas_.resize(parts_.shell.nodes);
-    check(node_areas(parts_.shell, areas_));
+    require_ok(node_areas(parts_.shell, areas_));
     options_.node_areas = areas_;
   }
   PairAnswer query(const Pose& first_in_second) override {
@@ -96,7 +92,7 @@ class Separation final : public PairPeer {
     PairAnswer answer;
     SeparationResult result;
     const auto begin = Clock::now();
-    check(separation(parts_.shell, parts_.map, pose, SeparationOptions{}, scratch_, result));
+    require_ok(separation(parts_.shell, parts_.map, pose, SeparationOptions{}, scratch_, result));
     answer.microseconds = microseconds_since(begin);
     answer.depth = result.delta;
     answer.lower = result.lower;
@@ -124,7 +120,7 @@ Opening open_once(const std::filesystem::path& asset, const Pose& first_in_secon
   Opening opening;
   const auto begin = Clock::now();
   Asset opened;
-  check(Asset::open(asset.c_str(), opened));
+  require_ok(Asset::open(asset.c_str(), opened));
   opening.open_us = microseconds_since(begin);
   const Parts parts(opened);
   Scratch scratch;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstddef>
 #include <limits>
+#include <stdexcept>
 
 #include "runtime/vps_runtime.h"
 
@@ -15,6 +16,11 @@ using Clock = std::chrono::steady_clock;
 
 inline double microseconds_since(Clock::time_point begin) {
   return std::chrono::duration<double, std::micro>(Clock::now() - begin).count();
+}
+
+/// @throw std::runtime_error with the status' sentence when it is not ok
+inline void require_ok(Status status) {
+  if (status != Status::ok) throw std::runtime_error(describe(status));
 }
 
 inline constexpr double kNotTold = std::numeric_limits<double>::quiet_NaN();

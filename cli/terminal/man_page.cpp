@@ -34,7 +34,7 @@ std::string heading(const CLI::Option& option) {
   return names + (value.empty() ? "" : " \\fI" + plain(value) + "\\fR");
 }
 
-std::string entry(const CLI::Option& option) {
+std::string man_entry(const CLI::Option& option) {
   return ".TP\n" + heading(option) + "\n" + plain(description_of(option)) + "\n";
 }
 
@@ -51,12 +51,12 @@ std::string options(const CLI::App& app) {
   std::string out;
   if (const auto arguments = positionals(app); !arguments.empty()) {
     out += ".SH ARGUMENTS\n";
-    for (const CLI::Option* const one : arguments) out += entry(*one);
+    for (const CLI::Option* const one : arguments) out += man_entry(*one);
   }
   out += ".SH OPTIONS\n";
   for (const OptionGroup& group : option_groups(app)) {
     if (group.title != "Options") out += ".SS " + plain(group.title) + "\n";
-    for (const CLI::Option* const option : group.options) out += entry(*option);
+    for (const CLI::Option* const option : group.options) out += man_entry(*option);
   }
   return out;
 }

@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "cli/commands/bake_command.h"
+#include "cli/commands/bake.h"
 
 namespace vps::cli {
 

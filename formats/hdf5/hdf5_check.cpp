@@ -18,7 +18,7 @@ using detail::stored_type;
 constexpr std::size_t kMostFindings = 20;
 constexpr std::size_t kLongestText = 4096;  // of an attribute. [bytes]
 
-const detail::SectionName* name_of(SectionKind kind) {
+const detail::SectionName* find_name(SectionKind kind) {
   for (const detail::SectionName& name : detail::kSectionNames) {
     if (name.kind == kind) return &name;
   }
@@ -58,7 +58,7 @@ class Check {
   }
 
   void check_section(const Section& section) {
-    const detail::SectionName* const name = name_of(section.kind);
+    const detail::SectionName* const name = find_name(section.kind);
     if (name == nullptr) return;  // of a later version
     const std::string path = name->path;
     known_.insert(path.substr(1));
@@ -151,7 +151,7 @@ class Check {
     if (H5Iget_type(object) != H5I_DATASET) return false;
     const haddr_t offset = H5Dget_offset(object);
     return std::any_of(directory_.sections.begin(), directory_.sections.begin() + directory_.section_count,
-                       [&](const Section& s) { return name_of(s.kind) == nullptr && s.offset == offset; });
+                       [&](const Section& s) { return find_name(s.kind) == nullptr && s.offset == offset; });
   }
 
   hid_t file_;
@@ -186,7 +186,7 @@ bool hdf5_holds_sections(const std::filesystem::path& file) {
   if (opened < 0) return false;
   const Handle hdf5(opened, H5Fclose, "open the file");
   for (const SectionKind kind : {SectionKind::coarse_layers, SectionKind::point_positions}) {
-    const hid_t dataset = H5Dopen2(hdf5, name_of(kind)->path, H5P_DEFAULT);
+    const hid_t dataset = H5Dopen2(hdf5, find_name(kind)->path, H5P_DEFAULT);
     if (dataset < 0) continue;
     H5Dclose(dataset);
     return true;

@@ -18,7 +18,7 @@ NumberKind number_kind(std::string_view word) {
   return error == std::errc() && std::isfinite(value) ? NumberKind::finite : NumberKind::not_finite;
 }
 
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   constexpr std::size_t kLongest = 24;
   std::string text(word.substr(0, kLongest));
   // A zero byte would end the message.
@@ -61,9 +61,9 @@ void check_number(std::string_view word, const LineScan& at) {
     case NumberKind::finite:
       return;
     case NumberKind::not_finite:
-      throw NeedsAssimp(at.place() + quoted(word) + " is not a finite number");
+      throw NeedsAssimp(at.place() + in_quotes(word) + " is not a finite number");
     case NumberKind::none:
-      throw ReadError(at.place() + (word.empty() ? "a number is missing" : quoted(word) + " is no number"));
+      throw ReadError(at.place() + (word.empty() ? "a number is missing" : in_quotes(word) + " is no number"));
   }
 }
 

@@ -41,7 +41,7 @@ enum class NumberKind { finite, not_finite, none };
 NumberKind number_kind(std::string_view word);
 
 /// For messages: in quotes, printable and not too long.
-std::string quoted(std::string_view word);
+std::string in_quotes(std::string_view word);
 
 /// Line ends of DOS and of old Macs become '\n'; a byte order mark is blanked.
 void unify_line_ends(std::string& text);

@@ -39,7 +39,7 @@ void check_vertex(std::string_view rest, const LineScan& at, std::string& text) 
   for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) last = word, ++more;
   double weight = 1;
   if (more == 1) std::from_chars(last.data(), last.data() + last.size(), weight);
-  if (weight != 1) throw NeedsAssimp(at.place() + "the vertex has the weight " + quoted(last));
+  if (weight != 1) throw NeedsAssimp(at.place() + "the vertex has the weight " + in_quotes(last));
   // Three or four more are a colour.
   if (more == 2 || more > 4) throw ReadError(at.place() + "a vertex of " + std::to_string(3 + more) + " numbers");
   blank(text, attributes);
@@ -56,11 +56,11 @@ void check_corner(std::string_view word, const LineScan& at) {
     if (!index && !left_out) break;
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     if (part == 0 && (*index == 0 || *index > kMost || *index < -kMost))
-      throw ReadError(at.place() + "a face refers to vertex " + quoted(number) + ", which is not there");
+      throw ReadError(at.place() + "a face refers to vertex " + in_quotes(number) + ", which is not there");
     if (slash == rest.size()) return;
     rest.remove_prefix(slash + 1);
   }
-  throw ReadError(at.place() + quoted(word) + " is no corner of a face");
+  throw ReadError(at.place() + in_quotes(word) + " is no corner of a face");
 }
 
 }  // namespace
@@ -87,7 +87,7 @@ std::uint64_t tidy_obj(std::string& text) {
                std::end(kWithoutPolygons)) {
       blank(text, line);
     } else if (!keyword.empty()) {
-      throw NeedsAssimp(lines.place() + "unknown word " + quoted(keyword));
+      throw NeedsAssimp(lines.place() + "unknown word " + in_quotes(keyword));
     }
   }
   // CGAL takes a tab for a part of the corner.

@@ -30,7 +30,7 @@ std::string_view header_word(LineScan& lines, std::string_view& rest) {
 
 std::uint64_t count(std::string_view word, const LineScan& lines) {
   const auto value = to_integer(word);
-  if (!value || *value < 0) throw ReadError(lines.place() + quoted(word) + " is no count");
+  if (!value || *value < 0) throw ReadError(lines.place() + in_quotes(word) + " is no count");
   return static_cast<std::uint64_t>(*value);
 }
 
@@ -50,12 +50,12 @@ Header read_header(LineScan& lines, std::size_t file_bytes) {
       header.homogeneous |= letter == '4';
       dimension_follows |= letter == 'n';
     }
-    if (word != "OFF") throw ReadError(lines.place() + quoted(keyword) + " is no OFF header");
+    if (word != "OFF") throw ReadError(lines.place() + in_quotes(keyword) + " is no OFF header");
     word = header_word(lines, rest);
   }
   if (word == "BINARY") throw ReadError("binary OFF is not supported");
   if (dimension_follows) {
-    if (word != "3") throw ReadError(lines.place() + "the mesh has " + quoted(word) + " dimensions, not 3");
+    if (word != "3") throw ReadError(lines.place() + "the mesh has " + in_quotes(word) + " dimensions, not 3");
     word = header_word(lines, rest);
   }
   header.vertices = count(word, lines);
@@ -88,7 +88,7 @@ void check_face(const LineScan& lines, const Header& header, std::string& text) 
     const std::string_view word = take_word(rest);
     if (word.empty()) throw ReadError(lines.place() + "the face has too few corners");
     if (count(word, lines) >= header.vertices)
-      throw ReadError(lines.place() + "a face refers to vertex " + quoted(word) + ", which is not there");
+      throw ReadError(lines.place() + "a face refers to vertex " + in_quotes(word) + ", which is not there");
   }
   std::fill_n(text.begin() + (rest.data() - text.data()), rest.size(), ' ');
 }

@@ -41,7 +41,7 @@ struct Element {
   }
 };
 
-struct Header {
+struct PlyHeader {
   std::string format;
   std::vector<Element> elements;
   std::size_t end = 0;  ///< offset of the body
@@ -53,7 +53,7 @@ const Type* find_type(std::string_view name, const LineScan& lines) {
   for (const Type& type : kTypes) {
     if (name == type.name || name == type.other_name) return &type;
   }
-  throw ReadError(lines.place() + "unknown type " + quoted(name));
+  throw ReadError(lines.place() + "unknown type " + in_quotes(name));
 }
 
 Element read_element(std::string_view rest, const LineScan& lines) {
@@ -61,7 +61,7 @@ Element read_element(std::string_view rest, const LineScan& lines) {
   element.name = take_word(rest);
   const std::string_view word = take_word(rest);
   const auto items = to_integer(word);
-  if (!items || *items < 0) throw ReadError(lines.place() + quoted(word) + " is no count");
+  if (!items || *items < 0) throw ReadError(lines.place() + in_quotes(word) + " is no count");
   if (element.name == "tristrips") throw ReadError("the file stores triangle strips instead of faces");
   element.items = static_cast<std::uint64_t>(*items);
   return element;
@@ -81,8 +81,8 @@ Property read_property(std::string_view rest, const LineScan& lines) {
   return property;
 }
 
-Header read_header(LineScan& lines) {
-  Header header;
+PlyHeader read_header(LineScan& lines) {
+  PlyHeader header;
   std::string_view rest;
   const auto next = [&] {
     if (!lines.next()) throw ReadError("the file ends inside its header");
@@ -98,11 +98,11 @@ Header read_header(LineScan& lines) {
     } else if (word == "property" && !header.elements.empty()) {
       header.elements.back().properties.push_back(read_property(rest, lines));
     } else if (word != "comment" && word != "obj_info" && !word.empty()) {
-      throw ReadError(lines.place() + "unexpected word " + quoted(word));
+      throw ReadError(lines.place() + "unexpected word " + in_quotes(word));
     }
   }
   if (header.format != "ascii" && header.format != "binary_little_endian" && header.format != "binary_big_endian")
-    throw ReadError("unknown PLY format " + quoted(header.format));
+    throw ReadError("unknown PLY format " + in_quotes(header.format));
   header.end = lines.end();
   header.lines = lines.number();
   return header;
@@ -113,7 +113,7 @@ const Property* face_corners(const Element& face) {
   return corners != nullptr ? corners : face.find("vertex_index", true);
 }
 
-void check_vertex_element(const Element& vertex, Header& header) {
+void check_vertex_element(const Element& vertex, PlyHeader& header) {
   for (const char* axis : {"x", "y", "z"}) {
     const Property* const p = vertex.find(axis, false);
     if (p == nullptr) throw ReadError(std::string("the vertices have no ") + axis);
@@ -121,7 +121,7 @@ void check_vertex_element(const Element& vertex, Header& header) {
   }
 }
 
-void check_face_element(const Element& face, Header& header) {
+void check_face_element(const Element& face, PlyHeader& header) {
   const Property* const corners = face_corners(face);
   if (corners == nullptr) {
     if (face.items > 0) throw ReadError("the faces have no list vertex_indices");
@@ -131,7 +131,7 @@ void check_face_element(const Element& face, Header& header) {
   if (corners->type->bytes != 4) header.special = "its faces' indices are not of 32 bits";
 }
 
-void check_elements(Header& header, std::size_t body_bytes) {
+void check_elements(PlyHeader& header, std::size_t body_bytes) {
   int vertices = 0, faces = 0, others = 0;
   const bool ascii = header.format == "ascii";
   for (const Element& element : header.elements) {
@@ -139,7 +139,7 @@ void check_elements(Header& header, std::size_t body_bytes) {
     for (const Property& p : element.properties) smallest += ascii ? 2 : (p.length ? p.length : p.type)->bytes;
     // Or there would be no end of items that take no room.
     if (element.items > (smallest == 0 ? 0 : (body_bytes + 1) / smallest)) {
-      throw ReadError("the header promises " + std::to_string(element.items) + " of element " + quoted(element.name) +
+      throw ReadError("the header promises " + std::to_string(element.items) + " of element " + in_quotes(element.name) +
                       ", more than " + std::to_string(body_bytes) + " bytes can hold");
     }
     if (element.name == "vertex") {
@@ -162,11 +162,11 @@ void check_word(std::string_view word, const Type& type, const LineScan& lines) 
   if (type.largest == 0) {
     check_number(word, lines);
   } else if (!to_integer(word)) {
-    throw ReadError(lines.place() + (word.empty() ? "a number is missing" : quoted(word) + " is no integer"));
+    throw ReadError(lines.place() + (word.empty() ? "a number is missing" : in_quotes(word) + " is no integer"));
   }
 }
 
-void check_text(const std::string& bytes, Header& header) {
+void check_text(const std::string& bytes, PlyHeader& header) {
   LineScan lines(std::string_view(bytes).substr(header.end));
   lines.set_number(header.lines);
   for (const Element& element : header.elements) {
@@ -179,7 +179,7 @@ void check_text(const std::string& bytes, Header& header) {
           const std::string_view word = take_word(rest);
           const auto length = to_integer(word);
           if (!length || *length < 0 || static_cast<std::uint64_t>(*length) > p.length->largest)
-            throw ReadError(lines.place() + quoted(word) + " is no length of a list");
+            throw ReadError(lines.place() + in_quotes(word) + " is no length of a list");
           numbers = static_cast<std::uint64_t>(*length);
         }
         for (; numbers > 0; --numbers) check_word(take_word(rest), *p.type, lines);
@@ -216,7 +216,7 @@ class Binary {
   bool big_endian_;
 };
 
-void check_binary(const std::string& bytes, const Header& header) {
+void check_binary(const std::string& bytes, const PlyHeader& header) {
   Binary body(std::string_view(bytes).substr(header.end), header.format == "binary_big_endian");
   for (const Element& element : header.elements) {
     for (std::uint64_t i = 0; i < element.items; ++i) {
@@ -228,7 +228,7 @@ void check_binary(const std::string& bytes, const Header& header) {
 }
 
 // Only what is wanted keeps its name: CGAL trips over colours and half-edges of unusual types.
-std::string plain_header(const Header& header) {
+std::string plain_header(const PlyHeader& header) {
   std::string text = "ply\nformat " + header.format + " 1.0\n";
   for (const Element& element : header.elements) {
     const bool is_vertex = element.name == "vertex";
@@ -250,7 +250,7 @@ std::string plain_header(const Header& header) {
 
 void tidy_ply(std::string& bytes) {
   LineScan lines(bytes);
-  Header header = read_header(lines);
+  PlyHeader header = read_header(lines);
   check_elements(header, bytes.size() - header.end);
   if (header.format == "ascii") {
     check_text(bytes, header);

@@ -80,7 +80,7 @@ void tidy_stl(std::string& bytes) {
       // Not used; often not a number.
       for (int axis = 0; axis < 3; ++axis) words.next();
     } else if (word != "outer" && word != "loop" && word != "endloop") {
-      throw ReadError(place() + "unexpected word " + quoted(word));
+      throw ReadError(place() + "unexpected word " + in_quotes(word));
     }
   }
   if (in_facet) throw ReadError("the file ends inside a facet");

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "runtime/contacts/six.h"
 #include "runtime/fields/place_field.h"
 #include "runtime/vps_haptics.h"
 #include "runtime/vps_queries.h"
@@ -12,14 +13,6 @@ namespace vps {
 namespace {
 
 using namespace detail;
-
-using Vector6 = std::array<double, 6>;  // translation, then rotation about the centre of mass
-
-double dot(const Vector6& a, const Vector6& b) noexcept {
-  double sum = 0;
-  for (std::size_t i = 0; i < 6; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 // Rotation vector of a matrix, at most pi long.
 void rotation_vector(const double (&r)[9], double* out) noexcept {
@@ -43,9 +36,9 @@ void rotation_vector(const double (&r)[9], double* out) noexcept {
   }
 }
 
-// What takes `from` to `to`.
-Vector6 difference(const PointshellView& tool, const Pose& from, const Pose& to) noexcept {
-  Vector6 out{};
+// What takes `from` to `to`: translation, then rotation about the centre of mass.
+Six difference(const PointshellView& tool, const Pose& from, const Pose& to) noexcept {
+  Six out{};
   double turn[9];
   for (int i = 0; i < 3; ++i) {
     out[static_cast<std::size_t>(i)] = to.translation[i] - from.translation[i];
@@ -59,7 +52,7 @@ Vector6 difference(const PointshellView& tool, const Pose& from, const Pose& to)
   return out;
 }
 
-Pose moved(const PointshellView& tool, const Pose& pose, const Vector6& by) noexcept {
+Pose moved(const PointshellView& tool, const Pose& pose, const Six& by) noexcept {
   Motion motion;
   motion.start = pose;
   std::copy_n(by.begin(), 3, motion.velocity);
@@ -120,9 +113,9 @@ Status VirtualTool::find_constraints(HapticCycle& cycle, double& free_way) noexc
 }
 
 // The move nearest to `wish`, as the spring measures it, with V <= 0 at each contact to first order.
-VirtualTool::Vector6 VirtualTool::constrained(const Vector6& wish, HapticCycle& cycle) noexcept {
+VirtualTool::Vector6 VirtualTool::constrained(const Six& wish, HapticCycle& cycle) noexcept {
   const double stiffness[2] = {options_.linear_stiffness, options_.angular_stiffness};
-  Vector6 move = wish;
+  Six move = wish;
   constexpr int kSweeps = 64;
   const double fine = 1e-3 * double{map_->voxel_size};
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
@@ -166,7 +159,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
       return status;
     }
     if (cycle.iterations == options_.max_iterations) break;
-    Vector6 move = constrained(difference(*tool_, pose_, device), cycle);
+    Six move = constrained(difference(*tool_, pose_, device), cycle);
     // No farther than where contacts were looked for.
     const double way = length(move.data()) + length(move.data() + 3) * turning_radius(*tool_);
     if (way > free_way) {
@@ -177,7 +170,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
   }
   cycle.tool = pose_;
   const double stiffness[2] = {options_.linear_stiffness, options_.angular_stiffness};
-  Vector6 spring = difference(*tool_, device, pose_);
+  Six spring = difference(*tool_, device, pose_);
   for (std::size_t i = 0; i < 6; ++i) spring[i] *= stiffness[i / 3];
   const double force = length(spring.data());
   const double scale = force > options_.max_force ? options_.max_force / force : 1;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "runtime/contacts/six.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_contacts.h"
 
@@ -13,14 +14,6 @@ namespace vps {
 namespace {
 
 using namespace detail;
-
-using Six = std::array<double, 6>;
-
-double dot(const Six& a, const Six& b) noexcept {
-  double sum = 0;
-  for (std::size_t i = 0; i < 6; ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 // Force and torque of a contact's area 1.
 Six wrench_of(const Contact& contact, Vec3 centre) noexcept {

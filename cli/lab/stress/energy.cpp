@@ -10,7 +10,6 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 
 // Largest energy over the first, as a share of `scale`.
 struct Gain {

@@ -10,7 +10,6 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 constexpr double kRate = 240;      // [Hz]
 
 enum class Wall : std::uint8_t { baked, bullet };

@@ -48,16 +48,12 @@ Eigen::Matrix3d turn(const Eigen::Vector3d& angle) {
   return a > 0 ? Eigen::AngleAxisd(a, angle / a).toRotationMatrix() : Eigen::Matrix3d::Identity().eval();
 }
 
-void check(Status status) {
-  if (status != Status::ok) throw std::runtime_error(vps::describe(status));
-}
-
 }  // namespace
 
 PressedBody::PressedBody(const Subject& subject, Ground ground)
     : asset_(subject.asset), ground_(ground), seed_(subject.seed), mass_(subject.mass) {
   const AssetInfo& info = asset_->info();
-  check(asset_->pointshell(shell_));
+  evaluate::require_ok(asset_->pointshell(shell_));
   centre_ = Eigen::Vector3d(info.centre_of_mass.data());
   inertia_ = inertia_of(info, mass_);
   depth_ = kDepth_vx * subject.voxel;
@@ -68,7 +64,7 @@ PressedBody::PressedBody(const Subject& subject, Ground ground)
     const evaluate::BulletShape slab =
         subject.props->box(ours, {btScalar(half), btScalar(half), btScalar(4 * subject.voxel)}, Props::Part::still);
     slab_ = std::shared_ptr<const Asset>(slab.shape, &static_cast<const bullet::Shape&>(*slab.shape).asset());
-    check(slab_->voxelmap(map_));
+    evaluate::require_ok(slab_->voxelmap(map_));
     slab_top_ = slab_->info().bounds_max[2];
   }
   for (const RestPose& rest : rest_poses(subject.corners, depth_, kPoses)) {
@@ -82,7 +78,7 @@ void PressedBody::query(const Pose& shell_to_field, std::vector<Contact>& contac
   contacts.resize(shell_.points);
   QueryResult result;
   const auto ask = [&](const auto& field) {
-    check(traverse(shell_, field, shell_to_field, QueryOptions{}, scratch, contacts, result));
+    evaluate::require_ok(traverse(shell_, field, shell_to_field, QueryOptions{}, scratch, contacts, result));
   };
   ground_ == Ground::plane ? ask(HalfSpaceField{}) : ask(map_);
   contacts.resize(result.contacts);
@@ -109,7 +105,7 @@ bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& cor
   Twist still;
   still.centre = to_vec3(position_);
   WrenchGradient gradient;
-  check(penalty_gradient(contacts, normals, {1, 0}, still, gradient));
+  evaluate::require_ok(penalty_gradient(contacts, normals, {1, 0}, still, gradient));
   Matrix6 inverse_mass = Matrix6::Zero();
   inverse_mass.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / mass_;
   inverse_mass.bottomRightCorner<3, 3>() = (rotation_ * inertia_ * rotation_.transpose()).inverse();
@@ -131,7 +127,7 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
   const auto wrench = [&](const Eigen::Matrix3d& r, const Eigen::Vector3d& x, const Eigen::Vector3d& v,
                           const Eigen::Vector3d& w, Wrench& out) {
     query(pose_of(r, x - r * centre_), contacts);
-    check(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), to_vec3(w)}, out));
+    evaluate::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), to_vec3(w)}, out));
   };
   Wrench balance;
   wrench(rotation_, position_, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), balance);
@@ -191,7 +187,7 @@ double PressedBody::bounce(double stiffness, double step) const {
     if (touched && contacts.empty()) break;
     touched = touched || !contacts.empty();
     Wrench pressed;
-    check(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), {}}, pressed));
+    evaluate::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), {}}, pressed));
     v += step / mass_ * Eigen::Vector3d(pressed.force);
     momentum += step * Eigen::Vector3d(pressed.torque);
     const Eigen::Vector3d w = (r * inertia_ * r.transpose()).inverse() * momentum;

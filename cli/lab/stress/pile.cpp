@@ -11,7 +11,6 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 
 // A body that stands on another, or on a plane.
 struct Standing {

@@ -10,7 +10,6 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 
 // What Bullet's solver leaves of a step's fall: with 10 iterations about a hundredth.
 double rest_limit_vx(const Subject& subject, double dt) {

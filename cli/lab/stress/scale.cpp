@@ -12,14 +12,13 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kGravity = 9.81;  // [m/s^2]
 constexpr double kUlp = 0x1p-52;   // of a double, at 1
-constexpr int kPoses = 32;
+constexpr int kPosesOfSize = 32;
 
-struct Parts {
+struct ScaledParts {
   PointshellView shell;
   VoxelmapView map;
-  explicit Parts(const Asset& asset)
+  explicit ScaledParts(const Asset& asset)
       : good(asset.pointshell(shell) == Status::ok && asset.voxelmap(map) == Status::ok) {}
   bool good;
 };
@@ -41,7 +40,7 @@ Pose scaled(Pose pose, double scale) {
   return pose;
 }
 
-Status ask(const Parts& parts, const Pose& pose, std::vector<Contact>& contacts, QueryResult& result) {
+Status ask(const ScaledParts& parts, const Pose& pose, std::vector<Contact>& contacts, QueryResult& result) {
   thread_local Scratch scratch;
   contacts.resize(parts.shell.points);
   const Status status = traverse(parts.shell, parts.map, pose, QueryOptions{}, scratch, contacts, result);
@@ -51,11 +50,11 @@ Status ask(const Parts& parts, const Pose& pose, std::vector<Contact>& contacts,
 
 // Both bodies moved far off: contacts have to stay.
 Trial far_queries(const Subject& subject, double distance) {
-  const Parts parts(*subject.asset);
+  const ScaledParts parts(*subject.asset);
   double worst = 0;
   std::size_t contacts = 0;
   std::size_t lost = 0;
-  for (const Pose& relative : poses_of(subject, kPoses)) {
+  for (const Pose& relative : poses_of(subject, kPosesOfSize)) {
     Pose first;
     first.translation[0] = distance;
     first.translation[1] = -distance;
@@ -89,7 +88,7 @@ Trial far_queries(const Subject& subject, double distance) {
     }
   }
   Trial trial;
-  trial.remark = fmt::format("{} contacts in {} poses, {} only near the origin", contacts, kPoses, lost);
+  trial.remark = fmt::format("{} contacts in {} poses, {} only near the origin", contacts, kPosesOfSize, lost);
   judge(trial, worst / subject.voxel, 1e-3 + 8 * kUlp * distance / subject.voxel);
   return trial;
 }
@@ -133,7 +132,7 @@ std::shared_ptr<const Asset> resized(const Subject& subject, double size) {
 
 // Comes from outside along the pose's translation until the deepest point is half a voxel deep: in the band, where
 // depths are distances. @return whether it found one
-bool bring_near(const Parts& parts, double voxel, Pose& pose) {
+bool bring_near(const ScaledParts& parts, double voxel, Pose& pose) {
   const double* const t = pose.translation;
   const double length = std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
   const Pose direction = scaled(pose, 1 / std::max(length, 1e-3));
@@ -154,12 +153,12 @@ bool bring_near(const Parts& parts, double voxel, Pose& pose) {
 Trial size_queries(const Subject& subject, double size) {
   const auto usual = resized(subject, 1);
   const auto other = resized(subject, size);
-  const Parts a(*usual);
-  const Parts b(*other);
+  const ScaledParts a(*usual);
+  const ScaledParts b(*other);
   if (!a.good || !b.good) return skipped("the resized asset cannot be read");
   Trial trial;
   double worst = 0;
-  for (Pose pose : poses_of(subject, kPoses)) {
+  for (Pose pose : poses_of(subject, kPosesOfSize)) {
     std::vector<Contact> contacts;
     QueryResult at_one;
     QueryResult at_size;

@@ -14,6 +14,8 @@
 
 namespace vps::stress {
 
+inline constexpr double kGravity = 9.81;  ///< [m/s^2]
+
 struct ArenaOptions {
   Motion motion = Motion::discrete;
   double gravity = 9.81;  ///< along -z. [m/s^2]

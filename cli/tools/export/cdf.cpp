@@ -21,7 +21,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-using Index = std::array<std::int64_t, 3>;
+using CellIndex = std::array<std::int64_t, 3>;
 constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
 constexpr double kMostCorners = 67108864;  // 64 Mi: 800 MB while it is made
 constexpr double kMostBytes = 2147483647;  // Bullet counts them in an int
@@ -29,13 +29,13 @@ constexpr std::uint32_t kFarSeed = 0xFFFFFFFFu;
 
 // The node of an edge: number 1 or 2 of its thirds, or 0 for the corner at its lower end.
 struct Node {
-  Index corner;
+  CellIndex corner;
   std::size_t axis;
   int third;
 };
 
 // As Bullet's shape functions number the nodes of a cell.
-std::array<Node, 32> cell_nodes(const Index& cell) {
+std::array<Node, 32> cell_nodes(const CellIndex& cell) {
   std::array<Node, 32> nodes;
   std::size_t n = 0;
   for (std::int64_t c = 0; c < 8; ++c)
@@ -43,7 +43,7 @@ std::array<Node, 32> cell_nodes(const Index& cell) {
   for (std::size_t along = 0; along < 3; ++along) {
     const std::size_t fast = (along + 2) % 3, slow = (along + 1) % 3;
     for (std::int64_t e = 0; e < 4; ++e) {
-      Index corner = cell;
+      CellIndex corner = cell;
       corner[fast] += e & 1;
       corner[slow] += e >> 1;
       for (const int third : {1, 2}) nodes[n++] = {corner, along, third};
@@ -78,21 +78,21 @@ class Cells {
   }
 
  private:
-  [[nodiscard]] std::size_t number(const Index& corner) const {
+  [[nodiscard]] std::size_t number(const CellIndex& corner) const {
     return static_cast<std::size_t>((corner[2] * (cells_[1] + 1) + corner[1]) * (cells_[0] + 1) + corner[0]);
   }
-  [[nodiscard]] Index corner_of(std::size_t number) const {
+  [[nodiscard]] CellIndex corner_of(std::size_t number) const {
     const auto n = static_cast<std::int64_t>(number);
     return {n % (cells_[0] + 1), n / (cells_[0] + 1) % (cells_[1] + 1), n / ((cells_[0] + 1) * (cells_[1] + 1))};
   }
-  [[nodiscard]] Vec3 place(const Index& corner, std::size_t axis, int third) const {
+  [[nodiscard]] Vec3 place(const CellIndex& corner, std::size_t axis, int third) const {
     double p[3];
     for (std::size_t k = 0; k < 3; ++k) p[k] = origin_[k] + step_ * (double(corner[k]) + (k == axis ? third / 3.0 : 0));
     return {float(p[0]), float(p[1]), float(p[2])};
   }
 
   // V where it is exact, else infinite with its sign: nearer to the band's ends samples may be clamped.
-  [[nodiscard]] float exact_depth(const Index& corner, std::size_t axis, int third) const {
+  [[nodiscard]] float exact_depth(const CellIndex& corner, std::size_t axis, int third) const {
     const float v = stored_penetration(map_, place(corner, axis, third));
     const float margin = 0.867F * map_.voxel_size;
     return v <= map_.band_inner - margin && v >= margin - map_.band_outer
@@ -115,9 +115,9 @@ class Cells {
     const auto is_far = [&](std::size_t n) { return std::isinf(depth_[n]) && (depth_[n] > 0) == (sign > 0); };
     std::vector<float> best = depth_;
     const auto spread = [&](std::uint32_t from, std::uint32_t source) {
-      const Index at = corner_of(from), root = corner_of(source);
+      const CellIndex at = corner_of(from), root = corner_of(source);
       for (int k = 0; k < 27; ++k) {
-        const Index next = {at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1};
+        const CellIndex next = {at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1};
         bool in_grid = true;
         for (std::size_t axis = 0; axis < 3; ++axis) in_grid = in_grid && next[axis] >= 0 && next[axis] <= cells_[axis];
         if (!in_grid || !is_far(number(next))) continue;
@@ -151,7 +151,7 @@ class Cells {
     }
   }
 
-  void add_cell(const Index& cell, std::size_t at) {
+  void add_cell(const CellIndex& cell, std::size_t at) {
     const std::array<Node, 32> nodes = cell_nodes(cell);
     std::array<float, 32> depths;
     bool wanted = false;
@@ -178,7 +178,7 @@ class Cells {
     if (node.third == 0 || std::isinf(low)) return low;
     const float exact = exact_depth(node.corner, node.axis, node.third);
     if (!std::isinf(exact)) return exact;
-    Index other = node.corner;
+    CellIndex other = node.corner;
     ++other[node.axis];
     const float high = depth_[number(other)];
     return low + float(node.third) / 3 * (high - low);
@@ -215,7 +215,7 @@ class Cells {
   const VoxelmapView& map_;
   double step_;   // [m]
   double reach_;  // [m]
-  Index cells_{};
+  CellIndex cells_{};
   std::array<double, 3> origin_{};
   std::vector<float> depth_;  // V of every corner; infinite beyond the band until it is filled. [m]
   std::vector<double> distances_;

@@ -12,7 +12,7 @@
 namespace vps::cli {
 namespace {
 
-constexpr Colour kInk = {20, 22, 26};
+constexpr Colour kLineInk = {20, 22, 26};
 constexpr int kLine = 22;                                           // from a line of text to the next. [px]
 constexpr int kTop = 108, kLeft = 108, kRight = 160, kBottom = 58;  // round the plot, for words and numbers. [px]
 constexpr int kLeastRows = 120, kMostRows = 3000;
@@ -60,7 +60,7 @@ class SliceDrawing {
 
   SlicePicture draw() {
     draw_field();
-    picture_.frame(kLeft - 1, kTop - 1, columns_ + 2, rows_ + 2, kInk);
+    picture_.frame(kLeft - 1, kTop - 1, columns_ + 2, rows_ + 2, kLineInk);
     draw_head();
     draw_axes();
     draw_legend();
@@ -135,13 +135,13 @@ class SliceDrawing {
     const LengthUnit unit(std::max(extent_[0], extent_[1]));
     for (const double t : ticks_across(unit)) {
       const int x = kLeft + static_cast<int>((t - low_[0]) / step_);
-      picture_.fill(x, kTop + rows_, 1, 7, kInk);
+      picture_.fill(x, kTop + rows_, 1, 7, kLineInk);
       const std::string text = unit.number(t);
       picture_.write(x - Picture::width_of(text) / 2, kTop + rows_ + 10, text);
     }
     for (const double t : ticks(low_[1], rows_, nice_step(50 * step_))) {
       const int y = kTop + rows_ - 1 - static_cast<int>((t - low_[1]) / step_);
-      picture_.fill(kLeft - 7, y, 7, 1, kInk);
+      picture_.fill(kLeft - 7, y, 7, 1, kLineInk);
       const std::string text = unit.number(t);
       picture_.write(kLeft - 10 - Picture::width_of(text), y - 7, text);
     }
@@ -158,13 +158,13 @@ class SliceDrawing {
     const auto edge = [&](int band) { return top + (bands - band) * height / bands; };
     for (int band = 0; band < bands; ++band)
       picture_.fill(x, edge(band + 1), 26, edge(band) - edge(band + 1), colour((band - layers_ + 0.5) * voxel_));
-    picture_.frame(x - 1, top - 1, 28, height + 2, kInk);
+    picture_.frame(x - 1, top - 1, 28, height + 2, kLineInk);
     picture_.fill(x, edge(layers_), 26, 1, {0, 0, 0});
     const LengthUnit unit(layers_ * voxel_);
     const int every = 1 + 2 * layers_ * 18 / height;  // numbers must not touch
     for (int layer = 1 - layers_; layer < layers_; ++layer) {
       if (layer % every != 0) continue;
-      picture_.fill(x + 26, edge(layer + layers_), 5, 1, kInk);
+      picture_.fill(x + 26, edge(layer + layers_), 5, 1, kLineInk);
       picture_.write(x + 35, edge(layer + layers_) - 7, unit.number(layer * voxel_));
     }
     picture_.write(x, kTop - 26, fmt::format("V [{}]", unit.name()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/explain_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -100,10 +100,10 @@ int explain(const std::string& file, const std::string& folder) {
 Command add_explain_command(CLI::App& app) {
   CLI::App* const command =
       app.add_subcommand("explain", "Say why a batch baked an asset or did not, and whether it would now");
-  struct Arguments {
+  struct ExplainArguments {
     std::string file, folder;
   };
-  const auto a = std::make_shared<Arguments>();
+  const auto a = std::make_shared<ExplainArguments>();
   command->add_option("FILE", a->file, "Asset of a batch, its mesh (with -o), or any asset")->required();
   command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
       ->check(CLI::ExistingDirectory)

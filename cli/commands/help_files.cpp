@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/help_files_command.h"
+#include "cli/commands/commands.h"
 
 #include <filesystem>
 #include <memory>
 #include <span>
 
-#include "cli/commands/bake_command.h"
+#include "cli/commands/bake.h"
 #include "cli/terminal/command_tree.h"
 #include "cli/terminal/completion.h"
 #include "cli/terminal/man_page.h"

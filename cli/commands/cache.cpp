@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/cache_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -121,7 +121,7 @@ int verify(const CacheArguments& arguments) {
   return checked.damaged.empty() ? kOk : kSomeFailed;
 }
 
-int run(const CacheArguments& arguments, int (*action)(const CacheArguments&)) {
+int run_cache(const CacheArguments& arguments, int (*action)(const CacheArguments&)) {
   std::error_code ignored;
   if (!fs::is_directory(arguments.folder, ignored))
     return fail(kIo, arguments.folder, "the folder does not exist; give the folder of a cache");
@@ -158,7 +158,9 @@ Command add_cache_command(CLI::App& app) {
   CLI::App* const verified = add_action("verify", "Compare all hashes of every entry");
   verified->add_flag("--remove", arguments->remove, "Remove what is damaged");
   cache->footer("Example: vpsbake cache prune --cache ~/.cache/vpsbake --max-size 20GB");
-  return {cache, [=] { return run(*arguments, stats->parsed() ? print_usage : pruned->parsed() ? prune : verify); }};
+  return {cache, [=] {
+            return run_cache(*arguments, stats->parsed() ? print_usage : pruned->parsed() ? prune : verify);
+          }};
 }
 
 }  // namespace vps::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/compare_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -16,14 +16,14 @@
 namespace vps::cli {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string a, b;
   bool json = false;
 };
 
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-const char* word(Comparison::Same same) {
+const char* same_word(Comparison::Same same) {
   return same == Comparison::Same::bytes ? "bytes" : same == Comparison::Same::content ? "content" : "nothing";
 }
 
@@ -40,11 +40,11 @@ nlohmann::ordered_json distance_to_json(const ShellDistance& d) {
   return {{"max", d.max}, {"rms", d.rms}, {"normal_angle_max", d.angle_max}, {"normal_angle_mean", d.angle_mean}};
 }
 
-nlohmann::ordered_json to_json(const Arguments& arguments, const Comparison& comparison) {
+nlohmann::ordered_json to_json(const CompareArguments& arguments, const Comparison& comparison) {
   nlohmann::ordered_json j = {{"format", "vpsbake compare 1"},
                               {"a", arguments.a},
                               {"b", arguments.b},
-                              {"same", word(comparison.same)},
+                              {"same", same_word(comparison.same)},
                               {"settings", values_to_json(comparison.settings)},
                               {"facts", values_to_json(comparison.facts)},
                               {"sections", comparison.sections}};
@@ -90,7 +90,7 @@ void print_distance(const char* which, const ShellDistance& d) {
       which, format_length(d.max), format_length(d.rms), kDegrees * d.angle_mean, kDegrees * d.angle_max);
 }
 
-void print_text(const Arguments& arguments, const Comparison& comparison, double voxel) {
+void print_compare(const CompareArguments& arguments, const Comparison& comparison, double voxel) {
   fmt::print("A is {}, B is {}\n", arguments.a, arguments.b);
   if (comparison.same == Comparison::Same::bytes) return fmt::print("the same bytes\n");
   print_values("setting", comparison.settings);
@@ -109,7 +109,7 @@ void print_text(const Arguments& arguments, const Comparison& comparison, double
   fmt::print("they differ\n");
 }
 
-int run(const Arguments& arguments) {
+int run_compare(const CompareArguments& arguments) {
   Asset a, b;
   if (const int code = open_asset(arguments.a, a); code != kOk) return code;
   if (const int code = open_asset(arguments.b, b); code != kOk) return code;
@@ -117,7 +117,7 @@ int run(const Arguments& arguments) {
   if (arguments.json) {
     fmt::print("{}", to_text(to_json(arguments, comparison)));
   } else {
-    print_text(arguments, comparison, a.info().voxel_size);
+    print_compare(arguments, comparison, a.info().voxel_size);
   }
   return comparison.same == Comparison::Same::nothing ? kSomeFailed : kOk;
 }
@@ -126,13 +126,13 @@ int run(const Arguments& arguments) {
 
 Command add_compare_command(CLI::App& app) {
   CLI::App* const compare = app.add_subcommand("compare", "Say whether two assets are the same, and how they differ");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<CompareArguments>();
   compare->add_option("A", arguments->a, "Asset")->required()->option_text("ASSET");
   compare->add_option("B", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
   compare->add_flag("--json", arguments->json, "Print JSON");
   compare->footer(
       "Exit codes: 0 the same content, 5 they differ\nExample: vpsbake compare old/gear.vps.hdf new/gear.vps.hdf");
-  return {compare, [arguments] { return guarded(arguments->a, [&] { return run(*arguments); }); }};
+  return {compare, [arguments] { return guarded(arguments->a, [&] { return run_compare(*arguments); }); }};
 }
 
 }  // namespace vps::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/report_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -173,19 +173,19 @@ void tell_load(ordered_json& report) {
 }
 
 // One of the files that are written, and what it and no other begins with.
-struct Output {
+struct ReportOutput {
   const char* ending;
   std::string_view beginning;
   const char* kind;
 };
-constexpr Output kJson = {".json", "{\n  \"format\": \"vpsbake report", "a report's JSON"};
-constexpr Output kCsv = {".csv", "mesh,name,series,", "a report's table"};
-constexpr Output kPage = {".html", "<!doctype html>", "a page"};
+constexpr ReportOutput kJson = {".json", "{\n  \"format\": \"vpsbake report", "a report's JSON"};
+constexpr ReportOutput kCsv = {".csv", "mesh,name,series,", "a report's table"};
+constexpr ReportOutput kPage = {".html", "<!doctype html>", "a page"};
 
 // Before minutes are spent on what cannot be written. @return kOk or kIo
 int check_outputs(const std::string& name) {
   if (!fs::path(name).has_filename()) return fail(kIo, name, "this is a folder; give a name with -o");
-  for (const Output& output : {kJson, kCsv, kPage}) {
+  for (const ReportOutput& output : {kJson, kCsv, kPage}) {
     const std::string file = name + output.ending;
     if (const std::string reason = output_refusal(file, output.beginning, output.kind); !reason.empty())
       return fail(kIo, file, reason);
@@ -193,7 +193,7 @@ int check_outputs(const std::string& name) {
   return kOk;
 }
 
-int write_outputs(const std::string& name, const ordered_json& report) {
+int write_report(const std::string& name, const ordered_json& report) {
   const Embedded libraries[] = {kChart};
   int code = write_output(name + kJson.ending, to_text(report));
   if (code == kOk) code = write_output(name + kCsv.ending, rows_to_csv(report));
@@ -254,7 +254,7 @@ int run_report(const ReportArguments& arguments) {
     if (code != kOk) return code;
   }
   tell_load(report);
-  return write_outputs(arguments.output, report);
+  return write_report(arguments.output, report);
 }
 
 void add_sweep_options(CLI::App& app, ReportArguments& arguments) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/slice_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 namespace vps::cli {
 namespace {
 
-struct Arguments {
+struct SliceArguments {
   std::string asset;
   std::string output;
   std::string axis = "z";
@@ -34,7 +34,7 @@ double parse_place(const std::string& text) {
   }
 }
 
-int run(const Arguments& arguments) {
+int run_slice(const SliceArguments& arguments) {
   Asset asset;
   if (const int code = open_asset(arguments.asset, asset); code != kOk) return code;
   VoxelmapView map;
@@ -70,7 +70,7 @@ int run(const Arguments& arguments) {
 
 Command add_slice_command(CLI::App& app) {
   CLI::App* const slice = app.add_subcommand("slice", "Draw a slice of an asset's field as a PNG picture");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<SliceArguments>();
   slice->add_option("ASSET", arguments->asset, "Asset")->required();
   slice->add_option("--axis", arguments->axis, "Across which axis of the asset: x, y or z [default: z]")
       ->check(CLI::IsMember({"x", "y", "z"}))
@@ -90,7 +90,7 @@ Command add_slice_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("FILE");
   slice->footer("Example: vpsbake slice gear.vps.hdf --axis z --at 12mm");
-  return {slice, [arguments] { return guarded(arguments->asset, [&] { return run(*arguments); }); }};
+  return {slice, [arguments] { return guarded(arguments->asset, [&] { return run_slice(*arguments); }); }};
 }
 
 }  // namespace vps::cli

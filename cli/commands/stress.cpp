@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Options to subjects, subjects to cases, results to stdout and files.
-#include "cli/commands/stress_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 #include <fnmatch.h>
@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kColumns[] = {"ours", "continuous", "hull", "hacd", "gimpact"};
 
-struct Arguments {
+struct StressArguments {
   std::vector<std::string> assets;
   BakeArguments mesh;  // of --mesh, --unit and --scale
   std::string output, junit;
@@ -42,7 +42,7 @@ struct Arguments {
   stress::SubjectOptions subject;
 };
 
-stress::Strictness strictness(const Arguments& arguments) {
+stress::Strictness strictness(const StressArguments& arguments) {
   return arguments.strict ? stress::Strictness::strict : stress::Strictness::promised;
 }
 
@@ -50,7 +50,7 @@ bool is_named(const stress::Case& one, const std::string& glob) {
   return ::fnmatch(glob.c_str(), one.name.c_str(), 0) == 0;
 }
 
-std::vector<const stress::Case*> chosen(const Arguments& arguments) {
+std::vector<const stress::Case*> chosen(const StressArguments& arguments) {
   std::vector<const stress::Case*> out;
   for (const stress::Case& one : stress::all_cases()) {
     const bool wanted =
@@ -61,20 +61,20 @@ std::vector<const stress::Case*> chosen(const Arguments& arguments) {
   return out;
 }
 
-void list_cases(const Arguments& arguments) {
+void list_cases(const StressArguments& arguments) {
   for (const stress::Case* one : chosen(arguments)) {
     fmt::print("{:<22} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, "", one->measured, one->limit);
   }
 }
 
-struct Output {
+struct StressOutput {
   fs::path file;
   const char* beginning;  // of files of its kind
   const char* kind;
 };
 
-std::vector<Output> outputs(const Arguments& arguments) {
-  std::vector<Output> files;
+std::vector<StressOutput> outputs(const StressArguments& arguments) {
+  std::vector<StressOutput> files;
   if (!arguments.output.empty()) {
     files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
   }
@@ -82,7 +82,7 @@ std::vector<Output> outputs(const Arguments& arguments) {
   return files;
 }
 
-int write_outputs(const Arguments& arguments, const std::vector<stress::AssetResult>& results) {
+int write_stress(const StressArguments& arguments, const std::vector<stress::AssetResult>& results) {
   int code = kOk;
   const auto write = [&](const fs::path& file, const std::string& text) {
     if (code == kOk) code = write_output(file, text);
@@ -106,7 +106,7 @@ void add_meshes(const std::optional<TriangleMesh>& mesh, const Asset& asset, str
 }
 
 // One asset through all cases. @return the exit code of what was wrong with it
-int run_asset(const Arguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
+int run_asset(const StressArguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
               std::vector<stress::AssetResult>& results) {
   const auto asset = std::make_shared<Asset>();
   if (const int code = open_asset(path, *asset); code != kOk) return code;
@@ -147,7 +147,7 @@ int run_asset(const Arguments& arguments, const std::string& path, const std::op
   });
 }
 
-int run(const Arguments& arguments) {
+int run_stress(const StressArguments& arguments) {
   for (const std::string& glob : arguments.cases) {
     const auto& all = stress::all_cases();
     if (std::none_of(all.begin(), all.end(), [&](const stress::Case& one) { return is_named(one, glob); })) {
@@ -205,7 +205,7 @@ int run(const Arguments& arguments) {
     if (code == kOk && std::any_of(result.cases.begin(), result.cases.end(), is_broken)) code = kSomeFailed;
   }
   if (results.empty()) return code;
-  const int written = write_outputs(arguments, results);
+  const int written = write_stress(arguments, results);
   return written != kOk ? written : code;
 }
 
@@ -215,8 +215,8 @@ Command add_stress_command(CLI::App& app) {
   constexpr const char* kCases = "Cases";
   CLI::App* const stress = app.add_subcommand(
       "stress", "Run stability cases on assets in Bullet and in a penalty loop; exit code 5 when a limit is not held");
-  const auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  const auto arguments = std::make_shared<StressArguments>();
+  StressArguments& a = *arguments;
   stress->add_option("ASSET...", a.assets, "Assets");
   stress
       ->add_option("--mesh", a.mesh.mesh,
@@ -283,7 +283,7 @@ Command add_stress_command(CLI::App& app) {
       "Example: vpsbake stress gear.vps.hdf --mesh gear.obj --quick --junit stress.xml -o stress");
   return {stress, [arguments] {
             arguments->subject.cache = arguments->mesh.cache;
-            return run(*arguments);
+            return run_stress(*arguments);
           }};
 }
 

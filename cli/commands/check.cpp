@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/check_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -61,7 +61,7 @@ void print_walls(const MeshReport& r, bool voxel_size_given) {
   fmt::print("\n");
 }
 
-void print_text(const std::string& path, const MeshReport& r, bool voxel_size_given) {
+void print_check(const std::string& path, const MeshReport& r, bool voxel_size_given) {
   fmt::print("{}: {} triangles, {} vertices, {} component{}\n", path, r.triangles, r.vertices, r.components,
              r.components == 1 ? "" : "s");
   fmt::print("size        {} x {} x {}; as numbers like these are mostly {}, ",
@@ -86,7 +86,7 @@ void print_text(const std::string& path, const MeshReport& r, bool voxel_size_gi
   print_walls(r, voxel_size_given);
 }
 
-int run(const BakeArguments& arguments) {
+int run_check(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
     const ImportedMesh mesh = import_with(arguments);
     const MeshReport report = inspect_mesh(mesh, arguments.options);
@@ -94,7 +94,7 @@ int run(const BakeArguments& arguments) {
     if (arguments.json) {
       fmt::print("{}", to_text(to_json(arguments.mesh, report)));
     } else {
-      print_text(arguments.mesh, report, has_grid);
+      print_check(arguments.mesh, report, has_grid);
     }
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
@@ -113,7 +113,7 @@ Command add_check_command(CLI::App& app) {
   add_grid_options(*check, *arguments);
   check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   check->footer("Example: vpsbake check scan.ply --voxel 1mm");
-  return {check, [arguments] { return run(*arguments); }};
+  return {check, [arguments] { return run_check(*arguments); }};
 }
 
 }  // namespace vps::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/batch_command.h"
+#include "cli/commands/batch.h"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,8 @@
 #include "cli/batch/manifest.h"
 #include "cli/batch/play.h"
 #include "cli/batch/report.h"
-#include "cli/commands/bake_options.h"
+#include "cli/commands/commands.h"
+#include "cli/terminal/bake_options.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/output_file.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/plan_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "cli/batch/emit_script.h"
 #include "cli/batch/find_jobs.h"
 #include "cli/batch/jobs_file.h"
-#include "cli/commands/batch_command.h"
+#include "cli/commands/batch.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/output_file.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/validate_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using Result = Check::Result;
 
-struct Arguments {
+struct ValidateArguments {
   std::vector<std::string> files;
   BakeArguments mesh;
   MeshCheckOptions options;
@@ -37,7 +37,7 @@ struct Validation {
   int code = kOk;
 };
 
-const char* word(Result result) {
+const char* result_word(Result result) {
   switch (result) {
     case Result::ok:
       return "ok";
@@ -68,7 +68,8 @@ nlohmann::ordered_json to_json(const Validation& validation) {
   j["valid"] = validation.code == kOk;
   j["checks"] = nlohmann::ordered_json::array();
   for (const Check& check : validation.checks) {
-    nlohmann::ordered_json one = {{"name", check.name}, {"result", word(check.result)}, {"says", one_line(check.says)}};
+    nlohmann::ordered_json one = {
+        {"name", check.name}, {"result", result_word(check.result)}, {"says", one_line(check.says)}};
     if (check.result == Result::failed) one["result"] = "failed";
     if (!check.figures.is_null()) one["figures"] = check.figures;
     j["checks"].push_back(std::move(one));
@@ -76,16 +77,16 @@ nlohmann::ordered_json to_json(const Validation& validation) {
   return j;
 }
 
-void print_text(const Validation& validation) {
+void print_validate(const Validation& validation) {
   fmt::print("{}: {}\n", validation.file, format_bytes(double(validation.bytes)));
   for (const Check& check : validation.checks) {
-    fmt::print("  {:<8} {:<14} {}\n", word(check.result), check.name, one_line(check.says));
+    fmt::print("  {:<8} {:<14} {}\n", result_word(check.result), check.name, one_line(check.says));
   }
   std::fflush(stdout);
 }
 
 // @throw BakeError and ImportError of the mesh
-void run_checks(const Arguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
+void run_checks(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   Asset asset;
   std::vector<Check>& checks = validation.checks;
   if (!check_structure(validation.file, asset, checks)) return;
@@ -102,7 +103,7 @@ void run_checks(const Arguments& arguments, const std::optional<ImportedMesh>& m
   check_against_mesh(asset, closed_mesh(*mesh, options).mesh, arguments.options, checks);
 }
 
-int validate_file(const Arguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
+int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   std::error_code error;
   const fs::file_status status = fs::status(validation.file, error);
   if (!fs::is_regular_file(status)) {
@@ -117,7 +118,7 @@ int validate_file(const Arguments& arguments, const std::optional<ImportedMesh>&
   } catch (const BakeError& of_mesh) {
     refusal = of_mesh.what();
   }
-  if (!arguments.json) print_text(validation);
+  if (!arguments.json) print_validate(validation);
   if (!refusal.empty()) return fail(kBadInput, arguments.mesh.mesh, refusal);
   std::string failed;
   for (const Check& check : validation.checks) {
@@ -130,7 +131,7 @@ int validate_file(const Arguments& arguments, const std::optional<ImportedMesh>&
   return fail(kBadInput, validation.file, "not valid: " + failed + "; bake it again, or ask where the file comes from");
 }
 
-int run(const Arguments& arguments) {
+int run_validate(const ValidateArguments& arguments) {
   std::optional<ImportedMesh> mesh;
   if (!arguments.mesh.mesh.empty()) mesh = import_with(arguments.mesh);
   nlohmann::ordered_json j = {{"format", "vpsbake validate 1"}};
@@ -154,7 +155,7 @@ int run(const Arguments& arguments) {
 
 Command add_validate_command(CLI::App& app) {
   CLI::App* const validate = app.add_subcommand("validate", "Check assets thoroughly, against their mesh too");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ValidateArguments>();
   validate->add_option("ASSET...", arguments->files, "Assets")->required();
   validate->add_option("--mesh", arguments->mesh.mesh, "The mesh they were baked from: errors are measured against it")
       ->check(not_empty())
@@ -173,7 +174,7 @@ Command add_validate_command(CLI::App& app) {
   validate->footer("Example: vpsbake validate gear.vps.hdf --mesh gear.stl --unit mm --strict");
   return {validate, [arguments] {
             const std::string& about = arguments->mesh.mesh.empty() ? arguments->files[0] : arguments->mesh.mesh;
-            return guarded(about, [&] { return run(*arguments); });
+            return guarded(about, [&] { return run_validate(*arguments); });
           }};
 }
 

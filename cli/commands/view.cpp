@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/view_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 namespace vps::cli {
 namespace {
 
-struct Arguments {
+struct ViewArguments {
   std::string asset;
   std::string motion;  ///< instead of an asset
   BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is that of the page
@@ -48,7 +48,7 @@ std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
            info.bounds_max[2] - info.bounds_min[2]));
 }
 
-int view_asset(const Arguments& arguments) {
+int view_asset(const ViewArguments& arguments) {
   const std::filesystem::path output =
       arguments.mesh.output.empty() ? beside(arguments.asset, ".html") : std::filesystem::path(arguments.mesh.output);
   Asset asset;
@@ -65,7 +65,7 @@ int view_asset(const Arguments& arguments) {
   return write_output(output, make_view_page(kViewPage, data));
 }
 
-int view_motion(const Arguments& arguments) {
+int view_motion(const ViewArguments& arguments) {
   std::filesystem::path output = arguments.mesh.output;
   if (output.empty()) output = std::filesystem::path(arguments.motion).replace_extension(".html");
   if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
@@ -73,7 +73,7 @@ int view_motion(const Arguments& arguments) {
   return write_output(output, make_view_page(kMotionPage, motion_data(arguments.motion)));
 }
 
-int run(const Arguments& arguments) {
+int run_view(const ViewArguments& arguments) {
   if (!arguments.motion.empty()) return guarded(arguments.motion, [&] { return view_motion(arguments); });
   if (arguments.asset.empty())
     return fail(kCommandLine, "command line", "view needs an asset or --motion; run vpsbake view --help");
@@ -86,7 +86,7 @@ int run(const Arguments& arguments) {
 Command add_view_command(CLI::App& app) {
   CLI::App* const view =
       app.add_subcommand("view", "Write a page that shows an asset: surface, voxels, field, points, tree");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ViewArguments>();
   auto* const asset = view->add_option("ASSET", arguments->asset, "Asset");
   view->add_option("--motion", arguments->motion, "Play a recorded motion instead, docs/motion.md")
       ->check(not_empty())
@@ -107,7 +107,7 @@ Command add_view_command(CLI::App& app) {
   for (const char* const name : {"--unit", "--scale", "--import-memory", "--import-timeout"})
     view->get_option(name)->needs("--mesh");
   view->footer("Example: vpsbake view gear.vps.hdf --mesh gear.obj\nExample: vpsbake view --motion run.json");
-  return {view, [arguments] { return run(*arguments); }};
+  return {view, [arguments] { return run_view(*arguments); }};
 }
 
 }  // namespace vps::cli

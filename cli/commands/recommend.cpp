@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/recommend_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -117,7 +117,7 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
   return out;
 }
 
-void print_text(const RecommendArguments& arguments, const Recommendation& r) {
+void print_recommend(const RecommendArguments& arguments, const Recommendation& r) {
   const Tried& chosen = r.tried[*r.chosen];
   const std::size_t contact = r.poses[std::size_t(evaluate::Range::contact)];
   const std::size_t apart = r.poses[std::size_t(evaluate::Range::apart)];
@@ -141,7 +141,7 @@ void print_text(const RecommendArguments& arguments, const Recommendation& r) {
              exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
 }
 
-int run(const RecommendArguments& arguments) {
+int run_recommend(const RecommendArguments& arguments) {
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
     const Progress progress;
@@ -158,7 +158,7 @@ int run(const RecommendArguments& arguments) {
     if (arguments.bake.json) {
       fmt::print("{}", to_text(to_json(arguments, r)));
     } else if (r.chosen) {
-      print_text(arguments, r);
+      print_recommend(arguments, r);
     }
     std::fflush(stdout);
     if (r.chosen) return int{kOk};
@@ -172,7 +172,7 @@ int run(const RecommendArguments& arguments) {
 // At least one is needed.
 int check_and_run(const RecommendArguments& arguments) {
   const evaluate::Limits& limits = arguments.limits;
-  if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run(arguments);
+  if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run_recommend(arguments);
   return fail(kCommandLine, "command line",
               "--max-error, --max-time or --max-bytes is required; run vpsbake recommend --help");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/export_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@
 namespace vps::cli {
 namespace {
 
-struct Arguments {
+struct ExportArguments {
   std::string asset;
   std::string format;
   std::string output;
@@ -85,7 +85,7 @@ std::string refusal(const Format& format, const std::filesystem::path& output) {
   return fmt::format("the file exists and is not {}; remove it or choose another output", format.kind);
 }
 
-int write_format(const Arguments& arguments, const Asset& asset, const VoxelmapView& map,
+int write_format(const ExportArguments& arguments, const Asset& asset, const VoxelmapView& map,
                  const std::filesystem::path& output) {
   const double step = arguments.step > 0 ? arguments.step : asset.info().voxel_size;
   if (arguments.format == "ply") return write_output(output, to_ply(asset));
@@ -102,7 +102,7 @@ int write_format(const Arguments& arguments, const Asset& asset, const VoxelmapV
   return kOk;
 }
 
-int run(const Arguments& arguments) {
+int run_export(const ExportArguments& arguments) {
   Asset asset;
   if (const int code = open_asset(arguments.asset, asset); code != kOk) return code;
   const Format& format = format_of(arguments.format);
@@ -125,7 +125,7 @@ int run(const Arguments& arguments) {
   }
 }
 
-void check_options(const CLI::App& app, const Arguments& arguments) {
+void check_options(const CLI::App& app, const ExportArguments& arguments) {
   if (arguments.reach && arguments.format != "cdf") throw CLI::ArgumentMismatch("--reach is for --to cdf");
   if (format_of(arguments.format).of_field) return;
   for (const char* const name : {"--field", "--step"}) {
@@ -138,7 +138,7 @@ void check_options(const CLI::App& app, const Arguments& arguments) {
 
 Command add_export_command(CLI::App& app) {
   CLI::App* const command = app.add_subcommand("export", "Write an asset for other programs");
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<ExportArguments>();
   command->add_option("ASSET", arguments->asset, "Asset")->required();
   command
       ->add_option("--to", arguments->format,
@@ -165,7 +165,7 @@ Command add_export_command(CLI::App& app) {
       ->option_text("FILE");
   command->callback([command, arguments] { check_options(*command, *arguments); });
   command->footer("Example: vpsbake export gear.vps.hdf --to vtkhdf -o gear.vtkhdf");
-  return {command, [arguments] { return guarded(arguments->asset, [&] { return run(*arguments); }); }};
+  return {command, [arguments] { return guarded(arguments->asset, [&] { return run_export(*arguments); }); }};
 }
 
 }  // namespace vps::cli

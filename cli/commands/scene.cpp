@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/scene_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -32,7 +32,7 @@ struct SceneArguments {
   bool dry_run = false, full = false, compare = false, json = false;
 };
 
-struct Run {
+struct SceneRun {
   const SceneArguments& arguments;
   Scene scene = {};
   std::vector<SceneMesh> meshes = {};
@@ -56,20 +56,20 @@ fs::path manifest_file(const SceneArguments& arguments, const fs::path& folder) 
   return folder / (fs::path(arguments.scene).stem().string() + ".vps.json");
 }
 
-bool is_written(const Run& run, const PlannedAsset& asset) {
+bool is_written(const SceneRun& run, const PlannedAsset& asset) {
   return run.arguments.full || asset.is_needed();
 }
 
-const BakeOptions& wanted_options(const Run& run, const PlannedAsset& asset) {
+const BakeOptions& wanted_options(const SceneRun& run, const PlannedAsset& asset) {
   return run.arguments.full ? asset.everything : asset.options;
 }
 
-void name_asset(Run& run, PlannedAsset& asset) {
+void name_asset(SceneRun& run, PlannedAsset& asset) {
   asset.file = asset_file(run.meshes[asset.mesh], wanted_options(run, asset));
 }
 
 // Whether the folder has files of these names that are not the program's. @return false when one was complained of
-bool outputs_are_free(const Run& run, const fs::path& folder) {
+bool outputs_are_free(const SceneRun& run, const fs::path& folder) {
   std::error_code ignored;
   if (!fs::exists(folder, ignored)) return true;
   const auto is_free = [](const fs::path& file, const std::string& reason) {
@@ -90,11 +90,12 @@ fs::path output_folder(const SceneArguments& arguments) {
   return folder.replace_extension(".vps");
 }
 
-[[noreturn]] void refuse_mesh(const Run& run, const PlannedAsset& asset, const char* reason) {
+[[noreturn]] void refuse_mesh(const SceneRun& run, const PlannedAsset& asset, const char* reason) {
   throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), reason));
 }
 
-BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions& options, const std::string& cache) {
+BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const BakeOptions& options,
+                    const std::string& cache) {
   const auto begin = std::chrono::steady_clock::now();
   BakeSettings settings;
   settings.options = options;
@@ -111,7 +112,7 @@ BakedPart bake_part(const Run& run, const PlannedAsset& asset, const BakeOptions
 
 // Meshes that cannot be baked are refused before anything is, also in a dry run. What a cache has is good, and the
 // first bake begins with this check.
-void check_meshes(const Run& run) {
+void check_meshes(const SceneRun& run) {
   bool is_first = !run.arguments.dry_run;
   for (const PlannedAsset& asset : run.plan.assets) {
     if (!is_written(run, asset) && !run.arguments.compare) continue;
@@ -139,7 +140,7 @@ double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
   return worst;
 }
 
-void bake_asset(Run& run, std::size_t i) {
+void bake_asset(SceneRun& run, std::size_t i) {
   PlannedAsset& asset = run.plan.assets[i];
   if (!is_written(run, asset)) return;
   constexpr int kTrials = 5;
@@ -159,7 +160,7 @@ void bake_asset(Run& run, std::size_t i) {
   }
 }
 
-void bake_scene(Run& run) {
+void bake_scene(SceneRun& run) {
   run.baked.resize(run.plan.assets.size());
   for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
   if (run.arguments.compare) {
@@ -178,7 +179,7 @@ void bake_scene(Run& run) {
 }
 
 // The manifest comes last: where it is, its assets are. Those that only its predecessor had go with it.
-std::string write_scene(Run& run, const fs::path& folder) {
+std::string write_scene(SceneRun& run, const fs::path& folder) {
   std::error_code failed;
   fs::create_directory(folder, failed);
   if (failed) throw WriteError("the folder cannot be made; choose another with -o");
@@ -212,7 +213,7 @@ std::string in_words_of(const Place& place, std::string text) {
 }
 
 int run_scene(const SceneArguments& arguments) {
-  Run run{arguments};
+  SceneRun run{arguments};
   const fs::path folder = output_folder(arguments);
   try {
     run.scene = read_scene(arguments.scene);

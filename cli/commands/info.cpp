@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Opens an asset as a simulation would, checks its hashes too, and prints it.
-#include "cli/commands/info_command.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 namespace vps::cli {
 namespace {
 
-void print_text(const std::string& path, const Asset& asset) {
+void print_info(const std::string& path, const Asset& asset) {
   const Directory& directory = asset.directory();
   const std::string generator = printable(directory.info.generator.data());
   fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
@@ -43,11 +43,11 @@ void print_text(const std::string& path, const Asset& asset) {
 
 Command add_info_command(CLI::App& app) {
   CLI::App* const info = app.add_subcommand("info", "Check an asset and print what it holds");
-  struct Arguments {
+  struct InfoArguments {
     std::vector<std::string> paths;
     bool json = false;
   };
-  const auto arguments = std::make_shared<Arguments>();
+  const auto arguments = std::make_shared<InfoArguments>();
   info->add_option("ASSET...", arguments->paths, "Assets")->required();
   info->add_flag("--json", arguments->json, "Print JSON, of several files a list");
   info->footer("Example: vpsbake info gear.vps.hdf");
@@ -61,7 +61,7 @@ Command add_info_command(CLI::App& app) {
               } else if (arguments->json) {
                 list.push_back(asset_to_json(path, asset));
               } else {
-                print_text(path, asset);
+                print_info(path, asset);
               }
             }
             if (arguments->paths.size() > 1 && arguments->json) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/commands/bake_options.h"
+#include "cli/terminal/bake_options.h"
 
 #include <algorithm>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file `vpsbake batch`, and `run` and `merge`, which do a part of it each: folders of meshes to folders of assets.
+/// @file What `vpsbake batch` and `vpsbake plan` have in common.
 #pragma once
 
 #include <functional>
@@ -16,9 +16,5 @@ void add_input_options(CLI::App& app, batch::Inputs& inputs, BakeArguments& scra
 
 /// Turns what is thrown before anything is baked into one line and an exit code.
 [[nodiscard]] int guarded_batch(const std::function<int()>& work);
-
-[[nodiscard]] Command add_batch_command(CLI::App& app);
-[[nodiscard]] Command add_run_command(CLI::App& app);
-[[nodiscard]] Command add_merge_command(CLI::App& app);
 
 }  // namespace vps::cli

@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "cli/commands/bake_command.h"
+#include "cli/commands/bake.h"
 
 namespace vps::cli {
 

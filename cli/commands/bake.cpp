@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Import, plan, bake, write: the main job. Or a copy from the cache.
-#include "cli/commands/bake_command.h"
+#include "cli/commands/bake.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -53,7 +53,7 @@ std::string plan_line(const BakePlan& plan) {
 }
 
 // One bake from the command line.
-struct Run {
+struct BakeRun {
   const BakeArguments& arguments;
   fs::path output;
   Progress progress = {};
@@ -65,7 +65,7 @@ struct Run {
 
 // Files the time of a stage that is not one of bake's.
 template <class Work>
-auto timed(Run& run, const char* stage, const Work& work) {
+auto timed(BakeRun& run, const char* stage, const Work& work) {
   const auto begin = Clock::now();
   auto result = work();
   run.times.push_back({stage, seconds_since(begin)});
@@ -79,7 +79,7 @@ nlohmann::ordered_json plan_to_json(const BakePlan& plan) {
           {"predicted_memory_bytes", plan.predicted_memory_bytes}};
 }
 
-void print_json(const Run& run, const AssetInfo& info, std::size_t bytes) {
+void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   nlohmann::ordered_json j;
   j["output"] = run.output.string();
   j["bytes"] = bytes;
@@ -93,14 +93,14 @@ void print_json(const Run& run, const AssetInfo& info, std::size_t bytes) {
   fmt::print("{}", to_text(j));
 }
 
-void print_plan(const Run& run) {
+void print_plan(const BakeRun& run) {
   if (run.arguments.json) return;
   run.progress.clear();
   fmt::print("{}: {}\n", run.arguments.mesh, plan_line(run.report.plan));
   std::fflush(stdout);
 }
 
-void print_result(const Run& run, const AssetInfo& info, std::size_t bytes) {
+void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   if (run.arguments.json) return print_json(run, info, bytes);
   for (const std::string& note : run.report.notes) fmt::print("note: {}\n", note);
   fmt::print("{}", info_to_text(info));
@@ -109,13 +109,13 @@ void print_result(const Run& run, const AssetInfo& info, std::size_t bytes) {
              seconds_since(run.begin), cache);
 }
 
-int fail_output(const Run& run, const std::string& reason) {
+int fail_output(const BakeRun& run, const std::string& reason) {
   run.progress.clear();
   return fail(kIo, run.output.string(), reason);
 }
 
 // Runs `write`, which returns the asset's size.
-int deliver(Run& run, const AssetInfo& info, const std::function<std::size_t()>& write) {
+int deliver(BakeRun& run, const AssetInfo& info, const std::function<std::size_t()>& write) {
   run.progress.show("write", 1);
   try {
     const std::size_t bytes = timed(run, "write", write);
@@ -128,7 +128,7 @@ int deliver(Run& run, const AssetInfo& info, const std::function<std::size_t()>&
 }
 
 // The voxel size and what follows from it.
-BakeOptions planned_options(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
+BakeOptions planned_options(BakeRun& run, const BakeSettings& settings, const ImportedMesh& mesh) {
   BakeOptions options = settings.options;
   if (settings.max_error > 0) {
     run.progress.show("search", 0);
@@ -138,7 +138,7 @@ BakeOptions planned_options(Run& run, const BakeSettings& settings, const Import
   return options;
 }
 
-int plan_file(Run& run, const BakeSettings& settings) {
+int plan_file(BakeRun& run, const BakeSettings& settings) {
   run.progress.show("import", 0);
   (void)planned_options(run, settings, import_mesh(run.arguments.mesh, settings.import));
   run.progress.clear();
@@ -155,7 +155,7 @@ int plan_file(Run& run, const BakeSettings& settings) {
   return kOk;
 }
 
-BakedAsset bake_mesh(Run& run, const BakeSettings& settings, const ImportedMesh& mesh) {
+BakedAsset bake_mesh(BakeRun& run, const BakeSettings& settings, const ImportedMesh& mesh) {
   BakeOptions options = planned_options(run, settings, mesh);
   print_plan(run);
   options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
@@ -188,7 +188,7 @@ ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& s
 }
 
 int bake_file(const BakeArguments& arguments) {
-  Run run{arguments, output_path(arguments)};
+  BakeRun run{arguments, output_path(arguments)};
   const BakeSettings settings = complete_settings(arguments);
   if (arguments.dry_run) return plan_file(run, settings);
   const bool with_cache = !arguments.cache.empty();
