@@ -12,7 +12,6 @@
 #include <system_error>
 #include <vector>
 
-#include "cli/commands/bake.h"
 #include "cli/commands/batch.h"
 #include "cli/commands/commands.h"
 #include "cli/terminal/bake_options.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/commands/bake.h"
+#include "cli/terminal/bake_arguments.h"
 #include "cli/terminal/exit_code.h"
 
 namespace vps::cli::batch {

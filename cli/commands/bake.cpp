@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Import, plan, bake, write: the main job. Or a copy from the cache.
-#include "cli/commands/bake.h"
+#include "cli/commands/commands.h"
 
 #include <fmt/format.h>
 #include <tbb/global_control.h>
@@ -37,12 +37,6 @@ fs::path output_path(const BakeArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path path = arguments.mesh;
   return path.replace_extension(".vps.hdf");
-}
-
-ImportOptions complete_import(const BakeArguments& arguments) {
-  ImportOptions options = arguments.import_options;
-  options.unit = arguments.unit * arguments.scale;
-  return options;
 }
 
 std::string plan_line(const BakePlan& plan) {
@@ -228,24 +222,6 @@ int bake_file(const BakeArguments& arguments) {
 
 }  // namespace
 
-BakeSettings complete_settings(const BakeArguments& arguments) {
-  const auto has = [](const std::vector<std::string>& list, const char* name) {
-    return std::find(list.begin(), list.end(), name) != list.end();
-  };
-  BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
-  BakeOptions& options = settings.options;
-  options.layers = has(arguments.fields, "layers");
-  options.scaled = has(arguments.fields, "scaled");
-  options.real = has(arguments.fields, "real");
-  options.voxelmap = has(arguments.parts, "voxelmap");
-  options.pointshell = has(arguments.parts, "pointshell");
-  return settings;
-}
-
-ImportedMesh import_with(const BakeArguments& arguments) {
-  return import_mesh(arguments.mesh, complete_import(arguments));
-}
-
 int guarded(const std::string& mesh, const std::function<int()>& work) {
   try {
     return work();
@@ -266,12 +242,6 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
   } catch (const std::exception& error) {
     return fail(kInternal, mesh, fmt::format("internal error: {}; please report it", error.what()));
   }
-}
-
-std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments) {
-  return [mesh = arguments.mesh, import = complete_import(arguments)](const BakeOptions& options) {
-    return bake_record(mesh, {options, import}).value_or(BakeRecord());
-  };
 }
 
 int run_bake(const BakeArguments& arguments) {

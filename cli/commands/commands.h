@@ -2,9 +2,19 @@
 /// @file The commands of vpsbake: each adds its options to the command line, in a file of its name.
 #pragma once
 
+#include <functional>
+#include <string>
+
 #include "cli/terminal/options.h"
 
 namespace vps::cli {
+
+/// Runs a command on a file, and turns what it throws into one line on stderr and an exit code.
+/// @param file  that is named where the error names none
+[[nodiscard]] int guarded(const std::string& file, const std::function<int()>& work);
+
+/// `vpsbake MESH`: bakes one mesh into one asset. @return the exit code of the program
+[[nodiscard]] int run_bake(const BakeArguments& arguments);
 
 /// `vpsbake batch`, and `run` and `merge`, which do a part of it each: folders of meshes to folders of assets.
 [[nodiscard]] Command add_batch_command(CLI::App& app);

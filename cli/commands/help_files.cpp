@@ -5,7 +5,6 @@
 #include <memory>
 #include <span>
 
-#include "cli/commands/bake.h"
 #include "cli/terminal/command_tree.h"
 #include "cli/terminal/completion.h"
 #include "cli/terminal/man_page.h"

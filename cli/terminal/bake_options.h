@@ -4,7 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "cli/commands/bake.h"
+#include "cli/terminal/bake_arguments.h"
 
 namespace vps::cli {
 

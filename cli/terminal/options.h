@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "cli/commands/bake.h"
+#include "cli/terminal/bake_arguments.h"
 
 namespace vps::cli {
 

@@ -28,7 +28,7 @@ Repaired repaired(const TriangleMesh& mesh, const RepairSettings& settings = {})
   return r;
 }
 
-std::string refusal(const TriangleMesh& mesh, const RepairSettings& settings) {
+std::string repair_refusal(const TriangleMesh& mesh, const RepairSettings& settings) {
   RepairOutcome outcome;
   try {
     (void)check_mesh(mesh, settings, outcome);
@@ -97,14 +97,16 @@ TEST(Repair, RoundingNoiseIsWelded) {
   EXPECT_EQ(r.outcome.used, Repair::weld);
   EXPECT_NEAR(r.volume, 8, 1e-5);
   EXPECT_EQ(r.surface.vertices.size(), 8U);
-  EXPECT_NE(refusal(shaken(make_box({1, 1, 1}), 1e-7), with(Repair::none)).find("the mesh is open"), std::string::npos);
+  EXPECT_NE(repair_refusal(shaken(make_box({1, 1, 1}), 1e-7), with(Repair::none)).find("the mesh is open"),
+            std::string::npos);
 }
 
 TEST(Repair, CracksBelowAVoxelAreStitched) {
   const Repaired r = repaired(shaken(make_sphere(1, 2), 0.004), with(Repair::automatic));
   EXPECT_EQ(r.outcome.used, Repair::stitch);
   EXPECT_NEAR(r.volume, mass_properties(checked(make_sphere(1, 2))).volume, 0.02);
-  EXPECT_NE(refusal(shaken(make_sphere(1, 2), 0.004), with(Repair::weld)).find("the mesh is open"), std::string::npos);
+  EXPECT_NE(repair_refusal(shaken(make_sphere(1, 2), 0.004), with(Repair::weld)).find("the mesh is open"),
+            std::string::npos);
 }
 
 TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
@@ -125,7 +127,7 @@ TEST(Repair, AHoleBelowAVoxelIsFilledAndAWiderOneIsNot) {
   const TriangleMesh open = without(make_sphere(1, 4), 100, 1);
   EXPECT_EQ(repaired(open, with(Repair::automatic, 0.1)).outcome.used, Repair::stitch);  // corners closer than a voxel
   const TriangleMesh wide = without(make_sphere(1, 3), 100, 40);
-  const std::string said = refusal(wide, with(Repair::automatic));
+  const std::string said = repair_refusal(wide, with(Repair::automatic));
   EXPECT_NE(said.find("it leaks through"), std::string::npos) << said;
   const Repaired filled = repaired(wide, with(Repair::fill));
   EXPECT_EQ(filled.outcome.used, Repair::fill);
@@ -262,13 +264,13 @@ TEST(Repair, ASheetInsideIsDroppedFromACrackedSolidToo) {
 
 TEST(Repair, ASheetOutsideOrThroughASolidIsRefusedWithItsPlace) {
   const std::string outside =
-      refusal(joined(make_box({1, 1, 1}), make_sheet(0.3, 0.3, {5, 0, 0})), with(Repair::automatic));
+      repair_refusal(joined(make_box({1, 1, 1}), make_sheet(0.3, 0.3, {5, 0, 0})), with(Repair::automatic));
   EXPECT_NE(outside.find("1 open one that bounds no volume, one outside of the closed ones at (5.1, -0.1, 0) m"),
             std::string::npos)
       << outside;
   EXPECT_NE(outside.find("--open-surface thicken="), std::string::npos) << outside;
   const std::string through =
-      refusal(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), with(Repair::automatic));
+      repair_refusal(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), with(Repair::automatic));
   EXPECT_NE(through.find("that crosses or touches a closed one at ("), std::string::npos) << through;
   EXPECT_NE(through.find(", 0.5) m"), std::string::npos) << through;
   EXPECT_NE(through.find("--open-surface thicken="), std::string::npos) << through;
@@ -289,7 +291,7 @@ TEST(Repair, AFinOnAnEdgeOfASolidIsThickenedAloneOrRefused) {
   mesh.vertices.push_back({1, 1, 3});
   mesh.triangles.push_back({5, 7, 9});
   mesh.triangles.push_back({5, 9, 8});
-  const std::string said = refusal(mesh, with(Repair::automatic));
+  const std::string said = repair_refusal(mesh, with(Repair::automatic));
   EXPECT_NE(said.find("crosses or touches"), std::string::npos) << said;
   // A sheet's border does not grow: the fin stands on the box.
   const Repaired r = repaired(mesh, {Repair::automatic, 0.05, 0.2});
@@ -299,7 +301,7 @@ TEST(Repair, AFinOnAnEdgeOfASolidIsThickenedAloneOrRefused) {
 TEST(Repair, ASheetInACavityIsOutsideOfTheSolid) {
   const TriangleMesh hollow = with_cavity(make_box({2, 2, 2}), make_box({1, 1, 1}));
   const TriangleMesh mesh = joined(hollow, make_sheet(0.5, 0.5, {0, 0, 0}));
-  EXPECT_NE(refusal(mesh, with(Repair::automatic)).find("outside of the closed ones"), std::string::npos);
+  EXPECT_NE(repair_refusal(mesh, with(Repair::automatic)).find("outside of the closed ones"), std::string::npos);
   EXPECT_NEAR(repaired(mesh, {Repair::automatic, 0.05, 0.2}).volume, 64 - 8 + 0.2, 1e-12);
 }
 

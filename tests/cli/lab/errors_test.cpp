@@ -16,11 +16,11 @@ using evaluate::PairAnswer;
 using evaluate::Range;
 using evaluate::Truth;
 
-constexpr double kRadius = 0.05;
+constexpr double kBallRadius = 0.05;
 
 // A ball on a ball, so that depth, direction and place are known but for the facets.
 Truth ball_on_ball(const TemporaryFolder& folder) {
-  const TriangleMesh ball = make_sphere(kRadius, 4);
+  const TriangleMesh ball = make_sphere(kBallRadius, 4);
   evaluate::TruthOptions options = evaluate::truth_options_for(ball, 9);
   return evaluate::find_truth(ball, options, evaluate::Wrenches::exact, folder.path());
 }
@@ -40,7 +40,7 @@ std::vector<PairAnswer> right_answers(const Truth& truth) {
     const double apart = std::hypot(t[0], t[1], t[2]);
     for (std::size_t i = 0; i < 3; ++i) {
       a.direction[i] = t[i] / apart;
-      a.position[i] = t[i] - a.direction[i] * kRadius;
+      a.position[i] = t[i] - a.direction[i] * kBallRadius;
     }
   }
   return answers;
@@ -51,7 +51,7 @@ TEST(Errors, OfForcesAreNotToldWhereTheExactOnesAreNotExact) {
   Truth truth = ball_on_ball(folder);
   ASSERT_TRUE(truth.wrenches_exact());
   truth.wrench_error = 2 * truth.options.wrench.tolerance;
-  const evaluate::Errors errors = evaluate::contact_errors(truth, right_answers(truth), 2 * kRadius);
+  const evaluate::Errors errors = evaluate::contact_errors(truth, right_answers(truth), 2 * kBallRadius);
   for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
     EXPECT_EQ(e.penetration.told, 3U);
     EXPECT_EQ(e.force.told + e.force_direction.told + e.torque.told, 0U);
@@ -62,7 +62,7 @@ TEST(Errors, OfRightAnswersAreNone) {
   const TemporaryFolder folder;
   const Truth truth = ball_on_ball(folder);
   const std::vector<PairAnswer> answers = right_answers(truth);
-  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kRadius);
+  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kBallRadius);
   for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
     EXPECT_EQ(e.penetration.told, 3U);
     EXPECT_EQ(e.penetration.max, 0);
@@ -85,7 +85,7 @@ TEST(Errors, AreWhatAnswersAreOff) {
     a.upper = a.depth - 0.0015;
   }
   answers.back().depth = evaluate::kNotTold;
-  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kRadius);
+  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kBallRadius);
   EXPECT_NEAR(errors.contact.penetration.rms, 0.001, 1e-12);
   EXPECT_NEAR(errors.contact.force_direction.p50, 180, 1e-6);
   EXPECT_NEAR(errors.contact.force.rms, 200, 1e-6);  // the RMS of twice the force over the RMS of the force
@@ -110,13 +110,13 @@ TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
     answers[i].contacts = 0;
     answers[i].depth = evaluate::kNotTold;
   }
-  const evaluate::ContactErrors missed = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  const evaluate::ContactErrors missed = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(missed.missed, 3U);
   EXPECT_EQ(missed.penetration.told, 3U);
   EXPECT_EQ(missed.penetration.rms, evaluate::spread_of(depths).rms);
   // Whoever tells how far apart they are is off by that as well.
   for (PairAnswer& a : answers) a.depth = a.contacts == 0 ? -0.001 : a.depth;
-  const evaluate::ContactErrors apart = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  const evaluate::ContactErrors apart = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(apart.missed, 3U);
   EXPECT_NEAR(apart.penetration.max, missed.penetration.max + 0.001, 1e-12);
   // A contact without a depth is neither missed nor told.
@@ -124,7 +124,7 @@ TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
     a.contacts = 2;
     a.depth = evaluate::kNotTold;
   }
-  const evaluate::ContactErrors untold = evaluate::contact_errors(truth, answers, 2 * kRadius).contact;
+  const evaluate::ContactErrors untold = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(untold.missed, 0U);
   EXPECT_EQ(untold.penetration.told, 0U);
 }
@@ -132,7 +132,7 @@ TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
 TEST(Errors, PosesWhoseDepthTakesTooLongAreLeftOutTheSameEveryTime) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
-  const TriangleMesh ball = make_sphere(kRadius, 4);
+  const TriangleMesh ball = make_sphere(kBallRadius, 4);
   evaluate::TruthOptions options = evaluate::truth_options_for(ball, 30);
   const Truth all = evaluate::find_truth(ball, options, evaluate::Wrenches::none, folder.path());
   EXPECT_EQ(all.poses.size(), 30U);
@@ -159,7 +159,7 @@ TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
   constexpr double kFacets = 0.0004;  // up to two facets below the spheres
   for (const evaluate::TruePose& p : truth.poses) {
     const double* const t = p.pose.first_in_second.translation;
-    EXPECT_NEAR(p.pose.depth, 2 * kRadius - std::hypot(t[0], t[1], t[2]), kFacets);
+    EXPECT_NEAR(p.pose.depth, 2 * kBallRadius - std::hypot(t[0], t[1], t[2]), kFacets);
     EXPECT_EQ(p.range == Range::apart, p.pose.depth < 0);
     // The force is along that line, and so without torque.
     if (p.range != Range::deep) continue;
@@ -172,7 +172,7 @@ TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
 TEST(Errors, TheSameSeedGivesTheSameTruthAndAnotherAnother) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
-  const TriangleMesh ball = make_sphere(kRadius, 1);
+  const TriangleMesh ball = make_sphere(kBallRadius, 1);
   evaluate::TruthOptions options = evaluate::truth_options_for(ball, 3);
   const auto depths = [&](const TemporaryFolder& where) {
     std::vector<double> out;

@@ -9,7 +9,7 @@ namespace vps::test {
 namespace {
 
 using evaluate::Cost;
-using evaluate::Front;
+using RowsFront = evaluate::Front;
 using evaluate::Row;
 using evaluate::Way;
 
@@ -29,8 +29,8 @@ Row row(const std::string& name, const Numbers& n) {
   return out;
 }
 
-const Front& front_of(const std::vector<Front>& fronts, Way way, Cost cost) {
-  for (const Front& front : fronts) {
+const RowsFront& front_of(const std::vector<RowsFront>& fronts, Way way, Cost cost) {
+  for (const RowsFront& front : fronts) {
     if (front.way == way && front.cost == cost) return front;
   }
   throw std::out_of_range("front");
@@ -39,9 +39,9 @@ const Front& front_of(const std::vector<Front>& fronts, Way way, Cost cost) {
 TEST(Rows, OnlyRowsThatAreAskedInOneWayCompare) {
   const std::vector<Row> rows = {row("ours", {Way::query, 1, 0.1, 1e-3}), row("hull", {Way::bullet, 2, 0.1, 2e-3}),
                                  row("ours in Bullet", {Way::bullet, 9, 0.1, 1e-3})};
-  const std::vector<Front> fronts = evaluate::find_fronts(rows);
+  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
   ASSERT_EQ(front_of(fronts, Way::query, Cost::time).members.size(), 1U);
-  const Front& bullet = front_of(fronts, Way::bullet, Cost::time);
+  const RowsFront& bullet = front_of(fronts, Way::bullet, Cost::time);
   ASSERT_EQ(bullet.members.size(), 2U);  // though ours is closer and faster than both, asked alone
   EXPECT_EQ(bullet.members[0].row, 1U);
   EXPECT_EQ(bullet.members[1].row, 2U);
@@ -50,8 +50,8 @@ TEST(Rows, OnlyRowsThatAreAskedInOneWayCompare) {
 TEST(Rows, NeighboursWithinTheNoiseOfBothAreTied) {
   const std::vector<Row> rows = {row("a", {Way::query, 1, 0.1, 3e-3}), row("b", {Way::query, 1.15, 0.1, 2e-3}),
                                  row("c", {Way::query, 1.5, 0.1, 1e-3})};
-  const std::vector<Front> fronts = evaluate::find_fronts(rows);
-  const Front& front = front_of(fronts, Way::query, Cost::time);
+  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const RowsFront& front = front_of(fronts, Way::query, Cost::time);
   ASSERT_EQ(front.members.size(), 3U);
   EXPECT_FALSE(front.members[0].tied);
   EXPECT_TRUE(front.members[1].tied);
@@ -67,8 +67,8 @@ TEST(Rows, WhatIsNotComparedIsToldWithItsReason) {
   rows[3].contacts = {};
   rows[4].errors.contact.penetration.told = 0;
   rows[5].errors.contact.missed = 5;
-  const std::vector<Front> fronts = evaluate::find_fronts(rows);
-  const Front& front = front_of(fronts, Way::query, Cost::time);
+  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const RowsFront& front = front_of(fronts, Way::query, Cost::time);
   ASSERT_EQ(front.members.size(), 1U);
   EXPECT_EQ(front.members[0].row, 0U);
   ASSERT_EQ(front.left_out.size(), 5U);
@@ -84,8 +84,8 @@ TEST(Rows, FilesAreComparedBySizeWhereThereIsOne) {
                            row("without", {Way::query, 1, 0, 1e-9})};
   rows[0].bytes = 2000;
   rows[1].bytes = 1000;
-  const std::vector<Front> fronts = evaluate::find_fronts(rows);
-  const Front& front = front_of(fronts, Way::query, Cost::bytes);
+  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const RowsFront& front = front_of(fronts, Way::query, Cost::bytes);
   ASSERT_EQ(front.members.size(), 2U);
   EXPECT_EQ(front.members[0].row, 1U);
   EXPECT_FALSE(front.members[1].tied);

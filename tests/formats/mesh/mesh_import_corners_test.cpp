@@ -40,7 +40,7 @@ Point size(const TriangleMesh& mesh) {
   return {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
 }
 
-std::string refusal(const std::filesystem::path& path, const ImportOptions& options = {}) {
+std::string reason_of(const std::filesystem::path& path, const ImportOptions& options = {}) {
   try {
     (void)import_mesh(path, options);
   } catch (const ImportError& error) {
@@ -75,15 +75,15 @@ TEST(MeshImportCorners, TriangleStripsAreRefused) {
       folder / "strip.ply",
       "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
       "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n4 0 1 2 3\n");
-  EXPECT_NE(refusal(folder / "strip.ply").find("triangle strips"), std::string::npos);
+  EXPECT_NE(reason_of(folder / "strip.ply").find("triangle strips"), std::string::npos);
 }
 
 TEST(MeshImportCorners, TheContentCannotChooseALoaderOutsideTheExtension) {
   const TemporaryFolder folder;
   write_file(folder / "x.stl", "BLENDER-v279REND");
   write_file(folder / "y.ply", "# vrml V2.0 utf8\nShape { geometry Box {} }\n");
-  EXPECT_NE(refusal(folder / "x.stl"), "imported");
-  EXPECT_NE(refusal(folder / "y.ply"), "imported");
+  EXPECT_NE(reason_of(folder / "x.stl"), "imported");
+  EXPECT_NE(reason_of(folder / "y.ply"), "imported");
 }
 
 TEST(MeshImportCorners, NegativeZeroAndZeroAreOnePosition) {
@@ -98,7 +98,7 @@ TEST(MeshImportCorners, AUselessUnitIsRefused) {
   ImportOptions options;
   for (const double unit : {0.0, -1.0, std::nan(""), 1e300 * 1e300}) {
     options.unit = unit;
-    EXPECT_NE(refusal(folder / "t.obj", options).find("unit"), std::string::npos);
+    EXPECT_NE(reason_of(folder / "t.obj", options).find("unit"), std::string::npos);
   }
 }
 
@@ -190,7 +190,7 @@ TEST(MeshImportCorners, MutatedBinaryFilesEachGetAVerdict) {
     std::string mutated = ply;
     for (std::uint32_t n = 1 + next() % 4; n > 0; --n) mutated[next() % mutated.size()] = static_cast<char>(next());
     write_file(folder / "m.ply", mutated);
-    ++verdicts[refusal(folder / "m.ply", options).substr(0, 50)];
+    ++verdicts[reason_of(folder / "m.ply", options).substr(0, 50)];
   }
   EXPECT_GT(verdicts.size(), 3U);
 }

@@ -27,11 +27,6 @@ class BadUse : public testing::Test {
   }
 };
 
-const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
-}
-
 TEST_F(BadUse, APairThatLacksAPartSaysSoOnce) {
   World scene;
   bullet::Shape shape(brick(), bullet::Part::voxelmap);

@@ -12,22 +12,9 @@
 namespace vps::test {
 namespace {
 
-const std::shared_ptr<Asset>& ball() {
-  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
-  return asset;
-}
-const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
-}
-const std::shared_ptr<Asset>& torus() {
-  static const auto asset = baked_at(make_torus(0.1, 0.03, 64, 32), 0.004);
-  return asset;
-}
-
 // A brick on each kind of ground, whichever body was added first: it rests where it should, with sound contacts.
-enum class Ground { box, sphere, plane, vps };
-class Rest : public testing::TestWithParam<std::tuple<Ground, bool>> {};
+enum class RestGround { box, sphere, plane, vps };
+class Rest : public testing::TestWithParam<std::tuple<RestGround, bool>> {};
 
 TEST_P(Rest, ABodyStaysOnItsGroundInEitherOrder) {
   const auto [ground, ground_first] = GetParam();
@@ -73,13 +60,14 @@ TEST_P(Rest, ABodyStaysOnItsGroundInEitherOrder) {
   EXPECT_GE(contacts, 3);
 }
 
-std::string ground_name(const testing::TestParamInfo<std::tuple<Ground, bool>>& test) {
+std::string ground_name(const testing::TestParamInfo<std::tuple<RestGround, bool>>& test) {
   constexpr const char* kNames[] = {"box", "sphere", "plane", "vps"};
   const auto [ground, ground_first] = test.param;
   return std::string(kNames[static_cast<std::size_t>(ground)]) + (ground_first ? "_ground_first" : "_body_first");
 }
 INSTANTIATE_TEST_SUITE_P(All, Rest,
-                         testing::Combine(testing::Values(Ground::box, Ground::sphere, Ground::plane, Ground::vps),
+                         testing::Combine(testing::Values(RestGround::box, RestGround::sphere, RestGround::plane,
+                                                          RestGround::vps),
                                           testing::Bool()),
                          ground_name);
 
@@ -228,7 +216,7 @@ TEST(ContactAlgorithm, ManifoldsAreGivenBackWhenABodyLeaves) {
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);
 }
 
-struct Collect final : btCollisionWorld::ContactResultCallback {
+struct CollectContacts final : btCollisionWorld::ContactResultCallback {
   std::vector<btManifoldPoint> points;
   std::vector<const btCollisionObject*> first;
   btScalar addSingleResult(btManifoldPoint& p, const btCollisionObjectWrapper* a, int, int,
@@ -246,16 +234,16 @@ TEST(ContactAlgorithm, ContactTestsSeeThePairInEitherOrder) {
   btRigidBody& floor = scene.add(box, 0, {0, 0, btScalar(-0.5)});
   btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.049)});
   for (const bool body_first : {true, false}) {
-    Collect found;
+    CollectContacts found;
     body_first ? scene.world.contactPairTest(&body, &floor, found) : scene.world.contactPairTest(&floor, &body, found);
     ASSERT_GE(found.points.size(), 3U);
     for (const btManifoldPoint& p : found.points) EXPECT_NEAR(p.getDistance(), -0.001, 1e-5);
   }
-  Collect all;
+  CollectContacts all;
   scene.world.contactTest(&body, all);
   EXPECT_GE(all.points.size(), 3U);
   body.setWorldTransform(btTransform(btQuaternion::getIdentity(), {0, 0, btScalar(0.5)}));
-  Collect none;
+  CollectContacts none;
   scene.world.contactPairTest(&body, &floor, none);
   EXPECT_TRUE(none.points.empty());
   EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);  // a test leaves nothing behind
@@ -341,7 +329,7 @@ TEST(ContactAlgorithm, APoseThatIsNotANumberIsReportedNotFollowed) {
   btRigidBody& floor = scene.add(box, 0, {0, 0, btScalar(-0.5)});
   btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.05)});
   body.setWorldTransform(btTransform(btQuaternion::getIdentity(), {0, 0, std::numeric_limits<btScalar>::quiet_NaN()}));
-  Collect found;
+  CollectContacts found;
   scene.world.contactPairTest(&body, &floor, found);
   EXPECT_TRUE(found.points.empty());
   EXPECT_EQ(shape.status(), Status::bad_pose);

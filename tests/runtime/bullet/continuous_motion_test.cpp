@@ -8,29 +8,25 @@
 namespace vps::test {
 namespace {
 
-const std::shared_ptr<Asset>& ball() {
-  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
-  return asset;
-}
 // 4 mm thick, two voxels.
 const std::shared_ptr<Asset>& wall() {
   static const auto asset = baked_at(make_box({0.002, 0.2, 0.2}), 0.002);
   return asset;
 }
 
-struct Scene : World {
+struct FastScene : World {
   bullet::ContinuousMotion continuous;
-  Scene() {
+  FastScene() {
     world.setGravity({0, 0, 0});
     world.addAction(&continuous);
   }
-  ~Scene() { world.removeAction(&continuous); }
+  ~FastScene() { world.removeAction(&continuous); }
 };
 
 // Thrown at a thin wall at x = 0.
 double farthest(btCollisionShape& thrown, btCollisionShape& wall_shape, btScalar speed, btScalar spin,
                 btScalar restitution) {
-  Scene scene;
+  FastScene scene;
   scene.add(wall_shape, 0, {0, 0, 0}).setRestitution(restitution);
   btRigidBody& body = scene.add(thrown, 1, {btScalar(-0.5), btScalar(0.01), btScalar(0.02)});
   body.setRestitution(restitution);
@@ -87,7 +83,7 @@ TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
 }
 
 TEST(ContinuousMotion, FastBodiesMeetWhereNeitherWas) {
-  Scene scene;
+  FastScene scene;
   bullet::Shape shape(ball());
   btRigidBody& left = scene.add(shape, 1, {btScalar(-0.55), 0, 0});
   btRigidBody& right = scene.add(shape, 1, {btScalar(0.55), 0, 0});
@@ -104,7 +100,7 @@ TEST(ContinuousMotion, FastBodiesMeetWhereNeitherWas) {
 }
 
 TEST(ContinuousMotion, ABouncingBallKeepsItsSpeedAndHardlyPenetrates) {
-  Scene scene;
+  FastScene scene;
   scene.world.setGravity({0, 0, -10});
   bullet::Shape shape(ball());
   btBoxShape box({1, 1, btScalar(0.5)});
@@ -187,7 +183,7 @@ TEST(ContactAlgorithm, BodiesThatFlyPastAreNotDeflected) {
 }
 
 TEST(ContinuousMotion, RestingAndSlidingBodiesAreLeftAlone) {
-  Scene scene;
+  FastScene scene;
   scene.world.setGravity({0, 0, btScalar(-9.81)});
   bullet::Shape brick(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
   btBoxShape box({3, 1, btScalar(0.5)});
@@ -212,7 +208,7 @@ TEST(ContinuousMotion, ABodyThatIsPutBackHasTheVelocityOfThatTime) {
   constexpr double kStep = 0.1;
   // Up at a ceiling, forces have only slowed it, and nothing is taken.
   for (const double start : {0.0, -2.0, 3.0}) {
-    Scene scene;
+    FastScene scene;
     scene.world.setGravity({0, 0, btScalar(-9.81)});
     const double side = start > 0 ? 1 : -1;
     scene.add(plate, 0, {0, 0, btScalar(0.56 * side)}).setRestitution(1);
@@ -236,7 +232,7 @@ TEST(ContinuousMotion, ABodyOnSpringsSinksIntoThemAndGainsNoEnergy) {
   // The cap's volume is pi h^2 (R - h/3).
   const double volume = 3.14159 * sink * sink * (0.05 - sink / 3);
   ASSERT_EQ(soft.set_foundation({9.81 / volume, 0.02 * 9.81 / volume}), Status::ok);
-  Scene scene;
+  FastScene scene;
   scene.world.setGravity({0, 0, btScalar(-9.81)});
   scene.world.getSolverInfo().m_splitImpulse = 0;
   btStaticPlaneShape plane(btVector3(0, 0, 1), 0);

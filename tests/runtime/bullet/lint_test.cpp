@@ -11,11 +11,6 @@ namespace {
 
 constexpr btScalar kStep = btScalar(1.0 / 240);
 
-const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
-}
-
 // What lint says of a sound world after a change, and nothing else.
 template <class Change>
 std::string advice_after(Change change, btScalar step = kStep) {

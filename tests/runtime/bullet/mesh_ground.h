@@ -17,18 +17,6 @@
 
 namespace vps::test {
 
-inline const std::shared_ptr<Asset>& ball() {
-  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
-  return asset;
-}
-inline const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
-}
-inline const std::shared_ptr<Asset>& torus() {
-  static const auto asset = baked_at(make_torus(0.1, 0.03, 64, 32), 0.004);
-  return asset;
-}
 // The brick, without a voxelmap.
 inline const std::shared_ptr<Asset>& brick_shell() {
   static const auto asset = [] {

@@ -19,11 +19,7 @@ const std::shared_ptr<Asset>& slab() {
   static const auto asset = baked_at(make_box({0.4, 0.4, 0.1}), 0.01);
   return asset;
 }
-const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
-}
-const std::shared_ptr<Asset>& ball() {
+const std::shared_ptr<Asset>& partner_ball() {
   static const auto asset = baked_at(make_sphere(0.05, 5), 0.0015);
   return asset;
 }
@@ -137,7 +133,7 @@ const Partner kMoving[] = {
     {"scaled_box", [] { return scaled_box(btScalar(0.05), btScalar(0.03)); }, 0.03},
     {"compound", [] { return child_box(btScalar(0.05), btScalar(0.03)); }, 0.03},
     {"baked", [] { return of_asset(brick()); }, 0.05},
-    {"baked_ball", [] { return of_asset(ball()); }, 0.05, true},
+    {"baked_ball", [] { return of_asset(partner_ball()); }, 0.05, true},
 };
 
 // With a flat top, `to_ground` above its origin.
@@ -153,32 +149,33 @@ const Partner kGround[] = {
     {"baked", [] { return of_asset(slab()); }, 0.1},
 };
 
-struct Case {
+struct PartnerCase {
   Partner partner;
   int ground_first;
 };
 
-void PrintTo(const Case& test, std::ostream* out) {
+void PrintTo(const PartnerCase& test, std::ostream* out) {
   *out << test.partner.name;
 }
 
 template <std::size_t n>
-std::vector<Case> cases(const Partner (&partners)[n]) {
-  std::vector<Case> out;
+std::vector<PartnerCase> cases(const Partner (&partners)[n]) {
+  std::vector<PartnerCase> out;
   for (const Partner& partner : partners) {
     for (const int ground_first : {0, 1}) out.push_back({partner, ground_first});
   }
   return out;
 }
-std::string case_name(const testing::TestParamInfo<Case>& test) {
+std::string case_name(const testing::TestParamInfo<PartnerCase>& test) {
   return std::string(test.param.partner.name) + (test.param.ground_first ? "_ground_first" : "_body_first");
 }
 
 // A body over a fixed ground whose top is at z = 0.
-struct Scene : World {
+struct PartnerScene : World {
   btRigidBody* body = nullptr;
   btRigidBody* floor = nullptr;
-  Scene(btCollisionShape& moving, btScalar height, btCollisionShape& ground, double ground_top, int ground_first) {
+  PartnerScene(btCollisionShape& moving, btScalar height, btCollisionShape& ground, double ground_top,
+               int ground_first) {
     const btVector3 below(0, 0, static_cast<btScalar>(-ground_top));
     if (ground_first) floor = &add(ground, 0, below);
     body = &add(moving, 1, {0, 0, height});
@@ -208,13 +205,13 @@ struct Scene : World {
   }
 };
 
-class MovingPartner : public testing::TestWithParam<Case> {};
+class MovingPartner : public testing::TestWithParam<PartnerCase> {};
 
 TEST_P(MovingPartner, RestsOnOurGround) {
   const Made made = GetParam().partner.make();
   bullet::Shape ground(slab());
   const double rest = GetParam().partner.to_ground;
-  Scene scene(*made.shape, btScalar(rest + 0.01), ground, 0.1, GetParam().ground_first);
+  PartnerScene scene(*made.shape, btScalar(rest + 0.01), ground, 0.1, GetParam().ground_first);
   double fastest = 0;
   for (int i = 0; i < 480; ++i) {
     scene.step(1);
@@ -232,7 +229,7 @@ TEST_P(MovingPartner, DoesNotFallThroughAt3MetresPerSecond) {
   const Made made = GetParam().partner.make();
   bullet::Shape ground(slab());
   const double rest = GetParam().partner.to_ground;
-  Scene scene(*made.shape, btScalar(rest + 0.05), ground, 0.1, GetParam().ground_first);
+  PartnerScene scene(*made.shape, btScalar(rest + 0.05), ground, 0.1, GetParam().ground_first);
   scene.body->setLinearVelocity({0, 0, -3});
   double lowest = 1;
   double fastest = 0;
@@ -247,12 +244,12 @@ TEST_P(MovingPartner, DoesNotFallThroughAt3MetresPerSecond) {
 
 INSTANTIATE_TEST_SUITE_P(All, MovingPartner, testing::ValuesIn(cases(kMoving)), case_name);
 
-class GroundPartner : public testing::TestWithParam<Case> {};
+class GroundPartner : public testing::TestWithParam<PartnerCase> {};
 
 TEST_P(GroundPartner, CarriesOurBrick) {
   const Made made = GetParam().partner.make();
   bullet::Shape shape(brick());
-  Scene scene(shape, btScalar(0.06), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
+  PartnerScene scene(shape, btScalar(0.06), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
   scene.step(480);
   EXPECT_EQ(shape.status(), Status::ok);
   EXPECT_NEAR(scene.height(), 0.05, 0.001);
@@ -263,7 +260,7 @@ TEST_P(GroundPartner, CarriesOurBrick) {
 TEST_P(GroundPartner, LetsOurBrickSlideAsFarAsFrictionSays) {
   const Made made = GetParam().partner.make();
   bullet::Shape shape(brick());
-  Scene scene(shape, btScalar(0.0501), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
+  PartnerScene scene(shape, btScalar(0.0501), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
   scene.body->setFriction(btScalar(0.4));
   scene.floor->setFriction(1);
   scene.step(24);
@@ -279,8 +276,8 @@ TEST_P(GroundPartner, LetsOurBrickSlideAsFarAsFrictionSays) {
 
 TEST_P(GroundPartner, LetsOurBallRoll) {
   const Made made = GetParam().partner.make();
-  bullet::Shape shape(ball());
-  Scene scene(shape, btScalar(0.0501), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
+  bullet::Shape shape(partner_ball());
+  PartnerScene scene(shape, btScalar(0.0501), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
   scene.step(24);
   scene.body->setLinearVelocity({btScalar(0.25), 0, 0});
   scene.body->setAngularVelocity({0, btScalar(0.25 / 0.05), 0});
@@ -296,7 +293,7 @@ TEST_P(GroundPartner, LetsOurBallRoll) {
 TEST_P(GroundPartner, StopsOurBrickAt3MetresPerSecond) {
   const Made made = GetParam().partner.make();
   bullet::Shape shape(brick());
-  Scene scene(shape, btScalar(0.1), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
+  PartnerScene scene(shape, btScalar(0.1), *made.shape, GetParam().partner.to_ground, GetParam().ground_first);
   scene.body->setLinearVelocity({0, 0, -3});
   double lowest = 1;
   double fastest = 0;

@@ -18,6 +18,20 @@ inline std::shared_ptr<Asset> baked_at(const TriangleMesh& mesh, double voxel_si
   return baked(mesh, options);
 }
 
+// Bodies that many tests use, each baked once.
+inline const std::shared_ptr<Asset>& ball() {
+  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
+  return asset;
+}
+inline const std::shared_ptr<Asset>& brick() {
+  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
+  return asset;
+}
+inline const std::shared_ptr<Asset>& torus() {
+  static const auto asset = baked_at(make_torus(0.1, 0.03, 64, 32), 0.004);
+  return asset;
+}
+
 inline double speed(const btRigidBody& body) {
   return double(body.getLinearVelocity().length()) + 0.05 * double(body.getAngularVelocity().length());
 }

@@ -13,7 +13,7 @@ namespace vps::test {
 namespace {
 
 // Radii of 100 and 30 mm, about the z axis.
-const std::shared_ptr<Asset>& torus() {
+const std::shared_ptr<Asset>& fine_torus() {
   static const auto asset = baked_at(make_torus(0.1, 0.03, 96, 48), 0.004);
   return asset;
 }
@@ -32,7 +32,7 @@ double first_inside(const btVector3& from, const btVector3& to) {
 
 TEST(Rays, HitWhereTheSurfaceIsAndNowhereElse) {
   World scene;
-  bullet::Shape shape(torus());
+  bullet::Shape shape(fine_torus());
   scene.add(shape, 0, btVector3(0, 0, 0));
   Random random;
   int hits = 0;
@@ -70,7 +70,7 @@ TEST(Rays, HitWhereTheSurfaceIsAndNowhereElse) {
 
 TEST(Rays, FromAKilometreAwayAndFromInside) {
   World scene;
-  bullet::Shape shape(torus());
+  bullet::Shape shape(fine_torus());
   scene.add(shape, 0, btVector3(0, 0, 0));
   const btVector3 to(btScalar(0.1), 0, 0);
   btCollisionWorld::ClosestRayResultCallback far({btScalar(0.1), 0, 1000}, to);
@@ -85,7 +85,7 @@ TEST(Rays, FromAKilometreAwayAndFromInside) {
 
 TEST(Rays, APointshellAloneIsHitByItsSurfels) {
   World scene;
-  bullet::Shape shape(torus(), bullet::Part::pointshell);
+  bullet::Shape shape(fine_torus(), bullet::Part::pointshell);
   scene.add(shape, 0, btVector3(0, 0, 1));
   for (int i = 0; i < 200; ++i) {
     const double angle = i * 0.7;
@@ -101,7 +101,7 @@ TEST(Rays, APointshellAloneIsHitByItsSurfels) {
 
 TEST(Sweeps, AConvexShapeStopsWithinAVoxelOfTheSurface) {
   World scene;
-  bullet::Shape shape(torus());
+  bullet::Shape shape(fine_torus());
   scene.add(shape, 0, btVector3(0, 0, 0));
   const btSphereShape sphere(btScalar(0.02));
   const btTransform from(btQuaternion::getIdentity(), {btScalar(0.1), 0, 1});
@@ -133,7 +133,7 @@ struct CountLines final : btIDebugDraw {
 
 TEST(DebugDrawing, ShowsTheSurface) {
   World scene;
-  bullet::Shape shape(torus());
+  bullet::Shape shape(fine_torus());
   scene.add(shape, 0, btVector3(0, 0, 0));
   CountLines drawn;
   scene.world.setDebugDrawer(&drawn);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file `vpsbake MESH`: bakes one mesh into one asset.
+/// @file What a command line says about one bake.
 #pragma once
 
 #include <functional>
@@ -33,16 +33,10 @@ struct BakeArguments {
 /// Reads the mesh in metres. @throw ImportError
 [[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
 
-/// Runs a command on a mesh, and turns what it throws into one line and an exit code.
-[[nodiscard]] int guarded(const std::string& mesh, const std::function<int()>& work);
-
 /// What the arguments ask for.
 [[nodiscard]] BakeSettings complete_settings(const BakeArguments& arguments);
 
 /// The record of the mesh's asset, baked with any options; empty when the mesh cannot be read.
 [[nodiscard]] std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments);
-
-/// @return the exit code of the program
-[[nodiscard]] int run_bake(const BakeArguments& arguments);
 
 }  // namespace vps::cli
