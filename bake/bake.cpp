@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "bake/extent.h"
 #include "bake/plan.h"
 #include "bake/repair/check.h"
 #include "bake/stages/bounding_spheres.h"
@@ -19,7 +20,7 @@
 #include "bake/vps_bake.h"
 #include "version.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Announces a stage, and files its time when the next one starts.
@@ -173,4 +174,4 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   return asset;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -6,10 +6,11 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
+#include "bake/quantity_text.h"
 #include "bake/vps_bake.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 double largest_error(const AssetInfo& info) {
@@ -62,4 +63,4 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
                                       format_length(max_error), format_length(least_seen)));
 }
 
-}  // namespace vps
+}  // namespace vps::bake

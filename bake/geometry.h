@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace vps {
+namespace vps::bake {
 
 using Vector = Eigen::Vector3d;
 using Triangle = std::array<std::uint32_t, 3>;
@@ -99,4 +99,4 @@ inline Vector closest_on_triangle(const Vector& p, const Vector& a, const Vector
   return a + ab * (vb * scale) + ac * (vc * scale);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -10,7 +10,7 @@
 #include "bake/geometry.h"
 #include "formats/vps_format.h"
 
-namespace vps {
+namespace vps::bake {
 
 using Index3 = std::array<std::uint32_t, 3>;
 
@@ -76,4 +76,4 @@ inline void set_bit(BrickMask& mask, std::uint32_t voxel) {
   mask[voxel / 64] |= std::uint64_t{1} << (voxel % 64);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -8,9 +8,10 @@
 #include <cmath>
 #include <limits>
 
+#include "bake/quantity_text.h"
 #include "bake/stages/mass_properties.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 [[noreturn]] void refuse_plan(const std::string& message) {
@@ -47,7 +48,7 @@ double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
   if (!(std::isfinite(s) && s > 0)) refuse_plan("no voxel size; give --voxel or --resolution");
   if (s > longest) {
     refuse_plan(fmt::format("a voxel of {} is larger than the mesh, which is {}; is the mesh's unit right? (--unit)",
-                       format_length(s), size_of(mesh)));
+                            format_length(s), size_of(mesh)));
   }
   return s;
 }
@@ -177,20 +178,6 @@ Extent extent_of(const Surface& surface) {
   return extent;
 }
 
-std::string format_length(double metres) {
-  const double size = std::abs(metres);
-  if (size >= 1000) return fmt::format("{:.4g} km", metres / 1000);
-  if (size >= 1 || size == 0) return fmt::format("{:.4g} m", metres);
-  if (size >= 1e-3) return fmt::format("{:.4g} mm", metres * 1e3);
-  return fmt::format("{:.4g} um", metres * 1e6);
-}
-
-std::string format_bytes(double bytes) {
-  if (bytes >= 1e9) return fmt::format("{:.3g} GB", bytes / 1e9);
-  if (bytes >= 1e6) return fmt::format("{:.3g} MB", bytes / 1e6);
-  return fmt::format("{:.3g} kB", bytes / 1e3);
-}
-
 std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda) {
   const double steps = std::max(options.band_inside, options.band_outside) * voxel_size / lambda;
   // All that the integers hold: samples beyond the band sharpen interpolation at its end.
@@ -258,4 +245,4 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   return result;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace vps {
+namespace vps::bake {
 
 /// SplitMix64 of the counter, in [0, 1).
 inline double uniform(std::uint64_t counter) {
@@ -15,4 +15,4 @@ inline double uniform(std::uint64_t counter) {
   return static_cast<double>(x >> 11) * 0x1.0p-53;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

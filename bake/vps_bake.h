@@ -14,7 +14,7 @@
 #include "formats/triangle_mesh.h"
 #include "formats/vps_format.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// How far repair may go to close an open mesh. Each includes the milder ones before it, except `wrap`.
 enum class Repair : std::uint8_t {
@@ -140,4 +140,4 @@ struct ClosedMesh {
 /// sample_pointshell, cluster_points, bounding_spheres. Deterministic for any number of threads. @throw BakeError
 [[nodiscard]] BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -8,7 +8,8 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
+#include "bake/quantity_text.h"
 #include "bake/repair/clean_mesh.h"
 #include "bake/repair/close_mesh.h"
 #include "bake/repair/open_sheets.h"
@@ -18,7 +19,7 @@
 #include "bake/repair/topology.h"
 #include "bake/repair/wrap_mesh.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31
@@ -249,4 +250,4 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
   return surface;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -8,7 +8,7 @@
 #include "bake/geometry.h"
 #include "bake/vps_bake.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct RepairSettings {
   Repair repair = Repair::automatic;
@@ -27,4 +27,4 @@ struct RepairOutcome {
 /// @throw BakeError when the mesh is flat, not finite, or open in spite of the repair allowed: with the place
 [[nodiscard]] Surface check_mesh(const TriangleMesh& mesh, const RepairSettings& settings, RepairOutcome& outcome);
 
-}  // namespace vps
+}  // namespace vps::bake

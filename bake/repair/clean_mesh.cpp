@@ -8,7 +8,7 @@
 #include "bake/repair/topology.h"
 #include "formats/vps_format.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 struct PositionHash {
@@ -104,4 +104,4 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
   drop_unused_vertices(mesh);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

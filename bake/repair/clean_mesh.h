@@ -5,7 +5,7 @@
 #include "bake/geometry.h"
 #include "formats/triangle_mesh.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct CleanCounts {
   std::size_t collapsed = 0;   ///< triangles that used a position twice
@@ -23,4 +23,4 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts);
 /// Drops triangles that use a vertex twice. @return their number
 std::size_t drop_collapsed(Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -12,7 +12,7 @@
 #include "bake/repair/topology.h"
 #include "bake/repair/triangulate_hole.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 using Cell = Eigen::Array<std::int64_t, 3, 1>;
@@ -268,4 +268,4 @@ FilledHoles fill_holes(Mesh& mesh, double widest) {
   return result;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

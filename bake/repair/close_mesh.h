@@ -6,7 +6,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Merges every vertex with an earlier one within the tolerance. @return number of vertices merged
 std::size_t weld_vertices(Mesh& mesh, double tolerance);
@@ -30,4 +30,4 @@ FilledHoles fill_holes(Mesh& mesh, double widest);
 /// Number of edges that are used more often in one direction than in the other.
 [[nodiscard]] std::size_t count_unbalanced(const Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

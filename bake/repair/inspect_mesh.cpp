@@ -2,7 +2,7 @@
 // The mesh check as a report. Nothing here changes what a bake does.
 #include <algorithm>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
 #include "bake/repair/check.h"
 #include "bake/repair/clean_mesh.h"
 #include "bake/repair/self_intersections.h"
@@ -11,7 +11,7 @@
 #include "bake/stages/wall_thickness.h"
 #include "bake/vps_bake.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 void count_edges(std::span<const EdgeUse> uses, MeshReport& report) {
@@ -112,4 +112,4 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
   return report;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -5,7 +5,7 @@
 #include "bake/repair/topology.h"
 #include "bake/repair/winding.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // What is known of a piece of the mesh.
@@ -82,4 +82,4 @@ OpenSheets drop_enclosed_sheets(Mesh& mesh) {
   return result;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -4,7 +4,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct OpenSheets {
   std::uint32_t dropped = 0;      ///< open pieces inside the solid
@@ -18,4 +18,4 @@ struct OpenSheets {
 /// @pre no triangle uses a vertex twice
 OpenSheets drop_enclosed_sheets(Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -8,7 +8,7 @@
 #include "bake/grid.h"
 #include "bake/repair/topology.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // For each triangle its neighbours over edges with exactly two uses, and whether they run the same way along it.
@@ -120,4 +120,4 @@ std::size_t orient_consistently(Mesh& mesh) {
   return count;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -4,10 +4,10 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Turns triangles until as many edges as possible are used equally often in both directions. Of a piece the smaller
 /// part is turned. @return number of triangles turned
 std::size_t orient_consistently(Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

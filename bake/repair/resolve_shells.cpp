@@ -10,7 +10,7 @@
 #include "bake/repair/unite_shells.h"
 #include "bake/repair/winding.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Six times the signed volume, about a corner of the mesh to keep digits far from the origin.
@@ -193,4 +193,4 @@ ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs) {
   return counts;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

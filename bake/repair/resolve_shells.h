@@ -4,7 +4,7 @@
 
 #include "bake/repair/self_intersections.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct ShellCounts {
   std::uint32_t shells = 0;       ///< pieces that are closed by themselves (topology.h)
@@ -22,4 +22,4 @@ struct ShellCounts {
 /// @return counts; the mesh then has winding number 1 inside and 0 outside
 ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -9,7 +9,7 @@
 
 #include <algorithm>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -115,4 +115,4 @@ std::vector<TrianglePair> self_intersections(const Mesh& mesh) {
   return pairs;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -7,7 +7,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 using TrianglePair = std::pair<std::uint32_t, std::uint32_t>;
 
@@ -17,4 +17,4 @@ using TrianglePair = std::pair<std::uint32_t, std::uint32_t>;
 /// @return sorted pairs, first < second
 [[nodiscard]] std::vector<TrianglePair> self_intersections(const Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

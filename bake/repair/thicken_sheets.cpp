@@ -8,7 +8,7 @@
 #include "bake/grid.h"
 #include "bake/repair/topology.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 double angle_at(const Vector& p, const Vector& q, const Vector& r) {
@@ -100,4 +100,4 @@ std::size_t thicken_sheets(Mesh& mesh, double thickness) {
   return static_cast<std::size_t>(std::count(open.begin(), open.end(), 1));
 }
 
-}  // namespace vps
+}  // namespace vps::bake

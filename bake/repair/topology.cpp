@@ -6,7 +6,7 @@
 
 #include "bake/grid.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 Pieces number_pieces(DisjointSets& sets, std::size_t triangles) {
@@ -138,4 +138,4 @@ void drop_unused_vertices(Mesh& mesh) {
   }
 }
 
-}  // namespace vps
+}  // namespace vps::bake

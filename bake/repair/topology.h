@@ -9,7 +9,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// One triangle's use of an edge.
 struct EdgeUse {
@@ -78,4 +78,4 @@ struct Pieces {
 /// Keeps the vertices that triangles use, in their order.
 void drop_unused_vertices(Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

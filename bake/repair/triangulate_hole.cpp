@@ -6,7 +6,7 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/utility.h>
 
-namespace vps {
+namespace vps::bake {
 
 std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border) {
   if (border.size() == 3) return {{0, 1, 2}};
@@ -31,4 +31,4 @@ std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border) {
   return triangles;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -6,10 +6,10 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// @param border  at least 3 points
 /// @return triangles on the border's points, running along it; empty when CGAL finds none
 [[nodiscard]] std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -17,7 +17,7 @@
 #include "bake/repair/topology.h"
 #include "bake/repair/winding.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 using Exact = CGAL::Exact_predicates_exact_constructions_kernel;
@@ -286,4 +286,4 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
   return united;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

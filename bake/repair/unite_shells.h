@@ -4,7 +4,7 @@
 
 #include "bake/repair/self_intersections.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct UnitedShells {
   Mesh mesh;
@@ -17,4 +17,4 @@ struct UnitedShells {
 /// @pre every edge is balanced
 [[nodiscard]] UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -9,7 +9,7 @@
 
 #include "bake/stages/voxelize.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -127,4 +127,4 @@ bool InsideTest::inside(const Vector& point) const {
   return winding > 0;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

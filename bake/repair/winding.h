@@ -10,7 +10,7 @@
 
 #include "bake/grid.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// How a line parallel to x through (y, z) meets a triangle: 0 not at all, +1 where the line, going towards +x, enters
 /// the solid, -1 where it leaves.
@@ -58,4 +58,4 @@ class InsideTest {
   std::vector<std::uint32_t> triangles_;  // those whose box meets the column
 };
 
-}  // namespace vps
+}  // namespace vps::bake

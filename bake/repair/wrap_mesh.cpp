@@ -8,7 +8,7 @@
 
 #include <array>
 
-namespace vps {
+namespace vps::bake {
 
 Mesh wrap_mesh(const Mesh& mesh, double alpha, double offset) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -39,4 +39,4 @@ Mesh wrap_mesh(const Mesh& mesh, double alpha, double offset) {
   return out;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

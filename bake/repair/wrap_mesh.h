@@ -4,11 +4,11 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Closed, outward surface without self-intersections around the mesh (CGAL's alpha wrap). Holes narrower than `alpha`
 /// are bridged, wider ones are entered. No triangle of the mesh is outside.
 /// @param offset  distance that the skin keeps from the mesh. [m]
 [[nodiscard]] Mesh wrap_mesh(const Mesh& mesh, double alpha, double offset);
 
-}  // namespace vps
+}  // namespace vps::bake

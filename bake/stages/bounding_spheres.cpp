@@ -17,7 +17,7 @@
 #include <limits>
 #include <random>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 struct Sphere {
@@ -125,4 +125,4 @@ std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::v
   return spheres;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

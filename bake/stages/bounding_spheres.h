@@ -8,7 +8,7 @@
 
 #include "bake/stages/cluster_points.h"
 
-namespace vps {
+namespace vps::bake {
 
 using Point3f = std::array<float, 3>;
 
@@ -25,4 +25,4 @@ struct BoundingSphere {
 /// @param points  in tree order
 [[nodiscard]] std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::vector<Point3f>& points);
 
-}  // namespace vps
+}  // namespace vps::bake

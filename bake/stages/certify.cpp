@@ -9,7 +9,7 @@
 
 #include "bake/uniform.h"
 
-namespace vps {
+namespace vps::bake {
 std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
                                                    const Grid& grid, const BandField& field, double band_inner,
                                                    double band_outer) {
@@ -106,4 +106,4 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
   certificate.bound = std::max(certificate.bound, certificate.max);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -8,7 +8,7 @@
 #include "bake/stages/closest_point.h"
 #include "bake/stages/distance_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 inline constexpr std::size_t kCertificateSamples = 20000;
 
@@ -46,4 +46,4 @@ struct Truth {
 void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
                 FieldCertificate& certificate);
 
-}  // namespace vps
+}  // namespace vps::bake

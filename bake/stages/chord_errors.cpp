@@ -9,7 +9,7 @@
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
-namespace vps::detail::HWY_NAMESPACE {
+namespace vps::bake::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr hn::CappedTag<float, 16> f32;
@@ -63,11 +63,11 @@ void errors_of_lines(ChordLines& lines) {
   }
 }
 
-}  // namespace vps::detail::HWY_NAMESPACE
+}  // namespace vps::bake::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace vps {
+namespace vps::bake {
 namespace detail {
 HWY_EXPORT(errors_of_lines);
 }
@@ -76,5 +76,5 @@ void chord_errors(ChordLines& lines) {
   HWY_DYNAMIC_DISPATCH(detail::errors_of_lines)(lines);
 }
 
-}  // namespace vps
+}  // namespace vps::bake
 #endif

@@ -3,7 +3,7 @@
 /// Internal to bake.
 #pragma once
 
-namespace vps {
+namespace vps::bake {
 
 /// Samples on all lines along the axes through a cube of 9x9x9 samples, and three more at both ends of each.
 /// Sample (x,y,z) lies on line 9 z + y along x, 9 z + x along y and 9 y + x along z.
@@ -24,4 +24,4 @@ struct ChordLines {
 /// known end's. The same bits with all vector instructions.
 void chord_errors(ChordLines& lines);
 
-}  // namespace vps
+}  // namespace vps::bake

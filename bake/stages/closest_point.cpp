@@ -11,7 +11,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 using Kernel = CGAL::Simple_cartesian<double>;
 using Triangles = std::vector<Kernel::Triangle_3>;
@@ -62,4 +62,4 @@ ClosestPoint::Hit ClosestPoint::along_ray(const Vector& from, const Vector& dire
   return hit;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -9,7 +9,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 class ClosestPoint {
  public:
@@ -35,4 +35,4 @@ class ClosestPoint {
   std::unique_ptr<Tree> tree_;
 };
 
-}  // namespace vps
+}  // namespace vps::bake

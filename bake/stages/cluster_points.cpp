@@ -10,7 +10,7 @@
 
 #include "bake/stages/point_grid.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 struct Cluster {
@@ -228,4 +228,4 @@ PointTree cluster_points(const std::vector<Vector>& positions, double surface_ar
   return flatten(levels, parents);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

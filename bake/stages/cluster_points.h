@@ -4,7 +4,7 @@
 
 #include "bake/stages/sample_pointshell.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Breadth-first tree. Nodes of level l (root = 1) are [level_offsets[l-1], level_offsets[l]); the children of a node
 /// are contiguous, and in order over the whole level. On the leaf level children are points, in the order of `order`.
@@ -20,4 +20,4 @@ struct PointTree {
 [[nodiscard]] PointTree cluster_points(const std::vector<Vector>& positions, double surface_area,
                                        std::uint32_t branching);
 
-}  // namespace vps
+}  // namespace vps::bake

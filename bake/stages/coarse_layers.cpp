@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Lengths in half voxels: voxel i is centred at 2 i + 1, brick b at 16 b + 8.
@@ -136,4 +136,4 @@ std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& v
   return layers;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -4,7 +4,7 @@
 
 #include "bake/stages/fill_layers.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// For each brick of the grid a lower bound of the distance of its centre to the surface in whole voxels, less than
 /// three voxels below it; where the brick holds no surface, with the layer's sign. Paper: the layered voxelmap, kept at
@@ -15,4 +15,4 @@ namespace vps {
 [[nodiscard]] std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& voxels,
                                                       const InsideRuns& runs);
 
-}  // namespace vps
+}  // namespace vps::bake

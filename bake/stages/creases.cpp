@@ -6,7 +6,7 @@
 
 #include "formats/vps_format.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // An edge seen from one of its triangles.
@@ -88,4 +88,4 @@ Creases measure_creases(const Mesh& mesh) {
   return measure(mesh.vertices, mesh.triangles);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -5,7 +5,7 @@
 #include "bake/geometry.h"
 #include "formats/triangle_mesh.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Length of the edges by the angle between the normals beside them; edges of one triangle, or of more than two, count
 /// as sharp. Estimated from a part of the edges where there are many; the same for every run. [m]
@@ -18,4 +18,4 @@ struct Creases {
 [[nodiscard]] Creases measure_creases(const TriangleMesh& mesh);
 [[nodiscard]] Creases measure_creases(const Mesh& mesh);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -10,7 +10,7 @@
 
 #include "bake/stages/nearest_triangle.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Triangles that may be within the band of a brick's voxel centres, brick after brick in scan order.
@@ -181,4 +181,4 @@ Vector exact_gradient(const Surface& surface, const Vector& point, std::uint32_t
   return to_surface * ((inside ? -1.0 : 1.0) / distance);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -5,7 +5,7 @@
 
 #include "bake/stages/fill_layers.h"
 
-namespace vps {
+namespace vps::bake {
 
 inline constexpr std::uint32_t kNoTriangle = 0xFFFFFFFFu;
 
@@ -36,4 +36,4 @@ struct BandField {
 [[nodiscard]] Vector exact_gradient(const Surface& surface, const Vector& point, std::uint32_t triangle, bool inside,
                                     double voxel_size);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -12,7 +12,7 @@
 #include "bake/repair/winding.h"
 #include "bake/vps_bake.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // The winding number changes by `step` at voxel `at` of a line.
@@ -211,4 +211,4 @@ std::vector<std::int8_t> fill_layers(const SurfaceVoxels& surface, const std::ve
   return layers;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

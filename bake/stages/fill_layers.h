@@ -4,7 +4,7 @@
 
 #include "bake/stages/voxelize.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Runs of voxels along x whose centres are inside (winding number > 0, surface included). Memory grows with the
 /// surface.
@@ -32,4 +32,4 @@ struct InsideRuns {
 [[nodiscard]] std::vector<std::int8_t> fill_layers(const SurfaceVoxels& surface, const std::vector<BrickMask>& inside,
                                                    const Grid& grid, const BrickSet& set);
 
-}  // namespace vps
+}  // namespace vps::bake

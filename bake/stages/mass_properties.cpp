@@ -2,7 +2,7 @@
 // Mass properties by signed tetrahedra from one reference point (Tonon 2004 gives the moments of a tetrahedron).
 #include "bake/stages/mass_properties.h"
 
-namespace vps {
+namespace vps::bake {
 
 MassProperties mass_properties(const Surface& surface) {
   // The middle of the mesh as reference: far from the origin the moments would lose their digits.
@@ -29,4 +29,4 @@ MassProperties mass_properties(const Surface& surface) {
   return mass;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

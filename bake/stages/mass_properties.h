@@ -4,7 +4,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct MassProperties {
   double volume = 0;                                  ///< [m^3]
@@ -15,4 +15,4 @@ struct MassProperties {
 /// Sums signed tetrahedra. Volumes where shells overlap count twice.
 [[nodiscard]] MassProperties mass_properties(const Surface& surface);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -14,7 +14,7 @@
 
 #ifndef VPS_NEAREST_TRIANGLE_ONCE
 #define VPS_NEAREST_TRIANGLE_ONCE
-namespace vps::detail {
+namespace vps::bake::detail {
 
 struct Vector3 {
   double x, y, z;
@@ -33,11 +33,11 @@ struct RowRange {
   int first[2], last[2];  // y, z
 };
 
-}  // namespace vps::detail
+}  // namespace vps::bake::detail
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace vps::detail::HWY_NAMESPACE {
+namespace vps::bake::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // Over the triangle's face the distance to its plane counts, elsewhere that to its nearest edge.
@@ -88,11 +88,11 @@ void offer_rows(const Facet& f, const RowRange& rows, double step, double reach,
   }
 }
 
-}  // namespace vps::detail::HWY_NAMESPACE
+}  // namespace vps::bake::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace vps {
+namespace vps::bake {
 namespace detail {
 HWY_EXPORT(offer_rows);
 }
@@ -125,5 +125,5 @@ void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& p
   (facet, rows, s, reach, static_cast<double>(t), nearest.squared.data(), nearest.triangle.data());
 }
 
-}  // namespace vps
+}  // namespace vps::bake
 #endif

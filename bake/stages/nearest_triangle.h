@@ -6,7 +6,7 @@
 
 #include "bake/grid.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// A cube of up to 8x8x8 points. Point (x,y,z) has number (8 z + y) 8 + x.
 struct PointLattice {
@@ -28,4 +28,4 @@ struct NearestTriangles {
 void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
                     NearestTriangles& nearest);
 
-}  // namespace vps
+}  // namespace vps::bake

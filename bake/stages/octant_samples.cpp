@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 constexpr int kHalo = ChordLines::kHalo;
@@ -125,4 +125,4 @@ double OctantSamples::shift_of_two(int x, int y, int z) const {
   return -kShare * sum;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

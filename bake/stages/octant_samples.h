@@ -8,7 +8,7 @@
 #include "bake/stages/chord_errors.h"
 #include "bake/stages/distance_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 using Index = std::array<std::int32_t, 3>;
 
@@ -55,4 +55,4 @@ class OctantSamples {
   CellErrors errors_{};
 };
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -15,7 +15,7 @@
 #include "bake/stages/certify.h"
 #include "formats/quantize.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "sections are written as they lie in memory");
@@ -249,4 +249,4 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
       section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -10,7 +10,7 @@
 #include "bake/stages/sample_field.h"
 #include "bake/vps_bake.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// The fields that were asked for. Empty when not asked for.
 struct Representations {
@@ -44,4 +44,4 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
 void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
                      const AssetInfo& info, std::vector<SectionData>& sections);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -11,7 +11,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Cells of a given edge hold point numbers. k-d trees (nanoflann) can neither grow nor shrink, and both sampling and
 /// sequential clustering need that. Cells lie in blocks of 8x8x8, so that a search hashes a few times only.
@@ -107,4 +107,4 @@ class PointGrid {
   std::vector<std::uint32_t> next_;
 };
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -6,7 +6,7 @@
 
 #include "bake/stages/nearest_triangle.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 constexpr int kEdge = FieldBrick::kEdge;
@@ -216,4 +216,4 @@ std::span<const std::uint32_t> BrickSampler::listed(const FieldBrick& brick) con
       .subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

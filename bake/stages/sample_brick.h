@@ -8,7 +8,7 @@
 #include "bake/stages/octant_samples.h"
 #include "bake/stages/sample_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 inline const double kHalfDiagonal = std::sqrt(0.75);  ///< of a cube whose edge is 1
 
@@ -102,4 +102,4 @@ class BrickSampler {
   const double reach_;   // distances between voxel centres are known up to here. [m]
 };
 
-}  // namespace vps
+}  // namespace vps::bake

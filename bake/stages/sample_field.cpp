@@ -9,7 +9,7 @@
 
 #include "bake/stages/sample_brick.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 constexpr int kEdge = FieldBrick::kEdge;
@@ -296,4 +296,4 @@ FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
   return cell;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -9,7 +9,7 @@
 #include "bake/repair/winding.h"
 #include "bake/stages/distance_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Where interpolation has to be how good. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
 /// may grow by a quarter of the way; beyond the band only the side is kept.
@@ -44,4 +44,4 @@ struct FieldCell {
 };
 [[nodiscard]] FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p);
 
-}  // namespace vps
+}  // namespace vps::bake

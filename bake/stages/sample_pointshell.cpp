@@ -16,7 +16,7 @@
 #include "bake/stages/surface_blocks.h"
 #include "formats/quantize.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Points whose triangles face away from each other by more than this (cosine) lie on two sides of a wall or wedge: both
@@ -411,4 +411,4 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   return shell;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -4,7 +4,7 @@
 
 #include "bake/stages/distance_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct Pointshell {
   std::vector<Vector> positions;       ///< on the surface. [m]
@@ -20,4 +20,4 @@ struct Pointshell {
 [[nodiscard]] Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
                                            const InsideRuns& runs, const BandField& field, double spacing);
 
-}  // namespace vps
+}  // namespace vps::bake

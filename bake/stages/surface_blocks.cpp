@@ -2,7 +2,7 @@
 // Cuts the surface into patches and gives them to blocks.
 #include "bake/stages/surface_blocks.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Longest edge of a patch, in cells. Larger ones have many samples to compare, smaller ones are many: measured.
@@ -54,4 +54,4 @@ void SurfaceBlocks::add(const Patch& patch) {
   block_of(centroid(p)).patches.push_back(patch);
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -12,7 +12,7 @@
 
 #include "bake/geometry.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// A part of a triangle.
 using Piece = std::array<Vector, 3>;
@@ -144,4 +144,4 @@ class SurfaceBlocks {
   std::array<std::vector<Block*>, 27> colours_;
 };
 
-}  // namespace vps
+}  // namespace vps::bake

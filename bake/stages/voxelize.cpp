@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // Calls visit(brick position, first voxel, last voxel) for each brick that the voxel box overlaps.
@@ -125,4 +125,4 @@ SurfaceVoxels voxelize(const Surface& surface, const Grid& grid) {
   return voxels;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

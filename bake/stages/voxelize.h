@@ -4,7 +4,7 @@
 
 #include "bake/grid.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// Every voxel (closed cube) that a triangle touches. Memory grows with the surface, plus 4 bytes per brick of the
 /// grid.
@@ -36,4 +36,4 @@ struct VoxelRange {
 /// Bound of the rounding error of coordinates in this grid. [m]
 [[nodiscard]] double rounding_slack(const Grid& grid);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -9,7 +9,7 @@
 
 #include "bake/uniform.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 // The band field between voxel centres.
@@ -99,4 +99,4 @@ ThinWalls find_thin_walls(const Surface& surface, const ClosestPoint& closest, c
   return thin;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -7,7 +7,7 @@
 #include "bake/stages/closest_point.h"
 #include "bake/stages/distance_field.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct SurfacePoint {
   Vector position = Vector::Zero();
@@ -34,4 +34,4 @@ struct ThinWalls {
                                         const InsideRuns& runs, const BandField& field,
                                         std::span<const SurfacePoint> points);
 
-}  // namespace vps
+}  // namespace vps::bake

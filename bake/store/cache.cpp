@@ -15,7 +15,7 @@
 #include "bake/store/cache_folder.h"
 #include "bake/store/cache_upkeep.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 namespace fs = std::filesystem;
@@ -135,4 +135,4 @@ void AssetCache::keep_small(const CacheKey& stored, std::uint64_t bytes) const {
   }
 }
 
-}  // namespace vps
+}  // namespace vps::bake

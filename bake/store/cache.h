@@ -14,7 +14,7 @@
 #include "formats/mesh/mesh_import.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps {
+namespace vps::bake {
 
 /// All that decides an asset's bytes, besides the mesh and the program.
 struct BakeSettings {
@@ -103,4 +103,4 @@ class AssetCache {
   std::uint64_t max_bytes_;
 };
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -7,7 +7,7 @@
 
 #include "bake/store/cache.h"
 
-namespace vps::detail {
+namespace vps::bake::detail {
 
 constexpr const char* kAssetEnding = ".vps.hdf";
 constexpr const char* kReportEnding = ".json";
@@ -26,4 +26,4 @@ constexpr std::size_t kFolderDigits = 2;
 /// @return false when an entry's report is missing or damaged
 [[nodiscard]] bool read_report(const std::filesystem::path& cache, const CacheKey& key, BakeReport& report);
 
-}  // namespace vps::detail
+}  // namespace vps::bake::detail

@@ -19,7 +19,7 @@
 #include "bake/store/cache.h"
 #include "cache_program.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 namespace fs = std::filesystem;
@@ -211,4 +211,4 @@ BakeRecord record_of(const Asset& asset) {
   return {std::string(reinterpret_cast<const char*>(asset.bytes().data() + section->offset), section->bytes)};
 }
 
-}  // namespace vps
+}  // namespace vps::bake

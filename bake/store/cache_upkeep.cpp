@@ -19,7 +19,7 @@
 #include "bake/store/cache_folder.h"
 #include "formats/hdf5/hdf5_writer.h"
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ CheckedCache verify_cache(const fs::path& cache, VerifyMode mode) {
   return checked;
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -11,7 +11,7 @@
 
 #include "bake/store/cache.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct CacheUsage {
   std::uint64_t entries = 0;
@@ -63,4 +63,4 @@ enum class VerifyMode : std::uint8_t { report, remove_damaged };
 /// @throw std::filesystem::filesystem_error as cache_usage
 [[nodiscard]] CheckedCache verify_cache(const std::filesystem::path& cache, VerifyMode mode = VerifyMode::report);
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -5,7 +5,7 @@
 #include <functional>
 #include <system_error>
 
-namespace vps {
+namespace vps::bake {
 namespace {
 
 namespace fs = std::filesystem;
@@ -109,4 +109,4 @@ LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings,
   });
 }
 
-}  // namespace vps
+}  // namespace vps::bake

@@ -2,9 +2,9 @@
 /// @file Assets for programs that have meshes: baked while loading, or taken from a cache, the same as that of
 /// `vpsbake --cache`. Paper: Sec. 5, the data structures made within the physics engine, given a mesh.
 ///
-///     vps::BakeSettings settings;
+///     vps::bake::BakeSettings settings;
 ///     settings.options.voxel_size = 0.5e-3;
-///     const auto gear = vps::load_or_bake("gear.obj", settings, cache_folder).asset;
+///     const auto gear = vps::bake::load_or_bake("gear.obj", settings, cache_folder).asset;
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@
 
 #include "bake/store/cache.h"
 
-namespace vps {
+namespace vps::bake {
 
 struct LoadedAsset {
   std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
@@ -38,4 +38,4 @@ struct LoadError : BakeError {
 [[nodiscard]] LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings,
                                        const std::filesystem::path& cache_folder = {});
 
-}  // namespace vps
+}  // namespace vps::bake

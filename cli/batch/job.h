@@ -41,7 +41,7 @@ struct Job {
 [[nodiscard]] BakeArguments bake_arguments(const Job& job);
 
 /// What the options decide. @throw BatchError
-[[nodiscard]] inline BakeSettings bake_settings(const Job& job) {
+[[nodiscard]] inline bake::BakeSettings bake_settings(const Job& job) {
   return complete_settings(bake_arguments(job));
 }
 

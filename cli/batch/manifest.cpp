@@ -28,8 +28,8 @@ std::string read_text(const fs::path& path) {
 }
 
 // The settings of a record are those of a job, whatever the mesh was.
-bool has_settings_of(const BakeRecord& record, const Job& job) {
-  return record.text.starts_with(describe_settings(bake_settings(job)));
+bool has_settings_of(const bake::BakeRecord& record, const Job& job) {
+  return record.text.starts_with(bake::describe_settings(bake_settings(job)));
 }
 
 // Null when the asset is missing.
@@ -38,12 +38,12 @@ Json item_of(const fs::path& folder, const Job& job, Checking checking) {
   // Its header alone, which has the hashes of all else: whoever baked it has compared them.
   if (!job.refusal.empty() || Asset::open(job.asset().c_str(), asset, Use{}) != Status::ok) return nullptr;
   if (checking == Checking::everything && asset.verify() != Status::ok) return nullptr;
-  const BakeRecord record = record_of(asset);
+  const bake::BakeRecord record = bake::record_of(asset);
   if (!has_settings_of(record, job)) return nullptr;
   const AssetInfo& info = asset.info();
   return {{"asset", job.output},
           {"mesh", path_from(job.mesh, folder)},
-          {"key", cache_key(record).digits},
+          {"key", bake::cache_key(record).digits},
           {"bytes", asset.bytes().size()},
           {"xxh3_64", scene_manifest::asset_key(asset.bytes())},
           {"voxel_size", info.voxel_size},

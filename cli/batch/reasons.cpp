@@ -7,7 +7,7 @@
 #include <sstream>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -49,7 +49,7 @@ struct RecordLine {
   bool operator==(const RecordLine&) const = default;
 };
 
-std::vector<RecordLine> lines_of(const BakeRecord& record) {
+std::vector<RecordLine> lines_of(const bake::BakeRecord& record) {
   std::vector<RecordLine> lines;
   std::istringstream in(record.text);
   for (std::string line; std::getline(in, line);) {
@@ -74,7 +74,7 @@ std::string said_value(const RecordLine& line, Form form) {
     case Form::voxels:
       return fmt::format("{:.6g} vx", number);
     case Form::length:
-      return number == 0 ? "not given" : format_length(number);
+      return number == 0 ? "not given" : bake::format_length(number);
     case Form::unit:
       return fmt::format("{:.6g} m", number);
     case Form::flag:
@@ -89,7 +89,7 @@ std::string said_value(const RecordLine& line, Form form) {
 
 }  // namespace
 
-std::vector<std::string> differences(const BakeRecord& had, const BakeRecord& wanted) {
+std::vector<std::string> differences(const bake::BakeRecord& had, const bake::BakeRecord& wanted) {
   const std::vector<RecordLine> before = lines_of(had);
   const std::vector<RecordLine> after = lines_of(wanted);
   std::vector<std::string> out;
@@ -114,7 +114,7 @@ std::vector<std::string> differences(const BakeRecord& had, const BakeRecord& wa
   return out;
 }
 
-std::vector<std::string> readable_settings(const BakeRecord& record) {
+std::vector<std::string> readable_settings(const bake::BakeRecord& record) {
   std::vector<std::string> out;
   for (const RecordLine& line : lines_of(record)) {
     const Spelling spelling = spelling_of(line.name);
@@ -124,7 +124,7 @@ std::vector<std::string> readable_settings(const BakeRecord& record) {
 }
 
 Standing compare_with_asset(const Job& job) {
-  Standing out{bake_record(job.mesh, bake_settings(job)), {}};
+  Standing out{bake::bake_record(job.mesh, bake_settings(job)), {}};
   const auto because = [&](std::string reason) {
     out.reasons = {std::move(reason)};
     return out;
@@ -136,7 +136,7 @@ Standing compare_with_asset(const Job& job) {
   Status status = Asset::open(job.asset().c_str(), asset);
   if (status == Status::ok) status = asset.verify();
   if (status != Status::ok) return because(fmt::format("the asset is damaged: {}", describe(status)));
-  const BakeRecord had = record_of(asset);
+  const bake::BakeRecord had = bake::record_of(asset);
   if (had.text.empty()) return because("the asset does not say what it was baked from");
   out.reasons = differences(had, *out.wanted);
   return out;

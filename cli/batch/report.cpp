@@ -8,7 +8,7 @@
 #include <map>
 #include <numeric>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/xml.h"
 
@@ -23,7 +23,7 @@ std::string joined(const std::vector<std::string>& texts, const char* between) {
 }
 
 std::string size_text(std::size_t bytes) {
-  return bytes == 0 ? "" : format_bytes(static_cast<double>(bytes));
+  return bytes == 0 ? "" : bake::format_bytes(static_cast<double>(bytes));
 }
 
 // On a terminal no name may do anything.

@@ -14,7 +14,6 @@
 #include <system_error>
 #include <thread>
 
-#include "bake/plan.h"
 #include "cli/batch/child_program.h"
 #include "cli/batch/memory_budget.h"
 #include "cli/batch/reasons.h"
@@ -52,7 +51,7 @@ std::string complaint(const std::string& err, const std::string& kind, const std
 std::size_t import_memory(const fs::path& mesh, const ImportOptions& limits) {
   std::error_code failed;
   std::uintmax_t bytes = 0;
-  for (const fs::path& file : mesh_files(mesh)) {
+  for (const fs::path& file : bake::mesh_files(mesh)) {
     const std::uintmax_t size = fs::file_size(file, failed);
     if (!failed) bytes += size;
   }
@@ -142,7 +141,7 @@ class Runner {
     const Standing standing = compare_with_asset(job);
     JobResult result;
     result.reasons = standing.reasons;
-    if (standing.wanted) result.key = cache_key(*standing.wanted).digits;
+    if (standing.wanted) result.key = bake::cache_key(*standing.wanted).digits;
     if (standing.reasons.empty()) {
       result.state = State::unchanged;
       result.bytes = fs::file_size(job.asset());
@@ -174,8 +173,8 @@ class Runner {
 
   bool take_from_cache(const Job& job, JobResult& result) const {
     Asset entry;
-    BakeReport report;
-    if (!AssetCache(options_.cache).open({result.key}, entry, report)) return false;
+    bake::BakeReport report;
+    if (!bake::AssetCache(options_.cache).open({result.key}, entry, report)) return false;
     result.bytes = entry.bytes().size();
     result.notes = report.notes;
     result.state = State::cached;
@@ -212,7 +211,7 @@ class Runner {
     if (Asset::open(jobs_[first].asset().c_str(), asset) != Status::ok)
       return failure(kIo, jobs_[first].asset().string() + " went away meanwhile; run the batch again");
     // The first one's mesh may have changed before it was baked.
-    if (cache_key(record_of(asset)).digits != result.key) return bake(jobs_[twin], std::move(result));
+    if (bake::cache_key(bake::record_of(asset)).digits != result.key) return bake(jobs_[twin], std::move(result));
     deliver(jobs_[twin], asset, result);
     return result;
   }

@@ -13,7 +13,7 @@
 #include <span>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/cache.h"
 #include "cli/lab/oracle.h"
 #include "cli/terminal/exit_code.h"
@@ -39,11 +39,12 @@ fs::path output_path(const BakeArguments& arguments) {
   return path.replace_extension(".vps.hdf");
 }
 
-std::string plan_line(const BakePlan& plan) {
+std::string plan_line(const bake::BakePlan& plan) {
   std::string line = fmt::format("grid of {} x {} x {} voxels of {}", plan.dims[0], plan.dims[1], plan.dims[2],
-                                 format_length(plan.voxel_size));
+                                 bake::format_length(plan.voxel_size));
   if (plan.predicted_points > 0) line += fmt::format(", about {} points", plan.predicted_points);
-  return line + fmt::format(", about {} of memory", format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
+  return line +
+         fmt::format(", about {} of memory", bake::format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
 }
 
 // One bake from the command line.
@@ -52,9 +53,9 @@ struct BakeRun {
   fs::path output;
   Progress progress = {};
   Clock::time_point begin = Clock::now();
-  std::vector<StageTime> times = {};
+  std::vector<bake::StageTime> times = {};
   const char* cache = "off";  // off, hit or miss
-  BakeReport report = {};
+  bake::BakeReport report = {};
 };
 
 // Files the time of a stage that is not one of bake's.
@@ -66,7 +67,7 @@ auto timed(BakeRun& run, const char* stage, const Work& work) {
   return result;
 }
 
-nlohmann::ordered_json plan_to_json(const BakePlan& plan) {
+nlohmann::ordered_json plan_to_json(const bake::BakePlan& plan) {
   return {{"dims", plan.dims},
           {"voxels", plan.voxels},
           {"predicted_points", plan.predicted_points},
@@ -83,7 +84,7 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   j["repair"] = describe(run.report.repair);
   j["filled_share"] = run.report.filled_share;
   j["notes"] = run.report.notes;
-  for (const StageTime& time : run.times) j["seconds"][time.stage] = time.seconds;
+  for (const bake::StageTime& time : run.times) j["seconds"][time.stage] = time.seconds;
   fmt::print("{}", to_text(j));
 }
 
@@ -99,7 +100,7 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
   for (const std::string& note : run.report.notes) fmt::print("note: {}\n", note);
   fmt::print("{}", info_to_text(info));
   const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
-  fmt::print("{}: {} in {:.2f} s{}\n", run.output.string(), format_bytes(static_cast<double>(bytes)),
+  fmt::print("{}: {} in {:.2f} s{}\n", run.output.string(), bake::format_bytes(static_cast<double>(bytes)),
              seconds_since(run.begin), cache);
 }
 
@@ -122,21 +123,21 @@ int deliver(BakeRun& run, const AssetInfo& info, const std::function<std::size_t
 }
 
 // The voxel size and what follows from it.
-BakeOptions planned_options(BakeRun& run, const BakeSettings& settings, const ImportedMesh& mesh) {
-  BakeOptions options = settings.options;
+bake::BakeOptions planned_options(BakeRun& run, const bake::BakeSettings& settings, const ImportedMesh& mesh) {
+  bake::BakeOptions options = settings.options;
   if (settings.max_error > 0) {
     run.progress.show("search", 0);
-    options.voxel_size = find_voxel_size(mesh, options, settings.max_error);
+    options.voxel_size = bake::find_voxel_size(mesh, options, settings.max_error);
   }
-  run.report.plan = plan_bake(mesh, options);
+  run.report.plan = bake::plan_bake(mesh, options);
   return options;
 }
 
-int plan_file(BakeRun& run, const BakeSettings& settings) {
+int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   run.progress.show("import", 0);
   (void)planned_options(run, settings, import_mesh(run.arguments.mesh, settings.import));
   run.progress.clear();
-  const BakePlan& plan = run.report.plan;
+  const bake::BakePlan& plan = run.report.plan;
   if (run.arguments.json) {
     nlohmann::ordered_json j = {{"output", run.output.string()}, {"voxel_size", plan.voxel_size}};
     j["plan"] = plan_to_json(plan);
@@ -144,16 +145,16 @@ int plan_file(BakeRun& run, const BakeSettings& settings) {
     fmt::print("{}", to_text(j));
   } else {
     fmt::print("{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan), run.output.string(),
-               format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+               bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
   }
   return kOk;
 }
 
-BakedAsset bake_mesh(BakeRun& run, const BakeSettings& settings, const ImportedMesh& mesh) {
-  BakeOptions options = planned_options(run, settings, mesh);
+bake::BakedAsset bake_mesh(BakeRun& run, const bake::BakeSettings& settings, const ImportedMesh& mesh) {
+  bake::BakeOptions options = planned_options(run, settings, mesh);
   print_plan(run);
   options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
-  BakedAsset asset = bake(mesh, options);
+  bake::BakedAsset asset = bake::bake(mesh, options);
   run.times.insert(run.times.end(), asset.times.begin(), asset.times.end());
   run.report.repair = asset.repair;
   run.report.filled_share = asset.filled_share;
@@ -163,7 +164,7 @@ BakedAsset bake_mesh(BakeRun& run, const BakeSettings& settings, const ImportedM
 }
 
 // The mesh and what it is: imported again when it was written meanwhile, also when that is why it makes no sense.
-ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& settings, MeshState& state) {
+ImportedMesh import_steady(const BakeArguments& arguments, const bake::BakeSettings& settings, bake::MeshState& state) {
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     ImportedMesh mesh;
@@ -173,7 +174,7 @@ ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& s
     } catch (const ImportError&) {
       failure = std::current_exception();
     }
-    MeshState after = mesh_state(arguments.mesh, settings);
+    bake::MeshState after = bake::mesh_state(arguments.mesh, settings);
     if (after == state && failure) std::rethrow_exception(failure);
     if (after == state) return mesh;
     state = std::move(after);
@@ -183,16 +184,16 @@ ImportedMesh import_steady(const BakeArguments& arguments, const BakeSettings& s
 
 int bake_file(const BakeArguments& arguments) {
   BakeRun run{arguments, output_path(arguments)};
-  const BakeSettings settings = complete_settings(arguments);
+  const bake::BakeSettings settings = complete_settings(arguments);
   if (arguments.dry_run) return plan_file(run, settings);
   const bool with_cache = !arguments.cache.empty();
-  const AssetCache cache(arguments.cache, arguments.cache_bytes);
-  MeshState state;
-  const std::optional<BakeRecord>& record = state.record;
+  const bake::AssetCache cache(arguments.cache, arguments.cache_bytes);
+  bake::MeshState state;
+  const std::optional<bake::BakeRecord>& record = state.record;
   Asset hit;
   const auto look_up = [&] {
-    state = mesh_state(arguments.mesh, settings);
-    return with_cache && record && cache.open(cache_key(*record), hit, run.report);
+    state = bake::mesh_state(arguments.mesh, settings);
+    return with_cache && record && cache.open(bake::cache_key(*record), hit, run.report);
   };
   const bool found = with_cache ? timed(run, "cache", look_up) : look_up();
   if (with_cache) run.cache = found ? "hit" : "miss";
@@ -208,11 +209,11 @@ int bake_file(const BakeArguments& arguments) {
   const ImportedMesh mesh = timed(run, "import", [&] { return import_steady(arguments, settings, state); });
   // Better now than after the bake.
   if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
-  BakedAsset asset = bake_mesh(run, settings, mesh);
-  if (record) add_record(*record, asset);
+  bake::BakedAsset asset = bake_mesh(run, settings, mesh);
+  if (record) bake::add_record(*record, asset);
   if (with_cache) {
     run.progress.show("store", 1);
-    const auto key = record ? std::optional(cache_key(*record)) : std::nullopt;
+    const auto key = record ? std::optional(bake::cache_key(*record)) : std::nullopt;
     const std::string reason = timed(run, "store", [&] { return cache.store(key, asset, run.report); });
     run.progress.clear();
     if (!reason.empty()) complain("warning", arguments.cache, reason + "; the asset is not kept there");
@@ -227,7 +228,7 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
     return work();
   } catch (const ImportError& error) {
     return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, mesh, error.what());
-  } catch (const BakeError& error) {
+  } catch (const bake::BakeError& error) {
     return fail(kBadInput, mesh, error.what());
   } catch (const evaluate::MeasureError& error) {
     return fail(kBadInput, mesh, error.what());
@@ -250,7 +251,7 @@ int run_bake(const BakeArguments& arguments) {
   if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });
   return guarded(arguments.depfile, [&] {
     const fs::path output = output_path(arguments);
-    const std::vector<fs::path> files = mesh_files(arguments.mesh);
+    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh);
     const std::string reason = depfile_refusal(arguments.depfile, {output}, files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
     const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });

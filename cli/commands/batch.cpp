@@ -41,7 +41,7 @@ fs::path manifest_file(const BatchArguments& arguments) {
 std::vector<fs::path> dependencies(const std::vector<Job>& jobs, const std::vector<fs::path>& settings) {
   std::vector<fs::path> files;
   for (const Job& job : jobs) {
-    for (fs::path& file : mesh_files(job.mesh)) files.push_back(std::move(file));
+    for (fs::path& file : bake::mesh_files(job.mesh)) files.push_back(std::move(file));
   }
   files.insert(files.end(), settings.begin(), settings.end());
   return files;

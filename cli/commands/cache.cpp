@@ -8,7 +8,7 @@
 #include <memory>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/cache_upkeep.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/describe_asset.h"
@@ -28,7 +28,7 @@ struct CacheArguments {
 };
 
 std::string size_text(std::uint64_t bytes) {
-  return format_bytes(static_cast<double>(bytes));
+  return bake::format_bytes(static_cast<double>(bytes));
 }
 
 std::string count_text(std::uint64_t count, const char* one, const char* many) {
@@ -48,7 +48,7 @@ Json start_json(const CacheArguments& arguments, const char* action) {
 }
 
 int print_usage(const CacheArguments& arguments) {
-  const CacheUsage usage = cache_usage(arguments.folder);
+  const bake::CacheUsage usage = bake::cache_usage(arguments.folder);
   if (arguments.json) {
     Json json = start_json(arguments, "stats");
     json["entries"] = usage.entries;
@@ -70,8 +70,8 @@ int print_usage(const CacheArguments& arguments) {
 }
 
 int prune(const CacheArguments& arguments) {
-  const PrunedCache pruned =
-      prune_cache(arguments.folder, arguments.max_bytes, arguments.dry_run ? PruneMode::dry_run : PruneMode::remove);
+  const bake::PrunedCache pruned = bake::prune_cache(
+      arguments.folder, arguments.max_bytes, arguments.dry_run ? bake::PruneMode::dry_run : bake::PruneMode::remove);
   if (arguments.json) {
     Json json = start_json(arguments, "prune");
     json["max_bytes"] = arguments.max_bytes;
@@ -98,9 +98,9 @@ int prune(const CacheArguments& arguments) {
 }
 
 int verify(const CacheArguments& arguments) {
-  const CheckedCache checked =
-      verify_cache(arguments.folder, arguments.remove ? VerifyMode::remove_damaged : VerifyMode::report);
-  for (const DamagedEntry& entry : checked.damaged)
+  const bake::CheckedCache checked = bake::verify_cache(
+      arguments.folder, arguments.remove ? bake::VerifyMode::remove_damaged : bake::VerifyMode::report);
+  for (const bake::DamagedEntry& entry : checked.damaged)
     complain("error", entry.file.string(),
              entry.reason + (entry.removed ? "; it was removed" : "; remove it with --remove"));
   if (arguments.json) {
@@ -109,7 +109,7 @@ int verify(const CacheArguments& arguments) {
     json["bytes"] = checked.bytes;
     json["other_versions"] = checked.other_versions;
     json["damaged"] = Json::array();
-    for (const DamagedEntry& entry : checked.damaged)
+    for (const bake::DamagedEntry& entry : checked.damaged)
       json["damaged"].push_back({{"file", entry.file.string()}, {"reason", entry.reason}, {"removed", entry.removed}});
     fmt::print("{}", to_text(json));
   } else {

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <memory>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
 namespace {
 
-nlohmann::ordered_json to_json(const std::string& path, const MeshReport& r) {
+nlohmann::ordered_json to_json(const std::string& path, const bake::MeshReport& r) {
   nlohmann::ordered_json j = {{"mesh", path},
                               {"triangles", r.triangles},
                               {"vertices", r.vertices},
@@ -46,27 +46,28 @@ nlohmann::ordered_json to_json(const std::string& path, const MeshReport& r) {
 }
 
 // Infinite: at the edges of a box, and where faces meet at an acute angle, no wall lies opposite.
-void print_walls(const MeshReport& r, bool voxel_size_given) {
+void print_walls(const bake::MeshReport& r, bool voxel_size_given) {
   fmt::print("walls       ");
   if (std::isinf(r.wall_p01)) {
     fmt::print("none: hardly any of the surface has a wall opposite to it");
   } else if (std::isinf(r.wall_median)) {
     fmt::print("half of the surface or more has no wall opposite to it; 1 % has one thinner than {}",
-               format_length(r.wall_p01));
+               bake::format_length(r.wall_p01));
   } else {
-    fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}", format_length(r.wall_median),
-               format_length(r.wall_p01));
+    fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}",
+               bake::format_length(r.wall_median), bake::format_length(r.wall_p01));
   }
   if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
   fmt::print("\n");
 }
 
-void print_check(const std::string& path, const MeshReport& r, bool voxel_size_given) {
+void print_check(const std::string& path, const bake::MeshReport& r, bool voxel_size_given) {
   fmt::print("{}: {} triangles, {} vertices, {} component{}\n", path, r.triangles, r.vertices, r.components,
              r.components == 1 ? "" : "s");
   fmt::print("size        {} x {} x {}; as numbers like these are mostly {}, ",
-             format_length(r.bounds_max[0] - r.bounds_min[0]), format_length(r.bounds_max[1] - r.bounds_min[1]),
-             format_length(r.bounds_max[2] - r.bounds_min[2]), r.likely_unit);
+             bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
+             bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
+             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), r.likely_unit);
   fmt::print("check --unit\n");
   const auto line = [](const char* name, std::size_t count, const char* what) {
     fmt::print("{:<11} {}{}\n", name, count == 0 ? "none" : std::to_string(count), count == 0 ? "" : what);
@@ -89,7 +90,7 @@ void print_check(const std::string& path, const MeshReport& r, bool voxel_size_g
 int run_check(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
     const ImportedMesh mesh = import_with(arguments);
-    const MeshReport report = inspect_mesh(mesh, arguments.options);
+    const bake::MeshReport report = bake::inspect_mesh(mesh, arguments.options);
     const bool has_grid = arguments.options.voxel_size > 0 || arguments.options.resolution > 0;
     if (arguments.json) {
       fmt::print("{}", to_text(to_json(arguments.mesh, report)));
@@ -98,7 +99,7 @@ int run_check(const BakeArguments& arguments) {
     }
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
-    if (has_grid) (void)plan_bake(mesh, arguments.options);  // throws when the grid does not fit
+    if (has_grid) (void)bake::plan_bake(mesh, arguments.options);  // throws when the grid does not fit
     return int{kOk};
   });
 }

@@ -6,7 +6,7 @@
 #include <memory>
 #include <numbers>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/compare/compare_assets.h"
@@ -79,15 +79,15 @@ void print_field(const FieldDifference& f, double voxel) {
   if (f.points == 0) return fmt::print("field     {:<7} no point is stored in both\n", field_name(f.field));
   fmt::print(
       "field     {:<7} V differs by {} at most ({:.3g} voxels), at ({:.4g}, {:.4g}, {:.4g}) m; 99 % {}, RMS {}\n",
-      field_name(f.field), format_length(f.max), f.max / voxel, f.at[0], f.at[1], f.at[2], format_length(f.p99),
-      format_length(f.rms));
+      field_name(f.field), bake::format_length(f.max), f.max / voxel, f.at[0], f.at[1], f.at[2],
+      bake::format_length(f.p99), bake::format_length(f.rms));
   fmt::print("          at {} points; {} more are stored in A alone, {} in B alone\n", f.points, f.only_a, f.only_b);
 }
 
 void print_distance(const char* which, const ShellDistance& d) {
   fmt::print(
       "          {}: nearest points are {} apart at most, RMS {}; normals turn by {:.3g} degrees, {:.3g} at most\n",
-      which, format_length(d.max), format_length(d.rms), kDegrees * d.angle_mean, kDegrees * d.angle_max);
+      which, bake::format_length(d.max), bake::format_length(d.rms), kDegrees * d.angle_mean, kDegrees * d.angle_max);
 }
 
 void print_compare(const CompareArguments& arguments, const Comparison& comparison, double voxel) {

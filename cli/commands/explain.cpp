@@ -88,7 +88,7 @@ int explain(const std::string& file, const std::string& folder) {
     return fail(kBadInput, file, "no batch that baked it is known here; give the folder of its assets with -o");
   Asset asset;
   if (const int code = open_asset(file, asset); code != kOk) return code;
-  const BakeRecord record = record_of(asset);
+  const bake::BakeRecord record = bake::record_of(asset);
   if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
   fmt::print("no batch is known in its folder; it was baked with\n");
   for (const std::string& setting : readable_settings(record)) fmt::print("  {}\n", setting);

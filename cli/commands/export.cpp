@@ -11,7 +11,7 @@
 #include <optional>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/export/export.h"
@@ -92,13 +92,13 @@ int write_format(const ExportArguments& arguments, const Asset& asset, const Vox
   if (arguments.format == "json") return write_output(output, to_json_text(arguments.asset, asset));
   if (!(step >= 0.25 * asset.info().voxel_size)) {
     throw ExportError(fmt::format("the field has no samples finer than a quarter of a voxel; choose --step {} or more",
-                                  format_length(0.25 * asset.info().voxel_size)));
+                                  bake::format_length(0.25 * asset.info().voxel_size)));
   }
   if (arguments.format == "obj") return write_output(output, to_obj(map, step));
   if (arguments.format == "cdf")
     return write_output(output, to_cdf(map, {step, arguments.reach.value_or(asset.info().band_outer)}));
   const std::size_t bytes = write_vtkhdf_field(asset, map, step, output);
-  fmt::print("{}: {}\n", output.string(), format_bytes(double(bytes)));
+  fmt::print("{}: {}\n", output.string(), bake::format_bytes(double(bytes)));
   return kOk;
 }
 

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <memory>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/cache.h"
 #include "cli/batch/reasons.h"
 #include "cli/commands/open_asset.h"
@@ -21,9 +21,9 @@ void print_info(const std::string& path, const Asset& asset) {
   const Directory& directory = asset.directory();
   const std::string generator = printable(directory.info.generator.data());
   fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
-             format_bytes(static_cast<double>(directory.file_bytes)), generator);
+             bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
   fmt::print("{}", info_to_text(directory.info));
-  if (const BakeRecord record = record_of(asset); !record.text.empty()) {
+  if (const bake::BakeRecord record = bake::record_of(asset); !record.text.empty()) {
     fmt::print("baked from\n");
     for (const std::string& line : batch::readable_settings(record)) fmt::print("  {}\n", printable(line));
   }

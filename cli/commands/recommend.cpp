@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <memory>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/recommend.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/exit_code.h"
@@ -48,13 +48,13 @@ std::string exact_length(double metres) {
 // The command that bakes a setting, as a shell takes it.
 std::string command_of(const RecommendArguments& arguments, const Tried& tried) {
   const BakeArguments& bake = arguments.bake;
-  const BakeOptions defaults;
+  const bake::BakeOptions defaults;
   std::string out = "vpsbake " + quoted_word(bake.mesh);
   for (const auto& [name, unit] : {std::pair{"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}) {
     if (bake.unit == unit) out += fmt::format(" --unit {}", name);
   }
   if (bake.scale != 1) out += fmt::format(" --scale {}", bake.scale);
-  if (bake.options.repair != Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
+  if (bake.options.repair != bake::Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
   if (bake.options.sheet_thickness > 0) out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
   out += " --voxel " + exact_length(tried.bake.voxel_size);
   if (tried.bake.alpha != defaults.alpha) out += fmt::format(" --alpha {}", tried.bake.alpha);
@@ -72,7 +72,8 @@ std::string numbers_of(const Tried& t) {
   const evaluate::LengthUnit unit = evaluate::unit_for({t.error()});
   return fmt::format(
              "off by {} at most, {}, {} points; 99 % of contact queries take {:.3g} us, {:.3g} us with the noise\n",
-             unit.text(t.error()), format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99, t.slowest()) +
+             unit.text(t.error()), bake::format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99,
+             t.slowest()) +
          spread_line("depths", t.penetration, unit) +
          (t.missed > 0 ? fmt::format("     contacts missed: {} of {}\n", t.missed, t.penetration.asked) : "") +
          spread_line("distances", t.distance, unit) +
@@ -126,7 +127,7 @@ void print_recommend(const RecommendArguments& arguments, const Recommendation& 
   fmt::print(
       "     {} poses of the body on a copy of itself, against exact depths and distances: {} up to {} deep, {} up to "
       "{} apart\n     a sample: other poses may err more\n",
-      contact + apart, contact, format_length(r.truth.contact), apart, format_length(r.truth.gap));
+      contact + apart, contact, bake::format_length(r.truth.contact), apart, bake::format_length(r.truth.gap));
   if (contact + apart < r.truth.poses[0] + r.truth.poses[1]) {
     fmt::print("     {} were sought: the exact depths of the others take too long\n",
                r.truth.poses[0] + r.truth.poses[1]);

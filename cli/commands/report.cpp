@@ -10,7 +10,7 @@
 #include <memory>
 #include <mutex>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/exit_code.h"
@@ -52,7 +52,7 @@ struct ReportArguments {
 struct Candidate {
   std::string file;
   TriangleMesh mesh;  // as imported
-  ClosedMesh closed;
+  bake::ClosedMesh closed;
   evaluate::MeasureOptions options;
 };
 
@@ -64,12 +64,12 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   ImportedMesh mesh = import_with(bake);
   Candidate out;
   out.file = file;
-  BakeOptions& base = out.options.base;
+  bake::BakeOptions& base = out.options.base;
   base = bake.options;
   if (base.voxel_size == 0 && base.resolution == 0) base.resolution = arguments.quick ? kQuickResolution : kResolution;
-  base.voxel_size = plan_bake(mesh, base).voxel_size;
+  base.voxel_size = bake::plan_bake(mesh, base).voxel_size;
   base.resolution = 0;
-  out.closed = closed_mesh(mesh, base);
+  out.closed = bake::closed_mesh(mesh, base);
   out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
   const evaluate::Oracle refuses_here(out.closed.mesh);
   out.mesh = std::move(mesh);
@@ -216,7 +216,7 @@ void add_notes(const evaluate::Truth& truth, std::vector<std::string>& notes) {
     notes.push_back(
         fmt::format("the body is so thin that its contacts are {} deep at most, and exact depths are known to {}: "
                     "smaller errors of depth say nothing",
-                    format_length(truth.options.contact), format_length(truth.options.tolerance)));
+                    bake::format_length(truth.options.contact), bake::format_length(truth.options.tolerance)));
   }
   if (!truth.wrenches_exact()) {
     notes.push_back(

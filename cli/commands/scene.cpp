@@ -10,7 +10,7 @@
 #include <span>
 #include <utility>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/vps_load.h"
 #include "cli/scene/former_assets.h"
 #include "cli/scene/report_scene.h"
@@ -60,7 +60,7 @@ bool is_written(const SceneRun& run, const PlannedAsset& asset) {
   return run.arguments.full || asset.is_needed();
 }
 
-const BakeOptions& wanted_options(const SceneRun& run, const PlannedAsset& asset) {
+const bake::BakeOptions& wanted_options(const SceneRun& run, const PlannedAsset& asset) {
   return run.arguments.full ? asset.everything : asset.options;
 }
 
@@ -94,17 +94,17 @@ fs::path output_folder(const SceneArguments& arguments) {
   throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), reason));
 }
 
-BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const BakeOptions& options,
+BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::BakeOptions& options,
                     const std::string& cache) {
   const auto begin = std::chrono::steady_clock::now();
-  BakeSettings settings;
+  bake::BakeSettings settings;
   settings.options = options;
   try {
-    LoadedAsset loaded = load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
+    bake::LoadedAsset loaded = bake::load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
     if (!loaded.warning.empty()) complain("warning", cache, loaded.warning + "; the asset is not kept there");
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
-  } catch (const LoadError& error) {
+  } catch (const bake::LoadError& error) {
     if (error.stage == "write") throw WriteError(error.what());
     refuse_mesh(run, asset, error.what());
   }
@@ -117,16 +117,18 @@ void check_meshes(const SceneRun& run) {
   for (const PlannedAsset& asset : run.plan.assets) {
     if (!is_written(run, asset) && !run.arguments.compare) continue;
     const TriangleMesh& mesh = run.meshes[asset.mesh].mesh;
-    BakeSettings settings;
+    bake::BakeSettings settings;
     settings.options = wanted_options(run, asset);
     Asset cached;
-    BakeReport ignored;
+    bake::BakeReport ignored;
     const std::string& cache = run.arguments.cache;
-    if (!cache.empty() && AssetCache(cache).open(cache_key(bake_record(mesh, settings)), cached, ignored)) continue;
+    if (!cache.empty() &&
+        bake::AssetCache(cache).open(bake::cache_key(bake::bake_record(mesh, settings)), cached, ignored))
+      continue;
     if (is_written(run, asset) && std::exchange(is_first, false)) continue;
     try {
-      (void)closed_mesh(mesh, settings.options);
-    } catch (const BakeError& error) {
+      (void)bake::closed_mesh(mesh, settings.options);
+    } catch (const bake::BakeError& error) {
       refuse_mesh(run, asset, error.what());
     }
   }
@@ -153,7 +155,7 @@ void bake_asset(SceneRun& run, std::size_t i) {
       throw SceneError(run.scene.error.place,
                        fmt::format("'{}' does not reach the wished error with voxels of {}; wish "
                                    "a larger one",
-                                   asset.file, format_length(asset.options.voxel_size)));
+                                   asset.file, bake::format_length(asset.options.voxel_size)));
     }
     refine(asset, 1.03 * by);
     name_asset(run, asset);
@@ -174,7 +176,7 @@ void bake_scene(SceneRun& run) {
   if (!run.arguments.full && run.scene.memory.value > 0 && bytes > run.scene.memory.value) {
     throw SceneError(run.scene.memory.place,
                      fmt::format("the assets take {}, more than the {} wished; wish more memory or coarser voxels",
-                                 format_bytes(bytes), format_bytes(run.scene.memory.value)));
+                                 bake::format_bytes(bytes), bake::format_bytes(run.scene.memory.value)));
   }
 }
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/output_file.h"
@@ -60,7 +60,7 @@ int run_slice(const SliceArguments& arguments) {
   const int code = write_output(output, slice.picture.png());
   if (code == kOk) {
     fmt::print("field {} at {}, asset frame; a pixel is {}, a colour one voxel of {}\n", field_name(map.field),
-               slice.place, format_length(slice.pixel), format_length(info.voxel_size));
+               slice.place, bake::format_length(slice.pixel), bake::format_length(info.voxel_size));
     if (!slice.no_line.empty()) complain("note", output.string(), slice.no_line);
   }
   return code;

@@ -10,7 +10,7 @@
 #include <optional>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
@@ -78,7 +78,7 @@ nlohmann::ordered_json to_json(const Validation& validation) {
 }
 
 void print_validate(const Validation& validation) {
-  fmt::print("{}: {}\n", validation.file, format_bytes(double(validation.bytes)));
+  fmt::print("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
   for (const Check& check : validation.checks) {
     fmt::print("  {:<8} {:<14} {}\n", result_word(check.result), check.name, one_line(check.says));
   }
@@ -98,9 +98,9 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
   check_contents(asset, checks);
   check_origin(asset, checks);
   if (!mesh) return;
-  BakeOptions options = arguments.mesh.options;
+  bake::BakeOptions options = arguments.mesh.options;
   options.voxel_size = asset.info().voxel_size;
-  check_against_mesh(asset, closed_mesh(*mesh, options).mesh, arguments.options, checks);
+  check_against_mesh(asset, bake::closed_mesh(*mesh, options).mesh, arguments.options, checks);
 }
 
 int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
@@ -115,7 +115,7 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
   std::string refusal;
   try {
     run_checks(arguments, mesh, validation);
-  } catch (const BakeError& of_mesh) {
+  } catch (const bake::BakeError& of_mesh) {
     refusal = of_mesh.what();
   }
   if (!arguments.json) print_validate(validation);

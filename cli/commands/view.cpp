@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/tools/output_file.h"
@@ -39,11 +39,11 @@ std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
     off = std::max({off, std::abs(low[k] - info.bounds_min[k]), std::abs(high[k] - info.bounds_max[k])});
   if (off <= 2 * info.voxel_size) return "";
   const auto size = [](double x, double y, double z) {
-    return fmt::format("{} x {} x {}", format_length(x), format_length(y), format_length(z));
+    return fmt::format("{} x {} x {}", bake::format_length(x), bake::format_length(y), bake::format_length(z));
   };
   return fmt::format(
       "the asset was not baked from this mesh: its bounds are {} off, {} against {}; check --unit and --scale",
-      format_length(off), size(high[0] - low[0], high[1] - low[1], high[2] - low[2]),
+      bake::format_length(off), size(high[0] - low[0], high[1] - low[1], high[2] - low[2]),
       size(info.bounds_max[0] - info.bounds_min[0], info.bounds_max[1] - info.bounds_min[1],
            info.bounds_max[2] - info.bounds_min[2]));
 }

@@ -18,15 +18,15 @@ std::shared_ptr<const Asset> opened(const std::filesystem::path& path) {
 
 }  // namespace
 
-BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options, const std::filesystem::path& path) {
-  const BakedAsset baked = bake(mesh, options);
+BakedFile bake_file(const TriangleMesh& mesh, const bake::BakeOptions& options, const std::filesystem::path& path) {
+  const bake::BakedAsset baked = bake::bake(mesh, options);
   write_asset(path, baked.info, baked.sections);
   return {path, opened(path), nullptr};
 }
 
-BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options, const RecordOf& record) {
-  BakedAsset baked = bake(mesh, options);
-  if (record) add_record(record(options), baked);
+BakedFile bake_nameless(const TriangleMesh& mesh, const bake::BakeOptions& options, const RecordOf& record) {
+  bake::BakedAsset baked = bake::bake(mesh, options);
+  if (record) bake::add_record(record(options), baked);
   const int file = write_nameless_asset(std::filesystem::temp_directory_path(), baked.info, baked.sections);
   BakedFile out;
   out.open = std::shared_ptr<const void>(nullptr, [file](const void*) { ::close(file); });

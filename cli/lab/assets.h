@@ -14,7 +14,7 @@
 namespace vps::evaluate {
 
 /// The record that a bake with these options puts into its asset, so that what is measured is as large.
-using RecordOf = std::function<BakeRecord(const BakeOptions&)>;
+using RecordOf = std::function<bake::BakeRecord(const bake::BakeOptions&)>;
 
 struct BakedFile {
   std::filesystem::path path;
@@ -24,14 +24,14 @@ struct BakedFile {
 
 /// Bakes, writes and opens again.
 /// @throw BakeError, std::runtime_error
-[[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const BakeOptions& options,
+[[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const bake::BakeOptions& options,
                                   const std::filesystem::path& path);
 
 /// The same in the folder for temporary files, without a name: the path is one of this process, and nothing stays
 /// behind however it ends.
 /// @param record  may be empty: the asset has none
 /// @throw BakeError, std::runtime_error
-[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const BakeOptions& options,
+[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const bake::BakeOptions& options,
                                       const RecordOf& record = {});
 
 /// The mesh with its origin at the asset's centre of mass, where all peers have it.

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
 
@@ -37,8 +37,8 @@ std::string refusal_of(const btConvexHullShape& hull) {
   const Eigen::Vector3d extent = turned.rowwise().maxCoeff() - turned.rowwise().minCoeff();
   constexpr double kFlat = 1e-4;
   if (extent.minCoeff() > kFlat * extent.maxCoeff()) return "";
-  return fmt::format("a hull is flat, {} thick and {} long: Bullet's EPA fails on it", format_length(extent.minCoeff()),
-                     format_length(extent.maxCoeff()));
+  return fmt::format("a hull is flat, {} thick and {} long: Bullet's EPA fails on it",
+                     bake::format_length(extent.minCoeff()), bake::format_length(extent.maxCoeff()));
 }
 
 }  // namespace

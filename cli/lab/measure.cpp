@@ -17,12 +17,12 @@ namespace {
 
 // An asset that several settings may share.
 struct Baked {
-  BakeOptions options;
+  bake::BakeOptions options;
   BakedFile file;
   double seconds = 0;
 };
 
-bool same(const BakeOptions& a, const BakeOptions& b) {
+bool same(const bake::BakeOptions& a, const bake::BakeOptions& b) {
   return a.voxel_size == b.voxel_size && a.alpha == b.alpha && a.branching == b.branching &&
          a.precision == b.precision && field_of(a) == field_of(b);
 }
@@ -79,7 +79,7 @@ class Run {
       : mesh_(mesh), closed_(closed), options_(options) {}
 
   Measurement run() {
-    const BakeOptions base = with_field(options_.base, Field::scaled);
+    const bake::BakeOptions base = with_field(options_.base, Field::scaled);
     const Baked& first = bake_once(base);
     body_ = centred(closed_, *first.file.asset);
     const std::uint32_t levels = first.file.asset->info().levels;
@@ -107,11 +107,11 @@ class Run {
     if (options_.progress) options_.progress(what, fraction);
   }
 
-  const Baked& bake_once(const BakeOptions& bake) {
+  const Baked& bake_once(const bake::BakeOptions& bake) {
     const auto found =
         std::find_if(baked_.begin(), baked_.end(), [&](const Baked& b) { return same(b.options, bake); });
     if (found != baked_.end()) return *found;
-    BakeOptions told = bake;
+    bake::BakeOptions told = bake;
     told.progress = [this](const char* stage, double) {
       progress(fmt::format("bake {}: {}", baking_, stage), baked_share_);
     };
@@ -120,7 +120,7 @@ class Run {
     return baked_.emplace_back(Baked{bake, std::move(file), microseconds_since(begin) / 1e6});
   }
 
-  void measure_bake_noise(const BakeOptions& base) {
+  void measure_bake_noise(const bake::BakeOptions& base) {
     std::vector<double> seconds{baked_.front().seconds};
     for (int i = 0; i < 2; ++i) {
       const auto begin = Clock::now();
@@ -136,7 +136,7 @@ class Run {
     const Baked* baked = nullptr;
     try {
       baked = &bake_once(setting.bake);
-    } catch (const BakeError& refusal) {
+    } catch (const bake::BakeError& refusal) {
       out_.left_out.push_back({setting.name, refusal.what()});
       return;
     }

@@ -14,7 +14,7 @@
 namespace vps::evaluate {
 
 struct MeasureOptions {
-  BakeOptions base;  ///< with a voxel size
+  bake::BakeOptions base;  ///< with a voxel size
   SweepSize size = SweepSize::full;
   TruthOptions truth;
   RoundOptions rounds;

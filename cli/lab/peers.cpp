@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/bullet.h"
 #include "cli/lab/fcl.h"
 #include "cli/lab/hacd.h"
@@ -51,7 +51,7 @@ class PeerMaker {
     if (wanted("gimpact")) {
       const auto shape = std::make_shared<BulletShape>(gimpact_of(body_, options_.margin));
       add("gimpact", "GImpact",
-          fmt::format("Bullet's triangles against triangles, margin {}", format_length(options_.margin)),
+          fmt::format("Bullet's triangles against triangles, margin {}", bake::format_length(options_.margin)),
           [shape] { return bullet_pair(*shape); });
       out_.peers.back().depth_of = DepthOf::triangles;
     }
@@ -87,7 +87,7 @@ class PeerMaker {
         out_.left_out.push_back({name, why});
         return;
       }
-      const std::string with = margin > 0 ? "margin " + format_length(margin) : "no margin";
+      const std::string with = margin > 0 ? "margin " + bake::format_length(margin) : "no margin";
       add(name, series + ", " + with, remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : ""),
           [shape, margin] { return std::make_unique<WithoutMargins>(bullet_pair(*shape), margin); });
     }

@@ -8,7 +8,8 @@
 #include <cstdlib>
 #include <limits>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/assets.h"
 #include "cli/lab/errors.h"
 #include "cli/lab/ours.h"
@@ -32,7 +33,7 @@ double rounded(double metres) {
 }
 
 double longest_side(const TriangleMesh& mesh) {
-  const Extent extent = measure_extent(mesh);
+  const bake::Extent extent = bake::measure_extent(mesh);
   return (extent.bounds_max - extent.bounds_min).maxCoeff();
 }
 
@@ -47,7 +48,7 @@ class Search {
     } else {
       search_by_cost();
     }
-    if (out_.tried.empty()) throw BakeError("plan", refusal_);
+    if (out_.tried.empty()) throw bake::BakeError("plan", refusal_);
     choose();
     return std::move(out_);
   }
@@ -63,7 +64,7 @@ class Search {
     const double coarsest = find_coarsest();
     plan(coarsest);
     // Contacts as deep as the certificate of a default band goes: who asks for a finer error has shallower ones.
-    const double certified = (BakeOptions{}.band_inside - kHalfDiagonal) * coarsest;
+    const double certified = (bake::BakeOptions{}.band_inside - kHalfDiagonal) * coarsest;
     truth_.options.contact = std::min(truth_.options.contact, certified);
     truth_.options.gap = std::min(truth_.options.gap, certified);
     place();
@@ -114,9 +115,10 @@ class Search {
       }
     }
     if (good > 0) return good;
-    const std::string best = std::isfinite(least_seen) ? "; the best has " + format_length(least_seen) : "";
-    throw BakeError("plan", fmt::format("no voxel size tried reaches an error of {}{}{}", format_length(limit), best,
-                                        refusal_.empty() ? "" : ": " + refusal_));
+    const std::string best = std::isfinite(least_seen) ? "; the best has " + bake::format_length(least_seen) : "";
+    throw bake::BakeError(
+        "plan", fmt::format("no voxel size tried reaches an error of {}{}{}", bake::format_length(limit), best,
+                            refusal_.empty() ? "" : ": " + refusal_));
   }
 
   // From a spacing on, coarser while the error is met, or finer until it is. Where a file within the limits is known
@@ -205,13 +207,13 @@ class Search {
   // The mesh that the truth is of: closed for the first voxel size that can close it. Those that are tried close it
   // anew, as the bakes of whoever follows the recommendation do.
   void plan(double voxel) {
-    BakeOptions base = options_.base;
+    bake::BakeOptions base = options_.base;
     base.voxel_size = voxel;
     while (true) {
       try {
-        closed_ = closed_mesh(mesh_, base).mesh;
+        closed_ = bake::closed_mesh(mesh_, base).mesh;
         break;
-      } catch (const BakeError&) {
+      } catch (const bake::BakeError&) {
         base.voxel_size *= 1.5;
         if (base.voxel_size > longest_ / 8) throw;
       }
@@ -246,19 +248,19 @@ class Search {
     const double band = std::ceil(2 * (truth_.options.contact / voxel + kHalfDiagonal) - 0.01) / 2;
     tried.bake.band_inside = std::clamp(band, tried.bake.band_inside, 8.0);
     for (std::size_t i = 0; i < out_.tried.size(); ++i) {
-      const BakeOptions& other = out_.tried[i].bake;
+      const bake::BakeOptions& other = out_.tried[i].bake;
       if (other.voxel_size == voxel && other.alpha == alpha && other.band_inside == tried.bake.band_inside) return i;
     }
     BakedFile file;
     try {
-      BakeOptions told = tried.bake;
+      bake::BakeOptions told = tried.bake;
       told.progress = [&](const char* stage, double fraction) {
-        progress(fmt::format("bake {}: voxel {}, alpha {:.3g}: {}", out_.tried.size() + 1, format_length(voxel), alpha,
-                             stage),
+        progress(fmt::format("bake {}: voxel {}, alpha {:.3g}: {}", out_.tried.size() + 1, bake::format_length(voxel),
+                             alpha, stage),
                  fraction);
       };
       file = bake_nameless(mesh_, told, options_.record);
-    } catch (const BakeError& refusal) {
+    } catch (const bake::BakeError& refusal) {
       refusal_ = refusal.what();
       refused_by_plan_ = refusal.stage == "plan";
       return std::nullopt;
@@ -335,11 +337,11 @@ double Tried::error() const {
 
 std::vector<std::string> Tried::exceeds(const Limits& limits) const {
   std::vector<std::string> out;
-  if (limits.error > 0 && error() > limits.error) out.push_back("is off by up to " + format_length(error()));
+  if (limits.error > 0 && error() > limits.error) out.push_back("is off by up to " + bake::format_length(error()));
   if (limits.microseconds > 0 && slowest() > limits.microseconds)
     out.push_back(
         fmt::format("takes {:.3g} us for 99 % of the queries, {:.3g} us with the noise", contacts.p99, slowest()));
-  if (limits.bytes > 0 && double(bytes) > limits.bytes) out.push_back("has " + format_bytes(double(bytes)));
+  if (limits.bytes > 0 && double(bytes) > limits.bytes) out.push_back("has " + bake::format_bytes(double(bytes)));
   return out;
 }
 

@@ -23,7 +23,7 @@ struct Limits {
 };
 
 struct RecommendOptions {
-  BakeOptions base;  ///< how the mesh is repaired; voxel size and alpha do not matter
+  bake::BakeOptions base;  ///< how the mesh is repaired; voxel size and alpha do not matter
   Limits limits;
   RecordOf record;         ///< may be empty
   std::size_t poses = 90;  ///< two thirds in contact, the rest apart
@@ -35,7 +35,7 @@ struct RecommendOptions {
 
 /// A setting that was baked and measured.
 struct Tried {
-  BakeOptions bake;
+  bake::BakeOptions bake;
   std::size_t bytes = 0;
   std::size_t points = 0;
   double field_bound = 0;  ///< [m]

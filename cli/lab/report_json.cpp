@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/units.h"
 
 namespace vps::cli {
@@ -59,7 +59,7 @@ ordered_json setting_to_json(const Setting& s) {
           {"alpha", s.bake.alpha},
           {"field", evaluate::describe(evaluate::field_of(s.bake))},
           {"reading", reading_name(s.reading)},
-          {"precision", or_null(s.bake.precision != BakeOptions::kAutoPrecision, s.bake.precision)},
+          {"precision", or_null(s.bake.precision != bake::BakeOptions::kAutoPrecision, s.bake.precision)},
           {"branching", s.bake.branching},
           {"level", s.level},
           {"max_tests", s.max_tests},
@@ -279,7 +279,7 @@ std::string front_line(const evaluate::Measurement& m, const evaluate::Front& fr
   for (const auto& [i, tied] : front.members) {
     const Row& row = m.rows[i];
     out += fmt::format("{} {}{} ({}, {})", i == front.members.front().row ? "" : ";", tied ? "~ " : "", row.name,
-                       time ? fmt::format("{:.3g} us", row.contacts.p50) : format_bytes(double(row.bytes)),
+                       time ? fmt::format("{:.3g} us", row.contacts.p50) : bake::format_bytes(double(row.bytes)),
                        unit.text(row.errors.contact.penetration.rms));
   }
   return out;

@@ -15,7 +15,7 @@ namespace vps::cli {
 struct ReportedMesh {
   std::string file;
   std::size_t triangles = 0;  ///< of the closed mesh
-  ClosedMesh closed;
+  bake::ClosedMesh closed;
   evaluate::Measurement measured;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 class Sweep {
  public:
-  Sweep(const BakeOptions& base, SweepSize size)
+  Sweep(const bake::BakeOptions& base, SweepSize size)
       : base_(with_field(base, Field::scaled)), quick_(size == SweepSize::quick), unit_(unit_for({base.voxel_size})) {}
 
   std::vector<Setting> run(std::uint32_t levels) {
@@ -23,7 +23,7 @@ class Sweep {
     precisions();
     for (const std::uint32_t k : list<std::uint32_t>({4, 8, 14, 24, 40}, {4})) {
       if (k == base_.branching) continue;
-      BakeOptions bake = base_;
+      bake::BakeOptions bake = base_;
       bake.branching = k;
       add("branching", bake, fmt::format(", K {}", k));
     }
@@ -45,11 +45,11 @@ class Sweep {
     return quick_ ? few : all;
   }
 
-  [[nodiscard]] std::string words(const BakeOptions& bake) const {
+  [[nodiscard]] std::string words(const bake::BakeOptions& bake) const {
     return fmt::format("{}, voxel {}, alpha {:.3g}", describe(field_of(bake)), unit_.text(bake.voxel_size), bake.alpha);
   }
 
-  void add(const char* knob, const BakeOptions& bake, const std::string& more = "") {
+  void add(const char* knob, const bake::BakeOptions& bake, const std::string& more = "") {
     Setting setting;
     setting.name = words(bake) + more;
     setting.series = describe(field_of(bake));
@@ -68,7 +68,7 @@ class Sweep {
     return settings_.emplace_back(std::move(setting));
   }
 
-  void add_reading(const BakeOptions& bake, Reading reading) {
+  void add_reading(const bake::BakeOptions& bake, Reading reading) {
     Setting setting;
     const char* const how = reading == Reading::nearest ? "not interpolated" : "interpolated";
     setting.name = words(bake) + ", " + how;
@@ -79,8 +79,8 @@ class Sweep {
     settings_.push_back(std::move(setting));
   }
 
-  BakeOptions scaled_by(double voxel, double alpha, Field field = Field::scaled) const {
-    BakeOptions bake = with_field(base_, field);
+  bake::BakeOptions scaled_by(double voxel, double alpha, Field field = Field::scaled) const {
+    bake::BakeOptions bake = with_field(base_, field);
     bake.voxel_size *= voxel;
     bake.alpha = std::clamp(bake.alpha * alpha, 0.25, 64.0);
     return bake;
@@ -114,14 +114,14 @@ class Sweep {
     const double band = std::max(base_.band_inside, base_.band_outside) * s;
     int count = 0;
     for (int p = std::max(0, int(std::ceil(-std::log10(s / 2)))); p <= 15 && band * std::pow(10.0, p) <= 32767; ++p) {
-      BakeOptions bake = base_;
+      bake::BakeOptions bake = base_;
       bake.precision = p;
       add("precision", bake, fmt::format(", p {}", p));
       if (++count == (quick_ ? 1 : 4)) return;
     }
   }
 
-  const BakeOptions base_;
+  const bake::BakeOptions base_;
   const bool quick_;
   const LengthUnit unit_;
   std::vector<Setting> settings_;
@@ -140,18 +140,18 @@ const char* describe(Field field) {
   }
 }
 
-BakeOptions with_field(BakeOptions base, Field field) {
+bake::BakeOptions with_field(bake::BakeOptions base, Field field) {
   base.layers = field == Field::layers;
   base.scaled = field == Field::scaled;
   base.real = field == Field::real;
   return base;
 }
 
-Field field_of(const BakeOptions& options) {
+Field field_of(const bake::BakeOptions& options) {
   return options.real ? Field::real : options.scaled ? Field::scaled : Field::layers;
 }
 
-std::vector<Setting> sweep(const BakeOptions& base, std::uint32_t levels, SweepSize size) {
+std::vector<Setting> sweep(const bake::BakeOptions& base, std::uint32_t levels, SweepSize size) {
   return Sweep(base, size).run(levels);
 }
 

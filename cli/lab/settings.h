@@ -18,7 +18,7 @@ struct Setting {
   std::string series;  ///< of plots: "scaled", "real", "layers" ...
   std::string
       knob;  ///< that was turned: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests, time
-  BakeOptions bake;  ///< with one field
+  bake::BakeOptions bake;  ///< with one field
   Reading reading = Reading::queries;
   std::uint32_t level = 0;  ///< of QueryOptions; as the two below
   std::uint32_t max_tests = 0;
@@ -35,12 +35,12 @@ enum class SweepSize : std::uint8_t { full, quick };
 [[nodiscard]] const char* describe(Field field);
 
 /// The base with another field.
-[[nodiscard]] BakeOptions with_field(BakeOptions base, Field field);
-[[nodiscard]] Field field_of(const BakeOptions& options);
+[[nodiscard]] bake::BakeOptions with_field(bake::BakeOptions base, Field field);
+[[nodiscard]] Field field_of(const bake::BakeOptions& options);
 
 /// The base comes first.
 /// @param base    with a voxel size; its fields do not matter
 /// @param levels  of the base's point-sphere tree
-[[nodiscard]] std::vector<Setting> sweep(const BakeOptions& base, std::uint32_t levels, SweepSize size);
+[[nodiscard]] std::vector<Setting> sweep(const bake::BakeOptions& base, std::uint32_t levels, SweepSize size);
 
 }  // namespace vps::evaluate

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
 #include "cli/lab/numbers_file.h"
 
 namespace vps::evaluate {
@@ -73,7 +73,7 @@ void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem:
 }  // namespace
 
 TruthOptions truth_options_for(const TriangleMesh& body, std::size_t poses) {
-  const Extent extent = measure_extent(body);
+  const bake::Extent extent = bake::measure_extent(body);
   const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
   const double thick = 2 * extent.volume / extent.area;  // of a plate
   TruthOptions options;

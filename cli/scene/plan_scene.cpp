@@ -10,7 +10,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/cache.h"
 
 namespace vps::cli {
@@ -72,24 +72,25 @@ void find_pairs(const Scene& scene, ScenePlan& plan) {
   throw SceneError(wish.place, reason);
 }
 
-void choose_grid(const Scene& scene, const SceneShape& shape, double longest, double resolution, BakeOptions& options) {
+void choose_grid(const Scene& scene, const SceneShape& shape, double longest, double resolution,
+                 bake::BakeOptions& options) {
   options.voxel_size = shape.voxel_size > 0 ? shape.voxel_size : longest / resolution;
   if (scene.error.value == 0) return;
   const double field = kFieldShare * scene.error.value / kFieldBound_vx;
   const double spacing = (1 - kFieldShare) * scene.error.value / kCoverPerSpacing;
-  const BakeOptions defaults;
+  const bake::BakeOptions defaults;
   constexpr double kLeastAlpha = 0.25;
   if (shape.voxel_size > field) {
     throw SceneError(shape.place, fmt::format("voxels of {} are coarser than the {} that the wished error needs; leave "
                                               "voxel out",
-                                              format_length(shape.voxel_size), format_length(field)));
+                                              bake::format_length(shape.voxel_size), bake::format_length(field)));
   }
   if (shape.voxel_size == 0) options.voxel_size = std::min(field, longest / kLeastResolution);
   options.alpha = std::clamp(spacing / options.voxel_size, kLeastAlpha, defaults.alpha);
 }
 
 // Bands of the asset's voxelmap: what moves slowly comes no farther in or out than it moves in a step.
-void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, BakeOptions& options) {
+void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, bake::BakeOptions& options) {
   double travel = 0;
   bool bounces = false;
   bool known = true;
@@ -110,7 +111,7 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
     }
   }
   if (!known || !meets) return;
-  const BakeOptions defaults;
+  const bake::BakeOptions defaults;
   // Contacts ahead hold bodies at the surface, but where restitution is wanted. Beyond the band they are followed by
   // the closest point.
   options.band_inside = std::clamp(travel, 2.0, bounces ? 8.0 : defaults.band_inside);
@@ -156,7 +157,7 @@ void choose_parts(const Scene& scene, ScenePlan& plan) {
 // Seconds of baking, fitted to 60 bakes of ten meshes on two cores: three in four within a factor of 1.5, the
 // worst 4.4.
 // @param all  with every part and field: scaled samples are a byte of 22 of its voxelmap
-double predict_seconds(const BakePlan& all, const BakeOptions& options, std::size_t triangles) {
+double predict_seconds(const bake::BakePlan& all, const bake::BakeOptions& options, std::size_t triangles) {
   if (!options.voxelmap && !options.pointshell) return 0;
   const auto points = static_cast<double>(all.predicted_points);
   const double surface_voxels = points * options.alpha * options.alpha / 0.81;
@@ -168,19 +169,20 @@ double predict_seconds(const BakePlan& all, const BakeOptions& options, std::siz
   return seconds;
 }
 
-BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& asset, const BakeOptions& options) {
+bake::BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedAsset& asset,
+                       const bake::BakeOptions& options) {
   try {
-    return plan_bake(mesh.mesh, options);
-  } catch (const BakeError& error) {
+    return bake::plan_bake(mesh.mesh, options);
+  } catch (const bake::BakeError& error) {
     if (scene.error.value == 0) throw SceneError(asset.place, error.what());
-    refuse_wish(scene.error, fmt::format("an error of {} cannot be had with '{}': {}", format_length(scene.error.value),
-                                         mesh.file.string(), error.what()));
+    refuse_wish(scene.error, fmt::format("an error of {} cannot be had with '{}': {}",
+                                         bake::format_length(scene.error.value), mesh.file.string(), error.what()));
   }
 }
 
 // Assets for the shapes, one for each mesh and way of baking it.
 void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
-  std::map<std::tuple<std::size_t, double, Repair, double>, std::size_t> known;
+  std::map<std::tuple<std::size_t, double, bake::Repair, double>, std::size_t> known;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     plan.first_shape.push_back(plan.shapes.size());
     for (std::size_t s = 0; s < scene.bodies[b].shapes.size(); ++s) {
@@ -243,7 +245,7 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (PlannedAsset& asset : plan.assets) asset.options.voxelmap = asset.options.pointshell = false;
   for (PlannedShape& shape : plan.shapes) {
     if (shape.asset == PlannedShape::kNone) continue;
-    BakeOptions& options = plan.assets[shape.asset].options;
+    bake::BakeOptions& options = plan.assets[shape.asset].options;
     options.voxelmap = options.voxelmap || overlap(shape.parts, Use::voxelmap);
     options.pointshell = options.pointshell || overlap(shape.parts, Use::pointshell);
     if (overlap(shape.parts, Use::pointshell)) {
@@ -282,15 +284,15 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
     if (is_free && resolution > kLeastResolution) continue;
     const std::string why =
         scene.error.value > 0
-            ? fmt::format("with the error of {} that is wished", format_length(scene.error.value))
+            ? fmt::format("with the error of {} that is wished", bake::format_length(scene.error.value))
             : (is_free ? fmt::format("with {} voxels along each body, the fewest that are sensible", kLeastResolution)
                        : "with the voxels that are stated");
     if (!fits_memory) {
-      refuse_wish(scene.memory,
-                  fmt::format("the assets would take {} of memory (predicted, from above) {}, more than "
-                              "the {} wished; wish more memory{}",
-                              format_bytes(static_cast<double>(plan.bytes)), why, format_bytes(scene.memory.value),
-                              is_free ? " or leave bodies out" : " or coarser voxels"));
+      refuse_wish(scene.memory, fmt::format("the assets would take {} of memory (predicted, from above) {}, more than "
+                                            "the {} wished; wish more memory{}",
+                                            bake::format_bytes(static_cast<double>(plan.bytes)), why,
+                                            bake::format_bytes(scene.memory.value),
+                                            is_free ? " or leave bodies out" : " or coarser voxels"));
     }
     refuse_wish(scene.time, fmt::format("contacts would take {:.3g} us a step (estimated) {}, more than the {:.3g} us "
                                         "wished; wish more time or keep bodies apart by their masks",
@@ -298,8 +300,8 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
   }
 }
 
-std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
-  BakeSettings settings;
+std::string asset_file(const SceneMesh& mesh, const bake::BakeOptions& options) {
+  bake::BakeSettings settings;
   settings.options = options;
   constexpr std::size_t kLongest = 100;  // names of files have limits
   std::string stem = mesh.file.stem().string();
@@ -308,7 +310,8 @@ std::string asset_file(const SceneMesh& mesh, const BakeOptions& options) {
     while (end > 0 && (stem[end] & 0xC0) == 0x80) --end;  // not within a character
     stem.resize(end);
   }
-  return fmt::format("{}-{}.vps.hdf", stem, cache_key(bake_record(mesh.mesh, settings)).digits.substr(0, 8));
+  return fmt::format("{}-{}.vps.hdf", stem,
+                     bake::cache_key(bake::bake_record(mesh.mesh, settings)).digits.substr(0, 8));
 }
 
 void refine(PlannedAsset& asset, double by) {

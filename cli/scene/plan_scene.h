@@ -19,11 +19,11 @@ inline constexpr double kFieldShare = 0.25;
 /// One asset to bake, for all shapes whose mesh is the same and is baked alike.
 struct PlannedAsset {
   std::size_t mesh = 0;
-  std::string file;        ///< by asset_file, without folders; empty until the program names it
-  BakeOptions options;     ///< neither voxelmap nor pointshell: nothing is baked
-  BakeOptions ordinary;    ///< both parts with scaled alone, as `vpsbake MESH` bakes, as fine
-  BakeOptions everything;  ///< both parts and all fields, as fine
-  BakePlan predicted, predicted_ordinary, predicted_everything;
+  std::string file;              ///< by asset_file, without folders; empty until the program names it
+  bake::BakeOptions options;     ///< neither voxelmap nor pointshell: nothing is baked
+  bake::BakeOptions ordinary;    ///< both parts with scaled alone, as `vpsbake MESH` bakes, as fine
+  bake::BakeOptions everything;  ///< both parts and all fields, as fine
+  bake::BakePlan predicted, predicted_ordinary, predicted_everything;
   double seconds = 0, seconds_ordinary = 0,
          seconds_everything = 0;  ///< predicted, on a machine as in docs/scene.md. [s]
   Place place;                    ///< of the first shape
@@ -54,7 +54,7 @@ struct ScenePlan {
 
 /// Name of an asset's file, without folders: the mesh's stem, shortened where it is long, and 8 digits of the
 /// cache_key, so that a name means the same bytes wherever it is.
-[[nodiscard]] std::string asset_file(const SceneMesh& mesh, const BakeOptions& options);
+[[nodiscard]] std::string asset_file(const SceneMesh& mesh, const bake::BakeOptions& options);
 
 /// Makes an asset finer by what a bake has shown, so that a wished error is met.
 /// @param by  above 1

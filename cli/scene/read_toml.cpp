@@ -94,13 +94,13 @@ void read_baking(Table& table, SceneBody& body) {
   SceneShape as_said;
   table.quantity("voxel", parse_length, as_said.voxel_size);
   table.quantity("thicken", parse_length, as_said.sheet_thickness);
-  as_said.repair = table.choice<Repair>("repair",
-                                        {{"none", Repair::none},
-                                         {"weld", Repair::weld},
-                                         {"stitch", Repair::stitch},
-                                         {"fill", Repair::fill},
-                                         {"wrap", Repair::wrap}},
-                                        Repair::automatic);
+  as_said.repair = table.choice<bake::Repair>("repair",
+                                              {{"none", bake::Repair::none},
+                                               {"weld", bake::Repair::weld},
+                                               {"stitch", bake::Repair::stitch},
+                                               {"fill", bake::Repair::fill},
+                                               {"wrap", bake::Repair::wrap}},
+                                              bake::Repair::automatic);
   for (SceneShape& shape : body.shapes) {
     shape.voxel_size = as_said.voxel_size;
     shape.sheet_thickness = as_said.sheet_thickness;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/scene/write_manifest.h"
 
 namespace vps::cli {
@@ -35,7 +35,7 @@ Cost cost_of(const SceneReport& report, std::size_t i) {
 }
 
 // Of more parts and fields than are needed.
-Cost predicted_cost(const SceneReport& report, std::size_t i, const BakePlan& predicted, double seconds) {
+Cost predicted_cost(const SceneReport& report, std::size_t i, const bake::BakePlan& predicted, double seconds) {
   const PlannedAsset& asset = report.plan.assets[i];
   const Cost planned = cost_of(report, i);
   // Voxelmaps are predicted from above; what was baked shows by how much.
@@ -88,7 +88,7 @@ std::string names_of(const Scene& scene, const std::vector<std::size_t>& bodies)
   return bodies.size() > kMost ? fmt::format("{} and {} more", names, bodies.size() - kMost) : names;
 }
 
-std::string left_out_to_text(const BakeOptions& options) {
+std::string left_out_to_text(const bake::BakeOptions& options) {
   std::string text;
   if (!options.voxelmap) text += "voxelmap (its partners have more points, or are Bullet's own shapes), ";
   if (!options.pointshell) text += "pointshell (its partners have fewer points), ";
@@ -107,10 +107,10 @@ std::string saving(const Cost& planned, const Cost& ordinary, const Cost& everyt
     if (std::abs(seconds) < kWorthSaying) seconds = 0;
     if (bytes == 0 && seconds == 0) return "nothing";
     return fmt::format("{}{} and {}{:.2f} s", about(planned.bytes_measured && other.bytes_measured),
-                       format_bytes(bytes), about(planned.seconds_measured && other.seconds_measured), seconds);
+                       bake::format_bytes(bytes), about(planned.seconds_measured && other.seconds_measured), seconds);
   };
   return fmt::format("{}{} in {}{:.2f} s; saves {} against an ordinary bake, {} against everything",
-                     about(planned.bytes_measured), format_bytes(planned.bytes), about(planned.seconds_measured),
+                     about(planned.bytes_measured), bake::format_bytes(planned.bytes), about(planned.seconds_measured),
                      planned.seconds, against(ordinary), against(everything));
 }
 
@@ -129,12 +129,12 @@ std::string shape_to_text(const SceneReport& report, const PlannedShape& planned
   if (!asset.is_needed()) {
     return fmt::format("  {}: meets nobody, nothing baked{}\n", mesh, is_first ? fmt::format("; {}", saved()) : "");
   }
-  const BakeOptions& o = asset.options;
+  const bake::BakeOptions& o = asset.options;
   std::string text = fmt::format(
       "  {}: plays the {}, voxels of {}", mesh,
       std::string(part_name(planned.parts)) == "mixed" ? "pointshell or the voxelmap" : part_name(planned.parts),
-      format_length(o.voxel_size));
-  if (o.pointshell) text += fmt::format(", points {} apart", format_length(o.alpha * o.voxel_size));
+      bake::format_length(o.voxel_size));
+  if (o.pointshell) text += fmt::format(", points {} apart", bake::format_length(o.alpha * o.voxel_size));
   if (o.voxelmap) text += fmt::format(", band {:.3g}/{:.3g} vx in/out", o.band_inside, o.band_outside);
   if (planned.segments > 0) text += fmt::format(", {} segments", planned.segments);
   if (!is_first) return text + fmt::format("; shares {}\n", asset.file);
@@ -171,10 +171,10 @@ std::string wishes_to_text(const SceneReport& report) {
   const Scene& scene = report.scene;
   std::string text;
   if (scene.error.value > 0) {
-    text += fmt::format("error         {} wished", format_length(scene.error.value));
+    text += fmt::format("error         {} wished", bake::format_length(scene.error.value));
     if (is_baked(report))
       text += fmt::format(", {} reached (certificates and covering radii)",
-                          format_length(reached_error(report.plan, report.baked)));
+                          bake::format_length(reached_error(report.plan, report.baked)));
     text += '\n';
   }
   text +=
@@ -182,8 +182,8 @@ std::string wishes_to_text(const SceneReport& report) {
   text += scene.time.value > 0 ? fmt::format(", {:.4g} us wished\n", 1e6 * scene.time.value) : "\n";
   const Totals totals = totals_of(report);
   text += fmt::format("memory        {}{}", totals.planned.bytes_measured ? "" : "about ",
-                      format_bytes(totals.planned.bytes));
-  text += scene.memory.value > 0 ? fmt::format(", {} wished\n", format_bytes(scene.memory.value)) : "\n";
+                      bake::format_bytes(totals.planned.bytes));
+  text += scene.memory.value > 0 ? fmt::format(", {} wished\n", bake::format_bytes(scene.memory.value)) : "\n";
   return text;
 }
 
@@ -196,7 +196,7 @@ Json cost_to_json(const Cost& cost) {
 
 Json asset_to_json(const SceneReport& report, std::size_t i) {
   const PlannedAsset& asset = report.plan.assets[i];
-  const BakeOptions& o = asset.options;
+  const bake::BakeOptions& o = asset.options;
   Json json = {{"file", asset.is_needed() ? Json(asset.file) : Json()},
                {"mesh", report.meshes[asset.mesh].file.string()},
                {"left_out", left_out(asset)},
@@ -308,7 +308,7 @@ std::string to_text(const SceneReport& report) {
   const Totals totals = totals_of(report);
   text += fmt::format("in all        {}\n", saving(totals.planned, totals.ordinary, totals.everything));
   if (!report.everything.empty() && !is_baked(report))
-    text += fmt::format("written       {}: everything\n", format_bytes(totals.everything.bytes));
+    text += fmt::format("written       {}: everything\n", bake::format_bytes(totals.everything.bytes));
   if (!report.removed.empty())
     text += fmt::format("removed       {}: of an earlier plan\n", fmt::join(report.removed, ", "));
   if (report.everything.empty() && is_baked(report))

@@ -43,7 +43,7 @@ struct SceneShape {
   std::filesystem::path mesh;  ///< as it can be opened
   double unit = 1;             ///< metres per unit of the mesh's numbers, a scale included
   double voxel_size = 0;       ///< 0: as planned. [Units: m]
-  Repair repair = Repair::automatic;
+  bake::Repair repair = bake::Repair::automatic;
   double sheet_thickness = 0;  ///< of open surfaces; 0: as `repair` says. [Units: m]
   Triple half_extents{};       ///< of a box. [m]
   double radius = 0;           ///< [m]

@@ -8,7 +8,7 @@
 #include <map>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
@@ -58,7 +58,7 @@ double SceneMesh::longest() const {
 }
 
 std::string SceneMesh::size() const {
-  const auto side = [&](std::size_t axis) { return format_length(bounds_max[axis] - bounds_min[axis]); };
+  const auto side = [&](std::size_t axis) { return bake::format_length(bounds_max[axis] - bounds_min[axis]); };
   return fmt::format("{} x {} x {}", side(0), side(1), side(2));
 }
 

@@ -14,12 +14,12 @@ ImportOptions complete_import(const BakeArguments& arguments) {
 
 }  // namespace
 
-BakeSettings complete_settings(const BakeArguments& arguments) {
+bake::BakeSettings complete_settings(const BakeArguments& arguments) {
   const auto has = [](const std::vector<std::string>& list, const char* name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
-  BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
-  BakeOptions& options = settings.options;
+  bake::BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
+  bake::BakeOptions& options = settings.options;
   options.layers = has(arguments.fields, "layers");
   options.scaled = has(arguments.fields, "scaled");
   options.real = has(arguments.fields, "real");
@@ -32,9 +32,9 @@ ImportedMesh import_with(const BakeArguments& arguments) {
   return import_mesh(arguments.mesh, complete_import(arguments));
 }
 
-std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments) {
-  return [mesh = arguments.mesh, import = complete_import(arguments)](const BakeOptions& options) {
-    return bake_record(mesh, {options, import}).value_or(BakeRecord());
+std::function<bake::BakeRecord(const bake::BakeOptions&)> record_maker(const BakeArguments& arguments) {
+  return [mesh = arguments.mesh, import = complete_import(arguments)](const bake::BakeOptions& options) {
+    return bake::bake_record(mesh, {options, import}).value_or(bake::BakeRecord());
   };
 }
 

@@ -21,7 +21,7 @@ struct BakeArguments {
   std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
   ImportOptions import_options;  ///< its unit is set from `unit` and `scale`
-  BakeOptions options;
+  bake::BakeOptions options;
   std::string cache;            ///< folder of an AssetCache; empty: none
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
   std::string depfile;          ///< to write for make or ninja; empty: none
@@ -34,9 +34,9 @@ struct BakeArguments {
 [[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
 
 /// What the arguments ask for.
-[[nodiscard]] BakeSettings complete_settings(const BakeArguments& arguments);
+[[nodiscard]] bake::BakeSettings complete_settings(const BakeArguments& arguments);
 
 /// The record of the mesh's asset, baked with any options; empty when the mesh cannot be read.
-[[nodiscard]] std::function<BakeRecord(const BakeOptions&)> record_maker(const BakeArguments& arguments);
+[[nodiscard]] std::function<bake::BakeRecord(const bake::BakeOptions&)> record_maker(const BakeArguments& arguments);
 
 }  // namespace vps::cli

@@ -56,8 +56,9 @@ double parse(const std::string& text, const Quantity& quantity, Sign sign = Sign
 const Quantity kLength = {
     "a length", "5mm", {"mm", "m"}, {{"km", 1e3}, {"m", 1}, {"cm", 1e-2}, {"mm", 1e-3}, {"um", 1e-6}, {"in", 0.0254}}};
 
-Repair parse_repair(const std::string& text) {
-  for (const Repair repair : {Repair::none, Repair::weld, Repair::stitch, Repair::fill, Repair::wrap}) {
+bake::Repair parse_repair(const std::string& text) {
+  for (const bake::Repair repair :
+       {bake::Repair::none, bake::Repair::weld, bake::Repair::stitch, bake::Repair::fill, bake::Repair::wrap}) {
     if (text == describe(repair)) return repair;
   }
   throw CLI::ValidationError("--repair takes none, weld, stitch, fill or wrap, not '" + text + "'");

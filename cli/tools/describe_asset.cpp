@@ -11,7 +11,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "bake/store/cache.h"
 
 namespace vps::cli {
@@ -34,8 +34,9 @@ nlohmann::ordered_json section_to_json(const Section& section) {
 std::string certificate_line(const char* name, const FieldCertificate& c) {
   if (c.max == 0 && c.rms == 0) return {};
   return fmt::format("  error of {:<8} max {}, 99 % {}, RMS {}, bound {}; worst at ({:.4g}, {:.4g}, {:.4g}) m\n",
-                     std::string(name) + ":", format_length(c.max), format_length(c.p99), format_length(c.rms),
-                     format_length(c.bound), c.worst_at[0], c.worst_at[1], c.worst_at[2]);
+                     std::string(name) + ":", bake::format_length(c.max), bake::format_length(c.p99),
+                     bake::format_length(c.rms), bake::format_length(c.bound), c.worst_at[0], c.worst_at[1],
+                     c.worst_at[2]);
 }
 
 }  // namespace
@@ -80,7 +81,7 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
 
 std::vector<std::pair<std::string, std::string>> record_values(const Asset& asset) {
   std::vector<std::pair<std::string, std::string>> values;
-  std::istringstream text(record_of(asset).text);
+  std::istringstream text(bake::record_of(asset).text);
   for (std::string line; std::getline(text, line);) {
     const std::size_t space = line.find(' ');
     if (space == std::string::npos) continue;
@@ -128,9 +129,9 @@ std::string to_text(const nlohmann::ordered_json& json) {
 
 std::string info_to_text(const AssetInfo& info) {
   std::string out = fmt::format("mesh        {} triangles, {} vertices, {} x {} x {}\n", info.triangles, info.vertices,
-                                format_length(info.bounds_max[0] - info.bounds_min[0]),
-                                format_length(info.bounds_max[1] - info.bounds_min[1]),
-                                format_length(info.bounds_max[2] - info.bounds_min[2]));
+                                bake::format_length(info.bounds_max[0] - info.bounds_min[0]),
+                                bake::format_length(info.bounds_max[1] - info.bounds_min[1]),
+                                bake::format_length(info.bounds_max[2] - info.bounds_min[2]));
   // What is left of zero after rounding would only distract.
   const double size = info.bounds_max[0] - info.bounds_min[0] + info.bounds_max[1] - info.bounds_min[1];
   const auto tidy = [&](double x) { return std::abs(x) < 1e-9 * size ? 0.0 : x; };
@@ -139,20 +140,20 @@ std::string info_to_text(const AssetInfo& info) {
   if (info.dims[0] > 0) {
     out +=
         fmt::format("voxelmap    {} x {} x {} voxels of {}, {} on the surface, {} inside\n", info.dims[0], info.dims[1],
-                    info.dims[2], format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
-    out += fmt::format("  distances from {} outside to {} inside; steps of {}\n", format_length(info.band_outer),
-                       format_length(info.band_inner), format_length(info.lambda));
+                    info.dims[2], bake::format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
+    out += fmt::format("  distances from {} outside to {} inside; steps of {}\n", bake::format_length(info.band_outer),
+                       bake::format_length(info.band_inner), bake::format_length(info.lambda));
     out += certificate_line("layers", info.layers_error);
     out += certificate_line("scaled", info.scaled_error);
     out += certificate_line("real", info.real_error);
   }
   if (info.points > 0) {
     out += fmt::format("pointshell  {} points sampled at least {} apart, every surface point within {} of one\n",
-                       info.points, format_length(info.spacing), format_length(info.covering_radius));
+                       info.points, bake::format_length(info.spacing), bake::format_length(info.covering_radius));
     constexpr double kDegrees = 180 / std::numbers::pi;
     out += fmt::format("  normals {:.2g} degrees off their faces in the mean, {:.2g} at most\n",
                        kDegrees * info.normal_error_mean, kDegrees * info.normal_error_max);
-    out += fmt::format("  positions in steps of {}\n", format_length(info.position_step));
+    out += fmt::format("  positions in steps of {}\n", bake::format_length(info.position_step));
     out += fmt::format("  tree of {} levels, K = {}\n", info.levels, info.branching);
   }
   return out;

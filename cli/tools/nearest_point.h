@@ -21,7 +21,7 @@ class NearestPoint {
     std::uint32_t point = 0;
     double distance = std::numeric_limits<double>::infinity();  ///< [m]
   };
-  [[nodiscard]] Found operator()(const Vector& p) const {
+  [[nodiscard]] Found operator()(const bake::Vector& p) const {
     Found best;
     const auto offer = [&](std::uint32_t i) {
       const double distance = (at(i) - p).norm();
@@ -37,14 +37,14 @@ class NearestPoint {
   }
 
  private:
-  [[nodiscard]] Vector at(std::uint32_t i) const {
+  [[nodiscard]] bake::Vector at(std::uint32_t i) const {
     const Vec3 p = point_position(shell_, i);
     return {double(p.x), double(p.y), double(p.z)};
   }
 
   const PointshellView& shell_;
   double cell_;
-  PointGrid grid_;
+  bake::PointGrid grid_;
 };
 
 }  // namespace vps::cli

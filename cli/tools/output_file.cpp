@@ -8,7 +8,7 @@
 #include <span>
 #include <system_error>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/terminal/exit_code.h"
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -63,7 +63,7 @@ int write_quietly(const fs::path& output, std::string_view bytes) {
 
 int write_output(const fs::path& output, std::string_view bytes) {
   if (const int code = write_quietly(output, bytes); code != kOk) return code;
-  fmt::print("{}: {}\n", output.string(), format_bytes(double(bytes.size())));
+  fmt::print("{}: {}\n", output.string(), bake::format_bytes(double(bytes.size())));
   return kOk;
 }
 

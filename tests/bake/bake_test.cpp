@@ -11,6 +11,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 BakeOptions all_parts(double voxel_size) {
@@ -29,9 +31,9 @@ const SectionData* find(const BakedAsset& asset, SectionKind kind) {
 
 TEST(Bake, TheSameMeshGivesTheSameBytesForAnyNumberOfThreads) {
   const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
-  const BakedAsset many = bake(mesh, all_parts(0.004));
+  const BakedAsset many = bake::bake(mesh, all_parts(0.004));
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const BakedAsset single = bake(mesh, all_parts(0.004));
+  const BakedAsset single = bake::bake(mesh, all_parts(0.004));
   ASSERT_EQ(many.sections.size(), single.sections.size());
   for (std::size_t i = 0; i < many.sections.size(); ++i)
     EXPECT_EQ(many.sections[i].bytes, single.sections[i].bytes) << i;
@@ -45,13 +47,13 @@ TEST(Bake, OnlyWhatWasAskedForIsBaked) {
   BakeOptions options;
   options.voxel_size = 0.01;
   options.pointshell = false;
-  const BakedAsset map_only = bake(make_sphere(0.1, 3), options);
+  const BakedAsset map_only = bake::bake(make_sphere(0.1, 3), options);
   EXPECT_EQ(map_only.sections.size(), 4U);
   EXPECT_NE(find(map_only, SectionKind::scaled), nullptr);
   EXPECT_EQ(map_only.info.points, 0U);
   options.pointshell = true;
   options.voxelmap = false;
-  const BakedAsset shell_only = bake(make_sphere(0.1, 3), options);
+  const BakedAsset shell_only = bake::bake(make_sphere(0.1, 3), options);
   EXPECT_EQ(shell_only.sections.size(), 7U);
   EXPECT_EQ(shell_only.info.dims[0], 0U);
 }
@@ -64,11 +66,11 @@ TEST(Bake, IntegersAreNoWiderThanTheBandNeeds) {
       {BakeOptions::kAutoPrecision, ElementType::i8}, {3, ElementType::i8}, {5, ElementType::i16}};
   for (const auto& [precision, type] : expected) {
     options.precision = precision;
-    const BakedAsset asset = bake(make_sphere(0.1, 3), options);
+    const BakedAsset asset = bake::bake(make_sphere(0.1, 3), options);
     EXPECT_EQ(find(asset, SectionKind::scaled)->element, type) << precision;
   }
   options.precision = 8;
-  EXPECT_THROW((void)bake(make_sphere(0.1, 3), options), BakeError);
+  EXPECT_THROW((void)bake::bake(make_sphere(0.1, 3), options), BakeError);
 }
 
 TEST(Bake, AutomaticPrecisionStepsAreAFiftiethOfAVoxelOrFiner) {
@@ -76,7 +78,7 @@ TEST(Bake, AutomaticPrecisionStepsAreAFiftiethOfAVoxelOrFiner) {
     BakeOptions options;
     options.voxel_size = s;
     options.pointshell = false;
-    const AssetInfo info = bake(make_sphere(0.1, 2), options).info;
+    const AssetInfo info = bake::bake(make_sphere(0.1, 2), options).info;
     EXPECT_LE(info.lambda, s / 50 * (1 + 1e-9)) << s;
     EXPECT_GT(info.lambda, s / 51) << s;
     EXPECT_EQ(info.precision, BakeOptions::kAutoPrecision);
@@ -110,9 +112,9 @@ TEST(Bake, TheCoarsestVoxelThatMeetsAnErrorIsFound) {
   const double s = find_voxel_size(mesh, options, 0.001);
   options.pointshell = false;
   options.voxel_size = s;
-  EXPECT_LE(bake(mesh, options).info.scaled_error.bound, 0.001);
+  EXPECT_LE(bake::bake(mesh, options).info.scaled_error.bound, 0.001);
   options.voxel_size = 1.3 * s;
-  EXPECT_GT(bake(mesh, options).info.scaled_error.bound, 0.001);
+  EXPECT_GT(bake::bake(mesh, options).info.scaled_error.bound, 0.001);
   options.memory_limit_bytes = 20'000'000;
   try {
     (void)find_voxel_size(mesh, options, 1e-6);
@@ -125,7 +127,7 @@ TEST(Bake, TheCoarsestVoxelThatMeetsAnErrorIsFound) {
 
 TEST(Bake, TheCertificateHoldsTheKnownErrorsOfTheFields) {
   const double s = 0.004;
-  const BakedAsset asset = bake(make_sphere(0.1, 5), all_parts(s));
+  const BakedAsset asset = bake::bake(make_sphere(0.1, 5), all_parts(s));
   const AssetInfo& info = asset.info;
   EXPECT_GT(info.certificate_samples, 5000U);
   EXPECT_LE(info.real_error.max, 0.2 * s);  // twice what samples are laid for
@@ -142,7 +144,7 @@ TEST(Bake, TheCertificateHoldsTheKnownErrorsOfTheFields) {
 }
 
 TEST(Bake, MassPropertiesAndBoundsAreThoseOfTheMesh) {
-  const AssetInfo info = bake(make_box({0.05, 0.04, 0.03}, {0.01, 0, 0}), all_parts(0.01)).info;
+  const AssetInfo info = bake::bake(make_box({0.05, 0.04, 0.03}, {0.01, 0, 0}), all_parts(0.01)).info;
   EXPECT_NEAR(info.volume, 0.1 * 0.08 * 0.06, 1e-15);
   EXPECT_NEAR(info.centre_of_mass[0], 0.01, 1e-12);
   EXPECT_DOUBLE_EQ(info.bounds_min[0], -0.04);
@@ -179,7 +181,7 @@ TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
     EXPECT_GE(fraction, last);
     last = fraction;
   };
-  const BakedAsset asset = bake(make_sphere(0.1, 2), options);
+  const BakedAsset asset = bake::bake(make_sphere(0.1, 2), options);
   EXPECT_EQ(stages.front(), "check");
   EXPECT_EQ(stages.back(), "done");
   EXPECT_EQ(last, 1);
@@ -187,7 +189,7 @@ TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
 }
 
 TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
-  const BakedAsset asset = bake(make_box({0.1, 0.1, 0.002}), all_parts(0.01));
+  const BakedAsset asset = bake::bake(make_box({0.1, 0.1, 0.002}), all_parts(0.01));
   ASSERT_EQ(asset.notes.size(), 1U);
   EXPECT_NE(asset.notes[0].find("the thinnest found 0.4 voxels"), std::string::npos) << asset.notes[0];
 }

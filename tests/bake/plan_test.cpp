@@ -9,6 +9,8 @@
 #include "tests/support/shapes.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 std::string refusal(const TriangleMesh& mesh, const BakeOptions& options) {

@@ -10,6 +10,8 @@
 
 namespace vps::test {
 
+using namespace bake;
+
 inline Surface checked(const TriangleMesh& mesh) {
   RepairOutcome outcome;
   return check_mesh(mesh, {}, outcome);

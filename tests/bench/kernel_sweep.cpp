@@ -112,21 +112,21 @@ void run(const Options& options) {
   const TriangleMesh mesh = import_mesh(options.mesh, import);
   const std::filesystem::path folder = options.work;
   std::filesystem::create_directories(folder);
-  BakeOptions usual;
+  bake::BakeOptions usual;
   usual.alpha = 2.1;  // about the paper's 35,000 points
-  const auto side = [&](const std::string& name, const BakeOptions& how) {
+  const auto side = [&](const std::string& name, const bake::BakeOptions& how) {
     return Side{name, bake_body(mesh, how, folder / "kernel_sweep.vps.hdf").asset};
   };
   std::vector<Side> widths;
   for (const std::uint32_t k : {14U, 2U, 4U, 6U, 8U, 10U, 12U, 16U, 20U, 24U, 32U}) {
-    BakeOptions how = usual;
+    bake::BakeOptions how = usual;
     how.branching = k;
     widths.push_back(side(fmt::format("K = {}", k), how));
   }
   std::vector<Side> fields;
-  BakeOptions all = usual;
+  bake::BakeOptions all = usual;
   all.layers = all.real = true;
-  BakeOptions wide = usual;
+  bake::BakeOptions wide = usual;
   wide.precision = 6;
   fields.push_back(side("scaled, 8 bits", usual));
   fields.push_back(side("scaled, 16 bits", wide));

@@ -28,7 +28,7 @@ constexpr double kHullMargin = 0;
 constexpr double kOracleTolerance = 1e-6;  // [m]
 
 // To where the default band certifies depths: half a voxel's diagonal less than it is deep. [m]
-const double kBand = (BakeOptions{}.band_inside - std::sqrt(3.0) / 2) * kVoxelSize;
+const double kBand = (bake::BakeOptions{}.band_inside - std::sqrt(3.0) / 2) * kVoxelSize;
 const std::vector<DepthRange> kRanges{{16, -0.0002, 0}, {17, 0, kBand}, {17, kBand, 0.003}};
 const std::vector<std::string> kRangeNames{"apart", "in the band", "deeper"};
 
@@ -73,7 +73,7 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
   body.name = path.stem().string();
   fmt::print(stderr, "query_accuracy: {}\n", body.name);
   const TriangleMesh mesh = import_scaled(path);
-  BakeOptions wide;
+  bake::BakeOptions wide;
   wide.band_inside = kWideBand;
   const auto file = [&](const char* band) { return folder / fmt::format("accuracy_{}_{}.vps.hdf", body.name, band); };
   const auto asset = bake_body(mesh, {}, file("default")).asset;

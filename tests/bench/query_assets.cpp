@@ -5,13 +5,13 @@
 
 namespace vps::bench {
 
-evaluate::BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options, const std::filesystem::path& path) {
+evaluate::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options, const std::filesystem::path& path) {
   options.voxel_size = kVoxelSize;
   return evaluate::bake_file(mesh, options, path);
 }
 
 evaluate::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = kVoxelSize;
   options.pointshell = false;
   return evaluate::bake_file(samples::make_box(half_extents), options, path);

@@ -12,7 +12,7 @@ namespace vps::bench {
 inline constexpr double kVoxelSize = 0.0005;  // [m]
 
 /// Both parts. @param options  their voxel size is taken to be `kVoxelSize`
-[[nodiscard]] evaluate::BakedFile bake_body(const TriangleMesh& mesh, BakeOptions options,
+[[nodiscard]] evaluate::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options,
                                             const std::filesystem::path& path);
 
 /// A box round the origin that only plays the voxelmap.

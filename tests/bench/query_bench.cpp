@@ -72,7 +72,7 @@ Bodies make_bodies(const Options& options) {
   const std::filesystem::path folder = options.work;
   std::filesystem::create_directories(folder);
   for (const double alpha : kAlphas) {
-    BakeOptions bake;
+    bake::BakeOptions bake;
     bake.alpha = alpha;
     const BakedFile file = bake_body(out.mesh, bake, folder / fmt::format("query_{:.2f}.vps.hdf", alpha));
     out.ours.push_back({fmt::format("ours, {} points", thousands(file.asset->info().points)), file});

@@ -14,14 +14,14 @@ namespace vps::test {
 struct Seed {
   std::string name;
   TriangleMesh mesh;
-  BakeOptions options;
+  bake::BakeOptions options;
 };
 
 /// Each field alone and all together, each part alone, 8 and 16 bits, bricks of several levels.
 inline std::vector<Seed> seeds() {
   std::vector<Seed> out;
-  const auto add = [&](const char* name, const TriangleMesh& mesh, double voxel_size) -> BakeOptions& {
-    BakeOptions options;
+  const auto add = [&](const char* name, const TriangleMesh& mesh, double voxel_size) -> bake::BakeOptions& {
+    bake::BakeOptions options;
     options.voxel_size = voxel_size;
     out.push_back({name, mesh, options});
     return out.back().options;
@@ -29,9 +29,9 @@ inline std::vector<Seed> seeds() {
   const TriangleMesh box = samples::make_box({0.1, 0.1, 0.1});
   const TriangleMesh torus = samples::make_torus(0.1, 0.04, 24, 12);
   add("box", box, 0.02);
-  BakeOptions& all = add("torus_all_fields", torus, 0.012);
+  bake::BakeOptions& all = add("torus_all_fields", torus, 0.012);
   all.layers = all.real = true;
-  BakeOptions& layers = add("layers", torus, 0.02);
+  bake::BakeOptions& layers = add("layers", torus, 0.02);
   layers.layers = true;
   layers.scaled = false;
   add("sixteen_bits", torus, 0.02).precision = 5;
@@ -43,7 +43,7 @@ inline std::vector<Seed> seeds() {
 
 /// Bakes and writes a seed.
 inline void write_seed(const Seed& seed, const std::filesystem::path& path) {
-  const BakedAsset asset = bake(seed.mesh, seed.options);
+  const bake::BakedAsset asset = bake::bake(seed.mesh, seed.options);
   write_asset(path, asset.info, asset.sections);
 }
 

@@ -39,7 +39,7 @@ std::vector<btVector3> hull_corners(const TriangleMesh& mesh) {
 
 Balls make_balls(const std::filesystem::path& folder) {
   const auto bake = [&](const TriangleMesh& mesh, double alpha, const char* name) {
-    BakeOptions options;
+    bake::BakeOptions options;
     options.voxel_size = kCoarseVoxel;
     options.alpha = alpha;
     return evaluate::bake_file(mesh, options, folder / name);
@@ -55,13 +55,13 @@ Bunnies make_bunnies(const std::filesystem::path& mesh, double scale, const std:
   import.unit = scale;
   const TriangleMesh body = import_mesh(mesh, import);
   const auto bake = [&](double alpha, std::uint32_t branching, const char* name) {
-    BakeOptions options;
+    bake::BakeOptions options;
     options.alpha = alpha;
     options.branching = branching;
     return bench::bake_body(body, options, folder / name);
   };
   Bunnies out;
-  const std::uint32_t branching = BakeOptions{}.branching;
+  const std::uint32_t branching = bake::BakeOptions{}.branching;
   out.low = bake(kBunnyLowAlpha, branching, "paper_bunny_low.vps.hdf");
   out.fine = bake(kBunnyFineAlpha, branching, "paper_bunny_fine.vps.hdf");
   out.low_k4 = bake(kBunnyLowAlpha, kPaperBranching, "paper_bunny_low_k4.vps.hdf");
@@ -104,7 +104,7 @@ Side advanced(Side side) {
 }
 
 std::vector<Floor> make_floors(const std::filesystem::path& folder) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = kCoarseVoxel;
   options.pointshell = false;
   const BakedFile slab = evaluate::bake_file(samples::make_box({kFloorHalfWidth, 0.25, kFloorHalfWidth}), options,

@@ -10,8 +10,8 @@
 namespace vps::test {
 namespace {
 
-void write_sphere(const std::filesystem::path& path, const BakeOptions& options) {
-  const BakedAsset result = bake(make_sphere(0.1, 3), options);
+void write_sphere(const std::filesystem::path& path, const bake::BakeOptions& options) {
+  const bake::BakedAsset result = bake::bake(make_sphere(0.1, 3), options);
   write_asset(path, result.info, result.sections);
 }
 
@@ -39,7 +39,7 @@ TEST(Asset, OpensAndTellsWhatItHolds) {
 
 TEST(Asset, AMissingPartOrFieldIsAStatus) {
   const TemporaryFolder folder;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = 0.01;
   options.pointshell = false;
   write_sphere(folder / "map.vps.hdf", options);

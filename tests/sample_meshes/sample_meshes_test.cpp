@@ -13,6 +13,8 @@
 #include "tests/support/temporary_folder.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 struct Expected {

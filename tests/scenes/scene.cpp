@@ -51,9 +51,9 @@ std::filesystem::path shared_file(const std::string& relative) {
 
 Part bake_part(const TriangleMesh& mesh, double voxel_size) {
   const test::TemporaryFolder folder;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = voxel_size;
-  const BakedAsset result = bake(mesh, options);
+  const bake::BakedAsset result = bake::bake(mesh, options);
   write_asset(folder / "asset.vps.hdf", result.info, result.sections);
   auto asset = std::make_shared<Asset>();
   if (const Status status = Asset::open((folder / "asset.vps.hdf").c_str(), *asset); status != Status::ok) {

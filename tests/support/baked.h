@@ -12,16 +12,16 @@
 
 namespace vps::test {
 
-inline BakeOptions all_fields(double voxel_size) {
-  BakeOptions options;
+inline bake::BakeOptions all_fields(double voxel_size) {
+  bake::BakeOptions options;
   options.voxel_size = voxel_size;
   options.layers = options.scaled = options.real = true;
   return options;
 }
 
-inline std::shared_ptr<Asset> baked(const TriangleMesh& mesh, const BakeOptions& options) {
+inline std::shared_ptr<Asset> baked(const TriangleMesh& mesh, const bake::BakeOptions& options) {
   const TemporaryFolder folder;
-  const BakedAsset result = bake(mesh, options);
+  const bake::BakedAsset result = bake::bake(mesh, options);
   write_asset(folder / "asset.vps.hdf", result.info, result.sections);
   auto asset = std::make_shared<Asset>();
   EXPECT_EQ(Asset::open((folder / "asset.vps.hdf").c_str(), *asset), Status::ok);

@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bake/plan.h"
+#include "bake/extent.h"
+#include "bake/quantity_text.h"
 #include "bake/vps_bake.h"
 #include "cli/tools/field_surface.h"
 
@@ -16,7 +17,7 @@ namespace {
 constexpr double kTriangles = 2000;  // with which GImpact takes no longer than a baked asset
 
 // Largest distance of a side of the mesh's bounds from the asset's. [m]
-double bounds_off(const Extent& extent, const AssetInfo& info) {
+double bounds_off(const bake::Extent& extent, const AssetInfo& info) {
   double off = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<Eigen::Index>(axis);
@@ -33,12 +34,12 @@ bool is_off(double volume, const AssetInfo& info, double tolerance = 0.05) {
 // Of the mesh as a bake closes it; the asset's where that says nothing. [m^3]
 double closed_volume(const TriangleMesh& mesh, const AssetInfo& info) {
   constexpr double kPatched = 0.1;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = info.voxel_size;
   try {
-    const ClosedMesh closed = closed_mesh(mesh, options);
-    return closed.filled_share > kPatched ? info.volume : measure_extent(closed.mesh).volume;
-  } catch (const BakeError&) {
+    const bake::ClosedMesh closed = bake::closed_mesh(mesh, options);
+    return closed.filled_share > kPatched ? info.volume : bake::measure_extent(closed.mesh).volume;
+  } catch (const bake::BakeError&) {
     return info.volume;
   }
 }
@@ -46,7 +47,7 @@ double closed_volume(const TriangleMesh& mesh, const AssetInfo& info) {
 }  // namespace
 
 std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
-  const Extent extent = measure_extent(mesh);
+  const bake::Extent extent = bake::measure_extent(mesh);
   const double length = (extent.bounds_max - extent.bounds_min).maxCoeff();
   double of_asset = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
@@ -54,11 +55,11 @@ std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
   const double most = 2 * info.voxel_size;
   if (const double off = bounds_off(extent, info); !(off <= most)) {
     if (!(std::abs(length - of_asset) <= most)) {
-      return fmt::format("the mesh is {} long, the asset {}; check --unit and --scale", format_length(length),
-                         format_length(of_asset));
+      return fmt::format("the mesh is {} long, the asset {}; check --unit and --scale", bake::format_length(length),
+                         bake::format_length(of_asset));
     }
     return fmt::format("the mesh's bounds are {} from the asset's; give the mesh that it was baked from",
-                       format_length(off));
+                       bake::format_length(off));
   }
   // As it is, or as a bake closes it: that depends on how it was baked.
   const double volume = closed_volume(mesh, info);
@@ -81,10 +82,10 @@ std::optional<stress::PeerMesh> zero_set(const Asset& asset) {
       continue;
     }
     // Large cells lose what is thin.
-    const Extent extent = measure_extent(surface.mesh);
+    const bake::Extent extent = bake::measure_extent(surface.mesh);
     if (!is_last && (is_off(extent.volume, info, 0.1) || bounds_off(extent, info) > 2 * step)) continue;
     std::string from = fmt::format("the asset's zero set, {} triangles in cells of {}", surface.mesh.triangles.size(),
-                                   format_length(step));
+                                   bake::format_length(step));
     return stress::PeerMesh{std::move(surface.mesh), std::move(from)};
   }
 }

@@ -165,10 +165,10 @@ std::vector<btVector3> shell_corners(const Asset& asset) {
 }
 
 std::shared_ptr<const Asset> Props::baked(const TriangleMesh& mesh, double voxel_size, Part part) const {
-  BakeSettings settings;
+  bake::BakeSettings settings;
   settings.options.voxel_size = voxel_size;
   settings.options.pointshell = part == Part::mixed;
-  return load_or_bake(mesh, settings, cache_).asset;
+  return bake::load_or_bake(mesh, settings, cache_).asset;
 }
 
 BulletShape Props::box(const Column& column, const btVector3& half, Part part) {

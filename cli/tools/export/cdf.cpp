@@ -12,7 +12,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/export/export.h"
 #include "cli/tools/stored_field.h"
 
@@ -65,7 +65,7 @@ class Cells {
     }
     if (corners > kMostCorners) {
       throw ExportError(fmt::format("{:.3g} cells are too many for this format; choose --step {} or larger voxels",
-                                    corners, format_length(step_ * std::cbrt(corners / kMostCorners))));
+                                    corners, bake::format_length(step_ * std::cbrt(corners / kMostCorners))));
     }
   }
 
@@ -189,7 +189,7 @@ class Cells {
         8.0 * double(distances_.size()) + 128.0 * double(cells_kept_.size()) + 4.0 * double(map_of_cells_.size());
     if (bytes > kMostBytes - 1000) {
       throw ExportError(fmt::format("{} are more than Bullet can read; choose a larger --step or larger voxels",
-                                    format_bytes(bytes)));
+                                    bake::format_bytes(bytes)));
     }
     std::string out;
     out.reserve(static_cast<std::size_t>(bytes) + 1000);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/export/export.h"
 #include "cli/tools/stored_field.h"
 #include "formats/hdf5/write_vtkhdf.h"
@@ -28,7 +28,7 @@ ImageGrid grid_of(const AssetInfo& info, double step) {
   }
   if (points > kMostPoints) {
     throw ExportError(fmt::format("{:.3g} points are too many for a dense grid; choose --step {}", points,
-                                  format_length(step * std::ceil(100 * std::cbrt(points / kMostPoints)) / 100)));
+                                  bake::format_length(step * std::ceil(100 * std::cbrt(points / kMostPoints)) / 100)));
   }
   return grid;
 }

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "bake/geometry.h"
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/lab/oracle.h"
 #include "cli/lab/random.h"
 #include "cli/tools/nearest_point.h"
@@ -30,7 +30,7 @@ Vec3 to_float(const Point& p) {
 Point to_double(Vec3 p) {
   return {double(p.x), double(p.y), double(p.z)};
 }
-Vector vector(const Point& p) {
+bake::Vector vector(const Point& p) {
   return {p[0], p[1], p[2]};
 }
 
@@ -40,7 +40,7 @@ class SurfacePoints {
   explicit SurfacePoints(const TriangleMesh& mesh) : mesh_(mesh) {
     double sum = 0;
     for (const auto& [a, b, c] : mesh.triangles) {
-      const Vector p = vector(mesh.vertices[a]);
+      const bake::Vector p = vector(mesh.vertices[a]);
       sum += (vector(mesh.vertices[b]) - p).cross(vector(mesh.vertices[c]) - p).norm() / 2;
       areas_.push_back(sum);
     }
@@ -101,7 +101,7 @@ class MeshChecks {
 
   // How a figure stands to what the asset allows, for people.
   static std::string against(double found, double allowed) {
-    return fmt::format("{} of {} ({:.0f} %)", format_length(found), format_length(allowed),
+    return fmt::format("{} of {} ({:.0f} %)", bake::format_length(found), bake::format_length(allowed),
                        allowed > 0 ? 100 * found / allowed : 0);
   }
 
@@ -117,13 +117,13 @@ class MeshChecks {
 
   void check_mass() {
     double volume = 0;
-    Vector moment = Vector::Zero();
-    Vector low = Vector::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    bake::Vector moment = bake::Vector::Zero();
+    bake::Vector low = bake::Vector::Constant(std::numeric_limits<double>::infinity()), high = -low;
     for (const auto& [a, b, c] : mesh_.triangles) {
       // Tetrahedra from a corner of the bounds lose least to rounding.
-      const Vector origin = vector(info_.bounds_min);
-      const Vector p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
-                   r = vector(mesh_.vertices[c]) - origin;
+      const bake::Vector origin = vector(info_.bounds_min);
+      const bake::Vector p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
+                         r = vector(mesh_.vertices[c]) - origin;
       const double part = p.dot(q.cross(r)) / 6;
       volume += part;
       moment += part / 4 * (p + q + r);
@@ -132,7 +132,7 @@ class MeshChecks {
       low = low.cwiseMin(vector(v));
       high = high.cwiseMax(vector(v));
     }
-    const Vector centre = moment / volume + vector(info_.bounds_min);
+    const bake::Vector centre = moment / volume + vector(info_.bounds_min);
     const double size = (high - low).norm();
     const double volume_off = std::abs(volume - info_.volume),
                  area_off = std::abs(surface_.area() - info_.surface_area);
@@ -145,7 +145,7 @@ class MeshChecks {
                       bounds_off <= kTolerance * size;
     add("mass", passed(good),
         fmt::format("off the mesh's: volume by {:.2g} m^3, surface by {:.2g} m^2, centre by {}, bounds by {}",
-                    volume_off, area_off, format_length(centre_off), format_length(bounds_off)),
+                    volume_off, area_off, bake::format_length(centre_off), bake::format_length(bounds_off)),
         {{"volume", volume},
          {"surface_area", surface_.area()},
          {"centre_off", centre_off},
@@ -200,7 +200,7 @@ class MeshChecks {
     const double rms = std::sqrt(squares / count);
     add(name, passed(proven && above == 0),
         fmt::format("largest error {} that queries reckon with, RMS {}, at {} points of the band",
-                    against(worst, certificate.bound), format_length(rms), count),
+                    against(worst, certificate.bound), bake::format_length(rms), count),
         {{"samples", count},
          {"max", worst},
          {"rms", rms},
@@ -243,7 +243,7 @@ class MeshChecks {
     add("far", passed(good),
         good ? fmt::format("{} points beyond the band: the right side, and never more distance than there is", count)
              : fmt::format("of {} points beyond the band {} on the wrong side, distances too large by up to {}", count,
-                           wrong, format_length(std::max(excess, 0.0))),
+                           wrong, bake::format_length(std::max(excess, 0.0))),
         {{"samples", count}, {"wrong_side", wrong}, {"excess", std::max(excess, 0.0)}});
   }
 
@@ -320,9 +320,9 @@ class MeshChecks {
     const double step = std::max(8 * info_.position_step, 1e-3 * info_.voxel_size) + slack_;
     int turned = 0;
     const int count = for_some_points([&](std::uint32_t i) {
-      const Vector p = vector(to_double(point_position(shell_, i))),
-                   n = vector(to_double(point_inward_normal(shell_, i)));
-      const Vector in = p + step * n, out = p - step * n;
+      const bake::Vector p = vector(to_double(point_position(shell_, i))),
+                         n = vector(to_double(point_inward_normal(shell_, i)));
+      const bake::Vector in = p + step * n, out = p - step * n;
       if (oracle.penetration({in.x(), in.y(), in.z()}) <= oracle.penetration({out.x(), out.y(), out.z()})) ++turned;
     });
     // A wall thinner than the step, or a needle's tip, has no inside to point to.

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <sstream>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/validate/check.h"
 #include "formats/hdf5/hdf5_check.h"
@@ -102,7 +102,7 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
                     outside == 0
                         ? fmt::format("each of {} spheres holds all points below it ({} tests)", shell.nodes, tests)
                         : fmt::format("points lie outside of spheres above them {} times, by {} at most", outside,
-                                      format_length(worst)),
+                                      bake::format_length(worst)),
                     {{"spheres", shell.nodes}, {"tests", tests}, {"outside", outside}, {"farthest", worst}}});
 }
 

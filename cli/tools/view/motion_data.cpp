@@ -9,7 +9,7 @@
 #include <fstream>
 #include <map>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/pack_array.h"
 #include "cli/tools/view/view_data.h"
@@ -128,13 +128,13 @@ class Reader {
       shape.radius = std::hypot(extents[0], extents[1], extents[2]);
       shape.is_box = true;
       out["box"] = extents;
-      out["kind"] = fmt::format("box of {} x {} x {}", format_length(2 * extents[0]), format_length(2 * extents[1]),
-                                format_length(2 * extents[2]));
+      out["kind"] = fmt::format("box of {} x {} x {}", bake::format_length(2 * extents[0]),
+                                bake::format_length(2 * extents[1]), bake::format_length(2 * extents[2]));
     } else if (body.contains("sphere")) {
       shape.radius = number(body["sphere"], what + ": the radius");
       if (!(shape.radius > 0)) refuse(what + ": the radius is not positive");
       out["sphere"] = shape.radius;
-      out["kind"] = fmt::format("sphere of radius {}", format_length(shape.radius));
+      out["kind"] = fmt::format("sphere of radius {}", bake::format_length(shape.radius));
     } else {
       read_asset(member(body, "asset", Json::value_t::string).get<std::string>(), what, shape);
     }

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-#include "bake/plan.h"
+#include "bake/quantity_text.h"
 #include "cli/tools/field_surface.h"
 #include "cli/tools/pack_array.h"
 #include "cli/tools/provenance.h"
@@ -31,7 +31,7 @@ Json missing(const char* reason) {
 std::string size_text(const AssetInfo& info) {
   std::string text;
   for (std::size_t k = 0; k < 3; ++k)
-    text += (k == 0 ? "" : " x ") + format_length(info.bounds_max[k] - info.bounds_min[k]);
+    text += (k == 0 ? "" : " x ") + bake::format_length(info.bounds_max[k] - info.bounds_min[k]);
   return text;
 }
 
@@ -148,7 +148,7 @@ Json pack_field(const Asset& asset) {
     }
   }
   std::string note = fmt::format("Field \"{}\", kept from {} outside to {} inside.", field_name(map.field),
-                                 format_length(info.band_outer), format_length(info.band_inner));
+                                 bake::format_length(info.band_outer), bake::format_length(info.band_inner));
   if (grid.merge > 1) note += fmt::format(" Drawn from every {} voxels.", grid.merge);
   Json places = Json::array();
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -239,7 +239,7 @@ Json pack_given_mesh(const TriangleMesh& mesh) {
                           : fmt::format(
                                 "The mesh that was given, {} of its {} triangles: vertices less than about {} "
                                 "apart are drawn as one.",
-                                coarse.triangles.size(), mesh.triangles.size(), format_length(cell));
+                                coarse.triangles.size(), mesh.triangles.size(), bake::format_length(cell));
   return out;
 }
 
@@ -249,7 +249,7 @@ Json facts(const Asset& asset) {
   const auto add = [&](const char* name, const std::string& value) { out.push_back({name, value}); };
   add("Size", size_text(info));
   add("Mesh", fmt::format("{} triangles, {} vertices", info.triangles, info.vertices));
-  add("Voxel size", format_length(info.voxel_size));
+  add("Voxel size", bake::format_length(info.voxel_size));
   if (asset.has_voxelmap()) {
     add("Voxelmap", fmt::format("{} x {} x {} voxels, {} on the surface, {} inside", info.dims[0], info.dims[1],
                                 info.dims[2], info.surface_voxels, info.inner_voxels));
@@ -258,24 +258,24 @@ Json facts(const Asset& asset) {
       if (has_field(asset, field)) fields += (fields.empty() ? "" : ", ") + std::string(field_name(field));
     }
     add("Fields", fields);
-    add("Narrow band",
-        fmt::format("{} outside, {} inside", format_length(info.band_outer), format_length(info.band_inner)));
+    add("Narrow band", fmt::format("{} outside, {} inside", bake::format_length(info.band_outer),
+                                   bake::format_length(info.band_inner)));
     const std::pair<const char*, const FieldCertificate*> errors[] = {{"Error of layers", &info.layers_error},
                                                                       {"Error of scaled", &info.scaled_error},
                                                                       {"Error of real", &info.real_error}};
     for (const auto& [name, error] : errors) {
       if (error->max == 0 && error->rms == 0) continue;
-      add(name, fmt::format("{} max, {} RMS, measured at {} points", format_length(error->max),
-                            format_length(error->rms), info.certificate_samples));
+      add(name, fmt::format("{} max, {} RMS, measured at {} points", bake::format_length(error->max),
+                            bake::format_length(error->rms), info.certificate_samples));
     }
   }
   if (asset.has_pointshell()) {
     add("Pointshell", fmt::format("{} points, every surface point within {} of one", info.points,
-                                  format_length(info.covering_radius)));
+                                  bake::format_length(info.covering_radius)));
     add("Tree", fmt::format("{} levels, K = {}", info.levels, info.branching));
   }
   add("Volume", fmt::format("{:.6g} m³", info.volume));
-  add("File", format_bytes(double(asset.directory().file_bytes)));
+  add("File", bake::format_bytes(double(asset.directory().file_bytes)));
   add("Baked by", info.generator.data());
   for (Json& fact : origin_facts()) out.push_back(std::move(fact));
   return out;
@@ -284,7 +284,7 @@ Json facts(const Asset& asset) {
 std::string about(const Asset& asset) {
   const AssetInfo& info = asset.info();
   std::string text = fmt::format("A solid of {}, baked for collisions ", size_text(info));
-  if (asset.has_voxelmap()) text += fmt::format("into a voxelmap of {} voxels", format_length(info.voxel_size));
+  if (asset.has_voxelmap()) text += fmt::format("into a voxelmap of {} voxels", bake::format_length(info.voxel_size));
   if (asset.has_pointshell()) {
     text += fmt::format("{} a pointshell of {} points", asset.has_voxelmap() ? " and" : "into", info.points);
   }
@@ -311,7 +311,7 @@ Json pack_field_surface(const Asset& asset, std::size_t triangles) {
   out["note"] = fmt::format(
       "An asset holds no mesh: this is where the field \"{}\" is 0, found in cells of {}. In the corners and "
       "the middles of these triangles the field is no farther than {} from 0.",
-      field_name(map.field), format_length(surface.step), format_length(surface.residual));
+      field_name(map.field), bake::format_length(surface.step), bake::format_length(surface.residual));
   return out;
 }
 

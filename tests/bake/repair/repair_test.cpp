@@ -13,6 +13,8 @@
 #include "tests/support/shared.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 struct Repaired {

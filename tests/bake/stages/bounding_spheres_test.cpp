@@ -9,6 +9,8 @@
 #include "tests/bake/scene.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 Vector vector(const Point3f& p) {

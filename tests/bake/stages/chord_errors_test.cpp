@@ -13,6 +13,8 @@
 #include "tests/support/random.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 constexpr int kHalo = ChordLines::kHalo;

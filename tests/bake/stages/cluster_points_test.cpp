@@ -8,6 +8,8 @@
 #include "tests/bake/scene.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 std::vector<Vector> points_on_sphere(std::size_t count, double radius) {

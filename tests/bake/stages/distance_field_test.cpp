@@ -10,6 +10,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 // Every stored voxel against CGAL, and every voxel of the grid that should be stored.

@@ -11,6 +11,8 @@
 #include "tests/support/winding_number.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 std::string print(const Vector& p) {

@@ -9,6 +9,8 @@
 
 namespace vps::test {
 
+using namespace bake;
+
 /// Who knows the inside of a mesh.
 enum class Truth {
   side,     ///< no self-intersections, one shell or disjoint ones: CGAL's Side_of_triangle_mesh

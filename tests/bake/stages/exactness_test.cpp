@@ -9,6 +9,8 @@
 #include "tests/support/shared.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 /// When a mesh is looked at: small ones whenever tests run, all of them in the long run.

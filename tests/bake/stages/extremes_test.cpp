@@ -11,6 +11,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 TriangleMesh moved(TriangleMesh mesh, const std::array<double, 9>& r, const std::array<double, 3>& by) {
@@ -25,7 +27,7 @@ TriangleMesh moved(TriangleMesh mesh, const std::array<double, 9>& r, const std:
 
 std::string refusal(const TriangleMesh& mesh, const BakeOptions& options) {
   try {
-    (void)bake(mesh, options);
+    (void)bake::bake(mesh, options);
   } catch (const BakeError& error) {
     return error.what();
   }

@@ -9,6 +9,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 // Compares the side of every voxel centre with the oracle's.

@@ -15,6 +15,8 @@
 #include "tests/support/winding_number.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 /// The checks of one solid and its asset.

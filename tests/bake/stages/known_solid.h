@@ -8,6 +8,8 @@
 
 namespace vps::test {
 
+using namespace bake;
+
 using Inside = std::function<bool(const std::array<double, 3>&)>;
 
 /// A solid whose facts are known without vpsbake.

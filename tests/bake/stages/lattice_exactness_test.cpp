@@ -7,6 +7,8 @@
 #include "tests/bake/stages/exactness.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 constexpr std::size_t kAllVoxels = 10'000'000;

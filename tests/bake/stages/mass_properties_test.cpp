@@ -6,6 +6,8 @@
 #include "tests/bake/scene.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 MassProperties mass_of(const TriangleMesh& mesh) {

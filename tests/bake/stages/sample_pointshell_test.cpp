@@ -11,6 +11,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 Pointshell sample(const Scene& scene, double alpha = std::sqrt(2.0)) {

@@ -7,6 +7,8 @@
 #include "tests/support/oracle.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 using Corners = std::array<std::array<double, 3>, 3>;

@@ -14,6 +14,8 @@
 #include "tests/support/temporary_folder.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 namespace fs = std::filesystem;
@@ -179,7 +181,7 @@ TEST(BakeRecord, AnAssetSaysWhatItWasBakedFrom) {
   const BakeSettings settings = coarse_settings();
   const BakeRecord record = bake_record(box(), settings);
   EXPECT_TRUE(record.text.starts_with(describe_settings(settings)));
-  BakedAsset baked = bake(box(), settings.options);
+  BakedAsset baked = bake::bake(box(), settings.options);
   write_asset(folder / "without.vps.hdf", baked.info, baked.sections);
   add_record(record, baked);
   write_asset(folder / "with.vps.hdf", baked.info, baked.sections);
@@ -223,7 +225,7 @@ class Entry : public testing::Test {
  protected:
   void SetUp() override {
     const BakeSettings settings = coarse_settings();
-    baked_ = bake(box(), settings.options);
+    baked_ = bake::bake(box(), settings.options);
     add_record(bake_record(box(), settings), baked_);
     report_ = {plan_bake(box(), settings.options), Repair::stitch, 0.25, {"a note", "another \"note\"\n"}};
     ASSERT_EQ(cache_.store(key_, baked_, report_), "");

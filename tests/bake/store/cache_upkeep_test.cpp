@@ -11,6 +11,8 @@
 #include "tests/support/temporary_folder.h"
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,7 +116,7 @@ class Stored : public testing::Test {
     static const BakedAsset baked = [] {
       BakeOptions options;
       options.voxel_size = 0.01;
-      return bake(make_box({0.05, 0.04, 0.03}), options);
+      return bake::bake(make_box({0.05, 0.04, 0.03}), options);
     }();
     return baked;
   }

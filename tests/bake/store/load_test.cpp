@@ -14,6 +14,8 @@
 #endif
 
 namespace vps::test {
+
+using namespace bake;
 namespace {
 
 namespace fs = std::filesystem;

@@ -18,7 +18,7 @@ using evaluate::Reading;
 constexpr double kVoxel = 0.003;
 
 std::shared_ptr<Asset> torus_with(Field field) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = kVoxel;
   options.layers = field == Field::layers;
   options.scaled = field == Field::scaled;
@@ -49,7 +49,7 @@ TEST(OtherReading, ReadAsQueriesDoItIsTraverse) {
 }
 
 TEST(OtherReading, OnAFlatFaceEquationsFourAndFiveAreExact) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = kVoxel;
   options.real = true;
   options.scaled = false;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <set>
 
-#include "bake/plan.h"
 #include "tests/support/shapes.h"
 
 namespace vps::test {
@@ -15,8 +14,8 @@ namespace {
 using evaluate::Setting;
 using evaluate::SweepSize;
 
-BakeOptions base_of(double voxel_size) {
-  BakeOptions base;
+bake::BakeOptions base_of(double voxel_size) {
+  bake::BakeOptions base;
   base.voxel_size = voxel_size;
   return base;
 }
@@ -41,7 +40,7 @@ TEST(Settings, AllOfThemCanBeBakedForBodiesOfAnySize) {
   for (const double size : {1e-3, 0.2, 50.0, 3000.0}) {
     const TriangleMesh mesh = make_box({size, size / 2, size / 3});
     for (const Setting& s : evaluate::sweep(base_of(size / 40), 3, SweepSize::full)) {
-      EXPECT_NO_THROW((void)plan_bake(mesh, s.bake)) << s.name;
+      EXPECT_NO_THROW((void)bake::plan_bake(mesh, s.bake)) << s.name;
     }
   }
 }

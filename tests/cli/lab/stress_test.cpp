@@ -19,7 +19,7 @@ constexpr double kVoxel = 0.001;
 const std::array<double, 3> kHalf{0.05, 0.04, 0.03};
 
 Subject box_subject() {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = kVoxel;
   SubjectOptions subject;
   subject.mass = 2;

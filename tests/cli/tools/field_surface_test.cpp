@@ -72,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Fields, FieldSurfaceOfASphere, ::testing::Values(Field:
 TEST(FieldSurface, OfThinAndCrowdedShapesIsClosed) {
   // Plates a voxel thick, and two spheres a third of a voxel apart: several sheets in a cell.
   constexpr double kVoxel = 0.002;
-  BakeOptions options = all_fields(kVoxel);
+  bake::BakeOptions options = all_fields(kVoxel);
   const auto plate = baked(samples::make_box({0.02, 0.015, 0.001}), options);
   const auto spheres =
       baked(joined(samples::make_sphere(0.01, 4), samples::make_sphere(0.01, 4, {0.01186, 0.0117, 0.0118})), options);

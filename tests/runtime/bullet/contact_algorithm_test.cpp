@@ -298,7 +298,7 @@ TEST(ContactAlgorithm, GhostObjectsSeeTheirOverlaps) {
 }
 
 TEST(ContactAlgorithm, APairThatLacksAPartSaysSo) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = 0.005;
   options.voxelmap = false;
   const auto shell_only = baked(make_sphere(0.05, 3), options);

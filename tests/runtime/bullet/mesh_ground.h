@@ -20,7 +20,7 @@ namespace vps::test {
 // The brick, without a voxelmap.
 inline const std::shared_ptr<Asset>& brick_shell() {
   static const auto asset = [] {
-    BakeOptions options;
+    bake::BakeOptions options;
     options.voxel_size = 0.004;
     options.voxelmap = false;
     return baked(make_box({0.05, 0.05, 0.05}), options);

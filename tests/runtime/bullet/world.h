@@ -13,7 +13,7 @@
 namespace vps::test {
 
 inline std::shared_ptr<Asset> baked_at(const TriangleMesh& mesh, double voxel_size) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = voxel_size;
   return baked(mesh, options);
 }

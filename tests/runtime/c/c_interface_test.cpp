@@ -17,8 +17,8 @@
 namespace vps::test {
 namespace {
 
-std::string write(const TemporaryFolder& folder, const std::string& name, const BakeOptions& options) {
-  const BakedAsset result = bake(make_torus(0.04, 0.015, 48, 24), options);
+std::string write(const TemporaryFolder& folder, const std::string& name, const bake::BakeOptions& options) {
+  const bake::BakedAsset result = bake::bake(make_torus(0.04, 0.015, 48, 24), options);
   write_asset(folder / name, result.info, result.sections);
   return (folder / name).string();
 }
@@ -279,10 +279,10 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
 
 TEST(CInterface, MisuseGetsAStatus) {
   const TemporaryFolder folder;
-  const BakeOptions whole = all_fields(0.002);
-  BakeOptions no_map = whole;
+  const bake::BakeOptions whole = all_fields(0.002);
+  bake::BakeOptions no_map = whole;
   no_map.voxelmap = false;
-  BakeOptions no_shell = whole;
+  bake::BakeOptions no_shell = whole;
   no_shell.pointshell = no_shell.real = false;
   EXPECT_EQ(misuse(write(folder, "whole.vps.hdf", whole).c_str(), write(folder, "no_map.vps.hdf", no_map).c_str(),
                    write(folder, "no_shell.vps.hdf", no_shell).c_str()),

@@ -17,7 +17,7 @@ struct Bench {
   PointshellView tool;
   VoxelmapView map;
   Bench(const TriangleMesh& tool_mesh, const TriangleMesh& map_mesh, double voxel_size) {
-    BakeOptions options;
+    bake::BakeOptions options;
     options.voxel_size = voxel_size;
     tool_asset = baked(tool_mesh, options);
     map_asset = baked(map_mesh, options);

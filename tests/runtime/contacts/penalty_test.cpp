@@ -47,7 +47,7 @@ TEST(Penalty, IsTheSameForCoarseAndFineShells) {
   std::vector<std::array<double, 6>> found;
   std::vector<std::uint32_t> points;
   for (const auto& [voxel_size, alpha] : {std::pair(0.0036, M_SQRT2), {0.00113, M_SQRT2}, {0.001, 0.5}}) {
-    BakeOptions options;
+    bake::BakeOptions options;
     options.voxel_size = voxel_size;
     options.alpha = alpha;
     options.voxelmap = false;

@@ -64,8 +64,8 @@ TEST(SegmentLevelFor, IsTheLevelWhoseNumberOfClustersIsNearest) {
 
 TEST(ChooseRoles, FewerPointsPlayTheShellUnlessTheyCannot) {
   const TriangleMesh sphere = make_sphere(0.05, 3);
-  BakeOptions fine = all_fields(0.005);
-  BakeOptions coarse = all_fields(0.01);
+  bake::BakeOptions fine = all_fields(0.005);
+  bake::BakeOptions coarse = all_fields(0.01);
   const auto many = baked(sphere, fine);
   const auto few = baked(sphere, coarse);
   coarse.pointshell = false;
@@ -194,7 +194,7 @@ TEST(Budget, IsKeptAndBoundsHoldForWhatWasNotVisited) {
 
 TEST(Budget, ThatIsAmpleReachesTheEndOfAWideTree) {
   const Pair s;
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = 0.1 / 130;
   options.voxelmap = false;
   options.branching = 64;
@@ -264,7 +264,7 @@ TEST(Budget, BadUseGetsAStatus) {
 // The rows of points are shorter than those of nodes here. They are copied to where sanitizers notice a read beyond.
 TEST(Traverse, AShellMayHaveMoreNodesThanPoints) {
   Pair s;
-  BakeOptions options = all_fields(0.004);
+  bake::BakeOptions options = all_fields(0.004);
   options.branching = 2;
   const auto thin = baked(make_sphere(0.05, 4, {0.01, 0.02, 0.03}), options);
   PointshellView shell;
