@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # A thin front for CMake: `make demo` and `make test` work on a Debian 12 machine that has only git, make and apt.
 
-PACKAGES := ca-certificates ccache cmake g++ git ninja-build pkg-config \
+PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
   libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
   libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libtbb-dev libtomlplusplus-dev liburdfdom-dev libxxhash-dev nlohmann-json3-dev \
   python3 python3-h5py hdf5-tools
@@ -17,7 +17,7 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
 # For the tests of pages, manual pages, completion, exports and engines.
-TEST_PACKAGES := chromium fonts-dejavu-core groff-base mandoc munge parallel python3-jsonschema python3-vtk9 slurm-wlm zsh
+TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libclang-rt-14-dev mandoc munge parallel python3-jsonschema python3-vtk9 slurm-wlm zsh
 # For `make deb` and its test alone.
 DEB_PACKAGES := debootstrap dpkg-dev file lintian
 # For `make scenes` alone: pictures.
@@ -29,9 +29,13 @@ CTEST := ctest --output-on-failure -j $(JOBS)
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
+# What a step does and about how long it takes, before it begins: minutes on two cores from scratch. Later runs compile what changed.
+say = @echo "== $(1)"
+
 .PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all clean
 all: deps
-	cmake --preset release
+	$(call say,Building the program and the libraries: about 6 minutes the first time)
+	cmake --preset release -DVPS_BUILD_SCENES=OFF
 	cmake --build --preset release -j $(JOBS)
 
 # Program, libraries, headers, files for CMake and pkg-config; DESTDIR goes before PREFIX.
@@ -64,8 +68,10 @@ $(BUNNY):
 	touch $@
 
 demo: deps $(BUNNY)
+	$(call say,Building the program and the Bullet plug-in: about 5 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=ON
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
+	$(call say,Baking the bunny and dropping it)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
 	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
@@ -137,24 +143,31 @@ fuzz: deps
 	mkdir -p build/fuzz/corpus
 	build/fuzz/tests/fuzz/fuzz_asset -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=build/fuzz/ build/fuzz/corpus build/fuzz/seeds
 
-test: test-dev test-tsan test-sanitize test-runtime-only
+# About 40 minutes on two cores from scratch; the times of each step stand in docs/benchmarks/build.md.
+test: test-dev test-tsan test-sanitize
 
 test-dev: PACKAGES += $(TEST_PACKAGES)
 test-dev: deps
+	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
+	$(call say,1 of 3: running the tests: about 8 minutes)
 	cd build/dev && $(CTEST) -LE slow
 
-# The same tests under AddressSanitizer and UndefinedBehaviorSanitizer.
+# The tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer; not those in which sanitizers can find
+# nothing new: pages in a browser, engines, installation, Bullet in double precision.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
+	$(call say,3 of 3: building with clang and sanitizers: about 8 minutes from scratch)
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)
+	$(call say,3 of 3: running the tests with sanitizers: about 8 minutes)
 	cd build/sanitize && $(CTEST) -LE slow
 
 # Queries, batches and Bullet's pairs on several threads under ThreadSanitizer, with an asset that the dev build's program bakes.
 # GCC 12's ThreadSanitizer finds no room where addresses are randomized in more than 28 bits, so that is switched off where it can be.
 test-tsan: deps
+	$(call say,2 of 3: threads under ThreadSanitizer: about 2 minutes)
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS) --target vpsbake
 	cmake --preset tsan
@@ -162,7 +175,7 @@ test-tsan: deps
 	build/dev/cli/vpsbake sample_meshes/gear.obj --voxel 0.5mm -o build/tsan/gear.vps.hdf
 	$(shell setarch -R true 2>/dev/null && echo setarch -R) build/tsan/tests/threads/threads_test build/tsan/gear.vps.hdf
 
-# The runtime must build without the baker's libraries.
+# The runtime must build without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-dev` does the same.
 test-runtime-only: deps
 	cmake --preset runtime-only
 	cmake --build --preset runtime-only -j $(JOBS)

@@ -10,7 +10,6 @@ namespace vps::bake {
 namespace {
 
 constexpr int kEdge = FieldBrick::kEdge;
-constexpr int kSamples = FieldBrick::kSamples;
 constexpr int kCells = FieldBrick::kCells;
 
 constexpr int sample_at(int x, int y, int z) {
