@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/lint.h"
@@ -18,6 +19,13 @@ namespace {
 
 btVector3 vector3(const std::array<double, 3>& v) {
   return {static_cast<btScalar>(v[0]), static_cast<btScalar>(v[1]), static_cast<btScalar>(v[2])};
+}
+
+// @return never 0
+std::uint64_t hash_of_pose(const btTransform& transform) {
+  btScalar matrix[16];
+  transform.getOpenGLMatrix(matrix);  // without the padding of Bullet's vectors
+  return hash_bytes(std::as_bytes(std::span(matrix))) | 1;
 }
 
 // Walks the point-sphere tree and hands out the surfels that meet a box.
@@ -157,16 +165,19 @@ void Shape::tell_not_registered() const {
        "step");
 }
 
-void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
-  // Where Shapes meet none but Shapes, Bullet asks them for nothing else: once when a body is added, and again, before
-  // it has moved, in the first step.
-  if (!any_dispatcher_knows()) {
-    if (!seen_.exchange(true)) {
-      first_seen_ = transform;
-    } else if (first_seen_ == transform) {
-      tell_not_registered();
-    }
+// Where Shapes meet none but Shapes, an unregistered dispatcher asks them for bounds alone: once when a body is added,
+// and again in the first step, before the body has moved. Bounds may be asked for in several threads: one atomic says
+// it all.
+void Shape::look_for_first_step(const btTransform& transform) const {
+  const std::uint64_t seen = hash_of_pose(transform);
+  std::uint64_t first = 0;
+  if (!first_seen_.compare_exchange_strong(first, seen, std::memory_order_relaxed) && first == seen) {
+    tell_not_registered();
   }
+}
+
+void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
+  if (!any_dispatcher_knows()) look_for_first_step(transform);
   const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
   const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
   btTransformAabb(from, to, getMargin(), transform, low, high);

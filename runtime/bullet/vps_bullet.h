@@ -114,6 +114,7 @@ class Shape final : public btConcaveShape {
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
   void tell(Notice notice, const std::string& text) const;
   void tell_not_registered() const;
+  void look_for_first_step(const btTransform& transform) const;
 
   std::shared_ptr<const Asset> asset_;
   VoxelmapView map_;
@@ -125,8 +126,8 @@ class Shape final : public btConcaveShape {
   std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
   mutable std::atomic<std::uint32_t> told_{0};  // messages that were sent
-  mutable std::atomic<bool> seen_{false};       // by a world, before any dispatcher was registered
-  mutable btTransform first_seen_;
+  // Hash of the first transform that a world asked bounds for, before any dispatcher was registered; 0: none so far.
+  mutable std::atomic<std::uint64_t> first_seen_{0};
 };
 
 struct ContinuousMotionOptions {
