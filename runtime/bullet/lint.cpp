@@ -129,7 +129,7 @@ class Lint {
   void look_at_shape(const btCollisionObject& object, const btCollisionShape& shape) {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
-      if (vps->status() == Status::bad_argument) {
+      if (vps->refuses_scaling()) {
         add(&object, "setLocalScaling", "a baked shape is not scaled: bake the mesh at the size you need");
       }
       const bool has_shell = vps->pointshell().points > 0;

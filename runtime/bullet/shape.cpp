@@ -209,7 +209,8 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
 }
 
 void Shape::setLocalScaling(const btVector3& scaling) {
-  if (scaling == scaling_) return;
+  refuses_scaling_ = scaling != scaling_;
+  if (!refuses_scaling_) return;
   status_.store(Status::bad_argument, std::memory_order_relaxed);
   tell(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
 }

@@ -96,8 +96,10 @@ class Shape final : public btConcaveShape {
   /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
   /// Bullet has no place for them. Says so when mass and volume do not go together, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
-  /// Only (1,1,1): bake the mesh at the size you need. Anything else is not applied, and said to be.
+  /// Only (1,1,1): bake the mesh at the size you need. Any other scaling is not applied, and a message says so.
   void setLocalScaling(const btVector3& scaling) override;
+  /// Whether the last scaling that was asked for was not (1,1,1). Internal.
+  [[nodiscard]] bool refuses_scaling() const { return refuses_scaling_; }
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
   /// Bullet's importer knows no shapes of others: in a file this is a box as large, with label() for its name. See
@@ -121,6 +123,7 @@ class Shape final : public btConcaveShape {
   PointshellView shell_;
   btVector3 centre_of_mass_;
   btVector3 scaling_{1, 1, 1};
+  bool refuses_scaling_ = false;
   std::uint32_t wished_segments_ = 0;
   PenaltyLaw foundation_;
   std::string label_;
