@@ -143,7 +143,7 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
 
 }  // namespace
 
-bool any_dispatcher_knows() {
+bool is_any_dispatcher_registered() {
   return registered.load(std::memory_order_relaxed);
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/lint.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/vps_queries.h"
@@ -151,11 +152,18 @@ void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterati
 void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
   const btCollisionObjectArray& objects = world->getCollisionObjectArray();
   btScalar finest = std::numeric_limits<btScalar>::infinity();
+  const Shape* any = nullptr;
   for (int i = 0; i < objects.size(); ++i) {
     for_each_leaf(*objects[i], [&](const Leaf& leaf) {
       const Shape* const shape = as_vps(leaf.shape);
-      if (shape != nullptr) finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
+      if (shape == nullptr) return;
+      any = shape;
+      finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
     });
+  }
+  if (any != nullptr && checked_ != world->getDispatcher()) {
+    checked_ = world->getDispatcher();
+    if (!is_registered(*world->getDispatcher(), *any)) any->report_not_registered();
   }
   const btScalar least = btScalar(options_.free_vx) * finest;
 

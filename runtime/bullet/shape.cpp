@@ -159,25 +159,24 @@ void Shape::tell(Notice notice, const std::string& text) const {
   if ((told_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
 }
 
-void Shape::tell_not_registered() const {
+void Shape::report_not_registered() const {
   tell(Notice::not_registered,
        "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
        "step");
 }
 
-// Where Shapes meet none but Shapes, an unregistered dispatcher asks them for bounds alone: once when a body is added,
-// and again in the first step, before the body has moved. Bounds may be asked for in several threads: one atomic says
-// it all.
+// Where Shapes meet Shapes alone, an unregistered dispatcher asks them for bounds and nothing else: once when a body is
+// added, and again in the first step, before the body has moved. Several threads may ask at once: one atomic is enough.
 void Shape::look_for_first_step(const btTransform& transform) const {
   const std::uint64_t seen = hash_of_pose(transform);
   std::uint64_t first = 0;
   if (!first_seen_.compare_exchange_strong(first, seen, std::memory_order_relaxed) && first == seen) {
-    tell_not_registered();
+    report_not_registered();
   }
 }
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
-  if (!any_dispatcher_knows()) look_for_first_step(transform);
+  if (!is_any_dispatcher_registered()) look_for_first_step(transform);
   const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
   const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
   btTransformAabb(from, to, getMargin(), transform, low, high);
@@ -217,7 +216,7 @@ void Shape::setLocalScaling(const btVector3& scaling) {
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
   // With the algorithm registered Bullet's own never sees a Shape.
-  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) tell_not_registered();
+  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) report_not_registered();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
     if (hit_by_field(map_, centre_of_mass_, *ray)) return;
   }

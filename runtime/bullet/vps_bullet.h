@@ -89,6 +89,8 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
   /// Keeps a status, and sends a message the first time. Internal.
   void report(Status status) const;
+  /// Sends a message the first time: a dispatcher that was never registered has met this shape. Internal.
+  void report_not_registered() const;
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
@@ -115,7 +117,6 @@ class Shape final : public btConcaveShape {
  private:
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
   void tell(Notice notice, const std::string& text) const;
-  void tell_not_registered() const;
   void look_for_first_step(const btTransform& transform) const;
 
   std::shared_ptr<const Asset> asset_;
@@ -155,6 +156,7 @@ class ContinuousMotion final : public btActionInterface {
 
  private:
   const ContinuousMotionOptions options_;
+  const btDispatcher* checked_ = nullptr;  // was asked whether it is registered
   std::uint64_t stops_ = 0;
 };
 }
