@@ -107,7 +107,10 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
     found.contacts = {found.contacts.begin(), last};
     return Status::ok;
   };
-  found.final_beyond = std::min(found.final_beyond, near);
+  if (found.refined == FoundContacts::Refined::none) {
+    found.refined = FoundContacts::Refined::arriving;
+    found.arriving_beyond = near;
+  }
   if (pair.field.vps != nullptr) {
     (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));
   } else if (!is_triangle_mesh(pair.field.shape->getShapeType())) {

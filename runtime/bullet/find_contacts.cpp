@@ -84,11 +84,12 @@ bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact)
 
 // @return how many are left, in front
 template <class Field>
-std::size_t refine_analytic(const Pair& pair, const Field& field, float final_beyond, std::span<Contact> contacts) {
+std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundContacts& found,
+                            std::span<Contact> contacts) {
   const float alike = alike_faces(pair);
   [[maybe_unused]] const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
-    if (contact.penetration < -final_beyond) return false;
+    if (found.is_refined(contact)) return false;
     const Vec3 into_shell = contact.inward_normal;
     bool has_face = false;
     if constexpr (std::is_same_v<Field, BoxField>) {
@@ -184,14 +185,14 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     status = find_triangle_contacts(pair, options, memory.triangles, space.contacts, count);
     found.contacts = {space.contacts.data(), count};
     found.frame = pair.shell.world * pair.shell.asset_frame();
-    found.final_beyond = -std::numeric_limits<float>::infinity();
+    found.refined = FoundContacts::Refined::all;
   } else {
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     status = on_partner(*pair.field.shape, from, memory.planes, [&](const auto& field, const btTransform& frame) {
       const Status queried = query(field, frame);
       if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
         if (queried != Status::ok) return queried;
-        found.final_beyond = -std::numeric_limits<float>::infinity();
+        found.refined = FoundContacts::Refined::all;
         const auto is_none = [&](Contact& contact) {
           const Vec3 into_shell = contact.inward_normal;
           memory.planes.finish(contact, alike_faces(pair));
@@ -213,12 +214,12 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 }
 
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts) {
-  if (found.final_beyond < 0) return contacts.size();
+  if (found.refined == FoundContacts::Refined::all) return contacts.size();
   if (pair.field.vps == nullptr) {
     std::size_t left = contacts.size();
     ConvexPlanes unused;
     (void)on_partner(*pair.field.shape, btVector3(0, 0, 0), unused, [&](const auto& field, const btTransform&) {
-      left = refine_analytic(pair, field, found.final_beyond, contacts);
+      left = refine_analytic(pair, field, found, contacts);
       return Status::ok;
     });
     return left;
@@ -226,7 +227,7 @@ std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Conta
   const VoxelmapView& map = pair.field.vps->voxelmap();
   const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
-    if (contact.penetration < -found.final_beyond) return false;
+    if (found.is_refined(contact)) return false;
     const Vec3 into_shell = contact.inward_normal;
     // Beyond the band V and its gradient are rough.
     ClosestPoint closest;

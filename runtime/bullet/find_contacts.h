@@ -2,8 +2,6 @@
 /// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
-#include <limits>
-
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
@@ -29,9 +27,21 @@ struct Workspace {
 struct FoundContacts {
   /// In tree order. Their `inward_normal` and area are the shell's, until `refine`.
   std::span<Contact> contacts;
-  btTransform frame;                                            ///< takes the contacts' frame to the world
-  float reach = 0;                                              ///< how far off the surface they may be. [m]
-  float final_beyond = std::numeric_limits<float>::infinity();  ///< farther off they are as they should be. [m]
+  btTransform frame;  ///< takes the contacts' frame to the world
+  float reach = 0;    ///< how far off the surface they may be. [m]
+
+  /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
+  enum class Refined : std::uint8_t {
+    none,
+    arriving,  ///< those farther off the surface than `arriving_beyond`
+    all,
+  };
+  Refined refined = Refined::none;
+  float arriving_beyond = 0;  ///< [m]
+
+  [[nodiscard]] bool is_refined(const Contact& contact) const {
+    return refined == Refined::all || (refined == Refined::arriving && contact.penetration < -arriving_beyond);
+  }
 };
 
 /// Segmented, what the segments touched with before is tested again, but not on triangle meshes: more than one contact
