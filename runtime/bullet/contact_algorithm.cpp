@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "runtime/bullet/arriving_contacts.h"
+#include "runtime/bullet/choose_four.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner_field.h"
-#include "runtime/bullet/reduce_contacts.h"
 
 namespace vps::bullet {
 namespace {
@@ -93,7 +93,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   std::array<Contact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
   const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
-  const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
+  const std::size_t count = choose_four(found.contacts, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
   manifolds_.fill(0, pair, {few.data(), refine(pair, found, {few.data(), count})}, found, result);
   manifolds_.clear_from(1);

@@ -14,7 +14,7 @@ namespace vps::bullet {
 /// @param previous  point numbers of the step before
 /// @param alike     depths that differ by less count as equal. [Limits: value >= 0] [Units: m]
 /// @return how many were chosen; `chosen` holds their places in `contacts`
-std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
-                            std::array<std::uint32_t, 4>& chosen);
+std::size_t choose_four(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
+                        std::array<std::uint32_t, 4>& chosen);
 
 }  // namespace vps::bullet
