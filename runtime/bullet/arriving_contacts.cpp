@@ -20,7 +20,7 @@ struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
   btVector3 gain{0, 0, 0};  // of `linear`, by the forces of the step
 
-  Course(const Side& side, btScalar step) {
+  Course(const PairBody& side, btScalar step) {
     const btRigidBody* const body = btRigidBody::upcast(side.object);
     if (body == nullptr || body->isStaticObject()) return;
     gain = step * body->getInvMass() * body->getTotalForce();
@@ -76,7 +76,7 @@ Approach approach(const Pair& pair, btScalar step) {
   const Course shell(pair.shell, step);
   const Course field(pair.field, step);
   btScalar spin = 0;
-  for (const Side* const side : {&pair.shell, &pair.field}) {
+  for (const PairBody* const side : {&pair.shell, &pair.field}) {
     btVector3 centre;
     btScalar radius = 0;
     const btScalar turn = (side == &pair.shell ? shell : field).angular.length();

@@ -47,16 +47,16 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
-constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
+// Penetrations of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
+constexpr btScalar kAlikePenetration_vx = btScalar(0.02);
 
 // A body that lands needs contacts wherever it may touch first.
 constexpr std::uint32_t kLandingSegments = 64;
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo& info, btManifoldResult* result) {
-  const Side a(first);
-  const Side b(second);
+  const PairBody a(first);
+  const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another shape of the same type slot
   const Pair pair = assign_roles(a, b);
   QueryOptions options;
@@ -92,7 +92,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
   std::array<Contact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
-  const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
+  const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
   const std::size_t count = choose_four(found.contacts, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
   manifolds_.fill(0, pair, {few.data(), refine(pair, found, {few.data(), count})}, found, result);

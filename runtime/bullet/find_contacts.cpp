@@ -104,11 +104,11 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundCon
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }
 
-float depth_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
+float penetration_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
   return vps::penetration(map, p, into_shell);
 }
 template <class Field>
-float depth_at(const Field& field, Vec3 p, Vec3) {
+float penetration_at(const Field& field, Vec3 p, Vec3) {
   return vps::penetration(field, p);
 }
 
@@ -137,7 +137,7 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
     Contact& contact = contacts[count];
     contact.position = to_field.apply(point_position(shell, old.point));
     contact.inward_normal = to_field.rotate(point_inward_normal(shell, old.point));
-    contact.penetration = depth_at(field, contact.position, contact.inward_normal);
+    contact.penetration = penetration_at(field, contact.position, contact.inward_normal);
     contact.area = point_area(shell, old.point);
     contact.point = old.point;
     contact.node = old.node;

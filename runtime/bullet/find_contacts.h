@@ -51,8 +51,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 
 /// Gives contacts the direction that the shell's body is pushed along, and their area as seen from there. At edges and
 /// corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in Eq. (4), by
-/// which layers answer, it misjudges the depth. The field's own serves both better; but at its edges, and where it has
-/// none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
+/// which layers answer, it misjudges the penetration. The field's own serves both better; but at its edges, and where
+/// it has none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
 /// @param contacts  some of those that were found
 /// @return how many are left, in front
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts);

@@ -35,7 +35,7 @@ class Surfels {
           btTriangleCallback& callback)
       : shell_(shell), centre_of_mass_(centre_of_mass), low_(low), high_(high), callback_(callback) {}
 
-  // Depth is bounded by the tree's levels.
+  // The recursion is no deeper than the tree has levels.
   void visit(std::uint32_t node) {
     const btVector3 centre = in_body({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
     if (!near(centre, shell_.sphere[3][node] + reach())) return;

@@ -89,17 +89,17 @@ class Search {
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
   bool enough() const noexcept { return !(kRoom * deepest_ > reach_); }
 
-  float depth(Vec3 p) const noexcept {
+  float penetration_at(Vec3 p) const noexcept {
     return penetration(map_, p, map_.field == Field::layers ? outward_normal(map_, p) : Vec3());
   }
 
-  // Drops the triangles that cannot touch the body. Returns the depth of the deepest of their centres.
+  // Drops the triangles that cannot touch the body. Returns the penetration of the deepest of their centres.
   float leave_near() {
     if (!solid_) return 0;
     float most = 0;
     const auto far = [&](const Triangle& t) {
       const float bound = penetration_bound(map_, t.centre);
-      if (bound >= 0) most = std::max(most, depth(t.centre));
+      if (bound >= 0) most = std::max(most, penetration_at(t.centre));
       return bound + t.radius < -relevant_;
     };
     sheets_.triangles.erase(std::remove_if(sheets_.triangles.begin(), sheets_.triangles.end(), far),
@@ -179,8 +179,8 @@ class Search {
     const float along = dot(inward, triangle->normal);
     // The most frequent answer, without a look at the field: a face that looks at the sheet from afar.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    const float above = depth(p + voxel_ * triangle->normal);
-    const float below = depth(p - voxel_ * triangle->normal);
+    const float above = penetration_at(p + voxel_ * triangle->normal);
+    const float below = penetration_at(p - voxel_ * triangle->normal);
     // A face, edge or corner of the body that points to one side of the sheet has nothing of the body there.
     if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
       return climb(place.at, contact);
@@ -196,7 +196,7 @@ class Search {
     remember();
     if (penetration < -distance_) return;
     // The body's far side sees the sheet through the body: then the way out is shorter the other way.
-    if (penetration > 0 && depth(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
+    if (penetration > 0 && penetration_at(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
     emit(contact);
@@ -230,7 +230,7 @@ class Search {
         const Vec3 away = triangle.corners[k] - centre(leaf_);
         if ((sheets_.met[number] & 1U << k) != 0 || !(dot(away, away) <= near * near)) continue;
         sheets_.met[number] = static_cast<std::uint8_t>(sheets_.met[number] | 1U << k);
-        if (depth(triangle.corners[k]) < -relevant_) continue;
+        if (penetration_at(triangle.corners[k]) < -relevant_) continue;
         Contact contact;
         contact.area = shell_.covering_radius * shell_.covering_radius;
         contact.point = shell_.points + (3 * triangle.id + k) % 0x7F000000U;
@@ -243,14 +243,14 @@ class Search {
   // Goes up the sheet into the body while it gets deeper. Where the sheet ends or bends there, that is a contact; in
   // the middle of a face the points have answered.
   void climb(Vec3 at, Contact contact) {
-    float v = depth(at);
+    float v = penetration_at(at);
     Vec3 out = outward_normal(map_, at);
     const float gain = 0.02F * voxel_;
     float step = voxel_;
     NearestPlace place;
     for (int i = 0; i < 16 && step > 0.1F * voxel_ && dot(out, out) > 0; ++i) {
       const bool found = nearest(at - step * out, 2 * step, place) != nullptr;
-      const float there = found ? depth(place.at) : v;
+      const float there = found ? penetration_at(place.at) : v;
       if (!(there > v + gain)) {
         step /= 2;
         continue;

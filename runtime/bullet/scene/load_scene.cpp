@@ -208,7 +208,7 @@ class Loader {
   std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
 };
 
-enum class Motion : std::uint8_t { fixed, moved, free };
+enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
 
 // One shape as it is, or a compound of several or of one that lies elsewhere.
 btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>& placed, Loader& loader) {
@@ -229,8 +229,8 @@ struct MadeBody {
 MadeBody make_body(const Value& value, Loader& loader) {
   value.allow_only({"name", "type", "mass", "inertia", "centre_of_mass", "velocity", "position", "orientation", "group",
                     "mask", "friction", "restitution", "shapes"});
-  const Motion motion = choose<Motion>(
-      value["type"], {{"static", Motion::fixed}, {"kinematic", Motion::moved}, {"dynamic", Motion::free}});
+  const BodyType type = choose<BodyType>(
+      value["type"], {{"static", BodyType::fixed}, {"kinematic", BodyType::kinematic}, {"dynamic", BodyType::dynamic}});
   std::vector<Placed> placed;
   bool has_plane = false;
   for (const Value& shape : value["shapes"].list(scene_manifest::kMostShapes)) {
@@ -239,19 +239,19 @@ MadeBody make_body(const Value& value, Loader& loader) {
   }
   if (placed.empty()) value["shapes"].refuse("is empty");
   if (has_plane &&
-      (placed.size() > 1 || motion == Motion::free || !(placed.front().pose == btTransform::getIdentity())))
+      (placed.size() > 1 || type == BodyType::dynamic || !(placed.front().pose == btTransform::getIdentity())))
     value.refuse("has a plane that moves or is one of several shapes");
   MadeBody made;
   if (value.has("centre_of_mass")) {
     made.centre = value["centre_of_mass"].vector(-kFarthest, kFarthest);
   } else {
-    if (placed.size() > 1 && motion == Motion::free) value.refuse("has several shapes and no centre_of_mass");
+    if (placed.size() > 1 && type == BodyType::dynamic) value.refuse("has several shapes and no centre_of_mass");
     made.centre = placed.front().pose * placed.front().centre;
   }
   btCollisionShape* const shape = has_plane ? placed.front().shape : shape_about(made.centre, placed, loader);
   btScalar mass = 0;
   btVector3 inertia(0, 0, 0);
-  if (motion == Motion::free) {
+  if (type == BodyType::dynamic) {
     mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
     if (value.has("inertia")) {
       inertia = value["inertia"].vector(1e-18, kFarthest);
@@ -269,11 +269,11 @@ MadeBody make_body(const Value& value, Loader& loader) {
   if (value.has("friction")) info.m_friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
   if (value.has("restitution")) info.m_restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
   made.body = std::make_unique<btRigidBody>(info);
-  if (motion == Motion::moved) {
+  if (type == BodyType::kinematic) {
     made.body->setCollisionFlags(made.body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     made.body->setActivationState(DISABLE_DEACTIVATION);
   }
-  if (motion == Motion::free && value.has("velocity"))
+  if (type == BodyType::dynamic && value.has("velocity"))
     made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
   return made;
 }

@@ -104,8 +104,8 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   body.applyGravity();
   const auto approach = [&](double speed) {
     body.setLinearVelocity({0, 0, btScalar(-speed)});
-    const bullet::Pair pair{bullet::Side(&shape, &body, body.getWorldTransform()),
-                            bullet::Side(&plane, &floor, floor.getWorldTransform())};
+    const bullet::Pair pair{bullet::PairBody(&shape, &body, body.getWorldTransform()),
+                            bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
     return bullet::approach(pair, btScalar(1.0 / 30));
   };
   // A step's fall is 10.9 mm, five are 54.5 mm, a voxel is 4 mm.
