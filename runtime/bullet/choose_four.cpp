@@ -17,15 +17,16 @@ constexpr float kHysteresis = 1.2F;
 
 class Candidates {
  public:
-  Candidates(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike)
-      : contacts_(contacts), previous_(previous), alike_(alike) {}
+  Candidates(std::span<const Contact> contacts, std::span<const std::uint32_t> features,
+             std::span<const std::uint32_t> previous, float alike)
+      : contacts_(contacts), features_(features), previous_(previous), alike_(alike) {}
 
   /// The deepest. Of contacts that are equally deep, one of the step before.
   std::uint32_t deepest() const {
     std::uint32_t at = 0;
     float most = -std::numeric_limits<float>::max();
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
-      const float penetration = contacts_[i].penetration + (was_chosen(contacts_[i].point) ? alike_ : 0);
+      const float penetration = contacts_[i].penetration + (was_chosen(i) ? alike_ : 0);
       if (penetration <= most) continue;
       most = penetration;
       at = i;
@@ -39,7 +40,7 @@ class Candidates {
     float value = 0;
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
       float s = score(contacts_[i].position) * weight(contacts_[i].penetration);
-      if (s > 0 && was_chosen(contacts_[i].point)) s *= kHysteresis;
+      if (s > 0 && was_chosen(i)) s *= kHysteresis;
       if (s > value) {
         value = s;
         at = i;
@@ -49,24 +50,25 @@ class Candidates {
   }
 
  private:
-  bool was_chosen(std::uint32_t point) const {
-    return std::find(previous_.begin(), previous_.end(), point) != previous_.end();
+  bool was_chosen(std::size_t i) const {
+    return std::find(previous_.begin(), previous_.end(), feature_of(contacts_, features_, i)) != previous_.end();
   }
   // A point that does not touch yet carries nothing, however far out it lies: a body on such points rocks for ever.
   float weight(float penetration) const {
     return penetration >= 0 ? 1 : alike_ * alike_ / (alike_ * alike_ + penetration * penetration);
   }
   const std::span<const Contact> contacts_;
+  const std::span<const std::uint32_t> features_;
   const std::span<const std::uint32_t> previous_;
   const float alike_;
 };
 
 }  // namespace
 
-std::size_t choose_four(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
-                        std::array<std::uint32_t, 4>& chosen) {
+std::size_t choose_four(std::span<const Contact> contacts, std::span<const std::uint32_t> features,
+                        std::span<const std::uint32_t> previous, float alike, std::array<std::uint32_t, 4>& chosen) {
   if (contacts.empty()) return 0;
-  const Candidates candidates(contacts, previous, alike);
+  const Candidates candidates(contacts, features, previous, alike);
   chosen[0] = candidates.deepest();
   const Vec3 a = contacts[chosen[0]].position;
   if (!candidates.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;

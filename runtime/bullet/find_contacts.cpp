@@ -85,7 +85,7 @@ bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact)
 // @return how many are left, in front
 template <class Field>
 std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundContacts& found,
-                            std::span<Contact> contacts) {
+                            std::span<ManifoldContact> contacts) {
   const float alike = alike_faces(pair);
   [[maybe_unused]] const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
@@ -181,9 +181,9 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   if (pair.field.vps != nullptr) {
     status = query(pair.field.vps->voxelmap(), pair.field.asset_frame());
   } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
-    std::uint32_t count = 0;
-    status = find_triangle_contacts(pair, options, memory.triangles, space.contacts, count);
-    found.contacts = {space.contacts.data(), count};
+    status = find_triangle_contacts(pair, options, memory.triangles, space.triangles);
+    found.contacts = space.triangles.contacts;
+    found.features = space.triangles.features;
     found.frame = pair.shell.world * pair.shell.asset_frame();
     found.refined = FoundContacts::Refined::all;
   } else {
@@ -213,7 +213,7 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts) {
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts) {
   if (found.refined == FoundContacts::Refined::all) return contacts.size();
   if (pair.field.vps == nullptr) {
     std::size_t left = contacts.size();

@@ -2,6 +2,7 @@
 /// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
+#include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
@@ -21,14 +22,16 @@ struct PairMemory {
 struct Workspace {
   Scratch scratch;
   std::vector<Contact> contacts;
+  TriangleContacts triangles;
   static Workspace& of_this_thread(const PointshellView& shell);
 };
 
 struct FoundContacts {
   /// In tree order. Their `inward_normal` and area are the shell's, until `refine`.
   std::span<Contact> contacts;
-  btTransform frame;  ///< takes the contacts' frame to the world
-  float reach = 0;    ///< how far off the surface they may be. [m]
+  std::span<const std::uint32_t> features;  ///< as feature_of takes them
+  btTransform frame;                        ///< takes the contacts' frame to the world
+  float reach = 0;                          ///< how far off the surface they may be. [m]
 
   /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
   enum class Refined : std::uint8_t {
@@ -55,6 +58,6 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 /// it has none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
 /// @param contacts  some of those that were found
 /// @return how many are left, in front
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts);
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
 
 }  // namespace vps::bullet

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contacts of shapes with Bullet's triangle meshes.
+#include "runtime/bullet/find_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 
 namespace vps::test {
@@ -72,6 +73,37 @@ TEST(TriangleContacts, ASpikeBetweenThePointsIsFelt) {
         scene.bodies.pop_back();
       }
     }
+  }
+}
+
+TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
+  const bullet::Shape shape(brick());
+  btTriangleMesh triangles = to_bullet(pyramid(0.001, 0.02));
+  btBvhTriangleMeshShape mesh(&triangles, true);
+  const btCollisionObject object;
+  const auto at = [](double z) { return btTransform(btQuaternion::getIdentity(), {btScalar(0.0017), 0, btScalar(z)}); };
+  bullet::PairMemory memory;
+  const std::uint32_t points = shape.pointshell().points;
+  std::vector<std::uint32_t> before;
+  for (const double depth : {0.002, 0.00201, 0.00202}) {
+    const bullet::Pair pair = bullet::assign_roles(bullet::PairBody(&shape, &object, at(0.05 - depth)),
+                                                   bullet::PairBody(&mesh, &object, btTransform::getIdentity()));
+    QueryOptions options;
+    options.contact_distance = 1e-4F;
+    bullet::FoundContacts found;
+    ASSERT_EQ(bullet::find_contacts(pair, options, memory, found), Status::ok);
+    ASSERT_EQ(found.features.size(), found.contacts.size());
+    std::vector<std::uint32_t> corners;
+    for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+      EXPECT_LT(found.contacts[i].point, points);
+      const std::uint32_t feature = bullet::feature_of(found.contacts, found.features, i);
+      if (feature >= points) corners.push_back(feature);
+    }
+    EXPECT_FALSE(corners.empty()) << depth;
+    EXPECT_TRUE(before.empty() || corners == before) << depth;
+    before = corners;
+    std::sort(corners.begin(), corners.end());
+    EXPECT_EQ(std::adjacent_find(corners.begin(), corners.end()), corners.end()) << depth;
   }
 }
 
