@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Follows points along the motion of the step, to where they meet the partner.
 #include "runtime/bullet/arriving_contacts.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>

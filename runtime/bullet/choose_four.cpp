@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Chooses before addContactPoint, which costs about 30 ns a point and keeps four. Paper: Sec. 3.2.
+// Chooses the contacts of a manifold before addContactPoint, which costs about 30 ns a point and keeps four. Paper:
+// Sec. 3.2.
 #include "runtime/bullet/choose_four.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Conservative advancement of fast bodies, after Bullet has moved them.
+// Puts fast bodies back to where they touch, after Bullet has moved them, by conservative advancement.
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Settings of a world that will hurt its Shapes.
+// Looks for settings of a world that harm its Shapes.
 #include "runtime/bullet/lint.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// The only file that speaks Bullet's `depth`: negative when penetrating.
+// Fills Bullet's manifolds. The only file with Bullet's `depth`, which is negative when penetrating.
 #include "runtime/bullet/manifolds.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>

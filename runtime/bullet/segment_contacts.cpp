@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Matches the contacts of each segment with those of the step before. Paper: Sec. 2.4.
 #include "runtime/bullet/segment_contacts.h"
 
 #include <algorithm>

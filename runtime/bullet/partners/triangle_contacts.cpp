@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Points of the shell and the triangle next to each: the tree of spheres is gone down together with the list of the
+// Finds the triangle nearest to each point of the shell. The search goes down the tree of spheres with the list of the
 // triangles within reach, which shrinks on the way.
 #include "runtime/bullet/partners/triangle_contacts.h"
 

@@ -221,6 +221,18 @@ btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>
   return loader.keep(std::move(compound));
 }
 
+// The one stated, else the shape's.
+btVector3 inertia_of(const Value& value, const btCollisionShape& shape, btScalar mass) {
+  if (value.has("inertia")) return value["inertia"].vector(1e-18, kFarthest);
+  btVector3 inertia;
+  shape.calculateLocalInertia(mass, inertia);
+  // The volume of a forged asset may be any number.
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(inertia[axis] > 0 && std::isfinite(inertia[axis]))) value.refuse("has no inertia by its shape; state one");
+  }
+  return inertia;
+}
+
 struct MadeBody {
   std::unique_ptr<btRigidBody> body;
   btVector3 centre;
@@ -253,16 +265,7 @@ MadeBody make_body(const Value& value, Loader& loader) {
   btVector3 inertia(0, 0, 0);
   if (type == BodyType::dynamic) {
     mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
-    if (value.has("inertia")) {
-      inertia = value["inertia"].vector(1e-18, kFarthest);
-    } else {
-      shape->calculateLocalInertia(mass, inertia);
-      // Of a forged asset the volume may be anything.
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!(inertia[axis] > 0 && std::isfinite(inertia[axis])))
-          value.refuse("has no inertia by its shape; state one");
-      }
-    }
+    inertia = inertia_of(value, *shape, mass);
   }
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
   info.m_startWorldTransform = value.pose() * translation(made.centre);
@@ -276,6 +279,14 @@ MadeBody make_body(const Value& value, Loader& loader) {
   if (type == BodyType::dynamic && value.has("velocity"))
     made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
   return made;
+}
+
+void keep_apart(const Value& pair, const Scene& scene) {
+  const std::vector<Value> names = pair.list();
+  btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
+  btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
+  if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
+  first->setIgnoreCollisionCheck(second, true);
 }
 
 }  // namespace
@@ -315,13 +326,7 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
       };
       filters.emplace_back(bits("group"), bits("mask"));
     }
-    for (const Value& pair : root["apart"].list()) {
-      const std::vector<Value> names = pair.list();
-      btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
-      btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
-      if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
-      first->setIgnoreCollisionCheck(second, true);
-    }
+    for (const Value& pair : root["apart"].list()) keep_apart(pair, scene);
     if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
 
     // Nothing fails from here on.
