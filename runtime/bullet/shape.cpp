@@ -142,27 +142,30 @@ void Shape::report(Status status) const {
     case Status::ok:
       return;
     case Status::missing_part:
-      return tell(Notice::missing_part,
-                  "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
-                  "convex shape, plane or mesh of Bullet's, not a GImpact compound; bake the missing part, or use "
-                  "Part::mixed");
+      return send_once(
+          Notice::missing_part,
+          "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
+          "convex shape, plane or mesh of Bullet's, not a GImpact compound; bake the missing part, or use "
+          "Part::mixed");
     case Status::bad_pose:
-      return tell(Notice::bad_pose,
-                  "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");
+      return send_once(
+          Notice::bad_pose,
+          "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");
     default:
-      return tell(Notice::other, std::string("a pair is left out: ") + describe(status));
+      return send_once(Notice::other, std::string("a pair is left out: ") + describe(status));
   }
 }
 
-void Shape::tell(Notice notice, const std::string& text) const {
+void Shape::send_once(Notice notice, const std::string& text) const {
   const std::uint32_t bit = 1U << static_cast<std::uint32_t>(notice);
-  if ((told_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
+  if ((sent_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
 }
 
 void Shape::report_not_registered() const {
-  tell(Notice::not_registered,
-       "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
-       "step");
+  send_once(
+      Notice::not_registered,
+      "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
+      "step");
 }
 
 // Where Shapes meet Shapes alone, an unregistered dispatcher asks them for bounds and nothing else: once when a body is
@@ -203,7 +206,7 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
                   "is %.4g m long and weighs %.4g kg, %.2g kg/m^3; assets are in metres and kilograms: bake the mesh "
                   "with its unit (vpsbake --unit mm) or check the mass",
                   size, static_cast<double>(mass), density);
-    tell(Notice::units, text);
+    send_once(Notice::units, text);
   }
 }
 
@@ -211,7 +214,7 @@ void Shape::setLocalScaling(const btVector3& scaling) {
   refuses_scaling_ = scaling != scaling_;
   if (!refuses_scaling_) return;
   status_.store(Status::bad_argument, std::memory_order_relaxed);
-  tell(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
+  send_once(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
