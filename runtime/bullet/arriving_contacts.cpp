@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Follows points along the motion of the step, to where they meet the partner.
 #include "runtime/bullet/arriving_contacts.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -20,7 +21,7 @@ struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
   btVector3 gain{0, 0, 0};  // of `linear`, by the forces of the step
 
-  Course(const Side& side, btScalar step) {
+  Course(const PairBody& side, btScalar step) {
     const btRigidBody* const body = btRigidBody::upcast(side.object);
     if (body == nullptr || body->isStaticObject()) return;
     gain = step * body->getInvMass() * body->getTotalForce();
@@ -76,7 +77,7 @@ Approach approach(const Pair& pair, btScalar step) {
   const Course shell(pair.shell, step);
   const Course field(pair.field, step);
   btScalar spin = 0;
-  for (const Side* const side : {&pair.shell, &pair.field}) {
+  for (const PairBody* const side : {&pair.shell, &pair.field}) {
     btVector3 centre;
     btScalar radius = 0;
     const btScalar turn = (side == &pair.shell ? shell : field).angular.length();
@@ -107,7 +108,10 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
     found.contacts = {found.contacts.begin(), last};
     return Status::ok;
   };
-  found.final_beyond = std::min(found.final_beyond, near);
+  if (found.refined == FoundContacts::Refined::none) {
+    found.refined = FoundContacts::Refined::arriving;
+    found.arriving_beyond = near;
+  }
   if (pair.field.vps != nullptr) {
     (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));
   } else if (!is_triangle_mesh(pair.field.shape->getShapeType())) {

@@ -8,12 +8,13 @@
 #include <atomic>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "runtime/bullet/arriving_contacts.h"
+#include "runtime/bullet/choose_four.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner_field.h"
-#include "runtime/bullet/reduce_contacts.h"
 
 namespace vps::bullet {
 namespace {
@@ -47,16 +48,16 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 // Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Depths of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
-constexpr btScalar kAlikeDepth_vx = btScalar(0.02);
+// Penetrations of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
+constexpr btScalar kAlikePenetration_vx = btScalar(0.02);
 
 // A body that lands needs contacts wherever it may touch first.
 constexpr std::uint32_t kLandingSegments = 64;
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo& info, btManifoldResult* result) {
-  const Side a(first);
-  const Side b(second);
+  const PairBody a(first);
+  const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another shape of the same type slot
   const Pair pair = assign_roles(a, b);
   QueryOptions options;
@@ -88,13 +89,17 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   }
 }
 
+ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
+  return {found.contacts[i], feature_of(found.contacts, found.features, i)};
+}
+
 void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
   if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
-  std::array<Contact, MANIFOLD_CACHE_SIZE> few;
+  std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
-  const auto alike = static_cast<float>(kAlikeDepth_vx * voxel_size(pair));
-  const std::size_t count = reduce_contacts(found.contacts, manifolds_.previous(), alike, chosen);
-  for (std::size_t i = 0; i < count; ++i) few[i] = found.contacts[chosen[i]];
+  const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
+  const std::size_t count = choose_four(found.contacts, found.features, manifolds_.previous(), alike, chosen);
+  for (std::size_t i = 0; i < count; ++i) few[i] = with_feature(found, chosen[i]);
   manifolds_.fill(0, pair, {few.data(), refine(pair, found, {few.data(), count})}, found, result);
   manifolds_.clear_from(1);
 }
@@ -102,14 +107,26 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
 // Few springs with the wrench of all points that press.
 void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
   thread_local ReductionScratch scratch;
-  std::array<Contact, MANIFOLD_CACHE_SIZE> few;
-  const auto presses = [](const Contact& contact) { return contact.penetration >= 0; };
-  const auto last = std::stable_partition(found.contacts.begin(), found.contacts.end(), presses);
-  std::span<Contact> pressing(found.contacts.begin(), last);
-  pressing = pressing.first(refine(pair, found, pressing));
+  thread_local std::vector<ManifoldContact> pressing;
+  thread_local std::vector<Contact> all;
+  pressing.clear();
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+    if (found.contacts[i].penetration >= 0) pressing.push_back(with_feature(found, i));
+  }
+  pressing.resize(refine(pair, found, pressing));
+  // The reduction knows no features. It keeps `point`, which says here where among those that press a contact is.
+  all.assign(pressing.begin(), pressing.end());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].point = static_cast<std::uint32_t>(i);
   const Vec3 centre = to_vec3(found.frame.invXform(pair.shell.world.getOrigin()));
+  std::array<Contact, MANIFOLD_CACHE_SIZE> reduced;
   Reduction reduction;
-  if (vps::reduce_contacts(pressing, centre, few, scratch, reduction) != Status::ok) reduction.kept = 0;
+  if (reduce_contacts(all, centre, reduced, scratch, reduction) != Status::ok) reduction.kept = 0;
+  std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
+  for (std::size_t i = 0; i < reduction.kept; ++i) {
+    const ManifoldContact& source = pressing[reduced[i].point];
+    few[i] = {reduced[i], source.feature};
+    few[i].point = source.point;
+  }
   manifolds_.fill(0, pair, {few.data(), reduction.kept}, found, result);
   manifolds_.clear_from(1);
 }
@@ -118,7 +135,10 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
 void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found,
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
-  const auto contacts = found.contacts.first(refine(pair, found, found.contacts));
+  thread_local std::vector<ManifoldContact> contacts;
+  contacts.clear();
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) contacts.push_back(with_feature(found, i));
+  contacts.resize(refine(pair, found, contacts));
   int next = 0;
   for (const SegmentPoint& kept : keep_segments(contacts, static_cast<float>(beside(pair)), memory_->segments)) {
     const int slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
@@ -143,7 +163,7 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
 
 }  // namespace
 
-bool any_dispatcher_knows() {
+bool is_any_dispatcher_registered() {
   return registered.load(std::memory_order_relaxed);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Conservative advancement of fast bodies, after Bullet has moved them.
+// Puts fast bodies back to where they touch, after Bullet has moved them, by conservative advancement.
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/lint.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/vps_queries.h"
@@ -54,8 +55,9 @@ struct Mover {
   }
 };
 
-// Upper bound of the shell's depth in its partner. @return false where there is no answer
-bool depth_bound(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
+// @param bound  upper bound of the shell's penetration into its partner. [m]
+// @return false where there is no answer
+bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
   const PointshellView& shell = pair.shell.vps->pointshell();
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
   const auto ask = [&](const auto& field, const btTransform& frame) {
@@ -79,8 +81,8 @@ bool depth_bound(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, d
 btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
                 std::uint32_t max_iterations) {
   const auto pair_at = [&](btScalar time) {
-    return assign_roles(Side(leaf_a.shape, a.object, a.at(time) * leaf_a.local),
-                        Side(leaf_b.shape, b.object, b.at(time) * leaf_b.local));
+    return assign_roles(PairBody(leaf_a.shape, a.object, a.at(time) * leaf_a.local),
+                        PairBody(leaf_b.shape, b.object, b.at(time) * leaf_b.local));
   };
   if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
   const double speed = double((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed());
@@ -92,15 +94,15 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   double time = 0;
   bool apart = false;
   for (std::uint32_t i = 0; i < max_iterations; ++i) {
-    double depth = 0;
-    if (!depth_bound(pair_at(static_cast<btScalar>(time)), planes, guess, depth)) return step;
+    double penetration = 0;
+    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), planes, guess, penetration)) return step;
     if (i == 0) {
-      apart = depth < -0.5 * reach;
-      // Springs press by their depth: held at the surface a body would only gain speed.
+      apart = penetration < -0.5 * reach;
+      // Springs press by their penetration: held at the surface a body would only gain speed.
       if (!apart && foundation_of(start).stiffness > 0) return step;
-      allowed = std::max(-0.5 * reach, depth + 2.5 * reach);
+      allowed = std::max(-0.5 * reach, penetration + 2.5 * reach);
     }
-    const double gap = allowed - depth;
+    const double gap = allowed - penetration;
     if (gap <= 0.25 * reach) return static_cast<btScalar>(time);
     time += gap / speed;
     if (!(time < double(step))) return step;
@@ -151,11 +153,18 @@ void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterati
 void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
   const btCollisionObjectArray& objects = world->getCollisionObjectArray();
   btScalar finest = std::numeric_limits<btScalar>::infinity();
+  const Shape* any = nullptr;
   for (int i = 0; i < objects.size(); ++i) {
     for_each_leaf(*objects[i], [&](const Leaf& leaf) {
       const Shape* const shape = as_vps(leaf.shape);
-      if (shape != nullptr) finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
+      if (shape == nullptr) return;
+      any = shape;
+      finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
     });
+  }
+  if (any != nullptr && checked_ != world->getDispatcher()) {
+    checked_ = world->getDispatcher();
+    if (!is_registered(*world->getDispatcher(), *any)) any->report_not_registered();
   }
   const btScalar least = btScalar(options_.free_vx) * finest;
 

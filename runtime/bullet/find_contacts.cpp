@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Asks each kind of partner for contacts, and gives them their final direction and penetration.
 #include "runtime/bullet/find_contacts.h"
 
 #include <algorithm>
@@ -84,11 +85,12 @@ bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact)
 
 // @return how many are left, in front
 template <class Field>
-std::size_t refine_analytic(const Pair& pair, const Field& field, float final_beyond, std::span<Contact> contacts) {
+std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundContacts& found,
+                            std::span<ManifoldContact> contacts) {
   const float alike = alike_faces(pair);
   [[maybe_unused]] const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
-    if (contact.penetration < -final_beyond) return false;
+    if (found.is_refined(contact)) return false;
     const Vec3 into_shell = contact.inward_normal;
     bool has_face = false;
     if constexpr (std::is_same_v<Field, BoxField>) {
@@ -103,11 +105,11 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, float final_be
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }
 
-float depth_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
+float penetration_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
   return vps::penetration(map, p, into_shell);
 }
 template <class Field>
-float depth_at(const Field& field, Vec3 p, Vec3) {
+float penetration_at(const Field& field, Vec3 p, Vec3) {
   return vps::penetration(field, p);
 }
 
@@ -136,7 +138,7 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
     Contact& contact = contacts[count];
     contact.position = to_field.apply(point_position(shell, old.point));
     contact.inward_normal = to_field.rotate(point_inward_normal(shell, old.point));
-    contact.penetration = depth_at(field, contact.position, contact.inward_normal);
+    contact.penetration = penetration_at(field, contact.position, contact.inward_normal);
     contact.area = point_area(shell, old.point);
     contact.point = old.point;
     contact.node = old.node;
@@ -150,60 +152,120 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
   return count;
 }
 
+// What every partner's query needs.
+struct FieldQuery {
+  const Pair& pair;
+  QueryOptions options;  // with the margins and the cache
+  float margin = 0;      // [m]
+  PairMemory& memory;
+  Workspace& space;
+};
+
+// @param frame  of the field, in its shape's
+template <class Field>
+Status find_in_field(const FieldQuery& query, const Field& field, const btTransform& frame, FoundContacts& found) {
+  const Pair& pair = query.pair;
+  const PointshellView& shell = pair.shell.vps->pointshell();
+  const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
+  const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
+  QueryOptions options = query.options;
+  if constexpr (std::is_same_v<Field, PolytopeField>) {
+    // Planes of a body without faces change from query to query.
+    if (!query.memory.planes.has_faces()) options.cache = nullptr;
+  }
+  std::vector<Contact>& contacts = query.space.contacts;
+  QueryResult result;
+  const Status status = traverse(shell, field, pose, options, query.space.scratch, contacts, result);
+  if (status != Status::ok) return status;
+  const Reach reach{options.contact_distance, query.margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
+  const std::size_t count =
+      test_again(shell, field, pose, reach, query.memory.segments.points, contacts, result.contacts);
+  found.contacts = {contacts.data(), count};
+  found.frame = pair.field.world * frame;
+  return status;
+}
+
+Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
+  const Pair& pair = query.pair;
+  TriangleContacts& triangles = query.space.triangles;
+  const Status status = find_triangle_contacts(pair, query.options, query.memory.triangles, triangles);
+  found.contacts = triangles.contacts;
+  found.features = triangles.features;
+  found.frame = pair.shell.world * pair.shell.asset_frame();
+  found.refined = FoundContacts::Refined::all;
+  return status;
+}
+
+// The planes only bound a convex body. Its nearest face, edge or corner gives the contact.
+void finish_polytope(const FieldQuery& query, const PolytopeField& field, FoundContacts& found) {
+  const float alike = alike_faces(query.pair);
+  const auto is_none = [&](Contact& contact) {
+    const Vec3 into_shell = contact.inward_normal;
+    query.memory.planes.finish(contact, alike);
+    return !(contact.penetration >= -query.options.contact_distance) || settle(field, alike, into_shell, contact);
+  };
+  const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+  found.contacts = {found.contacts.begin(), last};
+  found.refined = FoundContacts::Refined::all;
+}
+
+Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
+  const Pair& pair = query.pair;
+  const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
+  return on_partner(*pair.field.shape, from, query.memory.planes, [&](const auto& field, const btTransform& frame) {
+    const Status status = find_in_field(query, field, frame, found);
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
+      if (status == Status::ok) finish_polytope(query, field, found);
+    }
+    return status;
+  });
+}
+
+// A contact with another shape's voxelmap.
+// @param margin  by which the bodies are thickened. [m]
+// @param reach   how far off the surface contacts may be. [m]
+// @return whether it only grazes, or is farther off than it seemed
+bool settle_on_map(const VoxelmapView& map, float margin, float reach, Contact& contact) {
+  const Vec3 into_shell = contact.inward_normal;
+  // Beyond the band V and its gradient are rough.
+  ClosestPoint closest;
+  if (contact.penetration - margin < -0.75F * map.band_outer &&
+      closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
+    contact.inward_normal = (1 / closest.distance) * (contact.position - closest.position);
+    contact.penetration = margin - closest.distance;
+    weigh(contact, into_shell);
+    return grazes(contact, into_shell) || contact.penetration < -reach;
+  }
+  const Vec3 outward = outward_normal(map, contact.position);
+  if (!(detail::dot(outward, outward) > 0)) return false;
+  contact.inward_normal = outward;
+  contact.penetration = penetration(map, contact.position, outward) + margin;
+  if (grazes(contact, into_shell)) return true;
+  // The map's normals are differences of rounded samples: where the two agree, the shell's is the finer one.
+  const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
+  if (detail::dot(outward, into_shell) > kSameNormal || is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) {
+    contact.inward_normal = into_shell;
+  }
+  weigh(contact, into_shell);
+  return false;
+}
+
 }  // namespace
 
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found) {
   const PointshellView& shell = pair.shell.vps->pointshell();
-  Workspace& space = Workspace::of_this_thread(shell);
   const float margin = margin_of(pair);
   options.contact_distance += margin;
   options.cache = &memory.cache;
   memory.segments.belong_to(shell, options.segment_level);
-  const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
-  // `frame`: of the field, in its shape's.
-  const auto query = [&](const auto& field, const btTransform& frame) {
-    const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
-      if (!memory.planes.has_faces()) options.cache = nullptr;
-    }
-    QueryResult result;
-    const Status status = traverse(shell, field, pose, options, space.scratch, space.contacts, result);
-    if (status != Status::ok) return status;
-    const Reach reach{options.contact_distance, margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
-    const std::size_t count =
-        test_again(shell, field, pose, reach, memory.segments.points, space.contacts, result.contacts);
-    found.contacts = {space.contacts.data(), count};
-    found.frame = pair.field.world * frame;
-    return status;
-  };
+  const FieldQuery query{pair, options, margin, memory, Workspace::of_this_thread(shell)};
   Status status{};
   if (pair.field.vps != nullptr) {
-    status = query(pair.field.vps->voxelmap(), pair.field.asset_frame());
+    status = find_in_field(query, pair.field.vps->voxelmap(), pair.field.asset_frame(), found);
   } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
-    std::uint32_t count = 0;
-    status = find_triangle_contacts(pair, options, memory.triangles, space.contacts, count);
-    found.contacts = {space.contacts.data(), count};
-    found.frame = pair.shell.world * pair.shell.asset_frame();
-    found.final_beyond = -std::numeric_limits<float>::infinity();
+    status = find_on_triangles(query, found);
   } else {
-    const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
-    status = on_partner(*pair.field.shape, from, memory.planes, [&](const auto& field, const btTransform& frame) {
-      const Status queried = query(field, frame);
-      if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
-        if (queried != Status::ok) return queried;
-        found.final_beyond = -std::numeric_limits<float>::infinity();
-        const auto is_none = [&](Contact& contact) {
-          const Vec3 into_shell = contact.inward_normal;
-          memory.planes.finish(contact, alike_faces(pair));
-          // The planes may have said more of it than there is.
-          return !(contact.penetration >= -options.contact_distance) ||
-                 settle(field, alike_faces(pair), into_shell, contact);
-        };
-        const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
-        found.contacts = {found.contacts.begin(), last};
-      }
-      return queried;
-    });
+    status = find_on_partner(query, found);
   }
   if (status != Status::ok) return status;
   if (margin > 0) {
@@ -212,13 +274,13 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts) {
-  if (found.final_beyond < 0) return contacts.size();
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts) {
+  if (found.refined == FoundContacts::Refined::all) return contacts.size();
   if (pair.field.vps == nullptr) {
     std::size_t left = contacts.size();
     ConvexPlanes unused;
     (void)on_partner(*pair.field.shape, btVector3(0, 0, 0), unused, [&](const auto& field, const btTransform&) {
-      left = refine_analytic(pair, field, found.final_beyond, contacts);
+      left = refine_analytic(pair, field, found, contacts);
       return Status::ok;
     });
     return left;
@@ -226,29 +288,7 @@ std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Conta
   const VoxelmapView& map = pair.field.vps->voxelmap();
   const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
-    if (contact.penetration < -found.final_beyond) return false;
-    const Vec3 into_shell = contact.inward_normal;
-    // Beyond the band V and its gradient are rough.
-    ClosestPoint closest;
-    if (contact.penetration - margin < -0.75F * map.band_outer &&
-        closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
-      contact.inward_normal = (1 / closest.distance) * (contact.position - closest.position);
-      contact.penetration = margin - closest.distance;
-      weigh(contact, into_shell);
-      return grazes(contact, into_shell) || contact.penetration < -found.reach;
-    }
-    const Vec3 outward = outward_normal(map, contact.position);
-    if (!(detail::dot(outward, outward) > 0)) return false;
-    contact.inward_normal = outward;
-    contact.penetration = penetration(map, contact.position, outward) + margin;
-    if (grazes(contact, into_shell)) return true;
-    // The map's normals are differences of rounded samples: where the two agree, the shell's is the finer one.
-    const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
-    if (detail::dot(outward, into_shell) > kSameNormal || is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) {
-      contact.inward_normal = into_shell;
-    }
-    weigh(contact, into_shell);
-    return false;
+    return !found.is_refined(contact) && settle_on_map(map, margin, found.reach, contact);
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }

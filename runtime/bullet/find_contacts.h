@@ -2,8 +2,7 @@
 /// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
-#include <limits>
-
+#include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
@@ -23,15 +22,29 @@ struct PairMemory {
 struct Workspace {
   Scratch scratch;
   std::vector<Contact> contacts;
+  TriangleContacts triangles;
   static Workspace& of_this_thread(const PointshellView& shell);
 };
 
 struct FoundContacts {
   /// In tree order. Their `inward_normal` and area are the shell's, until `refine`.
   std::span<Contact> contacts;
-  btTransform frame;                                            ///< takes the contacts' frame to the world
-  float reach = 0;                                              ///< how far off the surface they may be. [m]
-  float final_beyond = std::numeric_limits<float>::infinity();  ///< farther off they are as they should be. [m]
+  std::span<const std::uint32_t> features;  ///< as feature_of takes them
+  btTransform frame;                        ///< takes the contacts' frame to the world
+  float reach = 0;                          ///< how far off the surface they may be. [m]
+
+  /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
+  enum class Refined : std::uint8_t {
+    none,
+    arriving,  ///< those farther off the surface than `arriving_beyond`
+    all,
+  };
+  Refined refined = Refined::none;
+  float arriving_beyond = 0;  ///< [m]
+
+  [[nodiscard]] bool is_refined(const Contact& contact) const {
+    return refined == Refined::all || (refined == Refined::arriving && contact.penetration < -arriving_beyond);
+  }
 };
 
 /// Segmented, what the segments touched with before is tested again, but not on triangle meshes: more than one contact
@@ -41,10 +54,10 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 
 /// Gives contacts the direction that the shell's body is pushed along, and their area as seen from there. At edges and
 /// corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in Eq. (4), by
-/// which layers answer, it misjudges the depth. The field's own serves both better; but at its edges, and where it has
-/// none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
+/// which layers answer, it misjudges the penetration. The field's own serves both better; but at its edges, and where
+/// it has none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
 /// @param contacts  some of those that were found
 /// @return how many are left, in front
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Contact> contacts);
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
 
 }  // namespace vps::bullet

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Settings of a world that will hurt its Shapes.
+// Looks for settings of a world that harm its Shapes.
 #include "runtime/bullet/lint.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
@@ -65,10 +65,11 @@ class Lint {
   }
 
  private:
-  // Each setting once.
+  // Reports each setting once.
   void add(const btCollisionObject* object, const char* setting, std::string text) {
-    const auto is_told = [&](const Advice& old) { return old.setting == setting; };
-    if (std::none_of(advice_.begin(), advice_.end(), is_told)) advice_.push_back({object, setting, std::move(text)});
+    const auto is_reported = [&](const Advice& old) { return old.setting == setting; };
+    if (std::none_of(advice_.begin(), advice_.end(), is_reported))
+      advice_.push_back({object, setting, std::move(text)});
   }
 
   void look_at_world() {
@@ -82,22 +83,22 @@ class Lint {
     if (springs_) {
       if (solver.m_splitImpulse != 0) {
         add(nullptr, "m_splitImpulse",
-            "Bullet takes the springs of set_foundation for errors of position, which carry no weight: set "
+            "split impulses correct positions only, so the springs of set_foundation carry no weight: set "
             "m_splitImpulse = 0");
       }
     } else if (solver.m_splitImpulse == 0 || threshold < -0.5 * finest_) {
       add(nullptr, "m_splitImpulsePenetrationThreshold",
           format(
-              "overlaps of less than %.3g mm are resolved by velocity, and without m_splitImpulse all: bodies hop out "
-              "of them; set m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
+              "penetrations below %.3g mm (without m_splitImpulse: all) are resolved by velocity, so bodies hop; set "
+              "m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
               -1000 * threshold, -0.02 * finest_));
     }
     if ((solver.m_solverMode & SOLVER_USE_WARMSTARTING) == 0) {
       add(nullptr, "m_solverMode", "impulses are not carried over from step to step: set SOLVER_USE_WARMSTARTING");
     } else if ((solver.m_solverMode & SOLVER_USE_2_FRICTION_DIRECTIONS) == 0) {
       add(nullptr, "m_solverMode",
-          "with friction along one direction bodies at rest creep, by 0.2 mm/s at 240 Hz and by centimetres at 60 Hz: "
-          "set SOLVER_USE_2_FRICTION_DIRECTIONS too");
+          "with one friction direction resting bodies creep, by 0.2 mm/s at 240 Hz and by centimetres at 60 Hz: set "
+          "SOLVER_USE_2_FRICTION_DIRECTIONS too");
     }
     gravity_ = double(world_.getGravity().length());
     if (gravity_ > 100) {
@@ -109,7 +110,7 @@ class Lint {
     const double fall = gravity_ * step_ * step_;
     if (fall > finest_) {
       add(nullptr, "stepSimulation",
-          format("in a step of %.3g s a body at rest falls %.2g mm, %.2g voxels, into its ground; take steps of %.2g s "
+          format("in a step of %.3g s a resting body falls %.2g mm (%.2g voxels) into its ground; use steps of %.2g s "
                  "(fixedTimeStep), or add a vps::bullet::ContinuousMotion",
                  step_, 1000 * fall, fall / finest_, std::sqrt(finest_ / gravity_)));
     }
@@ -129,28 +130,28 @@ class Lint {
   void look_at_shape(const btCollisionObject& object, const btCollisionShape& shape) {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
-      if (vps->status() == Status::bad_argument) {
+      if (vps->refuses_scaling()) {
         add(&object, "setLocalScaling", "a baked shape is not scaled: bake the mesh at the size you need");
       }
       const bool has_shell = vps->pointshell().points > 0;
       const bool has_map = vps->voxelmap().field != Field::none;
       if (!has_shell && (meets_others(object) || !shells_)) {
         add(&object, "Part::voxelmap",
-            "without a pointshell it meets nothing of Bullet's own, and no other voxelmap; bake one, or use "
-            "Part::mixed");
+            "without a pointshell it has no contacts with Bullet's own shapes or with other voxelmaps; bake one, or "
+            "use Part::mixed");
       }
       if (!has_map && !maps_ && !others_) {
-        add(&object, "Part::pointshell", "there is no voxelmap in the world that it could meet");
+        add(&object, "Part::pointshell", "no shape in the world has a voxelmap, so it has no contacts");
       }
       return;
     }
-    // Of boxes and other primitives the margin is part of their size.
+    // Boxes and other primitives include their margin in their size.
     const int type = shape.getShapeType();
     const bool grows =
         btBroadphaseProxy::isPolyhedral(type) ? type != BOX_SHAPE_PROXYTYPE : type == CONE_SHAPE_PROXYTYPE;
     if (grows && margin > finest_) {
       add(&object, "setMargin",
-          format("Bullet thickens %s by its margin of %.3g mm, %.2g voxels: bodies seem to float; "
+          format("Bullet thickens %s by its margin of %.3g mm, %.2g voxels: bodies seem to float; call "
                  "setMargin(%.2g) before the body is added",
                  shape.getName(), 1000 * margin, margin / finest_, 0.2 * finest_));
     }
@@ -163,7 +164,7 @@ class Lint {
     if (far * double(std::numeric_limits<btScalar>::epsilon()) > 0.1 * finest_) {
       add(&body, "setWorldTransform",
           format(
-              "%.3g m from the origin positions are rounded to %.2g mm: move the world's origin nearer, or use Bullet "
+              "%.3g m from the origin, positions are rounded to %.2g mm: move the world's origin closer, or use Bullet "
               "in double precision",
               far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
     }
@@ -175,7 +176,7 @@ class Lint {
     const double travel = double(body.getLinearVelocity().length()) * step_;
     if (travel > 0.25 * size) {
       add(&body, "ContinuousMotion",
-          format("it moves %.3g mm in a step and is %.3g mm large: it may pass through walls; add a "
+          format("it moves %.3g mm in a step and its size is %.3g mm: it may pass through walls; add a "
                  "vps::bullet::ContinuousMotion to the world",
                  1000 * travel, 1000 * size));
     }
@@ -184,7 +185,7 @@ class Lint {
     if (double(body.getLinearSleepingThreshold()) > 0.6 * lively && body.getActivationState() != DISABLE_DEACTIVATION &&
         gravity_ > 0) {
       add(&body, "setSleepingThresholds",
-          format("it falls asleep below %.2g m/s, while it still rolls or tips: a body of %.3g mm wants "
+          format("it falls asleep below %.2g m/s, while it still rolls or tips: for a body of %.3g mm call "
                  "setSleepingThresholds(%.2g, %.2g)",
                  double(body.getLinearSleepingThreshold()), 1000 * size, 0.05 * lively, 0.05 * lively / (0.5 * size)));
     }
@@ -201,8 +202,8 @@ class Lint {
     if (swing < 1) return;
     add(&body, "set_foundation",
         format(
-            "a stiffness of %.2g N/m^3 swings faster than a step of %.3g s shows: contacts will be as good as rigid; "
-            "take steps of %.2g s or a stiffness of %.2g N/m^3",
+            "a stiffness of %.2g N/m^3 oscillates faster than a step of %.3g s resolves: contacts are rigid in effect; "
+            "use steps of %.2g s or a stiffness of %.2g N/m^3",
             shape->foundation().stiffness, step_, 0.5 * step_ / swing,
             shape->foundation().stiffness / (4 * swing * swing)));
   }

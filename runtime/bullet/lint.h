@@ -6,10 +6,11 @@
 
 namespace vps::bullet {
 
-/// Whether a dispatcher was given to register_algorithm.
+/// Whether a dispatcher was given to register_algorithm: asks it for an algorithm, and drops that.
 [[nodiscard]] bool is_registered(btDispatcher& dispatcher, const Shape& shape);
 
-/// Whether any dispatcher of the program was.
-[[nodiscard]] bool any_dispatcher_knows();
+/// Whether any dispatcher of the program was given to register_algorithm. For calls that see no dispatcher: where
+/// Shapes meet Shapes alone, an unregistered dispatcher calls getAabb and nothing else.
+[[nodiscard]] bool is_any_dispatcher_registered();
 
 }  // namespace vps::bullet

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// The only file that speaks Bullet's `depth`: negative when penetrating.
+// Fills Bullet's manifolds. The only file with Bullet's `depth`, which is negative when penetrating.
 #include "runtime/bullet/manifolds.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -47,9 +47,9 @@ struct OldPoints {
 };
 
 // Bullet clears these with every addContactPoint. Area-weighted, so that stiffness does not depend on the sampling.
-void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const Contact> contacts) {
-  for (const Contact& contact : contacts) {
-    if (static_cast<int>(contact.point) != fresh.m_index0) continue;
+void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const ManifoldContact> contacts) {
+  for (const ManifoldContact& contact : contacts) {
+    if (static_cast<int>(contact.feature) != fresh.m_index0) continue;
     fresh.m_contactPointFlags |= BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING;
     fresh.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness * double{contact.area});
     fresh.m_combinedContactDamping1 = static_cast<btScalar>(law.damping * double{contact.area});
@@ -68,7 +68,7 @@ Manifolds::Previous Manifolds::previous() const {
   Previous out;
   if (manifolds_.size() == 0 || manifolds_[0] == nullptr) return out;
   for (int i = 0; i < manifolds_[0]->getNumContacts(); ++i) {
-    out.points[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
+    out.features[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
   }
   return out;
 }
@@ -97,7 +97,7 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
   return manifolds_[slot];
 }
 
-void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contacts, const FoundContacts& found,
+void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
                      btManifoldResult* result) {
   const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
   if (contacts.empty() && !exists) return;
@@ -108,14 +108,14 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const Contact> contac
   OldPoints old(*target, shell_is_first);
   target->clearManifold();
 
-  for (const Contact& contact : contacts) {
+  for (const ManifoldContact& contact : contacts) {
     const btVector3 into_shell = found.frame.getBasis() * to_bt(contact.inward_normal);
     const btVector3 position = found.frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
     const btScalar depth = -btScalar(contact.penetration);
     // Bullet wants the normal on the second body towards the first, and the point on the second.
     const btVector3 normal = shell_is_first ? into_shell : -into_shell;
     const btVector3 point_on_second = shell_is_first ? position - depth * normal : position;
-    const int id = static_cast<int>(contact.point);
+    const int id = static_cast<int>(contact.feature);
     result->setShapeIdentifiersA(0, id);
     result->setShapeIdentifiersB(0, id);
     result->addContactPoint(normal, point_on_second, depth);

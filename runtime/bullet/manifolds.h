@@ -19,17 +19,17 @@ class Manifolds {
   Manifolds(const Manifolds&) = delete;
   Manifolds& operator=(const Manifolds&) = delete;
 
-  /// Shell points of the last step's regular manifold.
+  /// Features of the last step's regular manifold.
   struct Previous {
-    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};
+    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> features{};
     std::size_t count = 0;
-    operator std::span<const std::uint32_t>() const { return {points.data(), count}; }
+    operator std::span<const std::uint32_t>() const { return {features.data(), count}; }
   };
   [[nodiscard]] Previous previous() const;
 
   /// Replaces a manifold's points by fresh ones: refreshing would keep the normals of the step they were made in.
   /// @param contacts  as many as a manifold holds at most, of those that were found
-  void fill(int slot, const Pair& pair, std::span<const Contact> contacts, const FoundContacts& found,
+  void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
             btManifoldResult* result);
   /// Empties a slot, or all from one on.
   void clear(int slot);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// What goes to the user in words, once for each shape and kind.
+// Sends messages of bad use to the handler, or to stderr.
 #include "runtime/bullet/messages.h"
 
 #include <atomic>

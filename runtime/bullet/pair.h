@@ -13,16 +13,17 @@ inline const Shape* as_vps(const btCollisionShape* shape) {
   return shape->getShapeType() == kProxyType ? dynamic_cast<const Shape*>(shape) : nullptr;
 }
 
-/// The wrapper's transform is the only one that is right for children of compounds.
-struct Side {
+/// One of the two bodies of a pair: a shape and where it lies. The wrapper's transform is the only one that is right
+/// for children of compounds.
+struct PairBody {
   const btCollisionShape* shape = nullptr;
   const btCollisionObject* object = nullptr;
   btTransform world;
   const Shape* vps = nullptr;  ///< null for Bullet's own shapes
 
-  explicit Side(const btCollisionObjectWrapper* wrap)
-      : Side(wrap->getCollisionShape(), wrap->getCollisionObject(), wrap->getWorldTransform()) {}
-  Side(const btCollisionShape* of_shape, const btCollisionObject* of_object, const btTransform& at)
+  explicit PairBody(const btCollisionObjectWrapper* wrap)
+      : PairBody(wrap->getCollisionShape(), wrap->getCollisionObject(), wrap->getWorldTransform()) {}
+  PairBody(const btCollisionShape* of_shape, const btCollisionObject* of_object, const btTransform& at)
       : shape(of_shape), object(of_object), world(at), vps(as_vps(of_shape)) {}
 
   /// Takes the asset's frame to the shape's.
@@ -30,13 +31,13 @@ struct Side {
 };
 
 struct Pair {
-  Side shell, field;
+  PairBody shell, field;
 };
 
 /// The side with fewer points gives the pointshell, the first if they are equal; if it cannot, the other. Where neither
 /// can, the query says so.
 /// @pre one of them is a Shape
-inline Pair assign_roles(const Side& first, const Side& second) {
+inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
   if (first.vps == nullptr) return {second, first};
   const auto can = [](const Shape& shell, const Shape& map) {

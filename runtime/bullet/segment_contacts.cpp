@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Matches the contacts of each segment with those of the step before. Paper: Sec. 2.4.
 #include "runtime/bullet/segment_contacts.h"
 
 #include <algorithm>
@@ -11,17 +12,17 @@ namespace vps::bullet {
 namespace {
 
 using detail::operator-;
-using Kept = std::array<const Contact*, kContactsPerSegment>;
+using Kept = std::array<const ManifoldContact*, kContactsPerSegment>;
 
 // The place that a new deepest point takes.
-const Contact*& place_for(const Contact& fresh, float beside, Kept& kept) {
-  const auto worth = [&](const Contact* one) {
+const ManifoldContact*& place_for(const ManifoldContact& fresh, float beside, Kept& kept) {
+  const auto worth = [&](const ManifoldContact* one) {
     if (one == nullptr) return -std::numeric_limits<float>::max();
     const bool is_beside = detail::length(one->position - fresh.position) < beside;
     return is_beside ? -std::numeric_limits<float>::infinity() : one->penetration;
   };
   return *std::min_element(kept.begin(), kept.end(),
-                           [&](const Contact* a, const Contact* b) { return worth(a) < worth(b); });
+                           [&](const ManifoldContact* a, const ManifoldContact* b) { return worth(a) < worth(b); });
 }
 
 }  // namespace
@@ -35,25 +36,26 @@ void SegmentMemory::belong_to(const PointshellView& of_shell, std::uint32_t of_l
   level = of_level;
 }
 
-std::span<const SegmentPoint> keep_segments(std::span<const Contact> contacts, float beside, SegmentMemory& memory) {
+std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside,
+                                            SegmentMemory& memory) {
   memory.last.swap(memory.points);
   memory.points.clear();
   auto old = memory.last.begin();
   while (!contacts.empty()) {
     const std::uint32_t node = contacts.front().node;
     Kept kept{};
-    const Contact* fresh = nullptr;
+    const ManifoldContact* fresh = nullptr;
     while (old != memory.last.end() && old->node < node) ++old;
     const auto end = std::find_if(old, memory.last.end(), [=](const SegmentPoint& o) { return o.node != node; });
     for (; !contacts.empty() && contacts.front().node == node; contacts = contacts.subspan(1)) {
-      const Contact& contact = contacts.front();
-      const auto same = std::find_if(old, end, [&](const SegmentPoint& o) { return o.point == contact.point; });
+      const ManifoldContact& contact = contacts.front();
+      const auto same = std::find_if(old, end, [&](const SegmentPoint& o) { return o.feature == contact.feature; });
       (same == end ? fresh : kept[static_cast<std::size_t>(same->place)]) = &contact;
     }
     if (fresh != nullptr) place_for(*fresh, beside, kept) = fresh;
     for (int i = 0; i < kContactsPerSegment; ++i) {
-      const Contact* const contact = kept[static_cast<std::size_t>(i)];
-      if (contact != nullptr) memory.points.push_back({node, contact->point, i, contact});
+      const ManifoldContact* const contact = kept[static_cast<std::size_t>(i)];
+      if (contact != nullptr) memory.points.push_back({node, contact->point, contact->feature, i, contact});
     }
     old = end;
   }

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "runtime/vps_runtime.h"
+#include "runtime/bullet/manifold_contact.h"
 
 namespace vps::bullet {
 
@@ -15,9 +15,9 @@ inline constexpr int kContactsPerSegment = 3;
 
 /// A contact that a segment keeps.
 struct SegmentPoint {
-  std::uint32_t node = 0, point = 0;
-  int place = 0;                ///< among those of its segment: the same for as long as it is kept
-  const Contact* at = nullptr;  ///< in this step
+  std::uint32_t node = 0, point = 0, feature = 0;
+  int place = 0;                        ///< among those of its segment: the same for as long as it is kept
+  const ManifoldContact* at = nullptr;  ///< in this step
 };
 
 /// What the segments of a pair touched with.
@@ -35,6 +35,7 @@ struct SegmentMemory {
 /// @param contacts  in tree order
 /// @param beside    closer points are the same for a body. [m]
 /// @return memory.points
-std::span<const SegmentPoint> keep_segments(std::span<const Contact> contacts, float beside, SegmentMemory& memory);
+std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside,
+                                            SegmentMemory& memory);
 
 }  // namespace vps::bullet

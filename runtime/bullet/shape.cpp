@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <span>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/lint.h"
@@ -20,6 +21,13 @@ btVector3 vector3(const std::array<double, 3>& v) {
   return {static_cast<btScalar>(v[0]), static_cast<btScalar>(v[1]), static_cast<btScalar>(v[2])};
 }
 
+// @return never 0
+std::uint64_t hash_of_pose(const btTransform& transform) {
+  btScalar matrix[16];
+  transform.getOpenGLMatrix(matrix);  // without the padding of Bullet's vectors
+  return hash_bytes(std::as_bytes(std::span(matrix))) | 1;
+}
+
 // Walks the point-sphere tree and hands out the surfels that meet a box.
 class Surfels {
  public:
@@ -27,7 +35,7 @@ class Surfels {
           btTriangleCallback& callback)
       : shell_(shell), centre_of_mass_(centre_of_mass), low_(low), high_(high), callback_(callback) {}
 
-  // Depth is bounded by the tree's levels.
+  // The recursion is no deeper than the tree has levels.
   void visit(std::uint32_t node) {
     const btVector3 centre = in_body({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
     if (!near(centre, shell_.sphere[3][node] + reach())) return;
@@ -134,39 +142,44 @@ void Shape::report(Status status) const {
     case Status::ok:
       return;
     case Status::missing_part:
-      return tell(Notice::missing_part,
-                  "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
-                  "convex shape, plane or mesh of Bullet's, not a GImpact compound; bake the missing part, or use "
-                  "Part::mixed");
+      return send_once(
+          Notice::missing_part,
+          "meets a shape that it cannot: one of the two must give a pointshell, the other a voxelmap or be a "
+          "convex shape, plane or mesh of Bullet's, not a GImpact compound; bake the missing part, or use "
+          "Part::mixed");
     case Status::bad_pose:
-      return tell(Notice::bad_pose,
-                  "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");
+      return send_once(
+          Notice::bad_pose,
+          "a body's transform is not finite, not a rotation or farther than 1e12 m; its contacts are left out");
     default:
-      return tell(Notice::other, std::string("a pair is left out: ") + describe(status));
+      return send_once(Notice::other, std::string("a pair is left out: ") + describe(status));
   }
 }
 
-void Shape::tell(Notice notice, const std::string& text) const {
+void Shape::send_once(Notice notice, const std::string& text) const {
   const std::uint32_t bit = 1U << static_cast<std::uint32_t>(notice);
-  if ((told_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
+  if ((sent_.fetch_or(bit, std::memory_order_relaxed) & bit) == 0) send_message(*this, text);
 }
 
-void Shape::tell_not_registered() const {
-  tell(Notice::not_registered,
-       "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
-       "step");
+void Shape::report_not_registered() const {
+  send_once(
+      Notice::not_registered,
+      "meets a dispatcher without its algorithm: call vps::bullet::register_algorithm(*dispatcher) before the first "
+      "step");
+}
+
+// Where Shapes meet Shapes alone, an unregistered dispatcher asks them for bounds and nothing else: once when a body is
+// added, and again in the first step, before the body has moved. Several threads may ask at once: one atomic is enough.
+void Shape::look_for_first_step(const btTransform& transform) const {
+  const std::uint64_t seen = hash_of_pose(transform);
+  std::uint64_t first = 0;
+  if (!first_seen_.compare_exchange_strong(first, seen, std::memory_order_relaxed) && first == seen) {
+    report_not_registered();
+  }
 }
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
-  // Where Shapes meet none but Shapes, Bullet asks them for nothing else: once when a body is added, and again, before
-  // it has moved, in the first step.
-  if (!any_dispatcher_knows()) {
-    if (!seen_.exchange(true)) {
-      first_seen_ = transform;
-    } else if (first_seen_ == transform) {
-      tell_not_registered();
-    }
-  }
+  if (!is_any_dispatcher_registered()) look_for_first_step(transform);
   const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
   const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
   btTransformAabb(from, to, getMargin(), transform, low, high);
@@ -193,19 +206,20 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
                   "is %.4g m long and weighs %.4g kg, %.2g kg/m^3; assets are in metres and kilograms: bake the mesh "
                   "with its unit (vpsbake --unit mm) or check the mass",
                   size, static_cast<double>(mass), density);
-    tell(Notice::units, text);
+    send_once(Notice::units, text);
   }
 }
 
 void Shape::setLocalScaling(const btVector3& scaling) {
-  if (scaling == scaling_) return;
+  refuses_scaling_ = scaling != scaling_;
+  if (!refuses_scaling_) return;
   status_.store(Status::bad_argument, std::memory_order_relaxed);
-  tell(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
+  send_once(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
   // With the algorithm registered Bullet's own never sees a Shape.
-  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) tell_not_registered();
+  if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) report_not_registered();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
     if (hit_by_field(map_, centre_of_mass_, *ray)) return;
   }

@@ -6,10 +6,10 @@
 ///     vps::bullet::register_algorithm(*dispatcher);      // once, before the first step
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
-/// Answered: Shape against Shape, both may move; against every convex shape and plane of Bullet's, by their distance;
-/// against its triangle meshes, terrain and btGImpactMeshShape, moving or not, as sheets without a solid side: a Shape
-/// is pushed to the side that it comes from. Children of compounds, ghost objects and contact tests as Bullet has them.
-/// For rays, convex sweeps and debug drawing see processAllTriangles.
+/// A Shape has contacts with other Shapes (both may move), with every convex shape and plane of Bullet, and with its
+/// triangle meshes, terrain and btGImpactMeshShape, moving or not. A triangle has no solid side: it pushes a Shape to
+/// the side that the Shape comes from. Compounds, ghost objects and contact tests work as with Bullet's own shapes. For
+/// rays, convex sweeps and debug drawing see processAllTriangles.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -31,9 +31,9 @@ namespace vps::bullet {
 /// "vps:" and a hash of what an asset holds: the same for the same file, wherever it lies.
 [[nodiscard]] std::string asset_key(const Asset& asset);
 
-/// What a shape plays of what its asset holds.
+/// Which part of its asset a shape uses.
 enum class Part : std::uint8_t {
-  mixed,       ///< either, pair by pair: of two, the one with fewer points gives the pointshell
+  mixed,       ///< either: in each pair, the shape with fewer points gives the pointshell
   pointshell,  ///< meets voxelmaps and Bullet's own shapes
   voxelmap,    ///< meets pointshells
 };
@@ -48,7 +48,7 @@ inline namespace float32 {
 /// One asset as a shape: the paper's Pointshell, Voxelmap and Mixed. Any number of bodies may share a shape, any number
 /// of shapes an asset.
 ///
-/// A margin, 0 unless set, thickens the body all round.
+/// A margin (default 0) thickens the body on all sides.
 ///
 /// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame is the asset's frame moved there;
 /// axes stay parallel. A point p of the mesh lies at p - centre_of_mass() in the body.
@@ -63,81 +63,86 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
 
-  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell: about this many segments, each with up to
-  /// three contacts: its deepest point, and at rest (not on triangle meshes) what it touched with before. 0: one
-  /// manifold of up to four points (Sec. 3.2).
+  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell. There are about this many segments, each with
+  /// up to three contacts: its deepest point and, at rest and not on triangle meshes, the points of earlier steps. 0:
+  /// one manifold of up to four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
   /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.
   [[nodiscard]] std::uint32_t segment_level() const;
 
-  /// Pressure of contacts instead of Bullet's rigid ones when this shape gives the pointshell, or the other has none:
-  /// each contact is a spring and a damper of Bullet's solver, with the stiffness of the area it stands for (the
-  /// paper's future work, Sec. 5). A stiffness of 0, as it is at first: rigid. Regular manifolds only, and only in
-  /// worlds with m_splitImpulse = 0.
+  /// Soft contacts instead of Bullet's rigid ones, when this shape gives the pointshell or the other shape has no law.
+  /// Each contact is a spring and a damper of Bullet's solver; its stiffness is that of the area it represents (the
+  /// paper's future work, Sec. 5). A stiffness of 0, the default, is rigid. Only without segments, and only in worlds
+  /// with m_splitImpulse = 0.
   /// @return bad_argument, and nothing changed, for a law that is negative or not finite
   Status set_foundation(const PenaltyLaw& law);
   [[nodiscard]] const PenaltyLaw& foundation() const { return foundation_; }
 
-  /// For messages and files; none at first.
+  /// A name for messages and files; empty by default.
   void set_name(const std::string& name) { label_ = asset_key(*asset_) + (name.empty() ? "" : " " + name); }
   /// The asset_key, and the name after a space if there is one.
   [[nodiscard]] const std::string& label() const { return label_; }
 
-  /// Why the last pair with this shape could not be answered: missing_part when neither shape can play the other part,
-  /// bad_pose, ... `ok` when nothing went wrong so far.
+  /// Why the last failed pair with this shape has no contacts: missing_part when neither shape can play the other part,
+  /// bad_pose, ... `ok` when no pair has failed so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
   /// Keeps a status, and sends a message the first time. Internal.
   void report(Status status) const;
+  /// Sends a message the first time: a dispatcher that was never registered has met this shape. Internal.
+  void report_not_registered() const;
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
   void getBoundingSphere(btVector3& centre, btScalar& radius) const override;
-  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
-  /// Bullet has no place for them. Says so when mass and volume do not go together, as in a world in other units.
+  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out,
+  /// as Bullet has no place for them. Sends a message when mass and volume do not fit, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
-  /// Only (1,1,1): bake the mesh at the size you need. Anything else is not applied, and said to be.
+  /// Only (1,1,1): bake the mesh at the size you need. Any other scaling is not applied, and a message says so.
   void setLocalScaling(const btVector3& scaling) override;
+  /// Whether the last scaling that was asked for was not (1,1,1). Internal.
+  [[nodiscard]] bool refuses_scaling() const { return refuses_scaling_; }
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
-  /// Bullet's importer knows no shapes of others: in a file this is a box as large, with label() for its name. See
+  /// Bullet's importer only knows its own shapes: in a file this is a box of the same size, named label(). See
   /// reattach.
   int calculateSerializeBufferSize() const override;
   const char* serialize(void* buffer, btSerializer* serializer) const override;
-  /// Rays are answered by the voxelmap, to a thousandth of a voxel: the first place inside, their start if it is.
-  /// All else gets surfels: for each point of the shell whose neighbourhood meets the box, a triangle in its tangent
-  /// plane whose inscribed circle has the covering radius, so that together they cover the surface. For convex sweeps,
-  /// debug drawing, and rays without a voxelmap. Index: number of the point.
+  /// The voxelmap answers rays, to a thousandth of a voxel: with the first place inside, or the start if that is
+  /// inside. Convex sweeps, debug drawing, and rays without a voxelmap get surfels: a triangle for each point of the
+  /// shell whose neighbourhood meets the box. It lies in the point's tangent plane, and its inscribed circle has the
+  /// covering radius, so that all together cover the surface. Index: number of the point.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override;
 
  private:
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
-  void tell(Notice notice, const std::string& text) const;
-  void tell_not_registered() const;
+  void send_once(Notice notice, const std::string& text) const;
+  void look_for_first_step(const btTransform& transform) const;
 
   std::shared_ptr<const Asset> asset_;
   VoxelmapView map_;
   PointshellView shell_;
   btVector3 centre_of_mass_;
   btVector3 scaling_{1, 1, 1};
+  bool refuses_scaling_ = false;
   std::uint32_t wished_segments_ = 0;
   PenaltyLaw foundation_;
   std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
-  mutable std::atomic<std::uint32_t> told_{0};  // messages that were sent
-  mutable std::atomic<bool> seen_{false};       // by a world, before any dispatcher was registered
-  mutable btTransform first_seen_;
+  mutable std::atomic<std::uint32_t> sent_{0};  // bits of Notice
+  // Hash of the first transform that a world asked bounds for, before any dispatcher was registered; 0: none so far.
+  mutable std::atomic<std::uint64_t> first_seen_{0};
 };
 
 struct ContinuousMotionOptions {
   float free_vx = 0.5F;  ///< bodies that move less in a step are left alone. [Limits: value >= 0] [Units: vx]
-  std::uint32_t max_iterations = 64;  ///< distances asked for, a pair and step. [Limits: value >= 1]
+  std::uint32_t max_iterations = 64;  ///< distance queries per pair and step. [Limits: value >= 1]
 };
 
-/// Keeps fast bodies from passing through walls, which Bullet does for convex bodies only: after each step a body that
-/// would have gone through or into another is put back to where they touch, by conservative advancement (Mirtich 1996);
-/// its velocity is left for the next step's contact. For pairs with a Shape, both may move and turn; against Bullet's
-/// triangle meshes it does nothing, and the motion of kinematic bodies is not followed.
+/// Keeps fast bodies from passing through walls; Bullet does this for convex bodies only. After each step, a body that
+/// would have gone through or into another is put back to where they touch, by conservative advancement (Mirtich 1996).
+/// It keeps its velocity for the next step's contact. Works for pairs with a Shape; both may move and turn. It does
+/// nothing against Bullet's triangle meshes, and does not follow the motion of kinematic bodies.
 ///
 ///     vps::bullet::ContinuousMotion continuous;
 ///     world->addAction(&continuous);          // removeAction switches it off
@@ -151,31 +156,31 @@ class ContinuousMotion final : public btActionInterface {
 
  private:
   const ContinuousMotionOptions options_;
+  const btDispatcher* checked_ = nullptr;  // was asked whether it is registered
   std::uint64_t stops_ = 0;
 };
 }
 
-/// Puts Shapes in the place of the boxes that stand for them in a world that was loaded from a file, children of
-/// compounds included.
-/// @param shapes  of the assets that are wanted back; boxes of other assets stay
-/// @return how many were put in place
+/// Replaces the boxes that represent Shapes in a world loaded from a file, also as children of compounds.
+/// @param shapes  of the assets to put back; boxes of other assets stay
+/// @return how many boxes were replaced
 int reattach(btCollisionWorld& world, std::span<Shape* const> shapes);
 
-/// What in a world will hurt its Shapes, and what to set instead.
+/// A setting of a world that harms its Shapes, and what to set instead.
 struct Advice {
   const btCollisionObject* object = nullptr;  ///< whose setting it is; null: the world's
-  std::string setting;                        ///< as the program calls it: "m_splitImpulsePenetrationThreshold"
+  std::string setting;                        ///< its name in code: "m_splitImpulsePenetrationThreshold"
   std::string text;                           ///< what it does, and what to set
 };
 
-/// Looks at a world before its first step, or at any time: dispatcher, solver, units, margins, speeds, scaling, missing
-/// parts. Empty when there is nothing to say. One body of a kind is told of a setting.
-/// @param step  of stepSimulation's internal steps. [s]
+/// Checks a world before its first step, or at any time: dispatcher, solver, units, margins, speeds, scaling, missing
+/// parts. Empty when all is well. Each setting is reported once.
+/// @param step  internal step of stepSimulation. [s]
 [[nodiscard]] std::vector<Advice> lint(btDiscreteDynamicsWorld& world, btScalar step);
 
-/// Takes a line without its end, which says what is wrong and what to do: each shape sends a kind once.
+/// Takes a line without its end, which says what is wrong and what to do. Each shape sends each kind of message once.
 using MessageHandler = void (*)(const char* line);
-/// At first messages go to stderr. Null: nowhere. Any thread may send them.
+/// The default handler prints to stderr. Null drops messages. Any thread may send them.
 void set_message_handler(MessageHandler handler);
 
 /// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class
@@ -183,8 +188,9 @@ void set_message_handler(MessageHandler handler);
 inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 
 /// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration,
-/// which takes entries away. Compounds against GImpact's shapes are given back to Bullet's own algorithm, which asks
-/// for each child.
+/// which overwrites entries. Compounds against GImpact's shapes go back to Bullet's own algorithm, which asks for each
+/// child. Each dispatcher has to be registered. One that is not is reported in the first step, where a Shape meets a
+/// convex shape of Bullet or no dispatcher of the program is registered, and by lint and ContinuousMotion in any world.
 void register_algorithm(btCollisionDispatcher& dispatcher);
 
 }  // namespace vps::bullet

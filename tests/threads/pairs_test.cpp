@@ -18,7 +18,6 @@
 namespace vps::test {
 namespace {
 
-constexpr std::size_t kThreads = 4;
 constexpr std::size_t kBodies = 60;
 constexpr int kSteps = 12;
 
@@ -176,6 +175,35 @@ class Row {
   std::deque<Pair> pairs_;
 };
 
+std::atomic<int> lines{0};
+
+// Before any dispatcher of the program is registered a Shape remembers what it was asked first: this case comes first.
+// Each thread asks a shape once: a second call of the same thread could order what it did in the first.
+TEST(Threads, BoundsThatManyThreadsAskForAreThoseOfOneThread) {
+  lines = 0;
+  bullet::set_message_handler([](const char*) { ++lines; });
+  const auto asset = gear();
+  std::array<btVector3, kThreads> low;
+  std::array<btVector3, kThreads> high;
+  const auto ask_at_once = [&](const bullet::Shape& shape, btScalar apart) {
+    deal_out(kThreads, kThreads, [&](std::size_t i) {
+      shape.getAabb(btTransform(btQuaternion::getIdentity(), {apart * btScalar(i), 0, 0}), low[i], high[i]);
+    });
+  };
+  const bullet::Shape moved(asset);
+  ask_at_once(moved, 1);
+  EXPECT_EQ(lines, 0);
+  for (std::size_t i = 0; i < kThreads; ++i) {
+    EXPECT_NEAR(low[i].x() - low[0].x(), btScalar(i), 1e-5) << i;
+    EXPECT_NEAR(high[i].x() - high[0].x(), btScalar(i), 1e-5) << i;
+  }
+  // All threads but one see a transform again.
+  const bullet::Shape at_rest(asset);
+  ask_at_once(at_rest, 0);
+  bullet::set_message_handler(nullptr);
+  EXPECT_EQ(lines, 1);
+}
+
 TEST(Threads, PairsOfAWorldAnswerAsOneThreadDoes) {
   const auto many = Row().run(kThreads);
   const auto one = Row().run(1);
@@ -184,8 +212,6 @@ TEST(Threads, PairsOfAWorldAnswerAsOneThreadDoes) {
     EXPECT_TRUE(many[step] == one[step]) << "step " << step;
   }
 }
-
-std::atomic<int> lines{0};
 
 TEST(Threads, WhatManyPairsMeetIsToldOnce) {
   lines = 0;

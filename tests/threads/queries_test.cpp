@@ -12,7 +12,6 @@
 namespace vps::test {
 namespace {
 
-constexpr std::size_t kThreads = 4;
 constexpr std::size_t kQueries = 400;
 constexpr std::size_t kRoom = 200;  // contacts of a query
 

@@ -11,6 +11,8 @@ namespace vps::test {
 /// What the program was called with.
 extern const char* asset_path;
 
+inline constexpr std::size_t kThreads = 4;
+
 /// Calls task(i) for i below `count` on `workers` threads, dealt out in turn, so that neighbours are never one
 /// thread's, however late it starts. With one worker: on the caller's.
 template <class Task>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Builds the planes and triangles of a convex shape, and asks them for the nearest place.
 #include "runtime/bullet/partners/convex_planes.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
@@ -91,22 +92,46 @@ std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
   return copy;
 }
 
-// By Newell's sum over the corners, which does not mind slivers. The computer's own copies of them are rounded to a
-// grid of 1e-4 of the hull.
-bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners, btVector3& normal) {
+// The edges of a hull's face, in order. The computer's own copies of the corners are rounded to a grid of 1e-4 of the
+// hull: the originals are taken.
+template <class Visit>
+void for_each_edge(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners,
+                   const Visit& visit) {
   const auto corner = [&](int vertex) { return corners[static_cast<std::size_t>(hull.original_vertex_index[vertex])]; };
   const btConvexHullComputer::Edge* const first = &hull.edges[hull.faces[face]];
   const btConvexHullComputer::Edge* edge = first;
   const btVector3 base = corner(first->getSourceVertex());
-  normal.setZero();
   do {
-    normal += (corner(edge->getSourceVertex()) - base).cross(corner(edge->getTargetVertex()) - base);
+    visit(base, corner(edge->getSourceVertex()), corner(edge->getTargetVertex()));
     edge = edge->getNextEdgeOfFace();
   } while (edge != first);
+}
+
+// By Newell's sum over the corners, which does not mind slivers.
+bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners, btVector3& normal) {
+  normal.setZero();
+  for_each_edge(hull, face, corners, [&](const btVector3& base, const btVector3& from, const btVector3& to) {
+    normal += (from - base).cross(to - base);
+  });
   const btScalar size = normal.length();
   if (!(size > 0)) return false;
   normal /= size;
   return true;
+}
+
+// A fan of triangles that covers a face; those without area are covered by their neighbours.
+void add_triangles(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners,
+                   std::vector<Triangle>& triangles) {
+  for_each_edge(hull, face, corners, [&](const btVector3& base, const btVector3& from, const btVector3& to) {
+    double p[3][3];
+    for (int axis = 0; axis < 3; ++axis) {
+      p[0][axis] = static_cast<double>(base[axis]);
+      p[1][axis] = static_cast<double>(from[axis]);
+      p[2][axis] = static_cast<double>(to[axis]);
+    }
+    Triangle triangle;
+    if (triangle.set(p)) triangles.push_back(triangle);
+  });
 }
 
 // The plane that a shape touches from within, its margin included.
@@ -138,6 +163,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
   thinner_.reset();
   if (const auto* spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) thinner_ = with_core(*spheres);
   planes_.clear();
+  triangles_.clear();
   const std::vector<btVector3> corners = corners_of(shape);
   if (corners.size() >= 4) {
     btConvexHullComputer hull;
@@ -145,6 +171,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
     btVector3 normal;
     for (int face = 0; face < hull.faces.size(); ++face) {
       if (face_normal(hull, face, corners, normal)) planes_.push_back(touching(shape, to_vec3(normal)));
+      add_triangles(hull, face, corners, triangles_);
     }
   }
   faces_ = planes_.size();
@@ -155,6 +182,7 @@ void ConvexPlanes::build(const btConvexShape& shape) {
 }
 
 bool ConvexPlanes::find_nearest(Contact& contact) const {
+  if (has_faces()) return find_nearest_of_faces(contact);
   btSphereShape point(0);
   btVoronoiSimplexSolver simplex;
   btGjkPairDetector gjk(&point, thinner_ != nullptr ? thinner_.get() : shape_, &simplex, nullptr);
@@ -165,50 +193,26 @@ bool ConvexPlanes::find_nearest(Contact& contact) const {
   btPointCollector found;
   gjk.getClosestPoints(input, found, nullptr);
   if (!found.m_hasResult) return false;
-  if (has_faces() && !is_nearest(contact.position, found.m_normalOnBInWorld, found.m_distance + margin_)) {
-    return find_nearest_of_faces(contact);
-  }
   contact.inward_normal = to_vec3(found.m_normalOnBInWorld);
   contact.penetration = static_cast<float>(-found.m_distance);
   return true;
 }
 
-// GJK may end too early beside edges. What it found is right when the plane there touches the core, and the place is
-// the core's.
-bool ConvexPlanes::is_nearest(Vec3 p, const btVector3& normal, btScalar distance) const {
-  const btScalar tolerance = btScalar(1e-5) + btScalar(1e-3) * btFabs(distance);
-  const btScalar to_plane = normal.dot(to_bt(p) - shape_->localGetSupportingVertexWithoutMargin(normal));
-  const Vec3 place = to_vec3(to_bt(p) - distance * normal);
-  const PolytopeField faces{{planes_.data(), faces_}};
-  return btFabs(to_plane - distance) < tolerance && btScalar(penetration(faces, place)) - margin_ > -tolerance;
-}
-
-// Hildreth's method: the nearest place within all planes of faces, a plane at a time.
+// Exact, and so for any size: Bullet's GJK ends too early on bodies of millimetres (docs/decisions.md).
 bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
-  constexpr int kSweeps = 2000;
-  const double p[3] = {double{contact.position.x}, double{contact.position.y}, double{contact.position.z}};
-  double at[3] = {p[0], p[1], p[2]};
-  std::vector<double> pulled(faces_, 0);
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
-    double largest = 0;
-    for (std::size_t i = 0; i < faces_; ++i) {
-      const Vec3& n = planes_[i].outward_normal;
-      const double normal[3] = {double{n.x}, double{n.y}, double{n.z}};
-      const double beyond =
-          normal[0] * at[0] + normal[1] * at[1] + normal[2] * at[2] - (double{planes_[i].offset} - double(margin_));
-      const double change = std::max(-pulled[i], beyond);
-      pulled[i] += change;
-      for (int axis = 0; axis < 3; ++axis) at[axis] -= change * normal[axis];
-      largest = std::max(largest, std::abs(change));
-    }
-    if (largest < 1e-8) break;
+  using detail::operator-;
+  using detail::operator*;
+  const Vec3 p = contact.position;
+  NearestPlace nearest;
+  for (const Triangle& triangle : triangles_) {
+    if (!(triangle.least_squared(p) < nearest.squared)) continue;
+    const NearestPlace place = triangle.nearest(p);
+    if (place.squared < nearest.squared) nearest = place;
   }
-  const double away[3] = {p[0] - at[0], p[1] - at[1], p[2] - at[2]};
-  const double distance = std::sqrt(away[0] * away[0] + away[1] * away[1] + away[2] * away[2]);
-  if (!(distance > 0)) return false;
-  contact.inward_normal = {static_cast<float>(away[0] / distance), static_cast<float>(away[1] / distance),
-                           static_cast<float>(away[2] / distance)};
-  contact.penetration = static_cast<float>(double(margin_) - distance);
+  const float distance = std::sqrt(nearest.squared);
+  if (triangles_.empty() || !(distance > 0)) return false;
+  contact.inward_normal = (1 / distance) * (p - nearest.at);
+  contact.penetration = static_cast<float>(margin_) - distance;
   return true;
 }
 

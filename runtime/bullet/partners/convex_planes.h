@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "runtime/bullet/partners/triangles.h"
 #include "runtime/vps_runtime.h"
 
 namespace vps::bullet {
@@ -22,18 +23,18 @@ class ConvexPlanes {
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
   [[nodiscard]] bool has_faces() const { return faces_ > 0; }
 
-  /// Depth and direction of a contact with the shape of the last call of `of`: of the face that looks most towards the
-  /// shell where several are as near; by GJK outside the core, which is the shape without its margin. Deep inside of
-  /// round shapes the planes keep their word.
+  /// Penetration and direction of a contact with the shape of the last call of `of`: of the face that looks most
+  /// towards the shell where several are as near; by the nearest place outside the core, which is the shape without its
+  /// margin. Deep inside of round shapes the planes keep their word.
   /// @param contact  shape's frame; its inward_normal is the shell's, and becomes the direction
-  /// @param alike    depths that differ by no more count as the same. [m]
+  /// @param alike    penetrations that differ by no more count as the same. [m]
   void finish(Contact& contact, float alike) const;
 
  private:
   void build(const btConvexShape& shape);
-  // By GJK, from outside the core. `contact`: its position says where; gets depth and direction.
+  // From outside the core, by its faces, or by GJK where it has none. `contact`: its position says where; gets
+  // penetration and direction.
   bool find_nearest(Contact& contact) const;
-  bool is_nearest(Vec3 p, const btVector3& normal, btScalar distance) const;
   bool find_nearest_of_faces(Contact& contact) const;
 
   const btConvexShape* shape_ = nullptr;
@@ -42,11 +43,12 @@ class ConvexPlanes {
   std::uint64_t corners_ = 0;
   std::size_t faces_ = 0;  // planes of faces come first
   std::vector<HalfSpaceField> planes_;
+  std::vector<Triangle> triangles_;              // of the faces, without the margin
   std::unique_ptr<btMultiSphereShape> thinner_;  // a copy for GJK, whose margin is no larger than its spheres
 };
 
-/// Of faces that are alike in depth the one that looks most along the shell's inward normal: at an edge the nearest may
-/// be one that the shell hardly touches.
+/// Of the faces that a point lies equally deep below, the one that looks most along the shell's inward normal: at an
+/// edge the nearest may be one that the shell hardly touches.
 /// @param contact  as above
 /// @return false, and nothing changed, when there are no faces
 bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact);

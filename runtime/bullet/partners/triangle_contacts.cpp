@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Zlib
-// Points of the shell and the triangle next to each: the tree of spheres is gone down together with the list of the
+// Finds the triangle nearest to each point of the shell. The search goes down the tree of spheres with the list of the
 // triangles within reach, which shrinks on the way.
 #include "runtime/bullet/partners/triangle_contacts.h"
 
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/partners/triangles.h"
 #include "runtime/fields/place_field.h"
 
@@ -27,8 +28,7 @@ constexpr float kAligned = 0.5F;
 
 class Search {
  public:
-  Search(const Shape& body, const QueryOptions& options, const Pose& to_asset, Sheets& sheets,
-         std::vector<Contact>& out)
+  Search(const Shape& body, const QueryOptions& options, const Pose& to_asset, Sheets& sheets, TriangleContacts& out)
       : shell_(body.pointshell()),
         map_(body.voxelmap()),
         solid_(map_.field != Field::none),
@@ -40,8 +40,8 @@ class Search {
         sheets_(sheets),
         out_(out) {}
 
-  // Everywhere. Returns the number of contacts.
-  std::uint32_t run(const AssetInfo& info, TriangleMemory& memory) {
+  // Everywhere.
+  void run(const AssetInfo& info, TriangleMemory& memory) {
     memory_ = &memory;
     relevant_ = distance_ + static_cast<float>(memory.room);
     place(to_asset_, bounds(info, double{relevant_}), sheets_);
@@ -53,13 +53,13 @@ class Search {
       memory.places.clear();
       start();
       visit(0, 1, 0);
-      if (enough() || !(reach_ < most)) return count_;
+      if (enough() || !(reach_ < most)) return;
     }
   }
 
   // At remembered places alone; false when they are not enough.
-  bool run_again(const TriangleMemory& memory, std::uint32_t& count) {
-    count = 0;
+  bool run_again(const TriangleMemory& memory) {
+    start();
     if (memory.places.empty()) return true;
     relevant_ = distance_;
     reach_ = least_reach();
@@ -74,10 +74,9 @@ class Search {
     place(to_asset_, box, sheets_);
     start();
     for (const auto& [leaf, segment] : memory.places) {
-      if (segment != segment_.node) segment_ = {segment, count_};
+      if (segment != segment_.node) segment_ = {segment, out_.contacts.size()};
       visit(leaf, shell_.levels, 0);
     }
-    count = count_;
     return enough();
   }
 
@@ -89,17 +88,17 @@ class Search {
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
   bool enough() const noexcept { return !(kRoom * deepest_ > reach_); }
 
-  float depth(Vec3 p) const noexcept {
+  float penetration_at(Vec3 p) const noexcept {
     return penetration(map_, p, map_.field == Field::layers ? outward_normal(map_, p) : Vec3());
   }
 
-  // Drops the triangles that cannot touch the body. Returns the depth of the deepest of their centres.
+  // Drops the triangles that cannot touch the body. Returns the penetration of the deepest of their centres.
   float leave_near() {
     if (!solid_) return 0;
     float most = 0;
     const auto far = [&](const Triangle& t) {
       const float bound = penetration_bound(map_, t.centre);
-      if (bound >= 0) most = std::max(most, depth(t.centre));
+      if (bound >= 0) most = std::max(most, penetration_at(t.centre));
       return bound + t.radius < -relevant_;
     };
     sheets_.triangles.erase(std::remove_if(sheets_.triangles.begin(), sheets_.triangles.end(), far),
@@ -108,7 +107,8 @@ class Search {
   }
 
   void start() {
-    count_ = 0;
+    out_.contacts.clear();
+    out_.features.clear();
     deepest_ = 0;
     segment_ = {};
     sheets_.met.assign(sheets_.triangles.size(), 0);
@@ -136,7 +136,7 @@ class Search {
       if (sheets_.triangles[number].is_within(centre(node), near)) sheets_.lists.push_back(number);
     }
     if (sheets_.lists.size() > to) {
-      if (level == segment_level_ && node != segment_.node) segment_ = {node, count_};
+      if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
       const std::uint32_t first = shell_.children[2 * std::size_t{node}];
       const std::uint32_t end = first + shell_.children[2 * std::size_t{node} + 1];
       if (node >= shell_.level_offsets[shell_.levels - 1]) {
@@ -172,37 +172,38 @@ class Search {
     const Triangle* const triangle = nearest(p, reach_, place);
     if (triangle == nullptr) return;
     const Vec3 inward = point_inward_normal(shell_, point);
-    Contact contact{p, {}, 0, point_area(shell_, point), point, leaf_};
+    const ManifoldContact contact{{p, {}, 0, point_area(shell_, point), point, leaf_}, point};
     if (!solid_) return test_by_normal(contact, inward, *triangle, place);
     if (!place.on_face) return climb(place.at, contact);
     const float height = triangle->height(p);
     const float along = dot(inward, triangle->normal);
     // The most frequent answer, without a look at the field: a face that looks at the sheet from afar.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    const float above = depth(p + voxel_ * triangle->normal);
-    const float below = depth(p - voxel_ * triangle->normal);
+    const float above = penetration_at(p + voxel_ * triangle->normal);
+    const float below = penetration_at(p - voxel_ * triangle->normal);
     // A face, edge or corner of the body that points to one side of the sheet has nothing of the body there.
     if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
       return climb(place.at, contact);
     }
     const float side = above > below ? 1 : -1;
-    contact.area *= std::max(side * along, 0.0F);  // as seen along the direction
-    emit_on_face(contact, side * triangle->normal, -side * height);
+    ManifoldContact seen = contact;
+    seen.area *= std::max(side * along, 0.0F);  // as seen along the direction
+    emit_on_face(seen, side * triangle->normal, -side * height);
   }
 
   // @param direction  into the body at the point
-  void emit_on_face(Contact contact, Vec3 direction, float penetration) {
+  void emit_on_face(ManifoldContact contact, Vec3 direction, float penetration) {
     if (penetration < -relevant_) return;
     remember();
     if (penetration < -distance_) return;
     // The body's far side sees the sheet through the body: then the way out is shorter the other way.
-    if (penetration > 0 && depth(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
+    if (penetration > 0 && penetration_at(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
     emit(contact);
   }
 
-  void test_by_normal(Contact contact, Vec3 inward, const Triangle& triangle, const NearestPlace& place) {
+  void test_by_normal(ManifoldContact contact, Vec3 inward, const Triangle& triangle, const NearestPlace& place) {
     Vec3 direction = triangle.normal;
     if (!place.on_face) {
       const Vec3 apart = place.at - contact.position;
@@ -230,11 +231,12 @@ class Search {
         const Vec3 away = triangle.corners[k] - centre(leaf_);
         if ((sheets_.met[number] & 1U << k) != 0 || !(dot(away, away) <= near * near)) continue;
         sheets_.met[number] = static_cast<std::uint8_t>(sheets_.met[number] | 1U << k);
-        if (depth(triangle.corners[k]) < -relevant_) continue;
-        Contact contact;
+        if (penetration_at(triangle.corners[k]) < -relevant_) continue;
+        ManifoldContact contact;
         contact.area = shell_.covering_radius * shell_.covering_radius;
-        contact.point = shell_.points + (3 * triangle.id + k) % 0x7F000000U;
+        contact.point = shell_.children[2 * std::size_t{leaf_}];
         contact.node = leaf_;
+        contact.feature = corner_feature(shell_, triangle.id, k);
         climb(triangle.corners[k], contact);
       }
     }
@@ -242,15 +244,15 @@ class Search {
 
   // Goes up the sheet into the body while it gets deeper. Where the sheet ends or bends there, that is a contact; in
   // the middle of a face the points have answered.
-  void climb(Vec3 at, Contact contact) {
-    float v = depth(at);
+  void climb(Vec3 at, ManifoldContact contact) {
+    float v = penetration_at(at);
     Vec3 out = outward_normal(map_, at);
     const float gain = 0.02F * voxel_;
     float step = voxel_;
     NearestPlace place;
     for (int i = 0; i < 16 && step > 0.1F * voxel_ && dot(out, out) > 0; ++i) {
       const bool found = nearest(at - step * out, 2 * step, place) != nullptr;
-      const float there = found ? depth(place.at) : v;
+      const float there = found ? penetration_at(place.at) : v;
       if (!(there > v + gain)) {
         step /= 2;
         continue;
@@ -277,17 +279,19 @@ class Search {
     emit(contact);
   }
 
-  void emit(Contact contact) {
+  // Of a segment only the deepest is kept.
+  void emit(ManifoldContact contact) {
     deepest_ = std::max(deepest_, contact.penetration);
     if (segment_level_ > 0) {
       contact.node = segment_.node;
-      if (count_ > segment_.first) {
-        if (contact.penetration > out_[segment_.first].penetration) out_[segment_.first] = contact;
-        return;
+      if (out_.contacts.size() > segment_.first) {
+        if (!(contact.penetration > out_.contacts[segment_.first].penetration)) return;
+        out_.contacts.pop_back();
+        out_.features.pop_back();
       }
     }
-    if (count_ == out_.size()) out_.resize(2 * out_.size() + 1);
-    out_[count_++] = contact;
+    out_.contacts.push_back(contact);
+    out_.features.push_back(contact.feature);
   }
 
   const PointshellView& shell_;
@@ -298,17 +302,17 @@ class Search {
   const std::uint32_t segment_level_;
   const Pose& to_asset_;
   Sheets& sheets_;
-  std::vector<Contact>& out_;
+  TriangleContacts& out_;
 
   TriangleMemory* memory_ = nullptr;  // where places are remembered, if they are
   float relevant_ = 0;                // contact distance, with the room for motion. [m]
   float reach_ = 0;                   // points and triangles farther apart are not paired. [m]
   float deepest_ = 0;
-  std::uint32_t count_ = 0;
   std::uint32_t leaf_ = 0;
   std::span<const std::uint32_t> list_;  // of the leaf
   struct {
-    std::uint32_t node = kNoSegment, first = 0;
+    std::uint32_t node = kNoSegment;
+    std::size_t first = 0;
   } segment_;  // the node, and the place of its contact
 };
 
@@ -320,7 +324,7 @@ bool has_triangles(const btCollisionShape& shape) {
 }  // namespace
 
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
-                              std::vector<Contact>& contacts, std::uint32_t& count) {
+                              TriangleContacts& found) {
   const Shape& body = *pair.shell.vps;
   if (body.pointshell().points == 0 || !has_triangles(*pair.field.shape)) return Status::missing_part;
   const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -333,13 +337,13 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   const PointshellView& shell = body.pointshell();
   const auto& sheet = static_cast<const btConcaveShape&>(*pair.field.shape);
   thread_local Sheets sheets;
-  Search search(body, options, to_asset, sheets, contacts);
+  Search search(body, options, to_asset, sheets, found);
 
   const double step = motion(shell, memory.last, to_mesh);
   memory.last = to_mesh;
   if (memory.room > 0 && memory.shell == shell.position[0] && memory.level == options.segment_level &&
       memory.distance >= options.contact_distance && motion(shell, memory.reference, to_mesh) <= memory.room &&
-      memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory, count)) {
+      memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
     return Status::ok;
   }
   // Room for some steps like the last one; a fast body would only remember much.
@@ -355,7 +359,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   const double grown = double{options.contact_distance} + 2 * memory.room + info.voxel_size;
   turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
   memory.mesh = gather(sheet, memory.low, memory.high, sheets);
-  count = search.run(info, memory);
+  search.run(info, memory);
   return Status::ok;
 }
 

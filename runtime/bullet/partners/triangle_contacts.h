@@ -23,6 +23,12 @@ struct TriangleMemory {
   std::uint64_t mesh = 0;                 ///< hash of the triangles in it
 };
 
+/// What a query has found: `features` in the order of `contacts`. Working memory of a thread.
+struct TriangleContacts {
+  std::vector<Contact> contacts;        ///< a corner's `point` is one of the shell's beside it
+  std::vector<std::uint32_t> features;  ///< see ManifoldContact
+};
+
 /// Contacts of the shell with a mesh's triangles, in the shell's asset frame, in tree order.
 ///
 /// Triangles are sheets without a solid side, and are wound as they please: the body that gives the shell decides to
@@ -32,10 +38,8 @@ struct TriangleMemory {
 /// right for bodies that are roughly convex near the contact.
 ///
 /// @param options  contact_distance with the margins, and segment_level; the rest is not used
-/// @param contacts  grows with the contacts
-/// @param count     how many of them are contacts
 /// @return missing_part for a mesh without triangles to hand out (btGImpactCompoundShape) or a shape without points
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
-                              std::vector<Contact>& contacts, std::uint32_t& count);
+                              TriangleContacts& found);
 
 }  // namespace vps::bullet

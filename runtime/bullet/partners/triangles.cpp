@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Gathers a mesh's triangles near a body, and finds the place of a triangle that is nearest to a point.
 #include "runtime/bullet/partners/triangles.h"
 
 namespace vps::bullet {

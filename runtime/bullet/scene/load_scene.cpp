@@ -208,7 +208,7 @@ class Loader {
   std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
 };
 
-enum class Motion : std::uint8_t { fixed, moved, free };
+enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
 
 // One shape as it is, or a compound of several or of one that lies elsewhere.
 btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>& placed, Loader& loader) {
@@ -221,6 +221,18 @@ btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>
   return loader.keep(std::move(compound));
 }
 
+// The one stated, else the shape's.
+btVector3 inertia_of(const Value& value, const btCollisionShape& shape, btScalar mass) {
+  if (value.has("inertia")) return value["inertia"].vector(1e-18, kFarthest);
+  btVector3 inertia;
+  shape.calculateLocalInertia(mass, inertia);
+  // The volume of a forged asset may be any number.
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(inertia[axis] > 0 && std::isfinite(inertia[axis]))) value.refuse("has no inertia by its shape; state one");
+  }
+  return inertia;
+}
+
 struct MadeBody {
   std::unique_ptr<btRigidBody> body;
   btVector3 centre;
@@ -229,8 +241,8 @@ struct MadeBody {
 MadeBody make_body(const Value& value, Loader& loader) {
   value.allow_only({"name", "type", "mass", "inertia", "centre_of_mass", "velocity", "position", "orientation", "group",
                     "mask", "friction", "restitution", "shapes"});
-  const Motion motion = choose<Motion>(
-      value["type"], {{"static", Motion::fixed}, {"kinematic", Motion::moved}, {"dynamic", Motion::free}});
+  const BodyType type = choose<BodyType>(
+      value["type"], {{"static", BodyType::fixed}, {"kinematic", BodyType::kinematic}, {"dynamic", BodyType::dynamic}});
   std::vector<Placed> placed;
   bool has_plane = false;
   for (const Value& shape : value["shapes"].list(scene_manifest::kMostShapes)) {
@@ -239,43 +251,42 @@ MadeBody make_body(const Value& value, Loader& loader) {
   }
   if (placed.empty()) value["shapes"].refuse("is empty");
   if (has_plane &&
-      (placed.size() > 1 || motion == Motion::free || !(placed.front().pose == btTransform::getIdentity())))
+      (placed.size() > 1 || type == BodyType::dynamic || !(placed.front().pose == btTransform::getIdentity())))
     value.refuse("has a plane that moves or is one of several shapes");
   MadeBody made;
   if (value.has("centre_of_mass")) {
     made.centre = value["centre_of_mass"].vector(-kFarthest, kFarthest);
   } else {
-    if (placed.size() > 1 && motion == Motion::free) value.refuse("has several shapes and no centre_of_mass");
+    if (placed.size() > 1 && type == BodyType::dynamic) value.refuse("has several shapes and no centre_of_mass");
     made.centre = placed.front().pose * placed.front().centre;
   }
   btCollisionShape* const shape = has_plane ? placed.front().shape : shape_about(made.centre, placed, loader);
   btScalar mass = 0;
   btVector3 inertia(0, 0, 0);
-  if (motion == Motion::free) {
+  if (type == BodyType::dynamic) {
     mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
-    if (value.has("inertia")) {
-      inertia = value["inertia"].vector(1e-18, kFarthest);
-    } else {
-      shape->calculateLocalInertia(mass, inertia);
-      // Of a forged asset the volume may be anything.
-      for (int axis = 0; axis < 3; ++axis) {
-        if (!(inertia[axis] > 0 && std::isfinite(inertia[axis])))
-          value.refuse("has no inertia by its shape; state one");
-      }
-    }
+    inertia = inertia_of(value, *shape, mass);
   }
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
   info.m_startWorldTransform = value.pose() * translation(made.centre);
   if (value.has("friction")) info.m_friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
   if (value.has("restitution")) info.m_restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
   made.body = std::make_unique<btRigidBody>(info);
-  if (motion == Motion::moved) {
+  if (type == BodyType::kinematic) {
     made.body->setCollisionFlags(made.body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     made.body->setActivationState(DISABLE_DEACTIVATION);
   }
-  if (motion == Motion::free && value.has("velocity"))
+  if (type == BodyType::dynamic && value.has("velocity"))
     made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
   return made;
+}
+
+void keep_apart(const Value& pair, const Scene& scene) {
+  const std::vector<Value> names = pair.list();
+  btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
+  btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
+  if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
+  first->setIgnoreCollisionCheck(second, true);
 }
 
 }  // namespace
@@ -315,13 +326,7 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
       };
       filters.emplace_back(bits("group"), bits("mask"));
     }
-    for (const Value& pair : root["apart"].list()) {
-      const std::vector<Value> names = pair.list();
-      btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
-      btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
-      if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
-      first->setIgnoreCollisionCheck(second, true);
-    }
+    for (const Value& pair : root["apart"].list()) keep_apart(pair, scene);
     if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
 
     // Nothing fails from here on.

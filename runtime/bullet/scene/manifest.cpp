@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Zlib
+// Reads a manifest's JSON.
 #include "runtime/bullet/scene/manifest.h"
 
 #include <filesystem>

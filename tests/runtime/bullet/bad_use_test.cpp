@@ -60,6 +60,35 @@ TEST_F(BadUse, ADispatcherWithoutTheAlgorithmIsTold) {
   world.removeRigidBody(&floor);
 }
 
+// Worlds whose Shapes meet Shapes alone, as Bullet then calls nothing of a pair's.
+TEST_F(BadUse, OfTwoDispatchersTheOneWithoutTheAlgorithmIsTold) {
+  World known;
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld unknown(&dispatcher, &broadphase, &solver, &configuration);
+  bullet::ContinuousMotion in_known;
+  bullet::ContinuousMotion in_unknown;
+  known.world.addAction(&in_known);
+  unknown.addAction(&in_unknown);
+  bullet::Shape shape(brick());
+  shape.set_name("known");
+  bullet::Shape lost(brick());
+  lost.set_name("lost");
+  known.add(shape, 1, {0, 0, 0});
+  btRigidBody body(1, nullptr, &lost, {1, 1, 1});
+  unknown.addRigidBody(&body);
+  for (int i = 0; i < 3; ++i) {
+    known.step(1);
+    unknown.stepSimulation(btScalar(1.0 / 240), 0);
+  }
+  expect_one_line("register_algorithm(*dispatcher) before the first step");
+  EXPECT_NE(lines[0].find(" lost'"), std::string::npos) << lines[0];
+  known.world.removeAction(&in_known);
+  unknown.removeRigidBody(&body);
+}
+
 TEST_F(BadUse, ABunnyOf155MetresIsTold) {
   bullet::Shape shape(baked_at(make_box({77, 60, 60}), 5));
   btVector3 inertia;

@@ -101,6 +101,23 @@ TEST(Lint, MarginsAndMissingPartsAreNamedWithTheirBody) {
   EXPECT_EQ(advice[1].object, &lacking);
 }
 
+TEST(Lint, ScalingIsNamedWhateverWentWrongElsewhere) {
+  const auto shape_of = [](World& scene) -> bullet::Shape& {
+    return *static_cast<bullet::Shape*>(scene.bodies[1]->getCollisionShape());
+  };
+  EXPECT_EQ(advice_after([&](World& scene) { shape_of(scene).report(Status::bad_argument); }), "");
+  EXPECT_EQ(advice_after([&](World& scene) {
+              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).report(Status::bad_pose);
+            }),
+            "setLocalScaling ");
+  EXPECT_EQ(advice_after([&](World& scene) {
+              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).setLocalScaling({1, 1, 1});
+            }),
+            "");
+}
+
 TEST(Lint, AVoxelmapThatCannotMeetBulletsOwnShapesNeedsNoPointshell) {
   World scene;
   bullet::Shape map(brick(), bullet::Part::voxelmap);

@@ -339,6 +339,32 @@ TEST(Partners, AHullWhosePointsMoveIsNoticed) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0, 0.001);
 }
 
+// Places beside the sharp rim of a lens of 2 mm. Its faces are so flat that any place outside the rim is nearest to it.
+TEST(Partners, SmallFlatHullsAreAsFarAsTheyAre) {
+  const double half = 0.001;
+  const double height = 0.02 * half;
+  btConvexHullShape lens;
+  for (const double x : {-half, half}) {
+    for (const double y : {-half, half}) lens.addPoint({btScalar(x), btScalar(y), 0});
+  }
+  for (const double z : {-height, height}) lens.addPoint({0, 0, btScalar(z)});
+  lens.setMargin(btScalar(0.0001));
+  bullet::ConvexPlanes planes;
+  const PolytopeField field = planes.of(lens, btVector3(0, 0, 0));
+  Random random;
+  for (int n = 0; n < 2000; ++n) {
+    const double beyond = half * random.between(0.02, 0.6);
+    const double up = half * random.between(-0.5, 0.5);
+    Contact contact;
+    contact.position = {static_cast<float>(half + beyond), static_cast<float>(half * random.between(-0.9, 0.9)),
+                        static_cast<float>(up)};
+    contact.penetration = penetration(field, contact.position);
+    planes.finish(contact, 0);
+    ASSERT_NEAR(contact.penetration, 0.0001 - std::hypot(beyond, up), 1e-5 * half) << n;
+    ASSERT_NEAR(contact.inward_normal.z, up / std::hypot(beyond, up), 1e-3) << n;
+  }
+}
+
 // Places beside the edges and tips of needles, where GJK ends too early.
 TEST(Partners, NeedlesAreAsFarAsTheyAre) {
   const std::vector<btVector3> points = corners(btScalar(0.001), btScalar(0.1));

@@ -17,10 +17,11 @@ using bullet::SegmentPoint;
 
 constexpr float kBeside = 0.1F;
 
-Contact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
-  Contact out;
+bullet::ManifoldContact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
+  bullet::ManifoldContact out;
   out.node = node;
   out.point = point;
+  out.feature = point;
   out.position = {x, 0, 0};
   out.penetration = penetration;
   return out;
@@ -36,9 +37,10 @@ using Points = std::vector<std::uint32_t>;
 
 TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoint) {
   SegmentMemory memory;
-  const std::vector<Contact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
+  const std::vector<bullet::ManifoldContact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
   EXPECT_EQ(points_of(keep_segments(first, kBeside, memory)), (Points{10, 20}));
-  const std::vector<Contact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0), contact(5, 20, 0, 0)};
+  const std::vector<bullet::ManifoldContact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0),
+                                                       contact(5, 20, 0, 0)};
   const auto kept = keep_segments(second, kBeside, memory);
   EXPECT_EQ(points_of(kept), (Points{10, 11, 20}));
   EXPECT_EQ(kept[0].place, 0);
@@ -49,10 +51,10 @@ TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoi
 
 TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlaces) {
   SegmentMemory memory;
-  const std::vector<Contact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
+  const std::vector<bullet::ManifoldContact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
   (void)keep_segments(std::span(both).first(1), kBeside, memory);
   (void)keep_segments(both, kBeside, memory);
-  const std::vector<Contact> one = {contact(3, 11, 1, 0)};
+  const std::vector<bullet::ManifoldContact> one = {contact(3, 11, 1, 0)};
   const auto kept = keep_segments(one, kBeside, memory);
   ASSERT_EQ(kept.size(), 1U);
   EXPECT_EQ(kept[0].point, 11U);
@@ -62,7 +64,7 @@ TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlace
 
 TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) {
   SegmentMemory memory;
-  std::vector<Contact> contacts;
+  std::vector<bullet::ManifoldContact> contacts;
   for (const std::uint32_t i : {0U, 1U, 2U}) {
     contacts.push_back(contact(3, i, static_cast<float>(i), i == 1 ? -2e-3F : -1e-3F));
     (void)keep_segments(contacts, kBeside, memory);
@@ -79,7 +81,7 @@ TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
   PointshellView shell;
   shell.position[0] = codes;
   shell.points = 100;
-  const std::vector<Contact> contacts = {contact(3, 10, 0, 0)};
+  const std::vector<bullet::ManifoldContact> contacts = {contact(3, 10, 0, 0)};
   const auto is_kept = [&](const PointshellView& of_shell, std::uint32_t level) {
     (void)keep_segments(contacts, kBeside, memory);
     memory.belong_to(of_shell, level);
@@ -104,8 +106,8 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   body.applyGravity();
   const auto approach = [&](double speed) {
     body.setLinearVelocity({0, 0, btScalar(-speed)});
-    const bullet::Pair pair{bullet::Side(&shape, &body, body.getWorldTransform()),
-                            bullet::Side(&plane, &floor, floor.getWorldTransform())};
+    const bullet::Pair pair{bullet::PairBody(&shape, &body, body.getWorldTransform()),
+                            bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
     return bullet::approach(pair, btScalar(1.0 / 30));
   };
   // A step's fall is 10.9 mm, five are 54.5 mm, a voxel is 4 mm.

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "runtime/bullet/reduce_contacts.h"
+#include "runtime/bullet/choose_four.h"
 #include "tests/runtime/bullet/world.h"
 
 namespace vps::test {
@@ -66,7 +66,7 @@ std::vector<Contact> contacts_at(const std::vector<std::array<float, 3>>& points
   return contacts;
 }
 
-TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
+TEST(ChooseFour, KeepsTheDeepestAndTheCorners) {
   std::vector<std::array<float, 3>> grid;
   for (int i = 0; i < 11; ++i) {
     for (int j = 0; j < 11; ++j) grid.push_back({static_cast<float>(i), static_cast<float>(j), 0});
@@ -74,7 +74,7 @@ TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
   grid[3 * 11 + 4][2] = 1;
   const auto contacts = contacts_at(grid);
   std::array<std::uint32_t, 4> chosen{};
-  ASSERT_EQ(bullet::reduce_contacts(contacts, {}, 0, chosen), 4U);
+  ASSERT_EQ(bullet::choose_four(contacts, {}, {}, 0, chosen), 4U);
   EXPECT_EQ(chosen[0], 3U * 11 + 4);
   for (int k = 1; k < 4; ++k) {
     const Vec3 p = contacts[chosen[static_cast<std::size_t>(k)]].position;
@@ -82,22 +82,22 @@ TEST(ReduceContacts, KeepsTheDeepestAndTheCorners) {
   }
 }
 
-TEST(ReduceContacts, FewOrDegenerateContactsGiveFewerPoints) {
+TEST(ChooseFour, FewOrDegenerateContactsGiveFewerPoints) {
   std::array<std::uint32_t, 4> chosen{};
-  EXPECT_EQ(bullet::reduce_contacts({}, {}, 0, chosen), 0U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}}), {}, 0, chosen), 1U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{1, 1, 0}, {1, 1, 0}}), {}, 0, chosen), 1U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}), {}, 0, chosen), 2U);
-  EXPECT_EQ(bullet::reduce_contacts(contacts_at({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), {}, 0, chosen), 3U);
+  EXPECT_EQ(bullet::choose_four({}, {}, {}, 0, chosen), 0U);
+  EXPECT_EQ(bullet::choose_four(contacts_at({{1, 1, 0}}), {}, {}, 0, chosen), 1U);
+  EXPECT_EQ(bullet::choose_four(contacts_at({{1, 1, 0}, {1, 1, 0}}), {}, {}, 0, chosen), 1U);
+  EXPECT_EQ(bullet::choose_four(contacts_at({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}), {}, {}, 0, chosen), 2U);
+  EXPECT_EQ(bullet::choose_four(contacts_at({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), {}, {}, 0, chosen), 3U);
 }
 
-TEST(ReduceContacts, APointOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
+TEST(ChooseFour, APointOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
   const auto contacts = contacts_at({{0, 0, 1}, {10, 0, 0}, {10.1F, 0.1F, 0}, {0, 5, 0}});
   std::array<std::uint32_t, 4> chosen{};
-  ASSERT_GE(bullet::reduce_contacts(contacts, {}, 0, chosen), 2U);
+  ASSERT_GE(bullet::choose_four(contacts, {}, {}, 0, chosen), 2U);
   EXPECT_EQ(chosen[1], 2U);
   const std::array<std::uint32_t, 1> previous = {1};
-  ASSERT_GE(bullet::reduce_contacts(contacts, previous, 0, chosen), 2U);
+  ASSERT_GE(bullet::choose_four(contacts, {}, previous, 0, chosen), 2U);
   EXPECT_EQ(chosen[1], 1U);
 }
 

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contacts of shapes with Bullet's triangle meshes.
+#include <cstring>
+
+#include "runtime/bullet/find_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 
 namespace vps::test {
@@ -72,6 +75,37 @@ TEST(TriangleContacts, ASpikeBetweenThePointsIsFelt) {
         scene.bodies.pop_back();
       }
     }
+  }
+}
+
+TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
+  const bullet::Shape shape(brick());
+  btTriangleMesh triangles = to_bullet(pyramid(0.001, 0.02));
+  btBvhTriangleMeshShape mesh(&triangles, true);
+  const btCollisionObject object;
+  const auto at = [](double z) { return btTransform(btQuaternion::getIdentity(), {btScalar(0.0017), 0, btScalar(z)}); };
+  bullet::PairMemory memory;
+  const std::uint32_t points = shape.pointshell().points;
+  std::vector<std::uint32_t> before;
+  for (const double depth : {0.002, 0.00201, 0.00202}) {
+    const bullet::Pair pair = bullet::assign_roles(bullet::PairBody(&shape, &object, at(0.05 - depth)),
+                                                   bullet::PairBody(&mesh, &object, btTransform::getIdentity()));
+    QueryOptions options;
+    options.contact_distance = 1e-4F;
+    bullet::FoundContacts found;
+    ASSERT_EQ(bullet::find_contacts(pair, options, memory, found), Status::ok);
+    ASSERT_EQ(found.features.size(), found.contacts.size());
+    std::vector<std::uint32_t> corners;
+    for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+      EXPECT_LT(found.contacts[i].point, points);
+      const std::uint32_t feature = bullet::feature_of(found.contacts, found.features, i);
+      if (feature >= points) corners.push_back(feature);
+    }
+    EXPECT_FALSE(corners.empty()) << depth;
+    EXPECT_TRUE(before.empty() || corners == before) << depth;
+    before = corners;
+    std::sort(corners.begin(), corners.end());
+    EXPECT_EQ(std::adjacent_find(corners.begin(), corners.end()), corners.end()) << depth;
   }
 }
 
@@ -174,23 +208,38 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
     Ground ground(Kind::bvh, 0.5, 40, bumps);
     btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
     btRigidBody& body = scene.add(shape, 1, turned({1, 0, 0}, 0.3, {0, 0, btScalar(0.06)}));
-    // Steps look for contacts ahead where there is no restitution, tests do not.
-    floor.setRestitution(btScalar(0.01));
-    body.setRestitution(btScalar(0.01));
+    bullet::PairMemory memory;
+    const auto found_with = [&](bullet::PairMemory& with) {
+      const bullet::Pair pair =
+          bullet::assign_roles(bullet::PairBody(&shape, &body, body.getWorldTransform()),
+                               bullet::PairBody(floor.getCollisionShape(), &floor, floor.getWorldTransform()));
+      QueryOptions options;
+      options.contact_distance = static_cast<float>(bullet::contact_distance(pair));
+      options.segment_level = shape.segment_level();
+      bullet::FoundContacts found;
+      EXPECT_EQ(bullet::find_contacts(pair, options, with, found), Status::ok);
+      // The next query uses the same memory of the thread.
+      return std::pair(std::vector<Contact>(found.contacts.begin(), found.contacts.end()),
+                       std::vector<std::uint32_t>(found.features.begin(), found.features.end()));
+    };
     int compared = 0;
+    int used = 0;
     for (int i = 0; i < 240; ++i) {
       scene.step(1);
-      scene.world.performDiscreteCollisionDetection();
-      const auto fresh = contacts_of(scene, body, floor);
-      const auto remembered = scene.points();
-      ASSERT_EQ(fresh.empty(), remembered.empty()) << i;
-      if (fresh.empty()) continue;
-      // Of few contacts those of the step before are kept while they are alike in depth.
-      EXPECT_NEAR(deepest(fresh), deepest(remembered), segments == 0 ? 0.021 * 0.004 : 1e-6) << i;
-      EXPECT_TRUE(segments == 0 || fresh.size() == remembered.size()) << i;
-      ++compared;
+      const Pose reference = memory.triangles.reference;
+      const auto [remembered, old_features] = found_with(memory);
+      used += std::memcmp(&reference, &memory.triangles.reference, sizeof reference) == 0;
+      bullet::PairMemory none;
+      const auto [fresh, features] = found_with(none);
+      ASSERT_EQ(old_features, features) << i;
+      for (std::size_t k = 0; k < fresh.size(); ++k) {
+        ASSERT_EQ(remembered[k].penetration, fresh[k].penetration) << i;
+        ASSERT_EQ(remembered[k].node, fresh[k].node) << i;
+      }
+      compared += !fresh.empty();
     }
     EXPECT_GT(compared, 100);
+    EXPECT_GT(used, 50);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
-// Manifold reduction before addContactPoint, which costs about 30 ns a point and keeps four. Paper: Sec. 3.2.
-#include "runtime/bullet/reduce_contacts.h"
+// Chooses the contacts of a manifold before addContactPoint, which costs about 30 ns a point and keeps four. Paper:
+// Sec. 3.2.
+#include "runtime/bullet/choose_four.h"
 
 #include <algorithm>
 #include <limits>
@@ -15,19 +16,20 @@ using namespace detail;
 // How much better a new contact has to be than one of the step before.
 constexpr float kHysteresis = 1.2F;
 
-class Reduction {
+class Candidates {
  public:
-  Reduction(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike)
-      : contacts_(contacts), previous_(previous), alike_(alike) {}
+  Candidates(std::span<const Contact> contacts, std::span<const std::uint32_t> features,
+             std::span<const std::uint32_t> previous, float alike)
+      : contacts_(contacts), features_(features), previous_(previous), alike_(alike) {}
 
-  /// Of points that are alike in depth, one of the step before.
+  /// The deepest. Of contacts that are equally deep, one of the step before.
   std::uint32_t deepest() const {
     std::uint32_t at = 0;
     float most = -std::numeric_limits<float>::max();
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
-      const float depth = contacts_[i].penetration + (was_chosen(contacts_[i].point) ? alike_ : 0);
-      if (depth <= most) continue;
-      most = depth;
+      const float penetration = contacts_[i].penetration + (was_chosen(i) ? alike_ : 0);
+      if (penetration <= most) continue;
+      most = penetration;
       at = i;
     }
     return at;
@@ -39,7 +41,7 @@ class Reduction {
     float value = 0;
     for (std::uint32_t i = 0; i < contacts_.size(); ++i) {
       float s = score(contacts_[i].position) * weight(contacts_[i].penetration);
-      if (s > 0 && was_chosen(contacts_[i].point)) s *= kHysteresis;
+      if (s > 0 && was_chosen(i)) s *= kHysteresis;
       if (s > value) {
         value = s;
         at = i;
@@ -49,30 +51,31 @@ class Reduction {
   }
 
  private:
-  bool was_chosen(std::uint32_t point) const {
-    return std::find(previous_.begin(), previous_.end(), point) != previous_.end();
+  bool was_chosen(std::size_t i) const {
+    return std::find(previous_.begin(), previous_.end(), feature_of(contacts_, features_, i)) != previous_.end();
   }
   // A point that does not touch yet carries nothing, however far out it lies: a body on such points rocks for ever.
   float weight(float penetration) const {
     return penetration >= 0 ? 1 : alike_ * alike_ / (alike_ * alike_ + penetration * penetration);
   }
   const std::span<const Contact> contacts_;
+  const std::span<const std::uint32_t> features_;
   const std::span<const std::uint32_t> previous_;
   const float alike_;
 };
 
 }  // namespace
 
-std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const std::uint32_t> previous, float alike,
-                            std::array<std::uint32_t, 4>& chosen) {
+std::size_t choose_four(std::span<const Contact> contacts, std::span<const std::uint32_t> features,
+                        std::span<const std::uint32_t> previous, float alike, std::array<std::uint32_t, 4>& chosen) {
   if (contacts.empty()) return 0;
-  const Reduction reduction(contacts, previous, alike);
-  chosen[0] = reduction.deepest();
+  const Candidates candidates(contacts, features, previous, alike);
+  chosen[0] = candidates.deepest();
   const Vec3 a = contacts[chosen[0]].position;
-  if (!reduction.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;
+  if (!candidates.best([&](Vec3 p) { return dot(p - a, p - a); }, chosen[1])) return 1;
   const Vec3 b = contacts[chosen[1]].position;
   // Twice the area of the triangle abp.
-  if (!reduction.best([&](Vec3 p) { return length(cross(b - a, p - a)); }, chosen[2])) return 2;
+  if (!candidates.best([&](Vec3 p) { return length(cross(b - a, p - a)); }, chosen[2])) return 2;
   const Vec3 c = contacts[chosen[2]].position;
   const Vec3 normal = cross(b - a, c - a);
   // What a fourth corner adds beyond one of the triangle's edges.
@@ -80,7 +83,7 @@ std::size_t reduce_contacts(std::span<const Contact> contacts, std::span<const s
     return std::max(
         {dot(cross(b - a, a - p), normal), dot(cross(c - b, b - p), normal), dot(cross(a - c, c - p), normal)});
   };
-  return reduction.best(beyond, chosen[3]) ? 4 : 3;
+  return candidates.best(beyond, chosen[3]) ? 4 : 3;
 }
 
 }  // namespace vps::bullet
