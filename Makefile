@@ -16,8 +16,11 @@ BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
 # For `make paper` alone; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
-# For the tests of pages, manual pages, completion, exports and engines.
-TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libclang-rt-14-dev mandoc munge parallel python3-jsonschema python3-vtk9 slurm-wlm zsh
+# For the tests of pages, format of sources, manual pages, completion, exports, engines and sanitizers.
+TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libclang-rt-14-dev mandoc munge parallel python3-jsonschema \
+  python3-vtk9 slurm-wlm zsh
+# For `make tidy` alone.
+TIDY_PACKAGES := clang-tidy
 # For `make deb` and its test alone.
 DEB_PACKAGES := debootstrap dpkg-dev file lintian
 # For `make scenes` alone: pictures.
@@ -25,14 +28,17 @@ SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
-CTEST := ctest --output-on-failure -j $(JOBS)
+CTEST := ctest --output-on-failure --no-tests=error --output-junit tests.xml -j $(JOBS)
+# run_tests(FOLDER, ARGUMENTS): the tests of a build that CTest's arguments select; then how many were skipped, and why.
+run_tests = cd $(1) && rm -f tests.xml && { $(CTEST) $(2); status=$$?; \
+  python3 -B $(CURDIR)/tests/support/skipped_tests.py tests.xml; exit $$status; }
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
 # What a step does and about how long it takes, before it begins: minutes on two cores from scratch. Later runs compile what changed.
 say = @echo "== $(1)"
 
-.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all clean
+.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
 all: deps
 	$(call say,Building the program and the libraries: about 6 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=OFF
@@ -152,7 +158,7 @@ test-dev: deps
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
 	$(call say,1 of 3: running the tests: about 8 minutes)
-	cd build/dev && $(CTEST) -LE slow
+	$(call run_tests,build/dev,-LE slow)
 
 # The tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer; not those in which sanitizers can find
 # nothing new: pages in a browser, engines, installation, Bullet in double precision.
@@ -162,7 +168,7 @@ test-sanitize: deps
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)
 	$(call say,3 of 3: running the tests with sanitizers: about 8 minutes)
-	cd build/sanitize && $(CTEST) -LE slow
+	$(call run_tests,build/sanitize,-LE slow)
 
 # Queries, batches and Bullet's pairs on several threads under ThreadSanitizer, with an asset that the dev build's program bakes.
 # GCC 12's ThreadSanitizer finds no room where addresses are randomized in more than 28 bits, so that is switched off where it can be.
@@ -184,8 +190,14 @@ test-runtime-only: deps
 test-deb: deb
 	sh tests/install/debian.sh build/packages || [ $$? = 77 ]
 
-test-all: test deb
-	cd build/dev && $(CTEST) -L slow
+# clang-tidy on the sources of the libraries and the program. Any warning is a failure.
+tidy: PACKAGES += $(TIDY_PACKAGES)
+tidy: deps
+	cmake --preset edit
+	sh tests/style/tidy.sh build/edit $(JOBS)
+
+test-all: test deb tidy
+	$(call run_tests,build/dev,-L slow)
 
 clean:
 	rm -rf build

@@ -139,8 +139,8 @@ void check_elements(PlyHeader& header, std::size_t body_bytes) {
     for (const Property& p : element.properties) smallest += ascii ? 2 : (p.length ? p.length : p.type)->bytes;
     // Or there would be no end of items that take no room.
     if (element.items > (smallest == 0 ? 0 : (body_bytes + 1) / smallest)) {
-      throw ReadError("the header promises " + std::to_string(element.items) + " of element " + in_quotes(element.name) +
-                      ", more than " + std::to_string(body_bytes) + " bytes can hold");
+      throw ReadError("the header promises " + std::to_string(element.items) + " of element " +
+                      in_quotes(element.name) + ", more than " + std::to_string(body_bytes) + " bytes can hold");
     }
     if (element.name == "vertex") {
       ++vertices;

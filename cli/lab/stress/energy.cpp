@@ -10,7 +10,6 @@
 namespace vps::stress {
 namespace {
 
-
 // Largest energy over the first, as a share of `scale`.
 struct Gain {
   double most = 0;

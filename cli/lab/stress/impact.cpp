@@ -10,7 +10,7 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kRate = 240;      // [Hz]
+constexpr double kRate = 240;  // [Hz]
 
 enum class Wall : std::uint8_t { baked, bullet };
 

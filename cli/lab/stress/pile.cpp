@@ -11,7 +11,6 @@
 namespace vps::stress {
 namespace {
 
-
 // A body that stands on another, or on a plane.
 struct Standing {
   evaluate::BulletShape shape;

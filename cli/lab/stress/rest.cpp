@@ -10,7 +10,6 @@
 namespace vps::stress {
 namespace {
 
-
 // What Bullet's solver leaves of a step's fall: with 10 iterations about a hundredth.
 double rest_limit_vx(const Subject& subject, double dt) {
   return 1 + 0.01 * kGravity * dt * dt / subject.voxel;

@@ -12,7 +12,7 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kUlp = 0x1p-52;   // of a double, at 1
+constexpr double kUlp = 0x1p-52;  // of a double, at 1
 constexpr int kPosesOfSize = 32;
 
 struct ScaledParts {

@@ -1,0 +1,18 @@
+#!/bin/sh
+# SPDX-License-Identifier: GPL-3.0-or-later
+# usage: tidy.sh BUILD JOBS [REGEX...]
+# clang-tidy with the checks of .clang-tidy on the sources of bake, cli, formats and runtime, or on those that match a
+# regular expression. BUILD is configured, each source compiled alone. Exit code 1: there are warnings.
+set -eu
+cd "$(dirname "$0")/../.."
+build=$1 jobs=$2
+shift 2
+[ $# -gt 0 ] || set -- '/(bake|cli|formats|runtime)/.*\.cpp$'
+log=$(mktemp)
+trap 'rm -f "$log"' EXIT
+status=0
+# It goes on after errors, so the exit code stands for all files. Counts of suppressed warnings are left out.
+run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" >"$log" 2>/dev/null || status=1
+grep -v '^clang-tidy' "$log" || true
+if grep -q ' warning: ' "$log"; then status=1; fi
+exit $status
