@@ -8,13 +8,12 @@
 
 #include <algorithm>
 #include <chrono>
-#include <exception>
 #include <filesystem>
 #include <span>
 #include <system_error>
 
 #include "bake/quantity_text.h"
-#include "bake/store/cache.h"
+#include "bake/store/vps_store.h"
 #include "cli/lab/oracle.h"
 #include "cli/terminal/exit_code.h"
 #include "cli/terminal/progress.h"
@@ -58,15 +57,6 @@ struct BakeRun {
   bake::BakeReport report = {};
 };
 
-// Files the time of a stage that is not one of bake's.
-template <class Work>
-auto timed(BakeRun& run, const char* stage, const Work& work) {
-  const auto begin = Clock::now();
-  auto result = work();
-  run.times.push_back({stage, seconds_since(begin)});
-  return result;
-}
-
 nlohmann::ordered_json plan_to_json(const bake::BakePlan& plan) {
   return {{"dims", plan.dims},
           {"voxels", plan.voxels},
@@ -88,10 +78,10 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   fmt::print("{}", to_text(j));
 }
 
-void print_plan(const BakeRun& run) {
+void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json) return;
   run.progress.clear();
-  fmt::print("{}: {}\n", run.arguments.mesh, plan_line(run.report.plan));
+  fmt::print("{}: {}\n", run.arguments.mesh, plan_line(plan));
   std::fflush(stdout);
 }
 
@@ -104,40 +94,21 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
              seconds_since(run.begin), cache);
 }
 
-int fail_output(const BakeRun& run, const std::string& reason) {
-  run.progress.clear();
-  return fail(kIo, run.output.string(), reason);
-}
-
-// Runs `write`, which returns the asset's size.
+// @param write  returns the asset's size
 int deliver(BakeRun& run, const AssetInfo& info, const std::function<std::size_t()>& write) {
   run.progress.show("write", 1);
-  try {
-    const std::size_t bytes = timed(run, "write", write);
-    run.progress.clear();
-    print_result(run, info, bytes);
-    return kOk;
-  } catch (const WriteError& error) {
-    return fail_output(run, error.what());
-  }
-}
-
-// The voxel size and what follows from it.
-bake::BakeOptions planned_options(BakeRun& run, const bake::BakeSettings& settings, const ImportedMesh& mesh) {
-  bake::BakeOptions options = settings.options;
-  if (settings.max_error > 0) {
-    run.progress.show("search", 0);
-    options.voxel_size = bake::find_voxel_size(mesh, options, settings.max_error);
-  }
-  run.report.plan = bake::plan_bake(mesh, options);
-  return options;
+  const auto begin = Clock::now();
+  const std::size_t bytes = write();
+  run.times.push_back({"write", seconds_since(begin)});
+  run.progress.clear();
+  print_result(run, info, bytes);
+  return kOk;
 }
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   run.progress.show("import", 0);
-  (void)planned_options(run, settings, import_mesh(run.arguments.mesh, settings.import));
+  const bake::BakePlan plan = bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings);
   run.progress.clear();
-  const bake::BakePlan& plan = run.report.plan;
   if (run.arguments.json) {
     nlohmann::ordered_json j = {{"output", run.output.string()}, {"voxel_size", plan.voxel_size}};
     j["plan"] = plan_to_json(plan);
@@ -150,75 +121,46 @@ int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   return kOk;
 }
 
-bake::BakedAsset bake_mesh(BakeRun& run, const bake::BakeSettings& settings, const ImportedMesh& mesh) {
-  bake::BakeOptions options = planned_options(run, settings, mesh);
-  print_plan(run);
-  options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
-  bake::BakedAsset asset = bake::bake(mesh, options);
-  run.times.insert(run.times.end(), asset.times.begin(), asset.times.end());
-  run.report.repair = asset.repair;
-  run.report.filled_share = asset.filled_share;
-  run.report.notes = mesh.notes;
-  run.report.notes.insert(run.report.notes.end(), asset.notes.begin(), asset.notes.end());
-  return asset;
+// What is wrong with the output is said before the bake, not after it.
+void check_output(const BakeRun& run) {
+  if (const std::string reason = asset_refusal(run.output); !reason.empty()) throw WriteError(reason);
 }
 
-// The mesh and what it is: imported again when it was written meanwhile, also when that is why it makes no sense.
-ImportedMesh import_steady(const BakeArguments& arguments, const bake::BakeSettings& settings, bake::MeshState& state) {
-  constexpr int kAttempts = 3;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    ImportedMesh mesh;
-    std::exception_ptr failure;
-    try {
-      mesh = import_mesh(arguments.mesh, settings.import);
-    } catch (const ImportError&) {
-      failure = std::current_exception();
-    }
-    bake::MeshState after = bake::mesh_state(arguments.mesh, settings);
-    if (after == state && failure) std::rethrow_exception(failure);
-    if (after == state) return mesh;
-    state = std::move(after);
+int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
+  const BakeArguments& arguments = run.arguments;
+  const bake::AssetCache folder(arguments.cache, arguments.cache_bytes);
+  const bake::AssetCache* const cache = arguments.cache.empty() ? nullptr : &folder;
+  const bake::BakeHooks hooks = {[&] { check_output(run); },
+                                 [&](const bake::BakePlan& plan) { print_plan(run, plan); }};
+  const bake::StoredAsset stored = bake::bake_stored(arguments.mesh, settings, cache, hooks);
+  run.report = stored.report;
+  run.times = stored.times;
+  if (cache != nullptr) run.cache = stored.baked ? "miss" : "hit";
+  if (!stored.baked) {
+    check_output(run);
+    print_plan(run, run.report.plan);
+    return deliver(run, stored.cached.info(), [&] {
+      write_whole(run.output, stored.cached.bytes());
+      return stored.cached.bytes().size();
+    });
   }
-  throw ImportError(ImportError::Kind::io, "the mesh changes while it is read; bake again when it is complete");
+  run.progress.clear();
+  if (!stored.warning.empty()) complain("warning", arguments.cache, stored.warning + "; the asset is not kept there");
+  return deliver(run, stored.baked->info,
+                 [&] { return write_asset(run.output, stored.baked->info, stored.baked->sections); });
 }
 
 int bake_file(const BakeArguments& arguments) {
   BakeRun run{arguments, output_path(arguments)};
-  const bake::BakeSettings settings = complete_settings(arguments);
+  bake::BakeSettings settings = complete_settings(arguments);
+  settings.options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
   if (arguments.dry_run) return plan_file(run, settings);
-  const bool with_cache = !arguments.cache.empty();
-  const bake::AssetCache cache(arguments.cache, arguments.cache_bytes);
-  bake::MeshState state;
-  const std::optional<bake::BakeRecord>& record = state.record;
-  Asset hit;
-  const auto look_up = [&] {
-    state = bake::mesh_state(arguments.mesh, settings);
-    return with_cache && record && cache.open(bake::cache_key(*record), hit, run.report);
-  };
-  const bool found = with_cache ? timed(run, "cache", look_up) : look_up();
-  if (with_cache) run.cache = found ? "hit" : "miss";
-  if (hit.is_open()) {
-    if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
-    print_plan(run);
-    return deliver(run, hit.info(), [&] {
-      write_whole(run.output, hit.bytes());
-      return hit.bytes().size();
-    });
-  }
-  run.progress.show("import", 0);
-  const ImportedMesh mesh = timed(run, "import", [&] { return import_steady(arguments, settings, state); });
-  // Better now than after the bake.
-  if (const std::string reason = asset_refusal(run.output); !reason.empty()) return fail_output(run, reason);
-  bake::BakedAsset asset = bake_mesh(run, settings, mesh);
-  if (record) bake::add_record(*record, asset);
-  if (with_cache) {
-    run.progress.show("store", 1);
-    const auto key = record ? std::optional(bake::cache_key(*record)) : std::nullopt;
-    const std::string reason = timed(run, "store", [&] { return cache.store(key, asset, run.report); });
+  try {
+    return bake_output(run, settings);
+  } catch (const WriteError& error) {
     run.progress.clear();
-    if (!reason.empty()) complain("warning", arguments.cache, reason + "; the asset is not kept there");
+    return fail(kIo, run.output.string(), error.what());
   }
-  return deliver(run, asset.info, [&] { return write_asset(run.output, asset.info, asset.sections); });
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "bake/quantity_text.h"
-#include "bake/store/vps_load.h"
+#include "bake/store/vps_store.h"
 #include "cli/scene/former_assets.h"
 #include "cli/scene/report_scene.h"
 #include "cli/scene/write_manifest.h"

@@ -11,7 +11,7 @@
 #include <memory>
 #include <optional>
 
-#include "bake/store/vps_load.h"
+#include "bake/store/vps_store.h"
 #include "cli/commands/open_asset.h"
 #include "cli/lab/stress/peers.h"
 #include "cli/lab/stress/report.h"

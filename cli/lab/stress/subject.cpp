@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "bake/store/vps_load.h"
+#include "bake/store/vps_store.h"
 #include "cli/lab/assets.h"
 #include "cli/lab/hacd.h"
 #include "cli/lab/stress/world.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <thread>
 
-#include "bake/store/vps_load.h"
+#include "bake/store/vps_store.h"
 #include "tests/support/baked.h"
 #include "tests/support/shapes.h"
 #ifdef VPS_WITH_BULLET
@@ -123,7 +123,7 @@ TEST(Load, AMeshInMemoryIsBakedOnce) {
   EXPECT_TRUE(load_or_bake(mesh, settings).baked);
 }
 
-TEST(Load, AMeshThatChangesWhileItIsReadIsNotKept) {
+TEST(Load, AMeshThatDoesNotStopChangingIsRefused) {
   const TemporaryFolder folder;
   // A tetrahedron, and a second buffer of other bytes each time it is read, which holds nothing that is used.
   const float corners[4][3] = {{0, 0, 0}, {0.1F, 0, 0}, {0, 0.1F, 0}, {0, 0, 0.1F}};
@@ -148,10 +148,58 @@ TEST(Load, AMeshThatChangesWhileItIsReadIsNotKept) {
   const LoadedAsset still = load_or_bake(folder / "still.gltf", settings, folder / "still");
   EXPECT_EQ(still.warning, "");
   EXPECT_FALSE(load_or_bake(folder / "still.gltf", settings, folder / "still").baked);
-  const LoadedAsset loaded = load_or_bake(folder / "restless.gltf", settings, folder / "cache");
-  EXPECT_NE(loaded.warning.find("changed while it was read"), std::string::npos) << loaded.warning;
-  EXPECT_EQ(content_of(loaded), content_of(still));
+  try {
+    static_cast<void>(load_or_bake(folder / "restless.gltf", settings, folder / "cache"));
+    ADD_FAILURE() << "it was baked";
+  } catch (const LoadError& error) {
+    EXPECT_EQ(error.stage, "import");
+    EXPECT_NE(std::string(error.what()).find("changes while it is read"), std::string::npos) << error.what();
+  }
   EXPECT_FALSE(fs::exists(folder / "cache"));
+}
+
+TEST(Load, AMeshThatIsWrittenWhileItIsReadIsReadAgain) {
+  const TemporaryFolder folder;
+  const auto write = [&](const char* sample) { write_file(folder / "mesh.obj", read_file(sample_mesh(sample))); };
+  write("cube.obj");
+  BakeSettings settings;
+  settings.options.resolution = 10;
+  std::vector<std::string> stages;
+  settings.options.progress = [&](const char* stage, double) {
+    stages.emplace_back(stage);
+    if (stages.back() == "import") write("hole.obj");  // after it was hashed
+  };
+  const AssetCache cache(folder / "cache");
+  const StoredAsset stored = bake_stored(folder / "mesh.obj", settings, &cache);
+  ASSERT_TRUE(stored.baked);
+  EXPECT_EQ(stored.warning, "");
+  EXPECT_EQ(stored.key, cache_key(*bake_record(sample_mesh("hole.obj"), settings)));
+  EXPECT_EQ(stages.front(), "import");
+  EXPECT_EQ(stages.back(), "store");
+  const LoadedAsset loaded = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
+  EXPECT_FALSE(loaded.baked);
+  EXPECT_EQ(content_of(loaded), fresh(import_mesh(sample_mesh("hole.obj")), settings.options));
+}
+
+TEST(Load, HooksComeInOrderAndMayEndTheBake) {
+  const TemporaryFolder folder;
+  const AssetCache cache(folder / "cache");
+  BakeSettings settings;
+  settings.options.resolution = 10;
+  std::string order;
+  const BakeHooks refusing = {[] { throw WriteError("no"); }, [&](const BakePlan&) { order += "planned "; }};
+  EXPECT_THROW(static_cast<void>(bake_stored(sample_mesh("cube.obj"), settings, &cache, refusing)), WriteError);
+  EXPECT_EQ(order, "");
+  EXPECT_FALSE(fs::exists(folder / "cache"));
+  const BakeHooks noting = {[&] { order += "imported "; },
+                            [&](const BakePlan& plan) { order += plan.voxels > 0 ? "planned " : "empty plan "; }};
+  const StoredAsset first = bake_stored(sample_mesh("cube.obj"), settings, &cache, noting);
+  EXPECT_EQ(order, "imported planned ");
+  EXPECT_EQ(first.times.front().stage + " " + first.times.back().stage, "cache store");
+  const StoredAsset second = bake_stored(sample_mesh("cube.obj"), settings, &cache, noting);
+  EXPECT_EQ(order, "imported planned ");  // nothing was baked
+  EXPECT_TRUE(!second.baked && second.cached.is_open());
+  EXPECT_EQ(second.key, first.key);
 }
 
 TEST(Load, ErrorsNameStageFileAndReason) {

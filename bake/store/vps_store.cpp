@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/store/vps_store.h"
+
+#include <chrono>
+#include <cstdlib>
+#include <exception>
+#include <system_error>
+
+namespace vps::bake {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A folder that goes away with it, for assets that no cache keeps.
+class PassingFolder {
+ public:
+  PassingFolder() {
+    std::error_code failed;
+    std::string name = (fs::temp_directory_path(failed) / "vps.XXXXXX").string();
+    if (failed || ::mkdtemp(name.data()) == nullptr)
+      throw WriteError("there is no room for a temporary file; set TMPDIR to another folder");
+    path_ = name;
+  }
+  PassingFolder(const PassingFolder&) = delete;
+  PassingFolder& operator=(const PassingFolder&) = delete;
+  ~PassingFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// The mapping outlives the file's name.
+void map_without_name(const BakedAsset& baked, Asset& asset) {
+  const PassingFolder folder;
+  const fs::path file = folder.path() / "asset.vps.hdf";
+  write_asset(file, baked.info, baked.sections);
+  if (const Status status = Asset::open(file.c_str(), asset); status != Status::ok) {
+    throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
+  }
+}
+
+void show_stage(const BakeSettings& settings, const char* stage, double fraction) {
+  if (settings.options.progress) settings.options.progress(stage, fraction);
+}
+
+// Files the time of a stage that is not one of bake's.
+template <class Work>
+auto timed(std::vector<StageTime>& times, const char* stage, const Work& work) {
+  using Clock = std::chrono::steady_clock;
+  const auto begin = Clock::now();
+  auto result = work();
+  times.push_back({stage, std::chrono::duration<double>(Clock::now() - begin).count()});
+  return result;
+}
+
+// The options of one bake, with the voxel size that the settings search for.
+BakeOptions options_for(const TriangleMesh& mesh, const BakeSettings& settings) {
+  BakeOptions options = settings.options;
+  if (settings.max_error > 0) {
+    show_stage(settings, "search", 0);
+    options.voxel_size = find_voxel_size(mesh, options, settings.max_error);
+  }
+  return options;
+}
+
+// Reads the mesh again when it was written meanwhile: nobody knows which bytes were imported, and they may be why the
+// import failed.
+ImportedMesh import_steady(const fs::path& file, const BakeSettings& settings, MeshState& state) {
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    ImportedMesh mesh;
+    std::exception_ptr failure;
+    try {
+      mesh = import_mesh(file, settings.import);
+    } catch (const ImportError&) {
+      failure = std::current_exception();
+    }
+    MeshState after = mesh_state(file, settings);
+    if (after == state && failure) std::rethrow_exception(failure);
+    if (after == state) return mesh;
+    state = std::move(after);
+  }
+  throw ImportError(ImportError::Kind::io, "the mesh changes while it is read; bake again when it is complete");
+}
+
+// One way from a mesh to an asset. Files and meshes in memory differ in the record and the import alone.
+struct Pipeline {
+  const BakeSettings& settings;
+  const AssetCache* cache;
+  const BakeHooks& hooks;
+  std::optional<BakeRecord> record = {};
+  StoredAsset result = {};
+
+  // @param find_record  hashes the mesh; @return whether the cache has the asset
+  template <class FindRecord>
+  bool look_up(const FindRecord& find_record) {
+    const auto find = [&] {
+      record = find_record();
+      return cache != nullptr && record && cache->open(cache_key(*record), result.cached, result.report);
+    };
+    return cache != nullptr ? timed(result.times, "cache", find) : find();
+  }
+
+  void bake_mesh(const TriangleMesh& mesh) {
+    const BakeOptions options = options_for(mesh, settings);
+    result.report.plan = plan_bake(mesh, options);
+    if (hooks.planned) hooks.planned(result.report.plan);
+    result.baked = bake(mesh, options);
+    const BakedAsset& baked = *result.baked;
+    result.times.insert(result.times.end(), baked.times.begin(), baked.times.end());
+    result.report.repair = baked.repair;
+    result.report.filled_share = baked.filled_share;
+    result.report.notes.insert(result.report.notes.end(), baked.notes.begin(), baked.notes.end());
+  }
+
+  void store() {
+    if (record) add_record(*record, *result.baked);
+    if (cache == nullptr) return;
+    show_stage(settings, "store", 1);
+    result.warning =
+        timed(result.times, "store", [&] { return cache->store(result.key, *result.baked, result.report); });
+  }
+
+  // @param mesh  as read, with what the import noted
+  StoredAsset finish(const TriangleMesh& mesh, std::vector<std::string> notes) {
+    if (record) result.key = cache_key(*record);
+    result.report.notes = std::move(notes);
+    bake_mesh(mesh);
+    store();
+    return std::move(result);
+  }
+
+  StoredAsset finish_hit() {
+    result.key = cache_key(*record);
+    return std::move(result);
+  }
+};
+
+LoadedAsset load(StoredAsset stored, const AssetCache* cache) {
+  LoadedAsset loaded;
+  const auto asset = std::make_shared<Asset>();
+  loaded.asset = asset;
+  loaded.baked = stored.baked.has_value();
+  loaded.report = std::move(stored.report);
+  loaded.warning = std::move(stored.warning);
+  if (!loaded.baked) {
+    *asset = std::move(stored.cached);
+    return loaded;
+  }
+  const bool is_kept = cache != nullptr && loaded.warning.empty();
+  if (is_kept && cache->open(*stored.key, *asset, loaded.report)) return loaded;
+  map_without_name(*stored.baked, *asset);
+  return loaded;
+}
+
+LoadedAsset load_named(const std::string& file, const fs::path& cache_folder,
+                       const std::function<StoredAsset(const AssetCache*)>& find) {
+  const AssetCache folder(cache_folder);
+  const AssetCache* const cache = cache_folder.empty() ? nullptr : &folder;
+  try {
+    return load(find(cache), cache);
+  } catch (const ImportError& error) {
+    throw LoadError("import", file, error.what());
+  } catch (const BakeError& error) {
+    throw LoadError(error.stage, file, error.what());
+  } catch (const WriteError& error) {
+    throw LoadError("write", file, error.what());
+  }
+}
+
+}  // namespace
+
+StoredAsset bake_stored(const fs::path& mesh, const BakeSettings& settings, const AssetCache* cache,
+                        const BakeHooks& hooks) {
+  Pipeline pipeline{settings, cache, hooks};
+  MeshState state;
+  const auto find_record = [&] {
+    state = mesh_state(mesh, settings);
+    return state.record;
+  };
+  if (pipeline.look_up(find_record)) return pipeline.finish_hit();
+  show_stage(settings, "import", 0);
+  const auto read = [&] { return import_steady(mesh, settings, state); };
+  ImportedMesh imported = timed(pipeline.result.times, "import", read);
+  pipeline.record = state.record;  // of what was read in the end
+  if (hooks.imported) hooks.imported();
+  return pipeline.finish(imported, std::move(imported.notes));
+}
+
+StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache,
+                        const BakeHooks& hooks) {
+  Pipeline pipeline{settings, cache, hooks};
+  if (pipeline.look_up([&] { return std::optional(bake_record(mesh, settings)); })) return pipeline.finish_hit();
+  if (hooks.imported) hooks.imported();
+  return pipeline.finish(mesh, {});
+}
+
+BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings) {
+  return plan_bake(mesh, options_for(mesh, settings));
+}
+
+LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+  return load_named(mesh.string(), cache_folder,
+                    [&](const AssetCache* cache) { return bake_stored(mesh, settings, cache); });
+}
+
+LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+  return load_named({}, cache_folder, [&](const AssetCache* cache) { return bake_stored(mesh, settings, cache); });
+}
+
+}  // namespace vps::bake

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Assets for programs that have meshes: from a cache, the same as that of `vpsbake --cache`, or baked. Every way
+/// from a mesh to an asset passes through `bake_stored`: hash, look into the cache, import, bake, store.
+/// Paper: Sec. 5, the data structures made within the physics engine, given a mesh.
+///
+///     vps::bake::BakeSettings settings;
+///     settings.options.voxel_size = 0.5e-3;
+///     const auto gear = vps::bake::load_or_bake("gear.obj", settings, cache_folder).asset;
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bake/store/cache.h"
+
+namespace vps::bake {
+
+/// Called by bake_stored between its stages, on its thread, and only when the cache does not have the asset. What a
+/// hook throws ends the bake. Empty functions are not called.
+struct BakeHooks {
+  std::function<void()> imported;                ///< the mesh was read; the last moment before the long part
+  std::function<void(const BakePlan&)> planned;  ///< the voxel size is known; the bake begins
+};
+
+/// An asset from the cache or fresh from the baker. Exactly one of `cached` and `baked` is there.
+struct StoredAsset {
+  Asset cached;                     ///< open when the cache had the asset
+  std::optional<BakedAsset> baked;  ///< with its record; not yet a file, except in the cache
+  std::optional<CacheKey> key;      ///< nothing when a file of the mesh cannot be read: then the cache does not hold it
+  BakeReport report;
+  std::vector<StageTime> times;  ///< cache, import, those of bake, store: the stages that were run. [s]
+  std::string warning;           ///< why the cache does not hold the asset now; empty: it does, or none was given
+};
+
+/// The asset of a mesh file. When the file changes while it is read, it is read again, three times at most.
+/// `settings.options.progress` is called for the stages import, search and store, too.
+/// @param cache  null: none is used
+/// @throw ImportError also when the file does not stop changing
+/// @throw BakeError
+[[nodiscard]] StoredAsset bake_stored(const std::filesystem::path& mesh, const BakeSettings& settings,
+                                      const AssetCache* cache, const BakeHooks& hooks = {});
+
+/// The same for a mesh in memory, in metres; identical positions are joined. `settings.import` is not used.
+/// @throw BakeError
+[[nodiscard]] StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache,
+                                      const BakeHooks& hooks = {});
+
+/// The plan of a bake with these settings: searches the voxel size when `settings.max_error` asks for it.
+/// @throw BakeError
+[[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings);
+
+struct LoadedAsset {
+  std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
+  bool baked = false;                  ///< false: from the cache
+  BakeReport report;
+  std::string warning;  ///< why the cache does not hold the asset now; empty: it does, or none was asked for
+};
+
+/// What went wrong with which file, at which stage: import, one of bake's, or write. `what()` is "reason; what to do".
+struct LoadError : BakeError {
+  std::string file;  ///< empty for a mesh in memory
+  LoadError(std::string stage_in, std::string file_in, const std::string& message)
+      : BakeError(std::move(stage_in), message), file(std::move(file_in)) {}
+};
+
+/// `bake_stored`, mapped into memory. Threads may call it at the same time.
+/// @param cache_folder  made when missing; empty: no cache. One that cannot be used costs a warning, not the asset
+/// @throw LoadError
+[[nodiscard]] LoadedAsset load_or_bake(const std::filesystem::path& mesh, const BakeSettings& settings,
+                                       const std::filesystem::path& cache_folder = {});
+
+/// The same for a mesh in memory, in metres; identical positions are joined. `settings.import` is not used.
+[[nodiscard]] LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings,
+                                       const std::filesystem::path& cache_folder = {});
+
+}  // namespace vps::bake
