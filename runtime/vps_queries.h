@@ -34,20 +34,10 @@ struct SeparationResult {
 
 /// The deepest point of a shell, by branch and bound; exact with the default options for a field's points in the band
 /// that its certificate covers.
-/// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
+/// `lower` is minus infinity where a polytope's planes do not determine its distance.
+/// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
 /// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
-[[nodiscard]] Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-/// `lower` is minus infinity where the polytope's planes do not tell how far it is.
-[[nodiscard]] Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+[[nodiscard]] Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 
 struct ClosestPointOptions {
@@ -143,17 +133,7 @@ struct ImpactResult {
 /// the field's certificate; earlier by what tolerance, field error and, with Contactor::surface, the covering radius
 /// take.
 /// @return as separation; `bad_argument` also for a motion that is not finite.
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const VoxelmapView& map, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const BoxField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const RevolvedField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const PolytopeField& field, const Motion& motion,
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, FieldRef field, const Motion& motion,
                                     const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 
 }  // namespace vps

@@ -104,7 +104,7 @@ Status VirtualTool::find_constraints(HapticCycle& cycle, double& free_way) noexc
   constraints_.clear();
   for (const Contact& contact : std::span(contacts_.data(), result.contacts)) {
     // At edges the shell's normals point between the faces; the map's are right there.
-    Vec3 out = outward_normal(*map_, contact.position);
+    Vec3 out = normal_at(*map_, contact.position);
     if (!(detail::dot(out, out) > 0)) out = contact.inward_normal;
     const Vec3 turn = cross(contact.position - centre, out);
     constraints_.push_back({{out.x, out.y, out.z, turn.x, turn.y, turn.z}, double{contact.penetration}, 0});

@@ -330,23 +330,26 @@ class Traverse {
   bool coarse_ = false;         // points stand for nodes
 };
 
-template <class Field>
-Status start(const PointshellView& shell, const Field& field, const Facts& facts, const Pose& pose,
-             const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  scratch.reserve(shell);
-  return Traverse<Field>(shell, field, facts, pose, pose, options, scratch, out, result).run();
-}
-
 template <class T>
 std::uint64_t id_of(const T& field) noexcept {
   return hash_bytes(std::as_bytes(std::span(&field, 1)));
 }
 
 // Of an analytic field.
-template <class Field>
-Facts facts_of(const Field& field) noexcept {
+template <class Analytic>
+Facts facts_of(const Analytic& field) noexcept {
   Facts facts;
   facts.id = id_of(field);
+  return facts;
+}
+Facts facts_of(const VoxelmapView& map) noexcept {
+  Facts facts;
+  facts.id = id_of(map.values);
+  facts.excess = map.error;
+  // Inside, the surface is never farther than the nearest face of the bounds.
+  for (int axis = 0; axis < 3; ++axis) {
+    facts.most = std::min(facts.most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
+  }
   return facts;
 }
 
@@ -395,57 +398,30 @@ void Scratch::reserve(const PointshellView& shell) {
   if (penetrations.size() < points) penetrations.resize(points);
 }
 
-Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_map, options, result); status != Status::ok) return status;
-  if (map.field == Field::none) return Status::missing_part;
-  if (answer_apart(shell, map, shell_to_map, options.contact_distance, result)) return Status::ok;
-  Facts facts;
-  facts.id = id_of(map.values);
-  facts.excess = map.error;
-  // Inside, the surface is never farther than the nearest face of the bounds.
-  for (int axis = 0; axis < 3; ++axis) {
-    facts.most = std::min(facts.most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
-  }
-  const auto run = [&](const auto& field, const Frame& frame, float error) {
-    facts.frame = frame;
-    facts.error = error;
-    if constexpr (std::is_base_of_v<detail::SampledMap, std::remove_cvref_t<decltype(field)>>) {
-      // The diagonal of the largest cell: docs/bounds.md.
-      facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(map.voxel_size, kCoarsestLevel) + error;
-      facts.known = map.band_inner;
+Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
+                Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
+  return field.visit([&](const auto& kind) {
+    constexpr bool kIsMap = std::is_same_v<decltype(kind), const VoxelmapView&>;
+    if constexpr (kIsMap) {
+      if (kind.field == Field::none) return Status::missing_part;
+      if (answer_apart(shell, kind, shell_to_field, options.contact_distance, result)) return Status::ok;
     }
-    return start(shell, field, facts, shell_to_map, options, scratch, out, result);
-  };
-  return detail::on_map(map, shell_to_map, run);
-}
-Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
-}
-Status traverse(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
-}
-Status traverse(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
-}
-Status traverse(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  return start(shell, field, facts_of(field), shell_to_field, options, scratch, out, result);
-}
-Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
-  const Pose down = detail::pose_above(field, shell_to_field);
-  scratch.reserve(shell);
-  return Traverse<detail::SolidBelow>(shell, {}, facts_of(field), down, shell_to_field, options, scratch, out, result)
-      .run();
+    Facts facts = facts_of(kind);
+    const auto run = [&]<class Kernel>(const Kernel& kernel_field, const Frame& frame, float error, const Pose& pose) {
+      facts.frame = frame;
+      facts.error = error;
+      if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
+        // The diagonal of the largest cell: docs/bounds.md.
+        facts.excess =
+            2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(kind.voxel_size, kCoarsestLevel) + error;
+        facts.known = kind.band_inner;
+      }
+      scratch.reserve(shell);
+      return Traverse<Kernel>(shell, kernel_field, facts, pose, shell_to_field, options, scratch, out, result).run();
+    };
+    return detail::in_kernel_form(kind, shell_to_field, run);
+  });
 }
 
 }  // namespace vps

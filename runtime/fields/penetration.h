@@ -189,6 +189,9 @@ inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float 
   return {std::max({layer * s - reach, band - length(found.to_centre), 0.0F}), (layer + kCoarseLayerSlack) * s + reach};
 }
 
+/// `outward_normal` of a voxelmap.
+Vec3 normal_at(const VoxelmapView& map, Vec3 point) noexcept;
+
 /// V(P). Paper: Sec. 2.2.
 inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   bool inside = false;

@@ -129,21 +129,6 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   return map;
 }
 
-/// Calls run(field, frame, error [m]) with the kernel's form of a map.
-template <class Run>
-Status on_map(const VoxelmapView& map, const Pose& shell_to_map, Run run) noexcept {
-  // Offsets into samples are 32 bits wide in the kernel.
-  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
-    const Frame frame = voxel_frame(map);
-    const float error = field_error(map);
-    if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error);
-    return run(sampled_map<SampledMap16>(map, frame), frame, error);
-  }
-  float rotation[9];
-  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
-  return run(PlainMap{&map, rotation}, Frame(), 0.0F);
-}
-
 /// Takes a shell to SolidBelow instead of a half space: only z = n . p - offset counts there.
 inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) noexcept {
   Pose down;
@@ -155,6 +140,31 @@ inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) 
     for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
   }
   return down;
+}
+
+/// Calls run(field, frame, error [m], pose) with a field as the kernels see it: `pose` takes the shell there, and
+/// `error` is what the kernel leaves out of its upper bounds.
+template <class Run>
+Status in_kernel_form(const VoxelmapView& map, const Pose& shell_to_map, const Run& run) noexcept {
+  // Offsets into samples are 32 bits wide in the kernel.
+  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
+    const Frame frame = voxel_frame(map);
+    const float error = field_error(map);
+    if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error, shell_to_map);
+    return run(sampled_map<SampledMap16>(map, frame), frame, error, shell_to_map);
+  }
+  float rotation[9];
+  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
+  return run(PlainMap{&map, rotation}, Frame(), 0.0F, shell_to_map);
+}
+template <class Run>
+Status in_kernel_form(const HalfSpaceField& field, const Pose& shell_to_field, const Run& run) noexcept {
+  return run(SolidBelow(), Frame(), 0.0F, pose_above(field, shell_to_field));
+}
+/// The kernels know every other analytic field as it is.
+template <class Analytic, class Run>
+Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const Run& run) noexcept {
+  return run(field, Frame(), 0.0F, shell_to_field);
 }
 
 /// How far off a shell's coordinates in a field may be: they are rounded at the size of the shell and of its distance.

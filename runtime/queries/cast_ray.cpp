@@ -177,7 +177,7 @@ Status cast_ray(const VoxelmapView& map, const Ray& ray, const RayOptions& optio
     float at[3];
     for (int axis = 0; axis < 3; ++axis) at[axis] = static_cast<float>(origin[axis] + distance * direction[axis]);
     result.position = {at[0], at[1], at[2]};
-    result.outward_normal = outward_normal(map, result.position);
+    result.outward_normal = normal_at(map, result.position);
     return Status::ok;
   }
   return Status::ok;

@@ -27,7 +27,7 @@ class Walk {
       const float v = sampled ? interpolate(map_, cell) : 0;
       residual = std::abs(v);
       if (sampled && residual <= tolerance_) return true;
-      const Vec3 normal = sampled ? outward_normal(map_, at) : Vec3();
+      const Vec3 normal = sampled ? normal_at(map_, at) : Vec3();
       if (dot(normal, normal) > 0) {
         at = at + scaled(normal, v);
       } else if (!approach(at, sampled ? residual : std::numeric_limits<float>::max())) {
@@ -133,7 +133,7 @@ void slide(const VoxelmapView& map, Vec3 point, Walk& walk, ClosestPoint& result
   float part = 1;
   constexpr float kLeastPart = 1.0F / 128;
   while (part > kLeastPart) {
-    const Vec3 n = outward_normal(map, result.position);
+    const Vec3 n = normal_at(map, result.position);
     if (dot(n, n) == 0) return;
     const Vec3 to_point = point - result.position;
     const Vec3 along = to_point - scaled(n, dot(to_point, n));
@@ -178,7 +178,7 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   result.distance = length(point - result.position);
   if (!result.converged) return Status::ok;
   slide(map, point, walk, result);
-  result.outward_normal = outward_normal(map, result.position);
+  result.outward_normal = normal_at(map, result.position);
   const Interval there = depth_interval(map, result.position);
   result.upper =
       std::min(result.upper, result.distance + std::max(std::abs(there.low), std::abs(there.high)) + rounding);

@@ -2,7 +2,9 @@
 // Separation and depth of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
+#include "runtime/fields/analytic_fields.h"
 #include "runtime/queries/find_deepest.h"
 #include "runtime/vps_queries.h"
 
@@ -32,7 +34,7 @@ Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept
   Depth out;
   out.v = voxelmap_penetration(map, point, inward_normal);
   out.truth = depth_interval(map, point);
-  out.direction = outward_normal(map, point);
+  out.direction = normal_at(map, point);
   // Beyond the band a way to the surface says more than the layers.
   const CertifiedBand certified = certified_band(map);
   if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
@@ -54,16 +56,16 @@ Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept
 template <class Analytic>
 Depth depth_at(const Analytic& field, Vec3 p, Vec3) noexcept {
   Depth out;
-  out.v = penetration(field, p);
+  out.v = value_at(field, p);
   out.truth = {out.v, out.v};
-  out.direction = outward_normal(field, p);
+  out.direction = normal_at(field, p);
   return out;
 }
 Depth depth_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
   Depth out = depth_at<PolytopeField>(field, p, inward_normal);
   // Exact where the nearest place of the farthest plane is a place of the body.
   const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
-  if (out.v < 0 && penetration(field, on_plane) < 1e-5F * out.v) {
+  if (out.v < 0 && value_at(field, on_plane) < 1e-5F * out.v) {
     out.truth.low = -std::numeric_limits<float>::infinity();
   }
   return out;
@@ -170,57 +172,23 @@ Status find(const Query<Field>& query, const KernelField& kernel_field, const Fr
   return std::isfinite(result.delta) ? Status::ok : Status::bad_argument;
 }
 
-template <class Field>
-Status find(const Query<Field>& query, SeparationResult& result) noexcept {
-  return find(query, query.field, {}, query.pose, 0, result);
-}
-
 }  // namespace
 
-Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
+Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                   const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_map, options, result); status != Status::ok) return status;
-  if (map.field == Field::none) return Status::missing_part;
-  const Query<VoxelmapView> query{shell, map, shell_to_map, options, scratch};
-  return on_map(map, shell_to_map, [&](const auto& field, const Frame& frame, float error) {
-    return find(query, field, frame, shell_to_map, error, result);
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return field.visit([&]<class Kind>(const Kind& kind) {
+    if constexpr (std::is_same_v<Kind, VoxelmapView>) {
+      if (kind.field == Field::none) return Status::missing_part;
+    }
+    const Query<Kind> query{shell, kind, shell_to_field, options, scratch};
+    const auto run = [&](const auto& kernel_field, const Frame& frame, float error, const Pose& pose) {
+      return find(query, kernel_field, frame, pose, error, result);
+    };
+    return in_kernel_form(kind, shell_to_field, run);
   });
-}
-Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<BoxField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<SphereField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<RevolvedField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<PolytopeField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<HalfSpaceField>({shell, field, shell_to_field, options, scratch}, SolidBelow(), {},
-                              pose_above(field, shell_to_field), 0, result);
 }
 
 }  // namespace vps
