@@ -12,6 +12,7 @@ namespace {
 
 using detail::Budget;
 using detail::Descent;
+using detail::DescentField;
 using detail::Frame;
 using detail::Transform;
 
@@ -20,8 +21,9 @@ constexpr float kNothing = -std::numeric_limits<float>::max();
 // What is known of a field besides its values.
 struct Facts {
   Frame frame;
-  std::uint64_t id = 0;  // tells fields apart that a cache may meet
-  float error = 0;       // [m]
+  std::uint64_t id = 0;     // tells fields apart that a cache may meet
+  float error = 0;          // [m]
+  bool takes_lists = true;  // kernels can test listed points without their numbers
   // V of a sphere's centre, where the sphere touches, is no more than `excess` above the bound that its test gave, as
   // long as that is less than `known`; and `most` anywhere. [m]
   float excess = 0;
@@ -30,11 +32,10 @@ struct Facts {
 };
 
 // Algorithm 1 and its segmented form over one field.
-template <class Field>
 class Traverse {
  public:
   // @param field_pose  takes the shell to the field: `pose`, but for fields with an orientation of their own
-  Traverse(const PointshellView& shell, const Field& field, const Facts& facts, const Pose& field_pose,
+  Traverse(const PointshellView& shell, const DescentField& field, const Facts& facts, const Pose& field_pose,
            const Pose& pose, const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
            QueryResult& result) noexcept
       : shell_(shell),
@@ -65,7 +66,7 @@ class Traverse {
   Status run() noexcept {
     if (options_.segment_level > 0) {
       gather_segments();
-    } else if (options_.cache == nullptr || d_.bounds != nullptr || std::is_same_v<Field, detail::PlainMap>) {
+    } else if (options_.cache == nullptr || d_.bounds != nullptr || !facts_.takes_lists) {
       gather();
     } else {
       const std::uint32_t gone_into = hit_remembered(*options_.cache);
@@ -81,7 +82,7 @@ class Traverse {
 
  private:
   void gather() noexcept {
-    if (!detail::touches(field_, d_, 0)) return;
+    if (!field_.touches(d_, 0)) return;
     const std::uint32_t level = std::min(options_.level, shell_.levels);
     result_.complete = start(0, 0, level > 0 ? shell_.level_offsets[level - 1] : shell_.nodes);
     consume();
@@ -92,7 +93,7 @@ class Traverse {
 
   // Returns how many inner nodes lie at the front of the queue.
   std::uint32_t hit_all() noexcept {
-    if (!detail::touches(field_, d_, 0)) return 0;
+    if (!field_.touches(d_, 0)) return 0;
     (void)start(0, 0, shell_.nodes);
     return inner_nodes(0, d_.end);
   }
@@ -107,11 +108,10 @@ class Traverse {
     const double step = same ? detail::motion(shell_, cache.last, pose_) : 0;
     cache.last = pose_;
     if (same && cache.reach >= needed + spent) {
-      detail::test_list(field_, d_,
-                        {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
-                         cache.points.data(),
-                         cache.leaves.data(),
-                         static_cast<std::uint32_t>(cache.points.size() - detail::kLanePadding)});
+      field_.test_list(d_, {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
+                            cache.points.data(),
+                            cache.leaves.data(),
+                            static_cast<std::uint32_t>(cache.points.size() - detail::kLanePadding)});
       d_.rejected = static_cast<float>((spent + 2.0 * facts_.error - cache.reach) / d_.unit);
       return 0;
     }
@@ -161,7 +161,7 @@ class Traverse {
   // point. Those that the budget does not reach are represented by their own points.
   void gather_segments() noexcept {
     const std::uint32_t level = std::min(options_.segment_level, shell_.levels);
-    if (!detail::touches(field_, d_, 0)) return;
+    if (!field_.touches(d_, 0)) return;
     result_.complete = start(0, 0, shell_.level_offsets[level - 1]);
     const std::uint32_t first = d_.begin;
     const std::uint32_t last = d_.end;
@@ -197,13 +197,13 @@ class Traverse {
     d_.end = at + 1;
     d_.last_node = last_node;
     if (!budget_.limited()) {
-      detail::descend(field_, d_);
+      field_.descend(d_);
       return true;
     }
     while (d_.begin < d_.end && d_.queue[d_.begin] < last_node) {
       d_.stop = affordable();
       if (d_.stop == d_.begin) return false;
-      detail::descend(field_, d_);
+      field_.descend(d_);
       consume();
     }
     return true;
@@ -246,7 +246,7 @@ class Traverse {
         result_.complete = false;
         break;
       }
-      detail::test_parents(field_, d_, from, from + count);
+      field_.test_parents(d_, from, from + count);
       consume();
       from += count;
     }
@@ -258,7 +258,7 @@ class Traverse {
     if (d_.deepest >= -d_.contact_distance) return;
     if (budget_.limited())
       to = from + static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, budget_.left_in_block(tests(), 0)));
-    detail::test_parents(field_, d_, from, to);
+    field_.test_parents(d_, from, to);
     d_.hit_count = 0;
   }
 
@@ -315,7 +315,7 @@ class Traverse {
   }
 
   const PointshellView& shell_;
-  const Field& field_;
+  const DescentField field_;
   const Facts& facts_;
   const Pose& pose_;
   const Transform transform_;
@@ -411,6 +411,7 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
     const auto run = [&]<class Kernel>(const Kernel& kernel_field, const Frame& frame, float error, const Pose& pose) {
       facts.frame = frame;
       facts.error = error;
+      facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
       if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
         // The diagonal of the largest cell: docs/bounds.md.
         facts.excess =
@@ -418,7 +419,8 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
         facts.known = kind.band_inner;
       }
       scratch.reserve(shell);
-      return Traverse<Kernel>(shell, kernel_field, facts, pose, shell_to_field, options, scratch, out, result).run();
+      return Traverse(shell, DescentField(kernel_field), facts, pose, shell_to_field, options, scratch, out, result)
+          .run();
     };
     return detail::in_kernel_form(kind, shell_to_field, run);
   });

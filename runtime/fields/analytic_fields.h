@@ -9,7 +9,7 @@
 namespace vps::detail {
 
 /// `penetration` and `outward_normal` of each analytic field. A new one needs these two, its lanes
-/// (fields/field_lanes-inl.h), a line in VPS_FOR_EACH_FIELD and one in FieldRef.
+/// (fields/field_lanes-inl.h), and a place in KernelFields and in FieldRef.
 float value_at(const BoxField& field, Vec3 point) noexcept;
 float value_at(const SphereField& field, Vec3 point) noexcept;
 float value_at(const HalfSpaceField& field, Vec3 point) noexcept;

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <tuple>
+#include <type_traits>
 
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
@@ -48,16 +51,19 @@ struct PlainMap {
 /// The solid is z <= 0: `Affine` takes the shell there.
 struct SolidBelow {};
 
-/// Every kind of field that kernels know, by a short name: HWY_EXPORT knows no templates.
-#define VPS_FOR_EACH_FIELD(FIELD) \
-  FIELD(box, BoxField)            \
-  FIELD(sphere, SphereField)      \
-  FIELD(revolved, RevolvedField)  \
-  FIELD(polytope, PolytopeField)  \
-  FIELD(below, SolidBelow)        \
-  FIELD(plain, PlainMap)          \
-  FIELD(i8, SampledMap8)          \
-  FIELD(i16, SampledMap16)
+/// Every kind of field that the kernels know. Each has lanes: lanes_of in fields/field_lanes-inl.h.
+using KernelFields =
+    std::tuple<BoxField, SphereField, RevolvedField, PolytopeField, SolidBelow, PlainMap, SampledMap8, SampledMap16>;
+
+/// A kind's place in KernelFields. A field that is not there does not compile.
+template <class Field, std::size_t at = 0>
+constexpr std::size_t kernel_kind() noexcept {
+  if constexpr (std::is_same_v<Field, std::tuple_element_t<at, KernelFields>>) {
+    return at;
+  } else {
+    return kernel_kind<Field, at + 1>();
+  }
+}
 
 /// The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
 struct Transform {

@@ -95,13 +95,20 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   }
 }
 
-// A function for each kind of field, for HWY_EXPORT knows no templates.
-#define VPS_FIELD(name, Field)                                     \
-  void find_deepest_##name(const Field& field, DeepestSearch& s) { \
-    find_deepest_lanes(lanes_of(field, *s.shell), s);              \
-  }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+// The search with its field's type taken away.
+template <class Field>
+void search_field(const void* field, DeepestSearch& s) {
+  find_deepest_lanes(lanes_of(*static_cast<const Field*>(field), *s.shell), s);
+}
+
+template <class... Fields>
+DeepestKernel kernel_at(std::size_t kind, const std::tuple<Fields...>*) {
+  static constexpr DeepestKernel kAll[] = {&search_field<Fields>...};
+  return kAll[kind];
+}
+DeepestKernel deepest_kernel_here(std::size_t kind) {
+  return kernel_at(kind, static_cast<const KernelFields*>(nullptr));
+}
 
 }  // namespace vps::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -109,14 +116,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::detail {
 
-#define VPS_FIELD(name, Field)                                            \
-  HWY_EXPORT(find_deepest_##name);                                        \
-  template <>                                                             \
-  void find_deepest(const Field& field, DeepestSearch& search) noexcept { \
-    HWY_DYNAMIC_DISPATCH(find_deepest_##name)(field, search);             \
-  }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+HWY_EXPORT(deepest_kernel_here);
+DeepestKernel deepest_kernel(std::size_t kind) noexcept {
+  return HWY_DYNAMIC_DISPATCH(deepest_kernel_here)(kind);
+}
 
 }  // namespace vps::detail
 #endif
