@@ -217,8 +217,8 @@ enum class Use : std::uint8_t {
 /// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
 /// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
 /// once, and none that `use` does without. The points need no check: every code of theirs is a value.
-/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
-/// kSectionAlignment.
+/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned for a double, the
+/// widest element.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,
                                       Use use = Use::everything) noexcept;
 

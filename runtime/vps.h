@@ -52,7 +52,7 @@ enum {
 /// One sentence without a full stop, for messages. Never NULL, whatever the number.
 const char* vps_status_text(VpsStatus status);
 
-/// A mapped asset.
+/// An asset, mapped from a file or in memory.
 typedef struct VpsAsset VpsAsset;
 /// Views of an asset's parts: owned by the asset, alive until it is closed.
 typedef struct VpsVoxelmap VpsVoxelmap;
@@ -75,9 +75,13 @@ enum {
 /// As vps_asset_open; sections that only the rest needs are never read, so that they take no memory, and the rest is
 /// `vps_missing_part`. Bits that mean nothing are `vps_bad_argument`.
 VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset);
-/// Unmaps the file. NULL is allowed.
+/// As vps_asset_open_for, of an asset in memory: the `count` bytes of a whole file, which are not copied. They must
+/// outlive the asset and its views, and must not change meanwhile. They start at a multiple of 8; other addresses are
+/// `vps_bad_argument`.
+VpsStatus vps_asset_open_memory(const void* bytes, size_t count, VpsUse use, VpsAsset** asset);
+/// Unmaps the file; of an asset in memory the bytes may go then. NULL is allowed.
 VpsStatus vps_asset_close(VpsAsset* asset);
-/// Compares all hashes with the mapped bytes: reads the whole file.
+/// Compares all hashes with the bytes: reads the whole asset.
 VpsStatus vps_asset_verify(const VpsAsset* asset);
 
 /// Error of one field against the mesh, sampled in the narrow band when the asset was baked. All 0 when absent.

@@ -107,7 +107,8 @@ struct PointshellView {
 /// @return 0, the regular traverse, when `segments` is 0 or the shell empty
 [[nodiscard]] std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept;
 
-/// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
+/// A baked asset, mapped from a file or in the caller's memory. Move-only; views stay valid while it lives. Any number
+/// of threads may read it.
 class Asset {
  public:
   Asset() = default;
@@ -123,12 +124,21 @@ class Asset {
   /// and the asset answers `missing_part` for it
   [[nodiscard]] static Status open(const char* path, Asset& out, Use use = Use::everything) noexcept;
 
-  /// Compares all section hashes with the mapped bytes; reads the whole file, whatever its use.
+  /// Opens an asset in memory: the bytes of a whole file. Checks what `open` checks for a file, and copies nothing.
+  /// @param bytes  must outlive the asset and its views, and must not change meanwhile. They start at a multiple of
+  /// kMemoryAlignment; other addresses are a `bad_argument`
+  [[nodiscard]] static Status open(std::span<const std::byte> bytes, Asset& out, Use use = Use::everything) noexcept;
+  /// The asset would outlive its bytes.
+  static Status open(std::vector<std::byte>&& bytes, Asset& out, Use use = Use::everything) = delete;
+  /// What the widest numbers of an asset need. [Units: bytes]
+  static constexpr std::size_t kMemoryAlignment = alignof(double);
+
+  /// Compares all section hashes with the bytes; reads the whole asset, whatever its use.
   [[nodiscard]] Status verify() const noexcept;
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
   [[nodiscard]] const AssetInfo& info() const noexcept { return directory_.info; }
-  /// The mapped file.
+  /// The whole file.
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {data_, bytes_}; }
   [[nodiscard]] const Directory& directory() const noexcept { return directory_; }
   [[nodiscard]] bool has_voxelmap() const noexcept;
@@ -141,6 +151,7 @@ class Asset {
 
  private:
   void release() noexcept;
+  bool owns_mapping_ = false;
   const std::byte* data_ = nullptr;
   std::size_t bytes_ = 0;
   Directory directory_{};

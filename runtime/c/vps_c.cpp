@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <type_traits>
 
@@ -87,6 +88,31 @@ VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   return to_c(status);
 }
 
+// Fills a new handle. open(vps::Asset&) opens its asset.
+template <class Open>
+VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
+  if (asset == nullptr) return vps_bad_argument;
+  *asset = nullptr;
+  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
+  std::unique_ptr<VpsAsset> opened(new (std::nothrow) VpsAsset);
+  if (opened == nullptr) return vps_no_memory;
+  if (const vps::Status status = open(opened->asset); status != vps::Status::ok) return to_c(status);
+  // Parts that are missing leave their view empty.
+  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
+    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
+  }
+  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
+    try {
+      opened->shell.areas.resize(opened->shell.view.nodes);
+    } catch (const std::bad_alloc&) {
+      return vps_no_memory;
+    }
+    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
+  }
+  *asset = opened.release();
+  return vps_ok;
+}
+
 }  // namespace
 
 const char* vps_status_text(VpsStatus status) {
@@ -100,31 +126,16 @@ VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {
 }
 
 VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset) {
-  if (asset == nullptr) return vps_bad_argument;
-  *asset = nullptr;
-  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
-  auto* const opened = new (std::nothrow) VpsAsset;
-  if (opened == nullptr) return vps_no_memory;
-  if (const vps::Status status = vps::Asset::open(path, opened->asset, static_cast<vps::Use>(use));
-      status != vps::Status::ok) {
-    delete opened;
-    return to_c(status);
-  }
-  // Parts that are missing leave their view empty.
-  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
-    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
-  }
-  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
-    try {
-      opened->shell.areas.resize(opened->shell.view.nodes);
-    } catch (const std::bad_alloc&) {
-      delete opened;
-      return vps_no_memory;
-    }
-    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
-  }
-  *asset = opened;
-  return vps_ok;
+  return open_asset([&](vps::Asset& opened) { return vps::Asset::open(path, opened, static_cast<vps::Use>(use)); }, use,
+                    asset);
+}
+
+VpsStatus vps_asset_open_memory(const void* bytes, size_t count, VpsUse use, VpsAsset** asset) {
+  const auto open = [&](vps::Asset& opened) {
+    if (bytes == nullptr) return vps::Status::bad_argument;
+    return vps::Asset::open({static_cast<const std::byte*>(bytes), count}, opened, static_cast<vps::Use>(use));
+  };
+  return open_asset(open, use, asset);
 }
 
 VpsStatus vps_asset_close(VpsAsset* asset) {

@@ -178,7 +178,7 @@ struct SampledLanes : Everywhere {
                         hn::Set(i32, map.brick_dims[0])),
                 hn::ShiftRight<3>(vx));
     static_assert(kBrickEdge == 8);
-    // Two layers to a word: an aligned word never leaves the mapping's pages.
+    // Two layers to a word: the words lie in the file, which was checked.
     const I pair =
         hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
     const I odd = hn::And(brick, hn::Set(i32, 1));

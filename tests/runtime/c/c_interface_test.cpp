@@ -290,6 +290,17 @@ TEST(CInterface, MisuseGetsAStatus) {
       << "line of tests/runtime/c/c_program.c";
 }
 
+TEST(CInterface, OpensAssetsInMemory) {
+  const TemporaryFolder folder;
+  const std::string text = read_file(write(folder, "whole.vps.hdf", all_fields(0.002)));
+  std::vector<double> bytes(text.size() / sizeof(double) + 1);
+  std::memcpy(bytes.data(), text.data(), text.size());
+  VpsAssetInfo info{};
+  EXPECT_EQ(open_in_memory(bytes.data(), text.size(), &info), 0) << "line of tests/runtime/c/c_program.c";
+  EXPECT_EQ(info.voxel_size, 0.002);
+  EXPECT_GT(info.points, 0U);
+}
+
 TEST(CInterface, KnowsEveryStatus) {
   for (VpsStatus status = vps_ok; status <= vps_bad_argument; ++status) {
     EXPECT_STREQ(vps_status_text(status), describe(static_cast<Status>(status)));

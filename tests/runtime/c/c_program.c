@@ -26,6 +26,24 @@ VpsMotion falling(const VpsPose* pose) {
   return motion;
 }
 
+int open_in_memory(const void* bytes, size_t count, VpsAssetInfo* info) {
+  VpsAsset* asset = NULL;
+  const VpsVoxelmap* map = NULL;
+  const VpsPointshell* shell = NULL;
+  EXPECT(vps_asset_open_memory((const char*)bytes + 1, count - 1, vps_use_everything, &asset) == vps_bad_argument);
+  EXPECT(vps_asset_open_memory(bytes, count - 1, vps_use_everything, &asset) == vps_wrong_size && asset == NULL);
+  EXPECT(vps_asset_open_memory(bytes, count, vps_use_pointshell, &asset) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_missing_part);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  EXPECT(vps_asset_open_memory(bytes, count, vps_use_everything, &asset) == vps_ok);
+  EXPECT(vps_asset_verify(asset) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_ok);
+  EXPECT(vps_asset_info(asset, info) == vps_ok);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  return 0;
+}
+
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers) {
   VpsAsset* asset = NULL;
   VpsScratch* scratch = NULL;
@@ -127,6 +145,11 @@ static int misuse_assets(const char* path, const char* no_map, const char* no_sh
   REFUSED(vps_voxelmap_field(NULL, &field));
   REFUSED(vps_pointshell_point(NULL, 0, &point));
 
+  const double aligned[8] = {0};
+  REFUSED(vps_asset_open_memory(NULL, sizeof(aligned), vps_use_everything, &asset));
+  REFUSED(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything, NULL));
+  REFUSED(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything + 1, &asset));
+  EXPECT(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything, &asset) == vps_too_short && asset == NULL);
   EXPECT(vps_asset_open(path, &asset) == vps_ok);
   REFUSED(vps_asset_info(asset, NULL));
   REFUSED(vps_asset_voxelmap(asset, vps_field_finest, NULL));
