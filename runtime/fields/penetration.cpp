@@ -65,7 +65,7 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
 Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
   if (map.field == Field::layers) return normal_from_layers(map, point);
   const detail::FieldCell cell = detail::find_cell(map, point);
-  if (cell.entry >= kNodeFlag) return normal_from_layers(map, point);
+  if (!octree::is_brick(cell.entry)) return normal_from_layers(map, point);
   float out[3];
   if (map.field == Field::real) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

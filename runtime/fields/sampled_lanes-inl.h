@@ -44,7 +44,7 @@ struct SampledLanes : Everywhere {
     return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
   }
 
-  // On the way down the octree.
+  // On the way down the octree: octree::find_entry in lanes.
   struct Walk {
     Points grid;
     M in_grid;
@@ -78,7 +78,8 @@ struct SampledLanes : Everywhere {
     (enter<kShift>(walks), ...);
     if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
   }
-  // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+  // octree::is_node and is_brick: as signed numbers, nodes lie below the two codes of no brick, -1 and -2, and bricks
+  // from 0 on.
   static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
   template <int kShift>
   HWY_INLINE void enter(Walk& walk) const {
@@ -87,7 +88,7 @@ struct SampledLanes : Everywhere {
     const I octant = hn::Or(hn::Or(hn::And(hn::ShiftRight<kShift>(walk.ix), one),
                                    hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(walk.iy), one))),
                             hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(walk.iz), one)));
-    const I number = hn::And(walk.entry, hn::Set(i32, 0x7FFFFFFF));
+    const I number = hn::And(walk.entry, hn::Set(i32, static_cast<std::int32_t>(~kNodeFlag)));
     const I at = hn::IfThenElseZero(node, hn::Add(hn::ShiftLeft<3>(number), octant));
     walk.entry = hn::IfThenElse(node, hn::GatherIndex(i32, map.nodes, at), walk.entry);
   }

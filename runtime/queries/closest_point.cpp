@@ -23,7 +23,7 @@ class Walk {
   bool to_surface(Vec3& at, float& residual) noexcept {
     for (; left_ > 0; --left_) {
       const FieldCell cell = find_cell(map_, at);
-      const bool sampled = cell.entry < kNodeFlag;
+      const bool sampled = octree::is_brick(cell.entry);
       const float v = sampled ? interpolate(map_, cell) : 0;
       residual = std::abs(v);
       if (sampled && residual <= tolerance_) return true;
@@ -93,7 +93,7 @@ class Walk {
       for_each_neighbour([&](std::int64_t x, std::int64_t y, std::int64_t z) {
         const Vec3 there = at + scaled({float(x), float(y), float(z)}, probe * map_.voxel_size);
         const FieldCell cell = find_cell(map_, there);
-        if (cell.entry >= kNodeFlag) return;
+        if (!octree::is_brick(cell.entry)) return;
         const float v = std::abs(interpolate(map_, cell));
         if (v >= smallest) return;
         smallest = v;
