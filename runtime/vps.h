@@ -352,14 +352,14 @@ VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const Vp
                          const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
 
 /// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
-typedef struct VpsMotion {
+typedef struct VpsSweep {
   VpsPose start;               ///< shell_to_map at time 0
   double velocity[3];          ///< of the centre of mass. [m/s]
   double angular_velocity[3];  ///< [rad/s]
   double duration;             ///< [Limits: value >= 0] [s]
-} VpsMotion;
+} VpsSweep;
 /// shell_to_map at a time. [s]
-VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose);
+VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose);
 
 /// What may not meet the map before the time that is told.
 typedef int32_t VpsContactor;
@@ -377,7 +377,7 @@ typedef struct VpsImpactOptions {
 
 typedef int32_t VpsImpact;
 enum {
-  vps_impact_none,       ///< not before the motion's end
+  vps_impact_none,       ///< not before the sweep's end
   vps_impact_hit,        ///< the bodies may be at the distance asked for
   vps_impact_unfinished  ///< max_iterations were not enough: no impact before `time`
 };
@@ -390,7 +390,7 @@ typedef struct VpsImpactResult {
 
 /// When a moving shell first comes as near to a field as asked for; never later than it does.
 /// @param options  NULL: distance 0, tolerance 1e-4 m, the surface, 256 iterations
-VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsMotion* motion,
+VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
                              const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
 
 typedef struct VpsRay {

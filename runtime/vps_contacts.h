@@ -71,7 +71,7 @@ struct ReductionScratch {
 /// on a plane. The same contacts in the same order give the same answer.
 /// @param all     contacts of a query
 /// @param centre  about which the torque's residual is meant. [m]
-/// @param kept    their number is its size; places, depths, normals, point and node are those of `all`
+/// @param kept    their number is its size; positions, penetrations, normals, point and node are those of `all`
 [[nodiscard]] Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Contact> kept,
                                      ReductionScratch& scratch, Reduction& result) noexcept;
 

@@ -92,7 +92,7 @@ struct RayHit {
                               RayHit& result) noexcept;
 
 /// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
-struct Motion {
+struct Sweep {
   Pose start;                              ///< shell_to_map at time 0
   double velocity[3] = {0, 0, 0};          ///< of the centre of mass. [m/s]
   double angular_velocity[3] = {0, 0, 0};  ///< [rad/s]
@@ -100,7 +100,7 @@ struct Motion {
 };
 
 /// shell_to_map at a time. [s]
-[[nodiscard]] Pose pose_at(const PointshellView& shell, const Motion& motion, double time) noexcept;
+[[nodiscard]] Pose pose_at(const PointshellView& shell, const Sweep& sweep, double time) noexcept;
 
 /// What may not meet the map before the time that is told.
 enum class Contactor : std::uint8_t {
@@ -116,7 +116,7 @@ struct ImpactOptions {
 };
 
 enum class Impact : std::uint8_t {
-  none,        ///< not before the motion's end
+  none,        ///< not before the sweep's end
   hit,         ///< the bodies may be at the distance asked for
   unfinished,  ///< max_iterations were not enough: no impact before `time`
 };
@@ -132,8 +132,8 @@ struct ImpactResult {
 /// goes on by what the separation's bound allows at the largest speed of any point. Never later than the true time, by
 /// the field's certificate; earlier by what tolerance, field error and, with Contactor::surface, the covering radius
 /// take.
-/// @return as separation; `bad_argument` also for a motion that is not finite.
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, FieldRef field, const Motion& motion,
+/// @return as separation; `bad_argument` also for a sweep that is not finite.
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& sweep,
                                     const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 
 }  // namespace vps

@@ -27,13 +27,13 @@ VpsSeparation to_c(const vps::SeparationResult& from) {
   return to;
 }
 
-vps::Motion to_motion(const VpsMotion& from) {
-  vps::Motion motion;
-  motion.start = to_pose(from.start);
-  std::copy_n(from.velocity, 3, motion.velocity);
-  std::copy_n(from.angular_velocity, 3, motion.angular_velocity);
-  motion.duration = from.duration;
-  return motion;
+vps::Sweep to_sweep(const VpsSweep& from) {
+  vps::Sweep sweep;
+  sweep.start = to_pose(from.start);
+  std::copy_n(from.velocity, 3, sweep.velocity);
+  std::copy_n(from.angular_velocity, 3, sweep.angular_velocity);
+  sweep.duration = from.duration;
+  return sweep;
 }
 
 VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose,
@@ -49,9 +49,9 @@ VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   return to_c(status);
 }
 
-VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const VpsMotion* motion,
+VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const VpsSweep* sweep,
                       const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  if (shell == nullptr || motion == nullptr || result == nullptr) return vps_bad_argument;
+  if (shell == nullptr || sweep == nullptr || result == nullptr) return vps_bad_argument;
   vps::ImpactOptions given;
   if (options != nullptr) {
     if (options->contactor != vps_contactor_surface && options->contactor != vps_contactor_points) {
@@ -64,8 +64,7 @@ VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const Vps
   }
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::ImpactResult found;
-  const vps::Status status =
-      vps::time_of_impact(shell->view, field, to_motion(*motion), given, scratch->scratch, found);
+  const vps::Status status = vps::time_of_impact(shell->view, field, to_sweep(*sweep), given, scratch->scratch, found);
   if (status == vps::Status::ok) {
     *result = {static_cast<VpsImpact>(found.impact), found.time, to_c(found.separation), found.iterations};
   }
@@ -80,9 +79,9 @@ VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const Vp
                     [&](vps::FieldRef ref) { return separate(shell, ref, shell_to_field, options, scratch, result); });
 }
 
-VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose) {
-  if (shell == nullptr || motion == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
-  const vps::Pose at = vps::pose_at(shell->view, to_motion(*motion), time);
+VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose) {
+  if (shell == nullptr || sweep == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
+  const vps::Pose at = vps::pose_at(shell->view, to_sweep(*sweep), time);
   const auto is_number = [](double value) { return std::isfinite(value); };
   if (!std::all_of(at.rotation, at.rotation + 9, is_number) ||
       !std::all_of(at.translation, at.translation + 3, is_number)) {
@@ -93,10 +92,9 @@ VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, d
   return vps_ok;
 }
 
-VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsMotion* motion,
+VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
                              const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  return with_field(field,
-                    [&](vps::FieldRef ref) { return time_impact(shell, ref, motion, options, scratch, result); });
+  return with_field(field, [&](vps::FieldRef ref) { return time_impact(shell, ref, sweep, options, scratch, result); });
 }
 
 VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result) {

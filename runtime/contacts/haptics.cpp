@@ -53,11 +53,11 @@ Six difference(const PointshellView& tool, const Pose& from, const Pose& to) noe
 }
 
 Pose moved(const PointshellView& tool, const Pose& pose, const Six& by) noexcept {
-  Motion motion;
-  motion.start = pose;
-  std::copy_n(by.begin(), 3, motion.velocity);
-  std::copy_n(by.begin() + 3, 3, motion.angular_velocity);
-  return pose_at(tool, motion, 1);
+  Sweep sweep;
+  sweep.start = pose;
+  std::copy_n(by.begin(), 3, sweep.velocity);
+  std::copy_n(by.begin() + 3, 3, sweep.angular_velocity);
+  return pose_at(tool, sweep, 1);
 }
 
 double length(const double* v) noexcept {

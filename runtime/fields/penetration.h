@@ -292,7 +292,7 @@ inline Interval layer_interval(const VoxelmapView& map, const Voxel& found, Inte
 }
 
 /// Interval of the true V, anywhere: docs/bounds.md. In the band by the certificate. [m]
-inline Interval depth_interval(const VoxelmapView& map, Vec3 point) noexcept {
+inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
   const float error = field_error(map);
   FieldCell cell;
   float v = 0;

@@ -186,7 +186,7 @@ inline float rounding(const PointshellView& shell, const Affine& nodes, float un
 }
 
 /// No point of the shell lies farther at one pose than this from where it is at the other. [m]
-inline double motion(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
   double turned = 0;
   double moved = 0;
   for (int i = 0; i < 3; ++i) {

@@ -244,17 +244,17 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
   }
 
-  // `highest` as depth_interval's upper end.
-  HWY_INLINE Depths depths(const Points& p, const Batch&, M valid) const {
+  // `highest` as penetration_interval's upper end.
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch&, M valid) const {
     const Looked found = look_up(p);
     const M certified = hn::And(found.sampled, hn::And(hn::Gt(found.value, set(-map.certified_outer)),
                                                        hn::Lt(found.value, set(map.certified_inner))));
     if (hn::AllFalse(f32, hn::AndNot(certified, valid))) return {found.value, found.value};
-    const Depths beyond = depths_beyond(p, found);
+    const Penetrations beyond = penetrations_beyond(p, found);
     return {hn::IfThenElse(found.sampled, found.value, beyond.value),
             hn::IfThenElse(certified, found.value, beyond.highest)};
   }
-  HWY_NOINLINE Depths depths_beyond(const Points& p, const Looked& found) const {
+  HWY_NOINLINE Penetrations penetrations_beyond(const Points& p, const Looked& found) const {
     const F zero = hn::Zero(f32);
     // Of a point beyond the grid, the nearest in it: what lies in a box is at a right angle or more.
     const auto clamped = [&](F a, int axis) { return hn::Min(hn::Max(a, zero), set(map.top[axis])); };

@@ -14,9 +14,9 @@ Vec3 scaled(Vec3 a, float by) noexcept {
   return {a.x * by, a.y * by, a.z * by};
 }
 
-class Walk {
+class SurfaceWalk {
  public:
-  Walk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
+  SurfaceWalk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
       : map_(map), tolerance_(options.tolerance_vx * map.voxel_size), left_(options.max_iterations) {}
 
   // Newton steps where there are samples; before, from brick to brick towards the surface.
@@ -125,7 +125,7 @@ class Walk {
 
 // The closest point's normal leads to the point asked for: from a place on the surface to the foot of the point on its
 // tangent plane, and back to the surface, while that brings it nearer.
-void slide(const VoxelmapView& map, Vec3 point, Walk& walk, ClosestPoint& result) noexcept {
+void slide(const VoxelmapView& map, Vec3 point, SurfaceWalk& walk, ClosestPoint& result) noexcept {
   const float least_gain = 1e-3F * map.voxel_size;
   const Vec3 extent{map.bounds_max[0] - map.bounds_min[0], map.bounds_max[1] - map.bounds_min[1],
                     map.bounds_max[2] - map.bounds_min[2]};
@@ -165,21 +165,21 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   if (!(options.tolerance_vx > 0 && std::isfinite(options.tolerance_vx)) || options.max_iterations == 0) {
     return Status::bad_argument;
   }
-  const Interval depth = depth_interval(map, point);
+  const Interval at_point = penetration_interval(map, point);
   // Float coordinates are rounded, and so are differences of them.
   const float rounding = 1e-6F * (std::abs(point.x) + std::abs(point.y) + std::abs(point.z));
-  result.inside = depth.low + depth.high >= 0;
-  result.lower = std::max(std::max(depth.low, -depth.high) - rounding, 0.0F);
-  result.upper = std::max(std::abs(depth.low), std::abs(depth.high)) + rounding;
+  result.inside = at_point.low + at_point.high >= 0;
+  result.lower = std::max(std::max(at_point.low, -at_point.high) - rounding, 0.0F);
+  result.upper = std::max(std::abs(at_point.low), std::abs(at_point.high)) + rounding;
 
-  Walk walk(map, options);
+  SurfaceWalk walk(map, options);
   result.position = point;
   result.converged = walk.to_surface(result.position, result.residual);
   result.distance = length(point - result.position);
   if (!result.converged) return Status::ok;
   slide(map, point, walk, result);
   result.outward_normal = normal_at(map, result.position);
-  const Interval there = depth_interval(map, result.position);
+  const Interval there = penetration_interval(map, result.position);
   result.upper =
       std::min(result.upper, result.distance + std::max(std::abs(there.low), std::abs(there.high)) + rounding);
   return Status::ok;

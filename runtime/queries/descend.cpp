@@ -56,7 +56,7 @@ class Chunks {
   Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
 
   // The next chunk of a node below `last`, if the queue up to `tail` has one.
-  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Range& range) {
+  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, ChunkRange& range) {
     if (left_ == 0) {
       if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
       parent_ = d_.queue[head_++];

@@ -21,7 +21,8 @@ HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32
   for (const std::uint32_t last = first + count; first < last; first += kMost) {
     const Batch batch{{first, last - first < kMost ? last - first : kMost, 0}, {}};
     const M valid = hn::FirstN(f32, batch.low.count);
-    const Depths found = field.depths(field.place(s.points, load_points<false>(*s.shell, batch)), batch, valid);
+    const Penetrations found =
+        field.penetrations(field.place(s.points, load_points<false>(*s.shell, batch)), batch, valid);
     const F highest = hn::IfThenElse(valid, found.highest, set(s.best));
     s.best = hn::GetLane(hn::MaxOfLanes(f32, hn::Max(highest, set(s.best))));
     const M deeper = hn::And(valid, hn::Gt(found.value, set(s.deepest)));
@@ -43,7 +44,7 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
                          load_floats<false>(rows[2], length, batch)};
   const F radius = hn::MulAdd(load_floats<false>(rows[3], length, batch), set(1 / s.unit), set(s.slack));
   const M valid = hn::FirstN(f32, batch.low.count);
-  const F bound = hn::Add(field.depths(field.place(s.nodes, centre), batch, valid).highest, radius);
+  const F bound = hn::Add(field.penetrations(field.place(s.nodes, centre), batch, valid).highest, radius);
   const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));
   const F rejected = set(s.rejected);
   const F passed = hn::IfThenElse(hn::AndNot(open, valid), hn::Max(bound, rejected), rejected);

@@ -102,14 +102,14 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
     SeparationResult apart;
     (void)separation(shell, field, at, {}, scratch, apart);
   }
-  Motion motion;
-  motion.start = pose(info, random);
-  motion.velocity[1] = 10 * info.voxel_size;
-  motion.angular_velocity[0] = 1;
+  Sweep sweep;
+  sweep.start = pose(info, random);
+  sweep.velocity[1] = 10 * info.voxel_size;
+  sweep.angular_velocity[0] = 1;
   ImpactOptions options;
   options.max_iterations = 8;
   ImpactResult impact;
-  (void)time_of_impact(shell, field, motion, options, scratch, impact);
+  (void)time_of_impact(shell, field, sweep, options, scratch, impact);
 }
 
 }  // namespace

@@ -19,11 +19,11 @@ const VpsImpactOptions kImpactOptions = {0.002F, 0.0002F, vps_contactor_points, 
 const VpsRay kRay = {{0.04F, 0.01F, 0.3F}, {0, 0, -1}, 1};
 const VpsClosestPointOptions kClosestPointOptions = {0.02F, 100};
 
-VpsMotion falling(const VpsPose* pose) {
-  VpsMotion motion = {{{0}, {0}}, {0.01, 0, -1}, {1, 2, 3}, 0.5};
-  motion.start = *pose;
-  motion.start.translation[2] += 0.2;
-  return motion;
+VpsSweep falling(const VpsPose* pose) {
+  VpsSweep sweep = {{{0}, {0}}, {0.01, 0, -1}, {1, 2, 3}, 0.5};
+  sweep.start = *pose;
+  sweep.start.translation[2] += 0.2;
+  return sweep;
 }
 
 int open_in_memory(const void* bytes, size_t count, VpsAssetInfo* info) {
@@ -88,13 +88,13 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_separation(shell, vps_sphere_ref(&kSphere), &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
   EXPECT(vps_separation(shell, vps_half_space_ref(&kHalfSpace), &moved, NULL, scratch,
                         &answers->half_space_separation) == vps_ok);
-  const VpsMotion fall = falling(&moved);
+  const VpsSweep fall = falling(&moved);
   EXPECT(vps_time_of_impact(shell, vps_map_ref(map), &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
   EXPECT(vps_time_of_impact(shell, vps_box_ref(&kBox), &fall, NULL, scratch, &answers->box_impact) == vps_ok);
   EXPECT(vps_time_of_impact(shell, vps_sphere_ref(&kSphere), &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
   EXPECT(vps_time_of_impact(shell, vps_half_space_ref(&kHalfSpace), &fall, NULL, scratch,
                             &answers->half_space_impact) == vps_ok);
-  EXPECT(vps_motion_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
+  EXPECT(vps_sweep_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
   EXPECT(vps_cast_ray(map, &kRay, 0.001F, &answers->ray_hit) == vps_ok);
   EXPECT(vps_closest_point(map, point, &kClosestPointOptions, &answers->closest) == vps_ok);
   EXPECT(vps_choose_roles(asset, asset, &answers->role) == vps_ok);
@@ -335,8 +335,8 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
   const VpsSeparationOptions less = {-1, 0};
   const VpsSeparationOptions beyond = {0, UINT32_MAX};
-  const VpsMotion rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
-  const VpsMotion endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
+  const VpsSweep rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
+  const VpsSweep endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
   const VpsSeparationOptions rough = {INFINITY, 0};
   const VpsImpactOptions shapeless = {0, 1e-4F, 7, 100};
   const VpsImpactOptions zero = {0, 0, 0, 0};
@@ -378,11 +378,11 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   REFUSED(vps_time_of_impact(shell, vps_box_ref(NULL), &rest, NULL, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_sphere_ref(&negative), &rest, NULL, s, &impact));
   REFUSED(vps_time_of_impact(shell, vps_half_space_ref(NULL), &rest, NULL, s, &impact));
-  REFUSED(vps_motion_pose(NULL, &rest, 0, &out));
-  REFUSED(vps_motion_pose(shell, NULL, 0, &out));
-  REFUSED(vps_motion_pose(shell, &rest, NAN, &out));
-  REFUSED(vps_motion_pose(shell, &rest, 0, NULL));
-  REFUSED(vps_motion_pose(shell, &endless, 0, &out));
+  REFUSED(vps_sweep_pose(NULL, &rest, 0, &out));
+  REFUSED(vps_sweep_pose(shell, NULL, 0, &out));
+  REFUSED(vps_sweep_pose(shell, &rest, NAN, &out));
+  REFUSED(vps_sweep_pose(shell, &rest, 0, NULL));
+  REFUSED(vps_sweep_pose(shell, &endless, 0, &out));
   REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, NULL, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, &kRay, 0, &hit));

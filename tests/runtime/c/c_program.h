@@ -45,7 +45,7 @@ extern const VpsRay kRay;
 extern const VpsClosestPointOptions kClosestPointOptions;
 
 /// The shell's pose, moving down.
-VpsMotion falling(const VpsPose* pose);
+VpsSweep falling(const VpsPose* pose);
 
 /// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
 /// @return 0, or the line of the first call that did not return what it should
