@@ -202,6 +202,11 @@ class FieldRef {
   template <class Field, class = std::enable_if_t<std::is_constructible_v<Pointers, const Field*>>>
   FieldRef(const Field& field) noexcept : field_(&field) {}
 
+  /// The voxelmap, or null where the field is of another kind.
+  [[nodiscard]] const VoxelmapView* voxelmap() const noexcept {
+    const auto* const map = std::get_if<const VoxelmapView*>(&field_);
+    return map == nullptr ? nullptr : *map;
+  }
   /// Calls visit(field) with the field itself, by one switch over its kind.
   template <class Visit>
   decltype(auto) visit(const Visit& visit) const noexcept {

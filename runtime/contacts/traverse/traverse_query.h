@@ -76,7 +76,10 @@ enum class HitsAre : std::uint8_t { points, nodes };
 /// QueryOptions::node_areas; without these they are dropped.
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept;
 /// Writes a contact, or only counts it where the buffer is full.
-void write_contact(TraverseQuery& query, const Contact& contact) noexcept;
+inline void write_contact(TraverseQuery& query, const Contact& contact) noexcept {
+  if (query.result.contacts < query.out.size()) query.out[query.result.contacts] = contact;
+  ++query.result.contacts;
+}
 
 /// Goes down from a node, which is entry `at` of the queue, to nodes from `last_node` on, and takes the hits.
 /// Afterwards entries [begin, end) of the queue are left.
