@@ -12,7 +12,7 @@
 /// penetration is positive inside, and 0 counts as contact.
 /// Every function that can fail returns a status; none throws. NULL where a pointer is needed, numbers that are not
 /// finite and values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay
-/// as they were. A handle that is neither NULL nor alive is not noticed. Any number of threads may read an asset and
+/// as they were. A handle that was closed is not detected. Any number of threads may read an asset and
 /// its views; a scratch serves one thread at a time. Link the static library with a C++ linker, or with what
 /// `pkg-config --libs vps` says.
 #pragma once
@@ -90,7 +90,7 @@ typedef struct VpsCertificate {
   double rms;          ///< root mean square. [m]
   double p99;          ///< 99 % of the samples are no worse. [m]
   double worst_at[3];  ///< where `max` was found, asset frame. [m]
-  double bound;        ///< what queries reckon with: no less than `max`. [m]
+  double bound;        ///< the error that queries allow for: no less than `max`. [m]
 } VpsCertificate;
 
 /// The facts of an asset, asset frame.
@@ -361,18 +361,18 @@ typedef struct VpsSweep {
 /// shell_to_map at a time. [s]
 VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose);
 
-/// What may not meet the map before the time that is told.
+/// What must not reach the field before VpsImpactResult::time.
 typedef int32_t VpsContactor;
 enum {
-  vps_contactor_surface,  ///< the body's true surface: impacts are told up to a covering radius early
-  vps_contactor_points    ///< the shell's points, which are all that a traverse sees
+  vps_contactor_surface,  ///< the body's true surface: impacts are reported up to a covering radius early
+  vps_contactor_points    ///< the shell's points, the only ones that a traverse tests
 };
 
 typedef struct VpsImpactOptions {
   float distance;   ///< at which an impact counts as such. [Limits: value >= 0] [m]
-  float tolerance;  ///< and how much more may be left. [Limits: value > 0] [m]
+  float tolerance;  ///< an impact is reported when no more than this is left to `distance`. [Limits: value > 0] [m]
   VpsContactor contactor;
-  uint32_t max_iterations;  ///< separations that are asked for. [Limits: value >= 1]
+  uint32_t max_iterations;  ///< of advancement: each is one separation query. [Limits: value >= 1]
 } VpsImpactOptions;
 
 typedef int32_t VpsImpact;

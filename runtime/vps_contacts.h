@@ -2,7 +2,7 @@
 /// @file What can be made of the contacts of a query: the penalty wrench in newtons with its gradient, few contacts for
 /// many, and queries of many pairs at once.
 ///
-/// Everything is in the frame of the contacts, the map frame. Nothing throws or allocates, but where it says so.
+/// Everything is in the frame of the contacts, the map frame. Nothing throws. Only functions that say so allocate.
 #pragma once
 
 #include "runtime/vps_runtime.h"
@@ -110,7 +110,7 @@ struct BatchScratch {
 
 /// `traverse` for each pair, which first compares the shell's root sphere with the field (Sec. 3.2). Answers are those
 /// of single queries to the bit, whatever the executor; but for budgets of time.
-/// @return bad_argument when the spans differ in length or there is no worker; what befalls a pair is in its answer
+/// @return bad_argument when the spans differ in length or there is no worker; the status of each pair is in its answer
 [[nodiscard]] Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers,
                                     BatchScratch& scratch, const Executor& executor) noexcept;
 

@@ -102,17 +102,18 @@ struct Sweep {
 /// shell_to_map at a time. [s]
 [[nodiscard]] Pose pose_at(const PointshellView& shell, const Sweep& sweep, double time) noexcept;
 
-/// What may not meet the map before the time that is told.
+/// What must not reach the field before ImpactResult::time.
 enum class Contactor : std::uint8_t {
-  surface,  ///< the body's true surface: hits are told up to a covering radius early
-  points,   ///< the shell's points, which are all that traverse sees
+  surface,  ///< the body's true surface: impacts are reported up to a covering radius early
+  points,   ///< the shell's points, the only ones that traverse tests
 };
 
 struct ImpactOptions {
-  float distance = 0;       ///< at which an impact counts as such. [Limits: value >= 0] [Units: m]
-  float tolerance = 1e-4F;  ///< and how much more may be left. [Limits: value > 0] [Units: m]
+  float distance = 0;  ///< at which an impact counts as such. [Limits: value >= 0] [Units: m]
+  float tolerance =
+      1e-4F;  ///< an impact is reported when no more than this is left to `distance`. [Limits: value > 0] [Units: m]
   Contactor contactor = Contactor::surface;
-  std::uint32_t max_iterations = 256;  ///< separations that are asked for. [Limits: value >= 1]
+  std::uint32_t max_iterations = 256;  ///< of advancement: each is one separation query. [Limits: value >= 1]
 };
 
 enum class Impact : std::uint8_t {
