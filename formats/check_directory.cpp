@@ -174,6 +174,8 @@ Status check_voxelmap(const Directory& directory) noexcept {
     }
     if (roots != nullptr && roots->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;
   }
+  // The vector kernels read coarse layers in words of two: the last word must lie in the file.
+  if ((coarse->offset + coarse->bytes + 3) / 4 * 4 > directory.file_bytes) return Status::bad_section;
   if (layers != nullptr && layers->shape[0] > kMaxCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
   std::uint64_t bricks = 0;

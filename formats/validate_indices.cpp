@@ -42,10 +42,9 @@ Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::u
                     std::uint64_t bricks) noexcept {
   const std::uint64_t count = nodes.size() / 8;
   const auto is_good = [&](std::uint32_t entry, std::uint64_t least_node) {
-    const std::uint32_t number = entry & kNumberMask;
-    if (entry >= kFarInside) return true;
-    if ((entry & kNodeFlag) != 0) return (entry & ~kNodeFlag) >= least_node && (entry & ~kNodeFlag) < count;
-    return number < bricks && (entry >> kLevelShift) <= std::uint32_t{kCoarsestLevel - kFinestLevel};
+    const std::uint32_t node = octree::node_of(entry);
+    if (octree::is_node(entry)) return node >= least_node && node < count;
+    return !octree::is_brick(entry) || (octree::brick_of(entry) < bricks && octree::level_of(entry) <= kCoarsestLevel);
   };
   bool good = true;
   for (const std::uint32_t entry : roots) good &= is_good(entry, 0);

@@ -11,6 +11,8 @@
 #include <cstdint>
 #include <span>
 
+#include "formats/octree.h"
+
 namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
@@ -29,27 +31,6 @@ inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEd
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
 /// The distance of a brick's centre is at least |coarse layer| and less than that plus this. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
-
-// Distances are sampled adaptively: bricks of 4x4x4 cells whose edge is s 2^level, found by an octree over cells of s
-// between voxel centres. Cell (0,0,0) of every level starts at the centre of voxel (0,0,0); a brick's lowest cell is
-// (4 i, 4 j, 4 k) of its level.
-/// Cells of level 0 along the edge of an octree's root.
-inline constexpr std::uint32_t kRootCells = 16;
-/// Samples along the edge of a field brick: its corners are its neighbours' too.
-inline constexpr std::uint32_t kFieldEdge = 5;
-/// Stored samples per field brick: sample (x,y,z) is number (5 z + y) 5 + x; the last three are padding.
-inline constexpr std::uint32_t kFieldStride = 128;
-/// Levels of field bricks: cells of s/4 to 2 s.
-inline constexpr int kFinestLevel = -2;
-inline constexpr int kCoarsestLevel = 1;
-/// Entries of `field_roots` and `field_nodes`. No brick: beyond the band, outside or inside the solid.
-inline constexpr std::uint32_t kFarOutside = 0xFFFFFFFFu;
-inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
-/// Any other entry is `kNodeFlag` + the number of a node, or the number of a field brick + (its level - kFinestLevel)
-/// shifted left by kLevelShift. Several entries may lead to one brick.
-inline constexpr std::uint32_t kNodeFlag = 0x80000000u;
-inline constexpr int kLevelShift = 28;
-inline constexpr std::uint32_t kNumberMask = (1u << kLevelShift) - 1;
 
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
 enum class Status : std::uint8_t {
@@ -217,8 +198,8 @@ enum class Use : std::uint8_t {
 /// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
 /// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
 /// once, and none that `use` does without. The points need no check: every code of theirs is a value.
-/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned to
-/// kSectionAlignment.
+/// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned for a double, the
+/// widest element.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,
                                       Use use = Use::everything) noexcept;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Maps a baked asset read-only and hands out views. Nothing is interpreted before the directory and every index is
-// checked.
+// Maps a baked asset read-only, or takes it from memory, and hands out views. Nothing is interpreted before the
+// directory and every index is checked.
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <utility>
 
 #include "runtime/vps_runtime.h"
@@ -88,7 +89,8 @@ void keep_apart(const std::byte* data, std::size_t bytes, const Directory& direc
 }  // namespace
 
 Asset::Asset(Asset&& other) noexcept
-    : data_(std::exchange(other.data_, nullptr)),
+    : owns_mapping_(std::exchange(other.owns_mapping_, false)),
+      data_(std::exchange(other.data_, nullptr)),
       bytes_(std::exchange(other.bytes_, 0)),
       directory_(std::exchange(other.directory_, Directory{})),
       use_(other.use_) {}
@@ -96,6 +98,7 @@ Asset::Asset(Asset&& other) noexcept
 Asset& Asset::operator=(Asset&& other) noexcept {
   if (this != &other) {
     release();
+    owns_mapping_ = std::exchange(other.owns_mapping_, false);
     data_ = std::exchange(other.data_, nullptr);
     bytes_ = std::exchange(other.bytes_, 0);
     directory_ = std::exchange(other.directory_, Directory{});
@@ -109,7 +112,8 @@ Asset::~Asset() {
 }
 
 void Asset::release() noexcept {
-  if (data_ != nullptr) ::munmap(const_cast<std::byte*>(data_), bytes_);
+  if (owns_mapping_) ::munmap(const_cast<std::byte*>(data_), bytes_);
+  owns_mapping_ = false;
   data_ = nullptr;
   bytes_ = 0;
   directory_ = {};
@@ -128,6 +132,7 @@ Status Asset::open(const char* path, Asset& out, Use use) noexcept {
   Asset asset;
   asset.data_ = map_whole(file.fd, bytes);
   if (!asset.is_open()) return Status::cannot_map;
+  asset.owns_mapping_ = true;
   asset.bytes_ = bytes;
   asset.use_ = use;
   if (const Status status = decode_directory(asset.bytes(), asset.directory_); status != Status::ok) return status;
@@ -135,11 +140,25 @@ Status Asset::open(const char* path, Asset& out, Use use) noexcept {
     // Afresh: the directory's page may have brought others with it.
     ::munmap(const_cast<std::byte*>(asset.data_), bytes);
     asset.data_ = map_whole(file.fd, bytes);
+    asset.owns_mapping_ = asset.is_open();
     if (!asset.is_open()) return Status::cannot_map;
     keep_apart(asset.data_, bytes, asset.directory_, use);
   }
-  const std::span<const std::byte> all = asset.bytes();
-  if (const Status status = validate_indices(all, asset.directory_, use); status != Status::ok) return status;
+  if (const Status status = validate_indices(asset.bytes(), asset.directory_, use); status != Status::ok) return status;
+  out = std::move(asset);
+  return Status::ok;
+}
+
+Status Asset::open(std::span<const std::byte> bytes, Asset& out, Use use) noexcept {
+  out.release();
+  if (bytes.size() < kUserBlockBytes) return Status::too_short;
+  if (reinterpret_cast<std::uintptr_t>(bytes.data()) % kMemoryAlignment != 0) return Status::bad_argument;
+  Asset asset;
+  asset.data_ = bytes.data();
+  asset.bytes_ = bytes.size();
+  asset.use_ = use;
+  if (const Status status = decode_directory(bytes, asset.directory_); status != Status::ok) return status;
+  if (const Status status = validate_indices(bytes, asset.directory_, use); status != Status::ok) return status;
   out = std::move(asset);
   return Status::ok;
 }

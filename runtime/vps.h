@@ -10,11 +10,11 @@
 /// SI units. Frames: the asset frame is the mesh's own; a query runs in the asset frame of the body that plays the
 /// voxelmap ("map frame"), or in the frame of a box, sphere or half space. Single precision, poses double. Sign:
 /// penetration is positive inside, and 0 counts as contact.
-/// Every function returns a status and throws nothing. NULL where a pointer is needed, numbers that are not finite and
-/// values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay as they
-/// were. A handle that is neither NULL nor alive is not noticed.
-/// Any number of threads may read an asset and its views; a scratch serves one thread at a time.
-/// Link the static library with a C++ linker, or with what `pkg-config --libs vps` says.
+/// Every function that can fail returns a status; none throws. NULL where a pointer is needed, numbers that are not
+/// finite and values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay
+/// as they were. A handle that was closed is not detected. Any number of threads may read an asset and
+/// its views; a scratch serves one thread at a time. Link the static library with a C++ linker, or with what
+/// `pkg-config --libs vps` says.
 #pragma once
 
 #include <stddef.h>
@@ -52,7 +52,7 @@ enum {
 /// One sentence without a full stop, for messages. Never NULL, whatever the number.
 const char* vps_status_text(VpsStatus status);
 
-/// A mapped asset.
+/// An asset, mapped from a file or in memory.
 typedef struct VpsAsset VpsAsset;
 /// Views of an asset's parts: owned by the asset, alive until it is closed.
 typedef struct VpsVoxelmap VpsVoxelmap;
@@ -75,9 +75,13 @@ enum {
 /// As vps_asset_open; sections that only the rest needs are never read, so that they take no memory, and the rest is
 /// `vps_missing_part`. Bits that mean nothing are `vps_bad_argument`.
 VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset);
-/// Unmaps the file. NULL is allowed.
+/// As vps_asset_open_for, of an asset in memory: the `count` bytes of a whole file, which are not copied. They must
+/// outlive the asset and its views, and must not change meanwhile. They start at a multiple of 8; other addresses are
+/// `vps_bad_argument`.
+VpsStatus vps_asset_open_memory(const void* bytes, size_t count, VpsUse use, VpsAsset** asset);
+/// Unmaps the file; of an asset in memory the bytes may go then. NULL is allowed.
 VpsStatus vps_asset_close(VpsAsset* asset);
-/// Compares all hashes with the mapped bytes: reads the whole file.
+/// Compares all hashes with the bytes: reads the whole asset.
 VpsStatus vps_asset_verify(const VpsAsset* asset);
 
 /// Error of one field against the mesh, sampled in the narrow band when the asset was baked. All 0 when absent.
@@ -86,7 +90,7 @@ typedef struct VpsCertificate {
   double rms;          ///< root mean square. [m]
   double p99;          ///< 99 % of the samples are no worse. [m]
   double worst_at[3];  ///< where `max` was found, asset frame. [m]
-  double bound;        ///< what queries reckon with: no less than `max`. [m]
+  double bound;        ///< the error that queries allow for: no less than `max`. [m]
 } VpsCertificate;
 
 /// The facts of an asset, asset frame.
@@ -163,7 +167,7 @@ VpsStatus vps_check_pose(const VpsPose* pose);
 /// first^-1 * second: takes second's body frame to first's. `out` may be one of them. Queries check what comes out.
 VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out);
 
-// Stand-ins for a voxelmap, each in its own frame. Their penetration is exact.
+// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact.
 typedef struct VpsBox {
   float half_extents[3];  ///< centred on the origin. [Limits: value >= 0] [Units: m]
 } VpsBox;
@@ -175,21 +179,42 @@ typedef struct VpsHalfSpace {
   float offset;             ///< the solid is outward_normal . p <= offset. [m]
 } VpsHalfSpace;
 
-/// Penetration of a point. Beyond the narrow band of a voxelmap the value has the right sign and never claims more
-/// distance than there is.
-/// @param point          map frame. [m]
-/// @param inward_normal  unit length, into the pointshell's body, map frame; used by `vps_field_layers` only. [-]
-VpsStatus vps_penetration(const VpsVoxelmap* map, const float point[3], const float inward_normal[3],
-                          float* penetration);
-VpsStatus vps_box_penetration(const VpsBox* box, const float point[3], float* penetration);
-VpsStatus vps_sphere_penetration(const VpsSphere* sphere, const float point[3], float* penetration);
-VpsStatus vps_half_space_penetration(const VpsHalfSpace* half_space, const float point[3], float* penetration);
+/// Which kind of field a VpsFieldRef refers to.
+typedef int32_t VpsFieldKind;
+enum { vps_kind_map, vps_kind_box, vps_kind_sphere, vps_kind_half_space };
+/// Refers to a field of any kind, for the queries below. It does not own the field, which must live until the query
+/// returns. NULL, an unknown kind and a field with numbers outside their limits are `vps_bad_argument`.
+typedef struct VpsFieldRef {
+  VpsFieldKind kind;
+  const void* field;  ///< VpsVoxelmap, VpsBox, VpsSphere or VpsHalfSpace, as `kind` says
+} VpsFieldRef;
+static inline VpsFieldRef vps_map_ref(const VpsVoxelmap* map) {
+  const VpsFieldRef ref = {vps_kind_map, map};
+  return ref;
+}
+static inline VpsFieldRef vps_box_ref(const VpsBox* box) {
+  const VpsFieldRef ref = {vps_kind_box, box};
+  return ref;
+}
+static inline VpsFieldRef vps_sphere_ref(const VpsSphere* sphere) {
+  const VpsFieldRef ref = {vps_kind_sphere, sphere};
+  return ref;
+}
+static inline VpsFieldRef vps_half_space_ref(const VpsHalfSpace* half_space) {
+  const VpsFieldRef ref = {vps_kind_half_space, half_space};
+  return ref;
+}
+
+/// Penetration of a point into a field. Beyond the narrow band of a voxelmap the value has the right sign and never
+/// claims more distance than there is.
+/// @param point          the field's frame. [m]
+/// @param inward_normal  unit length, into the pointshell's body, the field's frame. Only `vps_field_layers` uses it;
+///                       NULL is allowed for fields that are no voxelmap. [-]
+VpsStatus vps_penetration(VpsFieldRef field, const float point[3], const float inward_normal[3], float* penetration);
 /// Upper bound of the true penetration, also far outside the grid; FLT_MAX where there is none. [m]
 VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound);
-/// Direction out of the voxelmap, unit length; the zero vector beyond the grid and where the field has no slope.
-VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]);
-VpsStatus vps_box_outward_normal(const VpsBox* box, const float point[3], float normal[3]);
-VpsStatus vps_sphere_outward_normal(const VpsSphere* sphere, const float point[3], float normal[3]);
+/// Direction out of the field, unit length; the zero vector beyond a voxelmap's grid and where it has no slope.
+VpsStatus vps_outward_normal(VpsFieldRef field, const float point[3], float normal[3]);
 
 /// One point of the pointshell in contact, map frame.
 typedef struct VpsContact {
@@ -249,23 +274,14 @@ VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, s
 
 /// Points of a shell in contact with a field. Force and torque sum every point with penetration >= 0, whatever the
 /// buffer can hold and whatever the segmentation.
-/// @param shell_to_map  takes the shell's asset frame to the map's: vps_relative_pose(map body, shell body)
-/// @param options       NULL: all zero
-/// @param contacts      written in tree order; NULL is allowed with capacity 0
-/// @param capacity      contacts that the buffer can hold
+/// @param shell_to_field  takes the shell's asset frame to the field's: vps_relative_pose(field's body, shell's body)
+/// @param options         NULL: all zero
+/// @param contacts        written in tree order; NULL is allowed with capacity 0
+/// @param capacity        contacts that the buffer can hold
 /// @return `vps_ok`, or `vps_output_full`: `result` and the first `capacity` contacts are right then too.
-VpsStatus vps_traverse_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
-                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
-                           VpsQueryResult* result);
-VpsStatus vps_traverse_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
-                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
-                           VpsQueryResult* result);
-VpsStatus vps_traverse_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
-                              const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts,
-                              size_t capacity, VpsQueryResult* result);
-VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                  const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
-                                  VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result);
+VpsStatus vps_traverse(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
+                       const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                       VpsQueryResult* result);
 
 // Of contacts. The C++ of it is vps_contacts.h.
 
@@ -330,45 +346,38 @@ typedef struct VpsSeparation {
 } VpsSeparation;
 
 /// The deepest point of a shell, with bounds for the true surfaces.
-/// @param shell_to_map  as for vps_traverse_map
-/// @param options       NULL: all zero
-VpsStatus vps_separation_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
-                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
-VpsStatus vps_separation_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
-                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
-VpsStatus vps_separation_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
-                                const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
-VpsStatus vps_separation_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                    const VpsPose* shell_to_half_space, const VpsSeparationOptions* options,
-                                    VpsScratch* scratch, VpsSeparation* result);
+/// @param shell_to_field  as for vps_traverse
+/// @param options         NULL: all zero
+VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
+                         const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
 
 /// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
-typedef struct VpsMotion {
+typedef struct VpsSweep {
   VpsPose start;               ///< shell_to_map at time 0
   double velocity[3];          ///< of the centre of mass. [m/s]
   double angular_velocity[3];  ///< [rad/s]
   double duration;             ///< [Limits: value >= 0] [s]
-} VpsMotion;
+} VpsSweep;
 /// shell_to_map at a time. [s]
-VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose);
+VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose);
 
-/// What may not meet the map before the time that is told.
+/// What must not reach the field before VpsImpactResult::time.
 typedef int32_t VpsContactor;
 enum {
-  vps_contactor_surface,  ///< the body's true surface: impacts are told up to a covering radius early
-  vps_contactor_points    ///< the shell's points, which are all that a traverse sees
+  vps_contactor_surface,  ///< the body's true surface: impacts are reported up to a covering radius early
+  vps_contactor_points    ///< the shell's points, the only ones that a traverse tests
 };
 
 typedef struct VpsImpactOptions {
   float distance;   ///< at which an impact counts as such. [Limits: value >= 0] [m]
-  float tolerance;  ///< and how much more may be left. [Limits: value > 0] [m]
+  float tolerance;  ///< an impact is reported when no more than this is left to `distance`. [Limits: value > 0] [m]
   VpsContactor contactor;
-  uint32_t max_iterations;  ///< separations that are asked for. [Limits: value >= 1]
+  uint32_t max_iterations;  ///< of advancement: each is one separation query. [Limits: value >= 1]
 } VpsImpactOptions;
 
 typedef int32_t VpsImpact;
 enum {
-  vps_impact_none,       ///< not before the motion's end
+  vps_impact_none,       ///< not before the sweep's end
   vps_impact_hit,        ///< the bodies may be at the distance asked for
   vps_impact_unfinished  ///< max_iterations were not enough: no impact before `time`
 };
@@ -381,15 +390,8 @@ typedef struct VpsImpactResult {
 
 /// When a moving shell first comes as near to a field as asked for; never later than it does.
 /// @param options  NULL: distance 0, tolerance 1e-4 m, the surface, 256 iterations
-VpsStatus vps_time_of_impact_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsMotion* motion,
-                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
-VpsStatus vps_time_of_impact_box(const VpsPointshell* shell, const VpsBox* box, const VpsMotion* motion,
-                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
-VpsStatus vps_time_of_impact_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsMotion* motion,
-                                    const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
-VpsStatus vps_time_of_impact_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                        const VpsMotion* motion, const VpsImpactOptions* options, VpsScratch* scratch,
-                                        VpsImpactResult* result);
+VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
+                             const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
 
 typedef struct VpsRay {
   float origin[3];     ///< map frame. [Limits: no coordinate beyond 1e6] [m]

@@ -2,7 +2,7 @@
 /// @file What can be made of the contacts of a query: the penalty wrench in newtons with its gradient, few contacts for
 /// many, and queries of many pairs at once.
 ///
-/// Everything is in the frame of the contacts, the map frame. Nothing throws or allocates, but where it says so.
+/// Everything is in the frame of the contacts, the map frame. Nothing throws. Only functions that say so allocate.
 #pragma once
 
 #include "runtime/vps_runtime.h"
@@ -71,7 +71,7 @@ struct ReductionScratch {
 /// on a plane. The same contacts in the same order give the same answer.
 /// @param all     contacts of a query
 /// @param centre  about which the torque's residual is meant. [m]
-/// @param kept    their number is its size; places, depths, normals, point and node are those of `all`
+/// @param kept    their number is its size; positions, penetrations, normals, point and node are those of `all`
 [[nodiscard]] Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Contact> kept,
                                      ReductionScratch& scratch, Reduction& result) noexcept;
 
@@ -110,7 +110,7 @@ struct BatchScratch {
 
 /// `traverse` for each pair, which first compares the shell's root sphere with the field (Sec. 3.2). Answers are those
 /// of single queries to the bit, whatever the executor; but for budgets of time.
-/// @return bad_argument when the spans differ in length or there is no worker; what befalls a pair is in its answer
+/// @return bad_argument when the spans differ in length or there is no worker; the status of each pair is in its answer
 [[nodiscard]] Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers,
                                     BatchScratch& scratch, const Executor& executor) noexcept;
 

@@ -34,20 +34,10 @@ struct SeparationResult {
 
 /// The deepest point of a shell, by branch and bound; exact with the default options for a field's points in the band
 /// that its certificate covers.
-/// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
+/// `lower` is minus infinity where a polytope's planes do not determine its distance.
+/// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
 /// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
-[[nodiscard]] Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-[[nodiscard]] Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                                const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
-/// `lower` is minus infinity where the polytope's planes do not tell how far it is.
-[[nodiscard]] Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+[[nodiscard]] Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                                 const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept;
 
 struct ClosestPointOptions {
@@ -102,7 +92,7 @@ struct RayHit {
                               RayHit& result) noexcept;
 
 /// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
-struct Motion {
+struct Sweep {
   Pose start;                              ///< shell_to_map at time 0
   double velocity[3] = {0, 0, 0};          ///< of the centre of mass. [m/s]
   double angular_velocity[3] = {0, 0, 0};  ///< [rad/s]
@@ -110,23 +100,24 @@ struct Motion {
 };
 
 /// shell_to_map at a time. [s]
-[[nodiscard]] Pose pose_at(const PointshellView& shell, const Motion& motion, double time) noexcept;
+[[nodiscard]] Pose pose_at(const PointshellView& shell, const Sweep& sweep, double time) noexcept;
 
-/// What may not meet the map before the time that is told.
+/// What must not reach the field before ImpactResult::time.
 enum class Contactor : std::uint8_t {
-  surface,  ///< the body's true surface: hits are told up to a covering radius early
-  points,   ///< the shell's points, which are all that traverse sees
+  surface,  ///< the body's true surface: impacts are reported up to a covering radius early
+  points,   ///< the shell's points, the only ones that traverse tests
 };
 
 struct ImpactOptions {
-  float distance = 0;       ///< at which an impact counts as such. [Limits: value >= 0] [Units: m]
-  float tolerance = 1e-4F;  ///< and how much more may be left. [Limits: value > 0] [Units: m]
+  float distance = 0;  ///< at which an impact counts as such. [Limits: value >= 0] [Units: m]
+  float tolerance =
+      1e-4F;  ///< an impact is reported when no more than this is left to `distance`. [Limits: value > 0] [Units: m]
   Contactor contactor = Contactor::surface;
-  std::uint32_t max_iterations = 256;  ///< separations that are asked for. [Limits: value >= 1]
+  std::uint32_t max_iterations = 256;  ///< of advancement: each is one separation query. [Limits: value >= 1]
 };
 
 enum class Impact : std::uint8_t {
-  none,        ///< not before the motion's end
+  none,        ///< not before the sweep's end
   hit,         ///< the bodies may be at the distance asked for
   unfinished,  ///< max_iterations were not enough: no impact before `time`
 };
@@ -142,18 +133,8 @@ struct ImpactResult {
 /// goes on by what the separation's bound allows at the largest speed of any point. Never later than the true time, by
 /// the field's certificate; earlier by what tolerance, field error and, with Contactor::surface, the covering radius
 /// take.
-/// @return as separation; `bad_argument` also for a motion that is not finite.
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const VoxelmapView& map, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const BoxField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const RevolvedField& field, const Motion& motion,
-                                    const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
-[[nodiscard]] Status time_of_impact(const PointshellView& shell, const PolytopeField& field, const Motion& motion,
+/// @return as separation; `bad_argument` also for a sweep that is not finite.
+[[nodiscard]] Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& sweep,
                                     const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept;
 
 }  // namespace vps

@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "formats/quantize.h"
@@ -105,7 +107,8 @@ struct PointshellView {
 /// @return 0, the regular traverse, when `segments` is 0 or the shell empty
 [[nodiscard]] std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept;
 
-/// A mapped asset. Move-only; views stay valid while it lives. Any number of threads may read it.
+/// A baked asset, mapped from a file or in the caller's memory. Move-only; views stay valid while it lives. Any number
+/// of threads may read it.
 class Asset {
  public:
   Asset() = default;
@@ -121,12 +124,21 @@ class Asset {
   /// and the asset answers `missing_part` for it
   [[nodiscard]] static Status open(const char* path, Asset& out, Use use = Use::everything) noexcept;
 
-  /// Compares all section hashes with the mapped bytes; reads the whole file, whatever its use.
+  /// Opens an asset in memory: the bytes of a whole file. Checks what `open` checks for a file, and copies nothing.
+  /// @param bytes  must outlive the asset and its views, and must not change meanwhile. They start at a multiple of
+  /// kMemoryAlignment; other addresses are a `bad_argument`
+  [[nodiscard]] static Status open(std::span<const std::byte> bytes, Asset& out, Use use = Use::everything) noexcept;
+  /// The asset would outlive its bytes.
+  static Status open(std::vector<std::byte>&& bytes, Asset& out, Use use = Use::everything) = delete;
+  /// What the widest numbers of an asset need. [Units: bytes]
+  static constexpr std::size_t kMemoryAlignment = alignof(double);
+
+  /// Compares all section hashes with the bytes; reads the whole asset, whatever its use.
   [[nodiscard]] Status verify() const noexcept;
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
   [[nodiscard]] const AssetInfo& info() const noexcept { return directory_.info; }
-  /// The mapped file.
+  /// The whole file.
   [[nodiscard]] std::span<const std::byte> bytes() const noexcept { return {data_, bytes_}; }
   [[nodiscard]] const Directory& directory() const noexcept { return directory_; }
   [[nodiscard]] bool has_voxelmap() const noexcept;
@@ -139,6 +151,7 @@ class Asset {
 
  private:
   void release() noexcept;
+  bool owns_mapping_ = false;
   const std::byte* data_ = nullptr;
   std::size_t bytes_ = 0;
   Directory directory_{};
@@ -151,22 +164,6 @@ enum class ShellRole : std::uint8_t { first, second };
 /// The body with fewer points plays the pointshell (Sec. 3.2), the first if they are equal; if it cannot, the other.
 /// @return missing_part when neither can; `role` is `first` then
 [[nodiscard]] Status choose_roles(const Asset& first, const Asset& second, ShellRole& role) noexcept;
-
-/// Penetration of a point into the voxelmap. Paper: Sec. 2.2. For layers by Eq. (4); for scaled and real trilinear
-/// between the eight samples round the point, where the paper's Eqs. (4) and (5) extrapolate from one.
-/// Beyond the narrow band the value has the right sign and never claims more distance than there is.
-/// @param point          P, map frame. [m]
-/// @param inward_normal  n, unit length, into the pointshell's body, map frame; for layers only. [-]
-/// @return V(P) [m], >= 0 inside or on the surface.
-[[nodiscard]] float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept;
-
-/// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
-[[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
-
-/// Direction out of the voxelmap: minus the gradient of V, stored (Eq. 5) or from the samples; beyond the band, and for
-/// Field::layers, roughly from the layers.
-/// @return unit length; the zero vector beyond the grid and where the field has no slope, as in the middle of a wall.
-[[nodiscard]] Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept;
 
 // Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside, but for
 // polytopes.
@@ -193,19 +190,54 @@ struct RevolvedField {
 struct PolytopeField {
   std::span<const HalfSpaceField> planes;  ///< not copied; a ContactCache ends with them
 };
-[[nodiscard]] float penetration(const BoxField& field, Vec3 point) noexcept;
-[[nodiscard]] float penetration(const SphereField& field, Vec3 point) noexcept;
-[[nodiscard]] float penetration(const HalfSpaceField& field, Vec3 point) noexcept;
-[[nodiscard]] float penetration(const RevolvedField& field, Vec3 point) noexcept;
-/// Of no planes: infinite.
-[[nodiscard]] float penetration(const PolytopeField& field, Vec3 point) noexcept;
-/// Exact and of unit length everywhere; one of several where several are nearest.
-[[nodiscard]] Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept;
-[[nodiscard]] Vec3 outward_normal(const SphereField& field, Vec3 point) noexcept;
-[[nodiscard]] Vec3 outward_normal(const HalfSpaceField& field, Vec3 point) noexcept;
-[[nodiscard]] Vec3 outward_normal(const RevolvedField& field, Vec3 point) noexcept;
-/// Of the plane that `penetration` is the distance to; z of no planes.
-[[nodiscard]] Vec3 outward_normal(const PolytopeField& field, Vec3 point) noexcept;
+
+/// Refers to a field of any kind: a voxelmap or one of its analytic stand-ins. Each converts to it, and every query
+/// takes it. It does not own the field, which must live until the query returns; a temporary in the call does.
+class FieldRef {
+ public:
+  /// The one list of kinds.
+  using Pointers = std::variant<const VoxelmapView*, const BoxField*, const SphereField*, const HalfSpaceField*,
+                                const RevolvedField*, const PolytopeField*>;
+
+  template <class Field, class = std::enable_if_t<std::is_constructible_v<Pointers, const Field*>>>
+  FieldRef(const Field& field) noexcept : field_(&field) {}
+
+  /// The voxelmap, or null where the field is of another kind.
+  [[nodiscard]] const VoxelmapView* voxelmap() const noexcept {
+    const auto* const map = std::get_if<const VoxelmapView*>(&field_);
+    return map == nullptr ? nullptr : *map;
+  }
+  /// Calls visit(field) with the field itself, by one switch over its kind.
+  template <class Visit>
+  decltype(auto) visit(const Visit& visit) const noexcept {
+    return std::visit([&](const auto* field) -> decltype(auto) { return visit(*field); }, field_);
+  }
+
+ private:
+  Pointers field_;
+};
+
+/// Penetration of a point into a field.
+///
+/// Of a voxelmap: Paper, Sec. 2.2. For layers by Eq. (4); for scaled and real trilinear between the eight samples round
+/// the point, where the paper's Eqs. (4) and (5) extrapolate from one. Beyond the narrow band the value has the right
+/// sign and never claims more distance than there is.
+/// @param point          P, the field's frame. [m]
+/// @param inward_normal  n, unit length, into the pointshell's body, the field's frame. Only Field::layers uses it. [-]
+/// @return V(P) [m], >= 0 inside or on the surface; infinite for a polytope of no planes.
+[[nodiscard]] float penetration(FieldRef field, Vec3 point, Vec3 inward_normal = {}) noexcept;
+
+/// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
+[[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
+
+/// Direction out of a field, of unit length.
+///
+/// Of a voxelmap: minus the gradient of V, stored (Eq. 5) or from the samples; beyond the band, and for Field::layers,
+/// roughly from the layers. The zero vector beyond the grid and where the field has no slope, as in the middle of a
+/// wall. Of analytic fields: exact everywhere; one of several where several are nearest; of a polytope that of the
+/// plane whose distance `penetration` is, and z if it has no planes.
+/// @param point  the field's frame. [m]
+[[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
 /// One point of the pointshell in contact, map frame.
 struct Contact {
@@ -281,24 +313,9 @@ struct Scratch {
 /// Force and torque sum every point with V >= 0, whatever `out` can hold and whatever the segmentation.
 /// Uses the machine's widest vectors. The same query on the same machine gives the same bits; penetrations of different
 /// instruction sets agree within 1e-4 voxel.
-/// @param shell_to_map  takes the shell's asset frame to the field's frame: relative_pose(map body, shell body)
-/// @param out           contacts are written here, in tree order
-[[nodiscard]] Status traverse(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
-                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-                              QueryResult& result) noexcept;
-[[nodiscard]] Status traverse(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-                              QueryResult& result) noexcept;
-[[nodiscard]] Status traverse(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-                              QueryResult& result) noexcept;
-[[nodiscard]] Status traverse(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-                              QueryResult& result) noexcept;
-[[nodiscard]] Status traverse(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                              const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
-                              QueryResult& result) noexcept;
-[[nodiscard]] Status traverse(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
+/// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
+/// @param out             contacts are written here, in tree order
+[[nodiscard]] Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                               const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                               QueryResult& result) noexcept;
 

@@ -180,7 +180,7 @@ class BlockSampler {
   std::uint32_t store(FieldBrick& brick) {
     if (brick.entry != kFarOutside) return brick.entry;
     const auto number = static_cast<std::uint32_t>(block_.levels.size());
-    brick.entry = number | static_cast<std::uint32_t>(brick.level - kFinestLevel) << kLevelShift;
+    brick.entry = octree::brick_entry(number, brick.level);
     block_.levels.push_back(static_cast<std::int8_t>(brick.level));
     block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
     block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
@@ -208,7 +208,7 @@ class BlockSampler {
     const std::uint32_t first = block_.nodes[node];
     const auto begin = block_.nodes.begin() + static_cast<std::ptrdiff_t>(node);
     if (std::any_of(begin, begin + 8, [&](std::uint32_t entry) { return entry != first; })) {
-      return kNodeFlag | static_cast<std::uint32_t>(node / 8);
+      return octree::node_entry(static_cast<std::uint32_t>(node / 8));
     }
     block_.nodes.resize(node);
     return first;
@@ -223,8 +223,8 @@ class BlockSampler {
 };
 
 std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uint32_t first_brick) {
-  if (entry >= kFarInside) return entry;
-  return entry + ((entry & kNodeFlag) != 0 ? first_node : first_brick);
+  if (octree::is_node(entry)) return entry + first_node;
+  return octree::is_brick(entry) ? entry + first_brick : entry;
 }
 
 }  // namespace
@@ -270,16 +270,11 @@ FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
     if (!(at[axis] >= 0 && at[axis] < grid.dims[static_cast<std::size_t>(axis)] - 1)) return cell;
     index[axis] = static_cast<std::uint32_t>(at[axis]);
   }
-  std::uint32_t entry =
-      tree.roots[(std::size_t{index[2] / kRootCells} * tree.root_dims[1] + index[1] / kRootCells) * tree.root_dims[0] +
-                 index[0] / kRootCells];
-  for (std::uint32_t edge = kRootCells / 2; entry < kFarInside && (entry & kNodeFlag) != 0; edge /= 2) {
-    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
-    entry = tree.nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
-  }
-  if (entry >= kFarInside) return cell;
-  cell.brick = entry & kNumberMask;
-  const double scale = std::ldexp(1.0, -(static_cast<int>(entry >> kLevelShift) + kFinestLevel));
+  const std::uint32_t entry =
+      octree::find_entry(tree.roots.data(), tree.nodes.data(), tree.root_dims.data(), index).entry;
+  if (!octree::is_brick(entry)) return cell;
+  cell.brick = octree::brick_of(entry);
+  const double scale = std::ldexp(1.0, -octree::level_of(entry));
   double part[3];
   std::uint32_t low[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -289,7 +284,7 @@ FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
   }
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    cell.samples[corner] = ((low[2] + d[2]) * kFieldEdge + low[1] + d[1]) * kFieldEdge + low[0] + d[0];
+    cell.samples[corner] = octree::sample_in_brick(low[0] + d[0], low[1] + d[1], low[2] + d[2]);
     cell.weights[corner] = 1;
     for (int axis = 0; axis < 3; ++axis) cell.weights[corner] *= d[axis] != 0 ? part[axis] : 1 - part[axis];
   }

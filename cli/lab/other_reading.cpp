@@ -117,7 +117,7 @@ double read_penetration(const VoxelmapView& map, Reading reading, Vec3 point, Ve
   if (reading == Reading::nearest && map.field != Field::layers) {
     const detail::FieldCell cell = detail::find_cell(map, point);
     const Point n = {double(inward_normal.x), double(inward_normal.y), double(inward_normal.z)};
-    if (cell.entry < kNodeFlag) return from_nearest(map, cell, n);
+    if (octree::is_brick(cell.entry)) return from_nearest(map, cell, n);
   }
   if (reading == Reading::trilinear && map.field == Field::layers) {
     double v = 0;

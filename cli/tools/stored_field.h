@@ -21,7 +21,7 @@ inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
     const detail::Voxel found = detail::find_voxel(map, point);
     stored = found.in_grid && map.brick_index[found.brick] != kNoBrick;
   } else {
-    stored = detail::find_cell(map, point).entry < kNodeFlag;
+    stored = octree::is_brick(detail::find_cell(map, point).entry);
   }
   return stored ? v : std::copysign(std::numeric_limits<float>::infinity(), v);
 }

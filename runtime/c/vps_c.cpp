@@ -4,6 +4,7 @@
 
 #include <bit>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <type_traits>
 
@@ -33,20 +34,6 @@ VpsCertificate to_c(const vps::FieldCertificate& from) {
   return out;
 }
 
-template <class Field>
-VpsStatus penetration_into(const Field* field, const float* point, float* penetration) {
-  if (!is_valid(field) || !is_finite(point) || penetration == nullptr) return vps_bad_argument;
-  *penetration = vps::penetration(to_cpp(*field), to_vec3(point));
-  return vps_ok;
-}
-
-template <class Field>
-VpsStatus normal_into(const Field* field, const float* point, float* normal) {
-  if (!is_valid(field) || !is_finite(point) || normal == nullptr) return vps_bad_argument;
-  copy(vps::outward_normal(to_cpp(*field), to_vec3(point)), normal);
-  return vps_ok;
-}
-
 vps::Contact to_contact(const VpsContact& from) {
   return std::bit_cast<vps::Contact>(from);
 }
@@ -64,10 +51,10 @@ void add(const double (&from)[n], double (&to)[n]) {
   for (std::size_t i = 0; i < n; ++i) to[i] += from[i];
 }
 
-template <class Field>
-VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose* pose, const VpsQueryOptions* options,
+// As vps_traverse, with a field that may be used.
+VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose, const VpsQueryOptions* options,
                    VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
-  if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
+  if (shell == nullptr || pose == nullptr || result == nullptr) return vps_bad_argument;
   if (contacts == nullptr && capacity > 0) return vps_bad_argument;
   const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
   if (given.weight != vps_per_area && given.weight != vps_per_point) return vps_bad_argument;
@@ -85,8 +72,7 @@ VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose
   if (given.cache != nullptr) query.cache = &given.cache->cache;
   const std::span<vps::Contact> out(scratch->contacts.data(), std::min<size_t>(capacity, shell->view.points));
   vps::QueryResult found;
-  const vps::Status status =
-      vps::traverse(shell->view, to_cpp(*field), to_pose(*pose), query, scratch->scratch, out, found);
+  const vps::Status status = vps::traverse(shell->view, field, to_pose(*pose), query, scratch->scratch, out, found);
   if (status != vps::Status::ok && status != vps::Status::output_full) return to_c(status);
 
   const std::size_t written = std::min<std::size_t>(found.contacts, out.size());
@@ -102,6 +88,31 @@ VpsStatus traverse(const VpsPointshell* shell, const Field* field, const VpsPose
   return to_c(status);
 }
 
+// Fills a new handle. open(vps::Asset&) opens its asset.
+template <class Open>
+VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
+  if (asset == nullptr) return vps_bad_argument;
+  *asset = nullptr;
+  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
+  std::unique_ptr<VpsAsset> opened(new (std::nothrow) VpsAsset);
+  if (opened == nullptr) return vps_no_memory;
+  if (const vps::Status status = open(opened->asset); status != vps::Status::ok) return to_c(status);
+  // Parts that are missing leave their view empty.
+  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
+    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
+  }
+  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
+    try {
+      opened->shell.areas.resize(opened->shell.view.nodes);
+    } catch (const std::bad_alloc&) {
+      return vps_no_memory;
+    }
+    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
+  }
+  *asset = opened.release();
+  return vps_ok;
+}
+
 }  // namespace
 
 const char* vps_status_text(VpsStatus status) {
@@ -115,31 +126,16 @@ VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {
 }
 
 VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset) {
-  if (asset == nullptr) return vps_bad_argument;
-  *asset = nullptr;
-  if ((use & ~vps_use_everything) != 0) return vps_bad_argument;
-  auto* const opened = new (std::nothrow) VpsAsset;
-  if (opened == nullptr) return vps_no_memory;
-  if (const vps::Status status = vps::Asset::open(path, opened->asset, static_cast<vps::Use>(use));
-      status != vps::Status::ok) {
-    delete opened;
-    return to_c(status);
-  }
-  // Parts that are missing leave their view empty.
-  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
-    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
-  }
-  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
-    try {
-      opened->shell.areas.resize(opened->shell.view.nodes);
-    } catch (const std::bad_alloc&) {
-      delete opened;
-      return vps_no_memory;
-    }
-    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
-  }
-  *asset = opened;
-  return vps_ok;
+  return open_asset([&](vps::Asset& opened) { return vps::Asset::open(path, opened, static_cast<vps::Use>(use)); }, use,
+                    asset);
+}
+
+VpsStatus vps_asset_open_memory(const void* bytes, size_t count, VpsUse use, VpsAsset** asset) {
+  const auto open = [&](vps::Asset& opened) {
+    if (bytes == nullptr) return vps::Status::bad_argument;
+    return vps::Asset::open({static_cast<const std::byte*>(bytes), count}, opened, static_cast<vps::Use>(use));
+  };
+  return open_asset(open, use, asset);
 }
 
 VpsStatus vps_asset_close(VpsAsset* asset) {
@@ -241,38 +237,29 @@ VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose
   return vps_ok;
 }
 
-VpsStatus vps_penetration(const VpsVoxelmap* map, const float point[3], const float inward_normal[3],
-                          float* penetration) {
-  if (!is_valid(map) || !is_finite(point) || !is_finite(inward_normal) || penetration == nullptr) {
+VpsStatus vps_penetration(VpsFieldRef field, const float point[3], const float inward_normal[3], float* penetration) {
+  const bool needs_normal = field.kind == vps_kind_map;
+  if (!is_finite(point) || (needs_normal && !is_finite(inward_normal)) || penetration == nullptr) {
     return vps_bad_argument;
   }
-  *penetration = vps::penetration(map->view, to_vec3(point), to_vec3(inward_normal));
-  return vps_ok;
-}
-VpsStatus vps_box_penetration(const VpsBox* box, const float point[3], float* penetration) {
-  return penetration_into(box, point, penetration);
-}
-VpsStatus vps_sphere_penetration(const VpsSphere* sphere, const float point[3], float* penetration) {
-  return penetration_into(sphere, point, penetration);
-}
-VpsStatus vps_half_space_penetration(const VpsHalfSpace* half_space, const float point[3], float* penetration) {
-  return penetration_into(half_space, point, penetration);
+  return with_field(field, [&](vps::FieldRef ref) {
+    *penetration = vps::penetration(ref, to_vec3(point), needs_normal ? to_vec3(inward_normal) : vps::Vec3());
+    return VpsStatus{vps_ok};
+  });
 }
 
 VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound) {
-  if (!is_valid(map) || !is_finite(point) || bound == nullptr) return vps_bad_argument;
+  if (map == nullptr || !is_finite(point) || bound == nullptr) return vps_bad_argument;
   *bound = vps::penetration_bound(map->view, to_vec3(point));
   return vps_ok;
 }
 
-VpsStatus vps_outward_normal(const VpsVoxelmap* map, const float point[3], float normal[3]) {
-  return normal_into(map, point, normal);
-}
-VpsStatus vps_box_outward_normal(const VpsBox* box, const float point[3], float normal[3]) {
-  return normal_into(box, point, normal);
-}
-VpsStatus vps_sphere_outward_normal(const VpsSphere* sphere, const float point[3], float normal[3]) {
-  return normal_into(sphere, point, normal);
+VpsStatus vps_outward_normal(VpsFieldRef field, const float point[3], float normal[3]) {
+  if (!is_finite(point) || normal == nullptr) return vps_bad_argument;
+  return with_field(field, [&](vps::FieldRef ref) {
+    copy(vps::outward_normal(ref, to_vec3(point)), normal);
+    return VpsStatus{vps_ok};
+  });
 }
 
 VpsStatus vps_scratch_create(VpsScratch** scratch) {
@@ -309,25 +296,12 @@ VpsStatus vps_contact_cache_destroy(VpsContactCache* cache) {
   return vps_ok;
 }
 
-VpsStatus vps_traverse_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
-                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
-                           VpsQueryResult* result) {
-  return traverse(shell, map, shell_to_map, options, scratch, contacts, capacity, result);
-}
-VpsStatus vps_traverse_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
-                           const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
-                           VpsQueryResult* result) {
-  return traverse(shell, box, shell_to_box, options, scratch, contacts, capacity, result);
-}
-VpsStatus vps_traverse_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
-                              const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts,
-                              size_t capacity, VpsQueryResult* result) {
-  return traverse(shell, sphere, shell_to_sphere, options, scratch, contacts, capacity, result);
-}
-VpsStatus vps_traverse_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                  const VpsPose* shell_to_half_space, const VpsQueryOptions* options,
-                                  VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
-  return traverse(shell, half_space, shell_to_half_space, options, scratch, contacts, capacity, result);
+VpsStatus vps_traverse(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
+                       const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
+                       VpsQueryResult* result) {
+  return with_field(field, [&](vps::FieldRef ref) {
+    return traverse(shell, ref, shell_to_field, options, scratch, contacts, capacity, result);
+  });
 }
 
 VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist,

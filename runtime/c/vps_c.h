@@ -55,25 +55,15 @@ inline vps::Pose to_pose(const VpsPose& from) {
   return pose;
 }
 
-// What a field of C is in C++, if it may be used.
-inline bool is_valid(const VpsVoxelmap* map) {
-  return map != nullptr;
+inline bool is_valid(const VpsBox& box) {
+  return is_finite(box.half_extents) && std::min({box.half_extents[0], box.half_extents[1], box.half_extents[2]}) >= 0;
 }
-inline bool is_valid(const VpsBox* box) {
-  return box != nullptr && is_finite(box->half_extents) &&
-         std::min({box->half_extents[0], box->half_extents[1], box->half_extents[2]}) >= 0;
+inline bool is_valid(const VpsSphere& sphere) {
+  return std::isfinite(sphere.radius) && sphere.radius >= 0;
 }
-inline bool is_valid(const VpsSphere* sphere) {
-  return sphere != nullptr && std::isfinite(sphere->radius) && sphere->radius >= 0;
-}
-inline bool is_valid(const VpsHalfSpace* half_space) {
-  if (half_space == nullptr || !is_finite(half_space->outward_normal) || !std::isfinite(half_space->offset))
-    return false;
-  const float* n = half_space->outward_normal;
-  return std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
-}
-inline const vps::VoxelmapView& to_cpp(const VpsVoxelmap& map) {
-  return map.view;
+inline bool is_valid(const VpsHalfSpace& half_space) {
+  const float* n = half_space.outward_normal;
+  return is_finite(n) && std::isfinite(half_space.offset) && std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
 }
 inline vps::BoxField to_cpp(const VpsBox& box) {
   return {to_vec3(box.half_extents)};
@@ -83,6 +73,27 @@ inline vps::SphereField to_cpp(const VpsSphere& sphere) {
 }
 inline vps::HalfSpaceField to_cpp(const VpsHalfSpace& half_space) {
   return {to_vec3(half_space.outward_normal), half_space.offset};
+}
+
+// Calls run(FieldRef) with a field of C in C++, if it may be used: the one place that knows all kinds.
+template <class Run>
+VpsStatus with_field(VpsFieldRef ref, const Run& run) {
+  const auto convert = [&]<class Analytic>(const Analytic* field) -> VpsStatus {
+    if (field == nullptr || !is_valid(*field)) return vps_bad_argument;
+    return run(to_cpp(*field));
+  };
+  switch (ref.kind) {
+    case vps_kind_map:
+      return ref.field == nullptr ? VpsStatus{vps_bad_argument} : run(static_cast<const VpsVoxelmap*>(ref.field)->view);
+    case vps_kind_box:
+      return convert(static_cast<const VpsBox*>(ref.field));
+    case vps_kind_sphere:
+      return convert(static_cast<const VpsSphere*>(ref.field));
+    case vps_kind_half_space:
+      return convert(static_cast<const VpsHalfSpace*>(ref.field));
+    default:
+      return vps_bad_argument;
+  }
 }
 
 }  // namespace vps::c

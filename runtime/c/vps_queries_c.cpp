@@ -27,34 +27,31 @@ VpsSeparation to_c(const vps::SeparationResult& from) {
   return to;
 }
 
-vps::Motion to_motion(const VpsMotion& from) {
-  vps::Motion motion;
-  motion.start = to_pose(from.start);
-  std::copy_n(from.velocity, 3, motion.velocity);
-  std::copy_n(from.angular_velocity, 3, motion.angular_velocity);
-  motion.duration = from.duration;
-  return motion;
+vps::Sweep to_sweep(const VpsSweep& from) {
+  vps::Sweep sweep;
+  sweep.start = to_pose(from.start);
+  std::copy_n(from.velocity, 3, sweep.velocity);
+  std::copy_n(from.angular_velocity, 3, sweep.angular_velocity);
+  sweep.duration = from.duration;
+  return sweep;
 }
 
-template <class Field>
-VpsStatus separate(const VpsPointshell* shell, const Field* field, const VpsPose* pose,
+VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose,
                    const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
-  if (shell == nullptr || !is_valid(field) || pose == nullptr || result == nullptr) return vps_bad_argument;
+  if (shell == nullptr || pose == nullptr || result == nullptr) return vps_bad_argument;
   vps::SeparationOptions given;
   if (options != nullptr) given = {options->tolerance, options->guess};
   if (!std::isfinite(given.tolerance)) return vps_bad_argument;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::SeparationResult found;
-  const vps::Status status =
-      vps::separation(shell->view, to_cpp(*field), to_pose(*pose), given, scratch->scratch, found);
+  const vps::Status status = vps::separation(shell->view, field, to_pose(*pose), given, scratch->scratch, found);
   if (status == vps::Status::ok) *result = to_c(found);
   return to_c(status);
 }
 
-template <class Field>
-VpsStatus time_impact(const VpsPointshell* shell, const Field* field, const VpsMotion* motion,
+VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const VpsSweep* sweep,
                       const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  if (shell == nullptr || !is_valid(field) || motion == nullptr || result == nullptr) return vps_bad_argument;
+  if (shell == nullptr || sweep == nullptr || result == nullptr) return vps_bad_argument;
   vps::ImpactOptions given;
   if (options != nullptr) {
     if (options->contactor != vps_contactor_surface && options->contactor != vps_contactor_points) {
@@ -67,8 +64,7 @@ VpsStatus time_impact(const VpsPointshell* shell, const Field* field, const VpsM
   }
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::ImpactResult found;
-  const vps::Status status =
-      vps::time_of_impact(shell->view, to_cpp(*field), to_motion(*motion), given, scratch->scratch, found);
+  const vps::Status status = vps::time_of_impact(shell->view, field, to_sweep(*sweep), given, scratch->scratch, found);
   if (status == vps::Status::ok) {
     *result = {static_cast<VpsImpact>(found.impact), found.time, to_c(found.separation), found.iterations};
   }
@@ -77,27 +73,15 @@ VpsStatus time_impact(const VpsPointshell* shell, const Field* field, const VpsM
 
 }  // namespace
 
-VpsStatus vps_separation_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsPose* shell_to_map,
-                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
-  return separate(shell, map, shell_to_map, options, scratch, result);
-}
-VpsStatus vps_separation_box(const VpsPointshell* shell, const VpsBox* box, const VpsPose* shell_to_box,
-                             const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
-  return separate(shell, box, shell_to_box, options, scratch, result);
-}
-VpsStatus vps_separation_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsPose* shell_to_sphere,
-                                const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
-  return separate(shell, sphere, shell_to_sphere, options, scratch, result);
-}
-VpsStatus vps_separation_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                    const VpsPose* shell_to_half_space, const VpsSeparationOptions* options,
-                                    VpsScratch* scratch, VpsSeparation* result) {
-  return separate(shell, half_space, shell_to_half_space, options, scratch, result);
+VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
+                         const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+  return with_field(field,
+                    [&](vps::FieldRef ref) { return separate(shell, ref, shell_to_field, options, scratch, result); });
 }
 
-VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, double time, VpsPose* pose) {
-  if (shell == nullptr || motion == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
-  const vps::Pose at = vps::pose_at(shell->view, to_motion(*motion), time);
+VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose) {
+  if (shell == nullptr || sweep == nullptr || pose == nullptr || !std::isfinite(time)) return vps_bad_argument;
+  const vps::Pose at = vps::pose_at(shell->view, to_sweep(*sweep), time);
   const auto is_number = [](double value) { return std::isfinite(value); };
   if (!std::all_of(at.rotation, at.rotation + 9, is_number) ||
       !std::all_of(at.translation, at.translation + 3, is_number)) {
@@ -108,26 +92,13 @@ VpsStatus vps_motion_pose(const VpsPointshell* shell, const VpsMotion* motion, d
   return vps_ok;
 }
 
-VpsStatus vps_time_of_impact_map(const VpsPointshell* shell, const VpsVoxelmap* map, const VpsMotion* motion,
-                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  return time_impact(shell, map, motion, options, scratch, result);
-}
-VpsStatus vps_time_of_impact_box(const VpsPointshell* shell, const VpsBox* box, const VpsMotion* motion,
-                                 const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  return time_impact(shell, box, motion, options, scratch, result);
-}
-VpsStatus vps_time_of_impact_sphere(const VpsPointshell* shell, const VpsSphere* sphere, const VpsMotion* motion,
-                                    const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  return time_impact(shell, sphere, motion, options, scratch, result);
-}
-VpsStatus vps_time_of_impact_half_space(const VpsPointshell* shell, const VpsHalfSpace* half_space,
-                                        const VpsMotion* motion, const VpsImpactOptions* options, VpsScratch* scratch,
-                                        VpsImpactResult* result) {
-  return time_impact(shell, half_space, motion, options, scratch, result);
+VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
+                             const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+  return with_field(field, [&](vps::FieldRef ref) { return time_impact(shell, ref, sweep, options, scratch, result); });
 }
 
 VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result) {
-  if (!is_valid(map) || ray == nullptr || result == nullptr) return vps_bad_argument;
+  if (map == nullptr || ray == nullptr || result == nullptr) return vps_bad_argument;
   vps::RayHit found;
   const vps::Status status = vps::cast_ray(
       map->view, {to_vec3(ray->origin), to_vec3(ray->direction), ray->max_distance}, {tolerance_vx}, found);
@@ -142,7 +113,7 @@ VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float toleranc
 
 VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,
                             VpsClosestPoint* result) {
-  if (!is_valid(map) || !is_finite(point) || result == nullptr) return vps_bad_argument;
+  if (map == nullptr || !is_finite(point) || result == nullptr) return vps_bad_argument;
   vps::ClosestPointOptions given;
   if (options != nullptr) given = {options->tolerance_vx, options->max_iterations};
   vps::ClosestPoint found;

@@ -53,11 +53,11 @@ Six difference(const PointshellView& tool, const Pose& from, const Pose& to) noe
 }
 
 Pose moved(const PointshellView& tool, const Pose& pose, const Six& by) noexcept {
-  Motion motion;
-  motion.start = pose;
-  std::copy_n(by.begin(), 3, motion.velocity);
-  std::copy_n(by.begin() + 3, 3, motion.angular_velocity);
-  return pose_at(tool, motion, 1);
+  Sweep sweep;
+  sweep.start = pose;
+  std::copy_n(by.begin(), 3, sweep.velocity);
+  std::copy_n(by.begin() + 3, 3, sweep.angular_velocity);
+  return pose_at(tool, sweep, 1);
 }
 
 double length(const double* v) noexcept {
@@ -104,7 +104,7 @@ Status VirtualTool::find_constraints(HapticCycle& cycle, double& free_way) noexc
   constraints_.clear();
   for (const Contact& contact : std::span(contacts_.data(), result.contacts)) {
     // At edges the shell's normals point between the faces; the map's are right there.
-    Vec3 out = outward_normal(*map_, contact.position);
+    Vec3 out = normal_at(*map_, contact.position);
     if (!(detail::dot(out, out) > 0)) out = contact.inward_normal;
     const Vec3 turn = cross(contact.position - centre, out);
     constraints_.push_back({{out.x, out.y, out.z, turn.x, turn.y, turn.z}, double{contact.penetration}, 0});

@@ -69,7 +69,7 @@ class Correction {
   Correction(std::span<Contact> kept, const Sums& wanted, Vec3 centre) noexcept
       : kept_(kept), centre_(centre), length_(wanted.torque > 0 ? wanted.torque / wanted.force : 1) {
     for (const Contact& contact : kept) total_ += contact.area;
-    depth_ = wanted.force / total_;
+    mean_penetration_ = wanted.force / total_;
     for (std::size_t i = 0; i < 6; ++i) wanted_[i] = wanted.wrench[i] / wanted.force / (i < 3 ? 1 : length_);
   }
 
@@ -112,10 +112,10 @@ class Correction {
     for (std::size_t i = 0; i < 6; ++i) out[i] = y[i] - part * way[i];
     return out;
   }
-  // Without units: depths over the mean depth, arms over the mean arm.
+  // Without units: penetrations over the mean penetration, arms over the mean arm.
   Six scaled(const Contact& contact) const noexcept {
     Six g = wrench_of(contact, centre_);
-    for (std::size_t i = 0; i < 6; ++i) g[i] /= depth_ * (i < 3 ? 1 : length_);
+    for (std::size_t i = 0; i < 6; ++i) g[i] /= mean_penetration_ * (i < 3 ? 1 : length_);
     return g;
   }
   double factor(const Contact& contact, const Six& y) const noexcept {
@@ -153,13 +153,13 @@ class Correction {
   const Vec3 centre_;
   const double length_;
   double total_ = 0;
-  double depth_ = 0;
+  double mean_penetration_ = 0;
   double mu_ = 1;
   Six wanted_{};
 };
 
-// The deepest, then each time the one whose depth times squared distance from those before is largest. Contacts without
-// depth carry no force: they come last.
+// The deepest, then each time the one whose penetration times squared distance from those before is largest. Contacts
+// without penetration carry no force: they come last.
 std::uint32_t choose(std::span<const Contact> all, std::span<Contact> kept, ReductionScratch& scratch) noexcept {
   std::uint32_t next = 0;
   for (std::uint32_t i = 1; i < all.size(); ++i) {

@@ -10,12 +10,12 @@
 namespace vps {
 namespace {
 
-class Batch {
+class BatchWork {
  public:
-  Batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers, std::span<Scratch> workers) noexcept
+  BatchWork(std::span<const PairQuery> queries, std::span<PairAnswer> answers, std::span<Scratch> workers) noexcept
       : queries_(queries), answers_(answers), workers_(workers) {}
 
-  static void work(void* batch, std::uint32_t worker) { static_cast<Batch*>(batch)->work(worker); }
+  static void work(void* batch, std::uint32_t worker) { static_cast<BatchWork*>(batch)->work(worker); }
 
  private:
   void work(std::uint32_t worker) noexcept {
@@ -72,11 +72,11 @@ Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> 
   const auto workers =
       static_cast<std::uint32_t>(std::min<std::size_t>(executor.workers, std::max<std::size_t>(queries.size(), 1)));
   if (scratch.workers.size() < workers) scratch.workers.resize(workers);
-  Batch batch(queries, answers, scratch.workers);
+  BatchWork batch(queries, answers, scratch.workers);
   if (executor.run == nullptr || workers == 1) {
-    Batch::work(&batch, 0);
+    BatchWork::work(&batch, 0);
   } else {
-    executor.run(executor.context, workers, Batch::work, &batch);
+    executor.run(executor.context, workers, BatchWork::work, &batch);
   }
   return Status::ok;
 }

@@ -8,10 +8,8 @@
 
 #include "runtime/fields/penetration.h"
 
-namespace vps {
+namespace vps::detail {
 namespace {
-
-using namespace detail;
 
 // In the half plane through the axis of a solid of revolution.
 struct InProfile {
@@ -71,28 +69,28 @@ InProfile in_profile(const RevolvedField& solid, float r, float z) noexcept {
 
 }  // namespace
 
-float penetration(const BoxField& box, Vec3 p) noexcept {
+float value_at(const BoxField& box, Vec3 p) noexcept {
   const Vec3 q{std::abs(p.x) - box.half_extents.x, std::abs(p.y) - box.half_extents.y,
                std::abs(p.z) - box.half_extents.z};
   const Vec3 outside{std::max(q.x, 0.0F), std::max(q.y, 0.0F), std::max(q.z, 0.0F)};
   return -length(outside) - std::min(std::max({q.x, q.y, q.z}), 0.0F);
 }
-float penetration(const SphereField& sphere, Vec3 p) noexcept {
+float value_at(const SphereField& sphere, Vec3 p) noexcept {
   return sphere.radius - length(p);
 }
-float penetration(const HalfSpaceField& plane, Vec3 p) noexcept {
+float value_at(const HalfSpaceField& plane, Vec3 p) noexcept {
   return plane.offset - dot(plane.outward_normal, p);
 }
-float penetration(const RevolvedField& solid, Vec3 p) noexcept {
+float value_at(const RevolvedField& solid, Vec3 p) noexcept {
   return in_profile(solid, std::hypot(p.x, p.y), p.z).v;
 }
-float penetration(const PolytopeField& solid, Vec3 p) noexcept {
+float value_at(const PolytopeField& solid, Vec3 p) noexcept {
   float least = std::numeric_limits<float>::infinity();
-  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, penetration(plane, p));
+  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, value_at(plane, p));
   return least;
 }
 
-Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept {
+Vec3 normal_at(const BoxField& field, Vec3 point) noexcept {
   const float half[3] = {field.half_extents.x, field.half_extents.y, field.half_extents.z};
   const float at[3] = {point.x, point.y, point.z};
   float out[3];
@@ -107,24 +105,24 @@ Vec3 outward_normal(const BoxField& field, Vec3 point) noexcept {
   normal[face] = at[face] < 0 ? -1.0F : 1.0F;
   return {normal[0], normal[1], normal[2]};
 }
-Vec3 outward_normal(const SphereField&, Vec3 point) noexcept {
+Vec3 normal_at(const SphereField&, Vec3 point) noexcept {
   const float distance = length(point);
   return distance > 0 ? Vec3{point.x / distance, point.y / distance, point.z / distance} : Vec3{0, 0, 1};
 }
-Vec3 outward_normal(const HalfSpaceField& plane, Vec3) noexcept {
+Vec3 normal_at(const HalfSpaceField& plane, Vec3) noexcept {
   return plane.outward_normal;
 }
-Vec3 outward_normal(const RevolvedField& solid, Vec3 p) noexcept {
+Vec3 normal_at(const RevolvedField& solid, Vec3 p) noexcept {
   const float r = std::hypot(p.x, p.y);
   const InProfile at = in_profile(solid, r, p.z);
   if (r > 0) return {at.normal_r * p.x / r, at.normal_r * p.y / r, at.normal_z};
   return {at.normal_r, 0, at.normal_z};
 }
-Vec3 outward_normal(const PolytopeField& solid, Vec3 p) noexcept {
+Vec3 normal_at(const PolytopeField& solid, Vec3 p) noexcept {
   float least = std::numeric_limits<float>::infinity();
   Vec3 normal{0, 0, 1};
   for (const HalfSpaceField& plane : solid.planes) {
-    const float v = penetration(plane, p);
+    const float v = value_at(plane, p);
     if (!(v < least)) continue;
     least = v;
     normal = plane.outward_normal;
@@ -132,4 +130,4 @@ Vec3 outward_normal(const PolytopeField& solid, Vec3 p) noexcept {
   return normal;
 }
 
-}  // namespace vps
+}  // namespace vps::detail

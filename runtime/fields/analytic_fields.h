@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file What analytic fields share with the vector kernels. Internal.
+/// @file Analytic fields point by point, and what they share with the vector kernels. Internal.
 #pragma once
 
 #include <cmath>
@@ -7,6 +7,19 @@
 #include "runtime/vps_runtime.h"
 
 namespace vps::detail {
+
+/// `penetration` and `outward_normal` of each analytic field. A new one needs these two, its lanes
+/// (fields/field_lanes-inl.h), and a place in KernelFields and in FieldRef.
+float value_at(const BoxField& field, Vec3 point) noexcept;
+float value_at(const SphereField& field, Vec3 point) noexcept;
+float value_at(const HalfSpaceField& field, Vec3 point) noexcept;
+float value_at(const RevolvedField& field, Vec3 point) noexcept;
+float value_at(const PolytopeField& field, Vec3 point) noexcept;
+Vec3 normal_at(const BoxField& field, Vec3 point) noexcept;
+Vec3 normal_at(const SphereField& field, Vec3 point) noexcept;
+Vec3 normal_at(const HalfSpaceField& field, Vec3 point) noexcept;
+Vec3 normal_at(const RevolvedField& field, Vec3 point) noexcept;
+Vec3 normal_at(const PolytopeField& field, Vec3 point) noexcept;
 
 /// The side of a cone, in its plane: r from the axis, down from the tip.
 struct ConeSlant {

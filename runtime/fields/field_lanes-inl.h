@@ -60,12 +60,12 @@ template <bool kPaired>
 using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
 
 // Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
-struct Range {
+struct ChunkRange {
   std::uint32_t first = 0, count = 0, parent = 0;
 };
 
 struct Batch {
-  Range low, high;  // `high` is empty unless in halves
+  ChunkRange low, high;  // `high` is empty unless in halves
 };
 
 // Number of each lane's node or point, and which lanes have one.
@@ -91,7 +91,7 @@ HWY_INLINE M valid_lanes(const Batch& batch) {
 
 // What a field says of points: V, and an upper bound of the true V less the field's error. The same in a certified
 // band.
-struct Depths {
+struct Penetrations {
   F value, highest;
 };
 
@@ -118,7 +118,7 @@ struct BoxLanes : Everywhere {
     return hn::Neg(hn::Add(outside, hn::Min(hn::Max(qx, hn::Max(qy, qz)), zero)));
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
-  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch& batch, M valid) const {
     const F v = value(p, batch, valid);
     return {v, v};
   }
@@ -131,7 +131,7 @@ struct SphereLanes : Everywhere {
     return hn::Sub(set(sphere.radius), hn::Sqrt(squared));
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
-  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch& batch, M valid) const {
     const F v = value(p, batch, valid);
     return {v, v};
   }
@@ -173,7 +173,7 @@ struct RevolvedLanes : Everywhere {
     return hn::Add(set(solid.rounding), v);
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
-  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch& batch, M valid) const {
     const F v = value(p, batch, valid);
     return {v, v};
   }
@@ -191,7 +191,7 @@ struct PolytopeLanes : Everywhere {
     return least;
   }
   HWY_INLINE F bound(const Points& p, F) const { return value(p, Batch(), M()); }
-  HWY_INLINE Depths depths(const Points& p, const Batch& batch, M valid) const {
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch& batch, M valid) const {
     const F v = value(p, batch, valid);
     return {v, v};
   }
@@ -203,7 +203,7 @@ struct BelowLanes {
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
   HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }
   HWY_INLINE F bound(const Points& p, F) const { return hn::Neg(p.z); }
-  HWY_INLINE Depths depths(const Points& p, const Batch&, M) const { return {hn::Neg(p.z), hn::Neg(p.z)}; }
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch&, M) const { return {hn::Neg(p.z), hn::Neg(p.z)}; }
 };
 
 struct PlainLanes : Everywhere {
@@ -241,9 +241,9 @@ struct PlainLanes : Everywhere {
     return each(p, hn::FirstN(f32, hn::Lanes(f32)),
                 [&](Vec3 point, std::size_t) { return voxelmap_bound(*plain.map, point); });
   }
-  Depths depths(const Points& p, const Batch&, M valid) const {
-    const F low = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).low; });
-    const F high = each(p, valid, [&](Vec3 at, std::size_t) { return depth_interval(*plain.map, at).high; });
+  Penetrations penetrations(const Points& p, const Batch&, M valid) const {
+    const F low = each(p, valid, [&](Vec3 at, std::size_t) { return penetration_interval(*plain.map, at).low; });
+    const F high = each(p, valid, [&](Vec3 at, std::size_t) { return penetration_interval(*plain.map, at).high; });
     return {low, high};
   }
 };

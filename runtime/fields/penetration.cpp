@@ -3,6 +3,9 @@
 #include "runtime/fields/penetration.h"
 
 #include <cstdlib>
+#include <type_traits>
+
+#include "runtime/fields/analytic_fields.h"
 
 namespace vps {
 namespace {
@@ -59,10 +62,10 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
 
 }  // namespace
 
-Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept {
+Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
   if (map.field == Field::layers) return normal_from_layers(map, point);
   const detail::FieldCell cell = detail::find_cell(map, point);
-  if (cell.entry >= kNodeFlag) return normal_from_layers(map, point);
+  if (!octree::is_brick(cell.entry)) return normal_from_layers(map, point);
   float out[3];
   if (map.field == Field::real) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -98,8 +101,19 @@ Vec3 outward_normal(const VoxelmapView& map, Vec3 point) noexcept {
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }
 
-float penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  return detail::voxelmap_penetration(map, point, inward_normal);
+// Most points are looked up in a map: it goes first, without a visit.
+float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {
+  if (const VoxelmapView* const map = field.voxelmap()) return detail::voxelmap_penetration(*map, point, inward_normal);
+  return field.visit([point](const auto& kind) {
+    if constexpr (std::is_same_v<decltype(kind), const VoxelmapView&>)
+      return 0.0F;
+    else
+      return detail::value_at(kind, point);
+  });
+}
+Vec3 outward_normal(FieldRef field, Vec3 point) noexcept {
+  if (const VoxelmapView* const map = field.voxelmap()) return detail::normal_at(*map, point);
+  return field.visit([point](const auto& kind) { return detail::normal_at(kind, point); });
 }
 float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept {
   return detail::voxelmap_bound(map, point);

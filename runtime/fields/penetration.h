@@ -74,23 +74,9 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   return found;
 }
 
-/// What the field's octree has for a cell of a voxel's size.
-struct OctreeEntry {
-  std::uint32_t entry;
-  std::uint32_t edge;  ///< of the cube it stands for. [vx]
-};
-inline OctreeEntry find_entry(const VoxelmapView& map, const std::uint32_t (&index)[3]) noexcept {
-  std::uint32_t entry =
-      map.field_roots[(std::size_t{index[2] / kRootCells} * map.root_dims[1] + index[1] / kRootCells) *
-                          map.root_dims[0] +
-                      index[0] / kRootCells];
-  std::uint32_t edge = kRootCells;
-  while (edge > 1 && entry < kFarInside && (entry & kNodeFlag) != 0) {
-    edge /= 2;
-    const std::uint32_t octant = (index[2] / edge % 2) * 4 + (index[1] / edge % 2) * 2 + index[0] / edge % 2;
-    entry = map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant];
-  }
-  return {entry, edge};
+/// What a map's octree has for a cell of a voxel's size.
+inline octree::Found find_entry(const VoxelmapView& map, const std::uint32_t (&cell)[3]) noexcept {
+  return octree::find_entry(map.field_roots, map.field_nodes, map.root_dims, cell);
 }
 
 /// Where a point lies between the samples of a field brick.
@@ -115,9 +101,8 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
   cell.in_grid = true;
   const std::uint32_t entry = find_entry(map, index).entry;
   cell.entry = entry;
-  if (entry >= kNodeFlag) return cell;
-  const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;
-  const float cell_edge = std::ldexp(1.0F, level);
+  if (!octree::is_brick(entry)) return cell;
+  const float cell_edge = std::ldexp(1.0F, octree::level_of(entry));
   std::uint32_t low[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float cells = at[axis] / cell_edge;
@@ -125,7 +110,7 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
     low[axis] = whole % (kFieldEdge - 1);
     cell.part[axis] = cells - static_cast<float>(whole);
   }
-  cell.first = std::size_t{entry & kNumberMask} * kFieldStride + (low[2] * kFieldEdge + low[1]) * kFieldEdge + low[0];
+  cell.first = octree::first_sample(entry) + octree::sample_in_brick(low[0], low[1], low[2]);
   cell.edge = cell_edge * map.voxel_size;
   return cell;
 }
@@ -189,6 +174,9 @@ inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float 
   return {std::max({layer * s - reach, band - length(found.to_centre), 0.0F}), (layer + kCoarseLayerSlack) * s + reach};
 }
 
+/// `outward_normal` of a voxelmap.
+Vec3 normal_at(const VoxelmapView& map, Vec3 point) noexcept;
+
 /// V(P). Paper: Sec. 2.2.
 inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   bool inside = false;
@@ -202,7 +190,7 @@ inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inwa
     inside = map.coarse_layers[found.brick] > 0;
   } else {
     const FieldCell cell = find_cell(map, point);
-    if (cell.entry < kNodeFlag) return interpolate(map, cell);
+    if (octree::is_brick(cell.entry)) return interpolate(map, cell);
     inside = cell.entry == kFarInside;
   }
   const Voxel found = find_voxel(map, point);
@@ -241,7 +229,7 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
     inside = map.coarse_layers[found.brick] > 0;
   } else {
     const FieldCell cell = find_cell(map, point);
-    if (cell.entry < kNodeFlag) {
+    if (octree::is_brick(cell.entry)) {
       const float v = interpolate(map, cell);
       // Samples are fitted and rounded.
       const float slack = field_error(map);
@@ -304,13 +292,13 @@ inline Interval layer_interval(const VoxelmapView& map, const Voxel& found, Inte
 }
 
 /// Interval of the true V, anywhere: docs/bounds.md. In the band by the certificate. [m]
-inline Interval depth_interval(const VoxelmapView& map, Vec3 point) noexcept {
+inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
   const float error = field_error(map);
   FieldCell cell;
   float v = 0;
   if (map.field != Field::layers) {
     cell = find_cell(map, point);
-    if (cell.entry < kNodeFlag) {
+    if (octree::is_brick(cell.entry)) {
       v = interpolate(map, cell);
       const CertifiedBand certified = certified_band(map);
       if (v > -certified.outer && v < certified.inner) return {v - error, v + error};

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <tuple>
+#include <type_traits>
 
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
@@ -48,16 +51,19 @@ struct PlainMap {
 /// The solid is z <= 0: `Affine` takes the shell there.
 struct SolidBelow {};
 
-/// Every kind of field that kernels know, by a short name: HWY_EXPORT knows no templates.
-#define VPS_FOR_EACH_FIELD(FIELD) \
-  FIELD(box, BoxField)            \
-  FIELD(sphere, SphereField)      \
-  FIELD(revolved, RevolvedField)  \
-  FIELD(polytope, PolytopeField)  \
-  FIELD(below, SolidBelow)        \
-  FIELD(plain, PlainMap)          \
-  FIELD(i8, SampledMap8)          \
-  FIELD(i16, SampledMap16)
+/// Every kind of field that the kernels know. Each has lanes: lanes_of in fields/field_lanes-inl.h.
+using KernelFields =
+    std::tuple<BoxField, SphereField, RevolvedField, PolytopeField, SolidBelow, PlainMap, SampledMap8, SampledMap16>;
+
+/// A kind's place in KernelFields. A field that is not there does not compile.
+template <class Field, std::size_t at = 0>
+constexpr std::size_t kernel_kind() noexcept {
+  if constexpr (std::is_same_v<Field, std::tuple_element_t<at, KernelFields>>) {
+    return at;
+  } else {
+    return kernel_kind<Field, at + 1>();
+  }
+}
 
 /// The relative pose in float: the difference of two double poses, so large world coordinates have cancelled.
 struct Transform {
@@ -129,21 +135,6 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   return map;
 }
 
-/// Calls run(field, frame, error [m]) with the kernel's form of a map.
-template <class Run>
-Status on_map(const VoxelmapView& map, const Pose& shell_to_map, Run run) noexcept {
-  // Offsets into samples are 32 bits wide in the kernel.
-  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
-    const Frame frame = voxel_frame(map);
-    const float error = field_error(map);
-    if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error);
-    return run(sampled_map<SampledMap16>(map, frame), frame, error);
-  }
-  float rotation[9];
-  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
-  return run(PlainMap{&map, rotation}, Frame(), 0.0F);
-}
-
 /// Takes a shell to SolidBelow instead of a half space: only z = n . p - offset counts there.
 inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) noexcept {
   Pose down;
@@ -155,6 +146,31 @@ inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) 
     for (int k = 0; k < 3; ++k) down.rotation[6 + axis] += n[k] * shell_to_field.rotation[3 * k + axis];
   }
   return down;
+}
+
+/// Calls run(field, frame, error [m], pose) with a field as the kernels see it: `pose` takes the shell there, and
+/// `error` is what the kernel leaves out of its upper bounds.
+template <class Run>
+Status in_kernel_form(const VoxelmapView& map, const Pose& shell_to_map, const Run& run) noexcept {
+  // Offsets into samples are 32 bits wide in the kernel.
+  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
+    const Frame frame = voxel_frame(map);
+    const float error = field_error(map);
+    if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error, shell_to_map);
+    return run(sampled_map<SampledMap16>(map, frame), frame, error, shell_to_map);
+  }
+  float rotation[9];
+  for (int i = 0; i < 9; ++i) rotation[i] = static_cast<float>(shell_to_map.rotation[i]);
+  return run(PlainMap{&map, rotation}, Frame(), 0.0F, shell_to_map);
+}
+template <class Run>
+Status in_kernel_form(const HalfSpaceField& field, const Pose& shell_to_field, const Run& run) noexcept {
+  return run(SolidBelow(), Frame(), 0.0F, pose_above(field, shell_to_field));
+}
+/// The kernels know every other analytic field as it is.
+template <class Analytic, class Run>
+Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const Run& run) noexcept {
+  return run(field, Frame(), 0.0F, shell_to_field);
 }
 
 /// How far off a shell's coordinates in a field may be: they are rounded at the size of the shell and of its distance.
@@ -170,7 +186,7 @@ inline float rounding(const PointshellView& shell, const Affine& nodes, float un
 }
 
 /// No point of the shell lies farther at one pose than this from where it is at the other. [m]
-inline double motion(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
   double turned = 0;
   double moved = 0;
   for (int i = 0; i < 3; ++i) {

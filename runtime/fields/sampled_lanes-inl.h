@@ -44,7 +44,7 @@ struct SampledLanes : Everywhere {
     return hn::ConvertTo(f32, hn::ShiftRight<kDown>(hn::ShiftLeft<kUp>(pair)));
   }
 
-  // On the way down the octree.
+  // On the way down the octree: octree::find_entry in lanes.
   struct Walk {
     Points grid;
     M in_grid;
@@ -78,7 +78,8 @@ struct SampledLanes : Everywhere {
     (enter<kShift>(walks), ...);
     if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
   }
-  // As signed numbers nodes lie below the two codes of no brick, -1 and -2, and bricks from 0 on.
+  // octree::is_node and is_brick: as signed numbers, nodes lie below the two codes of no brick, -1 and -2, and bricks
+  // from 0 on.
   static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
   template <int kShift>
   HWY_INLINE void enter(Walk& walk) const {
@@ -87,7 +88,7 @@ struct SampledLanes : Everywhere {
     const I octant = hn::Or(hn::Or(hn::And(hn::ShiftRight<kShift>(walk.ix), one),
                                    hn::ShiftLeft<1>(hn::And(hn::ShiftRight<kShift>(walk.iy), one))),
                             hn::ShiftLeft<2>(hn::And(hn::ShiftRight<kShift>(walk.iz), one)));
-    const I number = hn::And(walk.entry, hn::Set(i32, 0x7FFFFFFF));
+    const I number = hn::And(walk.entry, hn::Set(i32, static_cast<std::int32_t>(~kNodeFlag)));
     const I at = hn::IfThenElseZero(node, hn::Add(hn::ShiftLeft<3>(number), octant));
     walk.entry = hn::IfThenElse(node, hn::GatherIndex(i32, map.nodes, at), walk.entry);
   }
@@ -178,7 +179,7 @@ struct SampledLanes : Everywhere {
                         hn::Set(i32, map.brick_dims[0])),
                 hn::ShiftRight<3>(vx));
     static_assert(kBrickEdge == 8);
-    // Two layers to a word: an aligned word never leaves the mapping's pages.
+    // Two layers to a word: the words lie in the file, which was checked.
     const I pair =
         hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
     const I odd = hn::And(brick, hn::Set(i32, 1));
@@ -243,17 +244,17 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElse(found.sampled, hn::Add(found.value, slack), beyond);
   }
 
-  // `highest` as depth_interval's upper end.
-  HWY_INLINE Depths depths(const Points& p, const Batch&, M valid) const {
+  // `highest` as penetration_interval's upper end.
+  HWY_INLINE Penetrations penetrations(const Points& p, const Batch&, M valid) const {
     const Looked found = look_up(p);
     const M certified = hn::And(found.sampled, hn::And(hn::Gt(found.value, set(-map.certified_outer)),
                                                        hn::Lt(found.value, set(map.certified_inner))));
     if (hn::AllFalse(f32, hn::AndNot(certified, valid))) return {found.value, found.value};
-    const Depths beyond = depths_beyond(p, found);
+    const Penetrations beyond = penetrations_beyond(p, found);
     return {hn::IfThenElse(found.sampled, found.value, beyond.value),
             hn::IfThenElse(certified, found.value, beyond.highest)};
   }
-  HWY_NOINLINE Depths depths_beyond(const Points& p, const Looked& found) const {
+  HWY_NOINLINE Penetrations penetrations_beyond(const Points& p, const Looked& found) const {
     const F zero = hn::Zero(f32);
     // Of a point beyond the grid, the nearest in it: what lies in a box is at a right angle or more.
     const auto clamped = [&](F a, int axis) { return hn::Min(hn::Max(a, zero), set(map.top[axis])); };

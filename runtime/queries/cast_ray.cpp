@@ -80,7 +80,7 @@ class March {
       g[axis] = std::clamp(ray_.at(axis, way + kBeyond), 0.0, static_cast<double>(map_.dims[axis] - 1));
       index[axis] = std::min(static_cast<std::uint32_t>(g[axis]), map_.dims[axis] - 2);
     }
-    const OctreeEntry found = find_entry(map_, index);
+    const octree::Found found = find_entry(map_, index);
     double leave = end;
     double begin = way;
     for (int axis = 0; axis < 3; ++axis) {
@@ -88,12 +88,12 @@ class March {
       ray_.clip(axis, low - kBeyond, low + found.edge + kBeyond, begin, leave);
     }
     if (found.entry == kFarInside) return true;
-    if (found.entry >= kNodeFlag) {
+    if (!octree::is_brick(found.entry)) {
       way = std::max(leave, way) + kBeyond;
       return false;
     }
     FieldCell cell;
-    const double edge = std::ldexp(1.0, static_cast<int>(found.entry >> kLevelShift) + kFinestLevel);
+    const double edge = std::ldexp(1.0, octree::level_of(found.entry));
     cell.edge = static_cast<float>(edge) * map_.voxel_size;
     double low[3];
     std::uint32_t number[3];
@@ -103,8 +103,7 @@ class March {
       number[axis] = static_cast<std::uint32_t>(whole) % (kFieldEdge - 1);
       ray_.clip(axis, low[axis] - kBeyond, low[axis] + edge + kBeyond, begin, leave);
     }
-    cell.first = std::size_t{found.entry & kNumberMask} * kFieldStride +
-                 (number[2] * kFieldEdge + number[1]) * kFieldEdge + number[0];
+    cell.first = octree::first_sample(found.entry) + octree::sample_in_brick(number[0], number[1], number[2]);
     float corners[8];
     corner_values(map_, cell, corners);
     leave = std::max(leave, way);
@@ -177,7 +176,7 @@ Status cast_ray(const VoxelmapView& map, const Ray& ray, const RayOptions& optio
     float at[3];
     for (int axis = 0; axis < 3; ++axis) at[axis] = static_cast<float>(origin[axis] + distance * direction[axis]);
     result.position = {at[0], at[1], at[2]};
-    result.outward_normal = outward_normal(map, result.position);
+    result.outward_normal = normal_at(map, result.position);
     return Status::ok;
   }
   return Status::ok;

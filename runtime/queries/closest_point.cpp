@@ -14,20 +14,20 @@ Vec3 scaled(Vec3 a, float by) noexcept {
   return {a.x * by, a.y * by, a.z * by};
 }
 
-class Walk {
+class SurfaceWalk {
  public:
-  Walk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
+  SurfaceWalk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
       : map_(map), tolerance_(options.tolerance_vx * map.voxel_size), left_(options.max_iterations) {}
 
   // Newton steps where there are samples; before, from brick to brick towards the surface.
   bool to_surface(Vec3& at, float& residual) noexcept {
     for (; left_ > 0; --left_) {
       const FieldCell cell = find_cell(map_, at);
-      const bool sampled = cell.entry < kNodeFlag;
+      const bool sampled = octree::is_brick(cell.entry);
       const float v = sampled ? interpolate(map_, cell) : 0;
       residual = std::abs(v);
       if (sampled && residual <= tolerance_) return true;
-      const Vec3 normal = sampled ? outward_normal(map_, at) : Vec3();
+      const Vec3 normal = sampled ? normal_at(map_, at) : Vec3();
       if (dot(normal, normal) > 0) {
         at = at + scaled(normal, v);
       } else if (!approach(at, sampled ? residual : std::numeric_limits<float>::max())) {
@@ -93,7 +93,7 @@ class Walk {
       for_each_neighbour([&](std::int64_t x, std::int64_t y, std::int64_t z) {
         const Vec3 there = at + scaled({float(x), float(y), float(z)}, probe * map_.voxel_size);
         const FieldCell cell = find_cell(map_, there);
-        if (cell.entry >= kNodeFlag) return;
+        if (!octree::is_brick(cell.entry)) return;
         const float v = std::abs(interpolate(map_, cell));
         if (v >= smallest) return;
         smallest = v;
@@ -125,7 +125,7 @@ class Walk {
 
 // The closest point's normal leads to the point asked for: from a place on the surface to the foot of the point on its
 // tangent plane, and back to the surface, while that brings it nearer.
-void slide(const VoxelmapView& map, Vec3 point, Walk& walk, ClosestPoint& result) noexcept {
+void slide(const VoxelmapView& map, Vec3 point, SurfaceWalk& walk, ClosestPoint& result) noexcept {
   const float least_gain = 1e-3F * map.voxel_size;
   const Vec3 extent{map.bounds_max[0] - map.bounds_min[0], map.bounds_max[1] - map.bounds_min[1],
                     map.bounds_max[2] - map.bounds_min[2]};
@@ -133,7 +133,7 @@ void slide(const VoxelmapView& map, Vec3 point, Walk& walk, ClosestPoint& result
   float part = 1;
   constexpr float kLeastPart = 1.0F / 128;
   while (part > kLeastPart) {
-    const Vec3 n = outward_normal(map, result.position);
+    const Vec3 n = normal_at(map, result.position);
     if (dot(n, n) == 0) return;
     const Vec3 to_point = point - result.position;
     const Vec3 along = to_point - scaled(n, dot(to_point, n));
@@ -165,21 +165,21 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   if (!(options.tolerance_vx > 0 && std::isfinite(options.tolerance_vx)) || options.max_iterations == 0) {
     return Status::bad_argument;
   }
-  const Interval depth = depth_interval(map, point);
+  const Interval at_point = penetration_interval(map, point);
   // Float coordinates are rounded, and so are differences of them.
   const float rounding = 1e-6F * (std::abs(point.x) + std::abs(point.y) + std::abs(point.z));
-  result.inside = depth.low + depth.high >= 0;
-  result.lower = std::max(std::max(depth.low, -depth.high) - rounding, 0.0F);
-  result.upper = std::max(std::abs(depth.low), std::abs(depth.high)) + rounding;
+  result.inside = at_point.low + at_point.high >= 0;
+  result.lower = std::max(std::max(at_point.low, -at_point.high) - rounding, 0.0F);
+  result.upper = std::max(std::abs(at_point.low), std::abs(at_point.high)) + rounding;
 
-  Walk walk(map, options);
+  SurfaceWalk walk(map, options);
   result.position = point;
   result.converged = walk.to_surface(result.position, result.residual);
   result.distance = length(point - result.position);
   if (!result.converged) return Status::ok;
   slide(map, point, walk, result);
-  result.outward_normal = outward_normal(map, result.position);
-  const Interval there = depth_interval(map, result.position);
+  result.outward_normal = normal_at(map, result.position);
+  const Interval there = penetration_interval(map, result.position);
   result.upper =
       std::min(result.upper, result.distance + std::max(std::abs(there.low), std::abs(there.high)) + rounding);
   return Status::ok;

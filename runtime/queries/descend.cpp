@@ -56,7 +56,7 @@ class Chunks {
   Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
 
   // The next chunk of a node below `last`, if the queue up to `tail` has one.
-  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Range& range) {
+  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, ChunkRange& range) {
     if (left_ == 0) {
       if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
       parent_ = d_.queue[head_++];
@@ -214,22 +214,33 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 
-// A function of each family for each kind of field, for HWY_EXPORT knows no templates.
-#define VPS_FIELD(name, Field)                                                                \
-  bool touches_##name(const Field& field, Descent& d, std::uint32_t node) {                   \
-    return touches_one(lanes_of(field, *d.shell), d, node);                                   \
-  }                                                                                           \
-  void descend_##name(const Field& field, Descent& d) {                                       \
-    descend_lanes(lanes_of(field, *d.shell), d);                                              \
-  }                                                                                           \
-  void list_##name(const Field& field, Descent& d, const PointList& list) {                   \
-    test_list_lanes(lanes_of(field, *d.shell), d, list);                                      \
-  }                                                                                           \
-  void parents_##name(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) { \
-    test_parents_lanes(lanes_of(field, *d.shell), d, from, to);                               \
+// The loops with their field's type taken away.
+template <class Field>
+struct Kernels {
+  static auto lanes(const void* field, const Descent& d) {
+    return lanes_of(*static_cast<const Field*>(field), *d.shell);
   }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+  static bool touches(const void* field, Descent& d, std::uint32_t node) {
+    return touches_one(lanes(field, d), d, node);
+  }
+  static void descend(const void* field, Descent& d) { descend_lanes(lanes(field, d), d); }
+  static void test_list(const void* field, Descent& d, const PointList& list) {
+    test_list_lanes(lanes(field, d), d, list);
+  }
+  static void test_parents(const void* field, Descent& d, std::uint32_t from, std::uint32_t to) {
+    test_parents_lanes(lanes(field, d), d, from, to);
+  }
+};
+
+template <class... Fields>
+const DescentKernels& kernels_at(std::size_t kind, const std::tuple<Fields...>*) {
+  static constexpr DescentKernels kAll[] = {{&Kernels<Fields>::touches, &Kernels<Fields>::descend,
+                                             &Kernels<Fields>::test_list, &Kernels<Fields>::test_parents}...};
+  return kAll[kind];
+}
+const DescentKernels& descent_kernels_here(std::size_t kind) {
+  return kernels_at(kind, static_cast<const KernelFields*>(nullptr));
+}
 
 }  // namespace vps::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -237,29 +248,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::detail {
 
-#define VPS_FIELD(name, Field)                                                                       \
-  HWY_EXPORT(touches_##name);                                                                        \
-  HWY_EXPORT(descend_##name);                                                                        \
-  HWY_EXPORT(list_##name);                                                                           \
-  HWY_EXPORT(parents_##name);                                                                        \
-  template <>                                                                                        \
-  void test_list(const Field& field, Descent& d, const PointList& list) noexcept {                   \
-    HWY_DYNAMIC_DISPATCH(list_##name)(field, d, list);                                               \
-  }                                                                                                  \
-  template <>                                                                                        \
-  bool touches(const Field& field, Descent& d, std::uint32_t node) noexcept {                        \
-    return HWY_DYNAMIC_DISPATCH(touches_##name)(field, d, node);                                     \
-  }                                                                                                  \
-  template <>                                                                                        \
-  void descend(const Field& field, Descent& d) noexcept {                                            \
-    HWY_DYNAMIC_DISPATCH(descend_##name)(field, d);                                                  \
-  }                                                                                                  \
-  template <>                                                                                        \
-  void test_parents(const Field& field, Descent& d, std::uint32_t from, std::uint32_t to) noexcept { \
-    HWY_DYNAMIC_DISPATCH(parents_##name)(field, d, from, to);                                        \
-  }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+HWY_EXPORT(descent_kernels_here);
+const DescentKernels& descent_kernels(std::size_t kind) noexcept {
+  return HWY_DYNAMIC_DISPATCH(descent_kernels_here)(kind);
+}
 
 }  // namespace vps::detail
 #endif

@@ -2,6 +2,7 @@
 /// @file The innermost loops of every query: nodes and points of a shell against a field, many at once. Internal.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "runtime/fields/place_field.h"
@@ -31,28 +32,46 @@ struct Descent {
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };
 
-/// Whether a node's sphere may touch the field.
-template <class Field>
-bool touches(const Field& field, Descent& descent, std::uint32_t node) noexcept;
-
-/// Algorithm 1 of the paper (Sec. 2.3) from the nodes in the queue, breadth first. Afterwards [begin, end) are the
-/// nodes that were left; what lies before `begin` are the nodes that were gone into.
-template <class Field>
-void descend(const Field& field, Descent& descent) noexcept;
-
-/// Tests listed points: `codes` are the rows of their positions, as floats, and `hits` and `leaves` become those of the
-/// list. Arrays reach kLanePadding beyond `count`.
+/// Listed points: `codes` are the rows of their positions, as floats. Arrays reach kLanePadding beyond `count`.
 struct PointList {
   const float* codes[3] = {};
   const std::uint32_t* points = nullptr;
   const std::uint32_t* leaves = nullptr;
   std::uint32_t count = 0;
 };
-template <class Field>
-void test_list(const Field& field, Descent& descent, const PointList& list) noexcept;
 
-/// The same for the points that stand for nodes: [first, last) of the queue. `leaves` become those nodes.
-template <class Field>
-void test_parents(const Field& field, Descent& descent, std::uint32_t first, std::uint32_t last) noexcept;
+/// The loops for one kind of field, compiled for the machine's instructions.
+struct DescentKernels {
+  bool (*touches)(const void* field, Descent& descent, std::uint32_t node);
+  void (*descend)(const void* field, Descent& descent);
+  void (*test_list)(const void* field, Descent& descent, const PointList& list);
+  void (*test_parents)(const void* field, Descent& descent, std::uint32_t first, std::uint32_t last);
+};
+/// @param kind  its place in KernelFields
+const DescentKernels& descent_kernels(std::size_t kind) noexcept;
+
+/// A field with its loops, found once for a query. It does not own the field.
+class DescentField {
+ public:
+  template <class Field>
+  explicit DescentField(const Field& field) noexcept
+      : kernels_(descent_kernels(kernel_kind<Field>())), field_(&field) {}
+
+  /// Whether a node's sphere may touch the field.
+  bool touches(Descent& descent, std::uint32_t node) const noexcept { return kernels_.touches(field_, descent, node); }
+  /// Algorithm 1 of the paper (Sec. 2.3) from the nodes in the queue, breadth first. Afterwards [begin, end) are the
+  /// nodes that were left; what lies before `begin` are the nodes that were gone into.
+  void descend(Descent& descent) const noexcept { kernels_.descend(field_, descent); }
+  /// Tests listed points. `hits` and `leaves` become those of the list.
+  void test_list(Descent& descent, const PointList& list) const noexcept { kernels_.test_list(field_, descent, list); }
+  /// Tests the points that stand for nodes: [first, last) of the queue. `leaves` become those nodes.
+  void test_parents(Descent& descent, std::uint32_t first, std::uint32_t last) const noexcept {
+    kernels_.test_parents(field_, descent, first, last);
+  }
+
+ private:
+  const DescentKernels& kernels_;
+  const void* field_;
+};
 
 }  // namespace vps::detail

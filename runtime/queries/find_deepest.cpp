@@ -21,7 +21,8 @@ HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32
   for (const std::uint32_t last = first + count; first < last; first += kMost) {
     const Batch batch{{first, last - first < kMost ? last - first : kMost, 0}, {}};
     const M valid = hn::FirstN(f32, batch.low.count);
-    const Depths found = field.depths(field.place(s.points, load_points<false>(*s.shell, batch)), batch, valid);
+    const Penetrations found =
+        field.penetrations(field.place(s.points, load_points<false>(*s.shell, batch)), batch, valid);
     const F highest = hn::IfThenElse(valid, found.highest, set(s.best));
     s.best = hn::GetLane(hn::MaxOfLanes(f32, hn::Max(highest, set(s.best))));
     const M deeper = hn::And(valid, hn::Gt(found.value, set(s.deepest)));
@@ -43,7 +44,7 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
                          load_floats<false>(rows[2], length, batch)};
   const F radius = hn::MulAdd(load_floats<false>(rows[3], length, batch), set(1 / s.unit), set(s.slack));
   const M valid = hn::FirstN(f32, batch.low.count);
-  const F bound = hn::Add(field.depths(field.place(s.nodes, centre), batch, valid).highest, radius);
+  const F bound = hn::Add(field.penetrations(field.place(s.nodes, centre), batch, valid).highest, radius);
   const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));
   const F rejected = set(s.rejected);
   const F passed = hn::IfThenElse(hn::AndNot(open, valid), hn::Max(bound, rejected), rejected);
@@ -95,13 +96,20 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   }
 }
 
-// A function for each kind of field, for HWY_EXPORT knows no templates.
-#define VPS_FIELD(name, Field)                                     \
-  void find_deepest_##name(const Field& field, DeepestSearch& s) { \
-    find_deepest_lanes(lanes_of(field, *s.shell), s);              \
-  }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+// The search with its field's type taken away.
+template <class Field>
+void search_field(const void* field, DeepestSearch& s) {
+  find_deepest_lanes(lanes_of(*static_cast<const Field*>(field), *s.shell), s);
+}
+
+template <class... Fields>
+DeepestKernel kernel_at(std::size_t kind, const std::tuple<Fields...>*) {
+  static constexpr DeepestKernel kAll[] = {&search_field<Fields>...};
+  return kAll[kind];
+}
+DeepestKernel deepest_kernel_here(std::size_t kind) {
+  return kernel_at(kind, static_cast<const KernelFields*>(nullptr));
+}
 
 }  // namespace vps::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -109,14 +117,10 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::detail {
 
-#define VPS_FIELD(name, Field)                                            \
-  HWY_EXPORT(find_deepest_##name);                                        \
-  template <>                                                             \
-  void find_deepest(const Field& field, DeepestSearch& search) noexcept { \
-    HWY_DYNAMIC_DISPATCH(find_deepest_##name)(field, search);             \
-  }
-VPS_FOR_EACH_FIELD(VPS_FIELD)
-#undef VPS_FIELD
+HWY_EXPORT(deepest_kernel_here);
+DeepestKernel deepest_kernel(std::size_t kind) noexcept {
+  return HWY_DYNAMIC_DISPATCH(deepest_kernel_here)(kind);
+}
 
 }  // namespace vps::detail
 #endif

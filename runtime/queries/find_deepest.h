@@ -2,6 +2,7 @@
 /// @file Branch and bound down the point-sphere tree for the point of largest V. Internal.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "runtime/fields/place_field.h"
@@ -25,8 +26,15 @@ struct DeepestSearch {
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };
 
+/// The search for one kind of field, compiled for the machine's instructions.
+using DeepestKernel = void (*)(const void* field, DeepestSearch& search);
+/// @param kind  its place in KernelFields
+DeepestKernel deepest_kernel(std::size_t kind) noexcept;
+
 /// Depth first, the deepest sphere's children before its siblings.
 template <class Field>
-void find_deepest(const Field& field, DeepestSearch& search) noexcept;
+void find_deepest(const Field& field, DeepestSearch& search) noexcept {
+  deepest_kernel(kernel_kind<Field>())(&field, search);
+}
 
 }  // namespace vps::detail

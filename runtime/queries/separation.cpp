@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Zlib
-// Separation and depth of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
+// Separation and penetration of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
+#include "runtime/fields/analytic_fields.h"
 #include "runtime/queries/find_deepest.h"
 #include "runtime/vps_queries.h"
 
@@ -20,7 +22,7 @@ Status check_separation(const PointshellView& shell, const Pose& pose, const Sep
 }
 
 // What a field says of the deepest point.
-struct Depth {
+struct DeepestPoint {
   bool walked = false;  // outside, from the point to `surface`
   Vec3 surface;
   float v = 0;       // [m]
@@ -28,11 +30,11 @@ struct Depth {
   Vec3 direction;
 };
 
-Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  Depth out;
+DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  DeepestPoint out;
   out.v = voxelmap_penetration(map, point, inward_normal);
-  out.truth = depth_interval(map, point);
-  out.direction = outward_normal(map, point);
+  out.truth = penetration_interval(map, point);
+  out.direction = normal_at(map, point);
   // Beyond the band a way to the surface says more than the layers.
   const CertifiedBand certified = certified_band(map);
   if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
@@ -52,18 +54,18 @@ Depth depth_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept
   return out;
 }
 template <class Analytic>
-Depth depth_at(const Analytic& field, Vec3 p, Vec3) noexcept {
-  Depth out;
-  out.v = penetration(field, p);
+DeepestPoint deepest_at(const Analytic& field, Vec3 p, Vec3) noexcept {
+  DeepestPoint out;
+  out.v = value_at(field, p);
   out.truth = {out.v, out.v};
-  out.direction = outward_normal(field, p);
+  out.direction = normal_at(field, p);
   return out;
 }
-Depth depth_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
-  Depth out = depth_at<PolytopeField>(field, p, inward_normal);
+DeepestPoint deepest_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
+  DeepestPoint out = deepest_at<PolytopeField>(field, p, inward_normal);
   // Exact where the nearest place of the farthest plane is a place of the body.
   const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
-  if (out.v < 0 && penetration(field, on_plane) < 1e-5F * out.v) {
+  if (out.v < 0 && value_at(field, on_plane) < 1e-5F * out.v) {
     out.truth.low = -std::numeric_limits<float>::infinity();
   }
   return out;
@@ -80,7 +82,7 @@ float value_error(const Field&) noexcept {
 
 // What one query is about.
 template <class Field>
-struct Query {
+struct SeparationQuery {
   const PointshellView& shell;
   const Field& field;
   const Pose& pose;
@@ -91,7 +93,7 @@ struct Query {
 // @param pose   takes the shell to the field as kernels see it
 // @param guess  the point to start from
 template <class Field>
-DeepestSearch new_search(const Query<Field>& query, const Frame& frame, const Pose& pose,
+DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame, const Pose& pose,
                          std::uint32_t guess) noexcept {
   const PointshellView& shell = query.shell;
   DeepestSearch search;
@@ -107,19 +109,20 @@ DeepestSearch new_search(const Query<Field>& query, const Frame& frame, const Po
 }
 
 template <class Field>
-Depth depth_of(const Query<Field>& query, std::uint32_t point, Vec3& position) noexcept {
+DeepestPoint deepest_of(const SeparationQuery<Field>& query, std::uint32_t point, Vec3& position) noexcept {
   const Transform transform(query.pose);
   position = transform.apply(point_position(query.shell, point));
-  return depth_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
+  return deepest_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
 }
 
 // Beyond the band the layers may prefer another point than the closest: from where the walk has met the surface to the
 // shell's closest point, and back, while that is shorter.
-Depth come_closer(const Query<VoxelmapView>& query, Depth depth, SeparationResult& result) noexcept {
+DeepestPoint come_closer(const SeparationQuery<VoxelmapView>& query, DeepestPoint deepest,
+                         SeparationResult& result) noexcept {
   constexpr int kRounds = 4;
-  for (int round = 0; round < kRounds && depth.walked; ++round) {
+  for (int round = 0; round < kRounds && deepest.walked; ++round) {
     Pose from_surface = query.pose;
-    const float surface[3] = {depth.surface.x, depth.surface.y, depth.surface.z};
+    const float surface[3] = {deepest.surface.x, deepest.surface.y, deepest.surface.z};
     for (int axis = 0; axis < 3; ++axis) from_surface.translation[axis] -= surface[axis];
     DeepestSearch search = new_search(query, {}, from_surface, result.point);
     find_deepest(SphereField(), search);
@@ -127,25 +130,25 @@ Depth come_closer(const Query<VoxelmapView>& query, Depth depth, SeparationResul
     result.points_tested += search.points_tested;
     if (search.point == result.point) break;
     Vec3 position;
-    const Depth next = depth_of(query, search.point, position);
-    if (!(next.v > depth.v)) break;
-    depth = next;
+    const DeepestPoint next = deepest_of(query, search.point, position);
+    if (!(next.v > deepest.v)) break;
+    deepest = next;
     result.point = search.point;
     result.position = position;
   }
-  return depth;
+  return deepest;
 }
 template <class Field>
-Depth come_closer(const Query<Field>&, const Depth& depth, SeparationResult&) noexcept {
-  return depth;
+DeepestPoint come_closer(const SeparationQuery<Field>&, const DeepestPoint& deepest, SeparationResult&) noexcept {
+  return deepest;
 }
 
 // @param kernel_field  the field as kernels see it
 // @param kernel_pose   takes the shell to it
 // @param error         that its kernel leaves out of its upper bounds. [m]
 template <class Field, class KernelField>
-Status find(const Query<Field>& query, const KernelField& kernel_field, const Frame& frame, const Pose& kernel_pose,
-            float error, SeparationResult& result) noexcept {
+Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field, const Frame& frame,
+            const Pose& kernel_pose, float error, SeparationResult& result) noexcept {
   const PointshellView& shell = query.shell;
   query.scratch.reserve(shell);
   const auto unit = static_cast<float>(frame.unit);
@@ -157,70 +160,36 @@ Status find(const Query<Field>& query, const KernelField& kernel_field, const Fr
   result.point = search.point;
   result.nodes_tested = search.nodes_tested;
   result.points_tested = search.points_tested;
-  const Depth depth = come_closer(query, depth_of(query, search.point, result.position), result);
+  const DeepestPoint deepest = come_closer(query, deepest_of(query, search.point, result.position), result);
   const double slack = double{search.slack} * unit;
   // Points lie within their code's rounding of the surface, and are closer to each point of it than the covering
   // radius.
   const double off_surface = std::sqrt(0.75) * shell.position_step + slack;
   result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
-  result.delta = std::min<double>(depth.v, result.delta_bound);
+  result.delta = std::min<double>(deepest.v, result.delta_bound);
   result.upper = result.delta_bound + error + shell.covering_radius;
-  result.lower = std::min(depth.truth.low - off_surface, result.upper);
-  result.direction = depth.direction;
+  result.lower = std::min(deepest.truth.low - off_surface, result.upper);
+  result.direction = deepest.direction;
   return std::isfinite(result.delta) ? Status::ok : Status::bad_argument;
-}
-
-template <class Field>
-Status find(const Query<Field>& query, SeparationResult& result) noexcept {
-  return find(query, query.field, {}, query.pose, 0, result);
 }
 
 }  // namespace
 
-Status separation(const PointshellView& shell, const VoxelmapView& map, const Pose& shell_to_map,
+Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                   const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_map, options, result); status != Status::ok) return status;
-  if (map.field == Field::none) return Status::missing_part;
-  const Query<VoxelmapView> query{shell, map, shell_to_map, options, scratch};
-  return on_map(map, shell_to_map, [&](const auto& field, const Frame& frame, float error) {
-    return find(query, field, frame, shell_to_map, error, result);
+  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
+    return status;
+  }
+  return field.visit([&]<class Kind>(const Kind& kind) {
+    if constexpr (std::is_same_v<Kind, VoxelmapView>) {
+      if (kind.field == Field::none) return Status::missing_part;
+    }
+    const SeparationQuery<Kind> query{shell, kind, shell_to_field, options, scratch};
+    const auto run = [&](const auto& kernel_field, const Frame& frame, float error, const Pose& pose) {
+      return find(query, kernel_field, frame, pose, error, result);
+    };
+    return in_kernel_form(kind, shell_to_field, run);
   });
-}
-Status separation(const PointshellView& shell, const BoxField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<BoxField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const SphereField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<SphereField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const RevolvedField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<RevolvedField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const PolytopeField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<PolytopeField>({shell, field, shell_to_field, options, scratch}, result);
-}
-Status separation(const PointshellView& shell, const HalfSpaceField& field, const Pose& shell_to_field,
-                  const SeparationOptions& options, Scratch& scratch, SeparationResult& result) noexcept {
-  if (const Status status = check_separation(shell, shell_to_field, options, result); status != Status::ok) {
-    return status;
-  }
-  return find<HalfSpaceField>({shell, field, shell_to_field, options, scratch}, SolidBelow(), {},
-                              pose_above(field, shell_to_field), 0, result);
 }
 
 }  // namespace vps

@@ -13,33 +13,64 @@ double norm(const double (&v)[3]) noexcept {
 }
 
 // No point of the shell is faster. [m/s]
-double largest_speed(const PointshellView& shell, const Motion& motion) noexcept {
+double largest_speed(const PointshellView& shell, const Sweep& sweep) noexcept {
   double arm[3];
   for (int axis = 0; axis < 3; ++axis) arm[axis] = double{shell.sphere[axis][0]} - shell.centre_of_mass[axis];
   // The true surface lies a little farther out than the points.
   const double reach = norm(arm) + shell.sphere[3][0] + shell.covering_radius;
-  return norm(motion.velocity) + norm(motion.angular_velocity) * reach;
+  return norm(sweep.velocity) + norm(sweep.angular_velocity) * reach;
 }
 
-bool is_valid(const Motion& motion, const ImpactOptions& options) noexcept {
-  return motion.duration >= 0 && std::isfinite(motion.duration) && std::isfinite(norm(motion.velocity)) &&
-         std::isfinite(norm(motion.angular_velocity)) && options.distance >= 0 && std::isfinite(options.distance) &&
+bool is_valid(const Sweep& sweep, const ImpactOptions& options) noexcept {
+  return sweep.duration >= 0 && std::isfinite(sweep.duration) && std::isfinite(norm(sweep.velocity)) &&
+         std::isfinite(norm(sweep.angular_velocity)) && options.distance >= 0 && std::isfinite(options.distance) &&
          options.tolerance > 0 && std::isfinite(options.tolerance) && options.max_iterations > 0;
 }
 
-template <class Field>
-Status advance(const PointshellView& shell, const Field& field, const Motion& motion, const ImpactOptions& options,
-               Scratch& scratch, ImpactResult& result) noexcept {
+}  // namespace
+
+Pose pose_at(const PointshellView& shell, const Sweep& sweep, double time) noexcept {
+  // Rodrigues' formula.
+  const double rate = norm(sweep.angular_velocity);
+  const double angle = rate * time;
+  const double cosine = std::cos(angle);
+  const double sine = std::sin(angle);
+  double axis[3] = {0, 0, 0};
+  for (int i = 0; i < 3 && rate > 0; ++i) axis[i] = sweep.angular_velocity[i] / rate;
+  const double turn[9] = {
+      cosine + axis[0] * axis[0] * (1 - cosine),         axis[0] * axis[1] * (1 - cosine) - axis[2] * sine,
+      axis[0] * axis[2] * (1 - cosine) + axis[1] * sine, axis[1] * axis[0] * (1 - cosine) + axis[2] * sine,
+      cosine + axis[1] * axis[1] * (1 - cosine),         axis[1] * axis[2] * (1 - cosine) - axis[0] * sine,
+      axis[2] * axis[0] * (1 - cosine) - axis[1] * sine, axis[2] * axis[1] * (1 - cosine) + axis[0] * sine,
+      cosine + axis[2] * axis[2] * (1 - cosine)};
+  Pose out;
+  for (int i = 0; i < 3; ++i) {
+    double centre = sweep.start.translation[i] + sweep.velocity[i] * time;
+    out.translation[i] = 0;
+    for (int j = 0; j < 3; ++j) {
+      centre += sweep.start.rotation[3 * i + j] * shell.centre_of_mass[j];
+      double sum = 0;
+      for (int k = 0; k < 3; ++k) sum += turn[3 * i + k] * sweep.start.rotation[3 * k + j];
+      out.rotation[3 * i + j] = sum;
+      out.translation[i] -= sum * shell.centre_of_mass[j];
+    }
+    out.translation[i] += centre;
+  }
+  return out;
+}
+
+Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& sweep, const ImpactOptions& options,
+                      Scratch& scratch, ImpactResult& result) noexcept {
   result = {};
-  if (!is_valid(motion, options)) return Status::bad_argument;
+  if (!is_valid(sweep, options)) return Status::bad_argument;
   if (shell.points == 0) return Status::missing_part;
-  if (const Status status = check_pose(motion.start); status != Status::ok) return status;
-  const double speed = largest_speed(shell, motion);
+  if (const Status status = check_pose(sweep.start); status != Status::ok) return status;
+  const double speed = largest_speed(shell, sweep);
   SeparationOptions search;
   double gap = 0;
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
-    const Pose pose = pose_at(shell, motion, result.time);
+    const Pose pose = pose_at(shell, sweep, result.time);
     if (const Status status = separation(shell, field, pose, search, scratch, result.separation);
         status != Status::ok) {
       return status;
@@ -57,8 +88,8 @@ Status advance(const PointshellView& shell, const Field& field, const Motion& mo
       continue;
     }
     const double step = gap / speed;
-    if (!(result.time + step < motion.duration)) {
-      result.time = motion.duration;
+    if (!(result.time + step < sweep.duration)) {
+      result.time = sweep.duration;
       return Status::ok;
     }
     result.time += step;
@@ -67,63 +98,6 @@ Status advance(const PointshellView& shell, const Field& field, const Motion& mo
   }
   result.impact = Impact::unfinished;
   return Status::ok;
-}
-
-}  // namespace
-
-Pose pose_at(const PointshellView& shell, const Motion& motion, double time) noexcept {
-  // Rodrigues' formula.
-  const double rate = norm(motion.angular_velocity);
-  const double angle = rate * time;
-  const double cosine = std::cos(angle);
-  const double sine = std::sin(angle);
-  double axis[3] = {0, 0, 0};
-  for (int i = 0; i < 3 && rate > 0; ++i) axis[i] = motion.angular_velocity[i] / rate;
-  const double turn[9] = {
-      cosine + axis[0] * axis[0] * (1 - cosine),         axis[0] * axis[1] * (1 - cosine) - axis[2] * sine,
-      axis[0] * axis[2] * (1 - cosine) + axis[1] * sine, axis[1] * axis[0] * (1 - cosine) + axis[2] * sine,
-      cosine + axis[1] * axis[1] * (1 - cosine),         axis[1] * axis[2] * (1 - cosine) - axis[0] * sine,
-      axis[2] * axis[0] * (1 - cosine) - axis[1] * sine, axis[2] * axis[1] * (1 - cosine) + axis[0] * sine,
-      cosine + axis[2] * axis[2] * (1 - cosine)};
-  Pose out;
-  for (int i = 0; i < 3; ++i) {
-    double centre = motion.start.translation[i] + motion.velocity[i] * time;
-    out.translation[i] = 0;
-    for (int j = 0; j < 3; ++j) {
-      centre += motion.start.rotation[3 * i + j] * shell.centre_of_mass[j];
-      double sum = 0;
-      for (int k = 0; k < 3; ++k) sum += turn[3 * i + k] * motion.start.rotation[3 * k + j];
-      out.rotation[3 * i + j] = sum;
-      out.translation[i] -= sum * shell.centre_of_mass[j];
-    }
-    out.translation[i] += centre;
-  }
-  return out;
-}
-
-Status time_of_impact(const PointshellView& shell, const VoxelmapView& map, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, map, motion, options, scratch, result);
-}
-Status time_of_impact(const PointshellView& shell, const BoxField& field, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, field, motion, options, scratch, result);
-}
-Status time_of_impact(const PointshellView& shell, const SphereField& field, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, field, motion, options, scratch, result);
-}
-Status time_of_impact(const PointshellView& shell, const RevolvedField& field, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, field, motion, options, scratch, result);
-}
-Status time_of_impact(const PointshellView& shell, const PolytopeField& field, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, field, motion, options, scratch, result);
-}
-Status time_of_impact(const PointshellView& shell, const HalfSpaceField& field, const Motion& motion,
-                      const ImpactOptions& options, Scratch& scratch, ImpactResult& result) noexcept {
-  return advance(shell, field, motion, options, scratch, result);
 }
 
 }  // namespace vps

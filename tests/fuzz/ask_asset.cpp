@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/fuzz/ask_asset.h"
 
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
-#include <string>
 #include <vector>
 
 #include "formats/fields.h"
@@ -21,25 +16,6 @@
 
 namespace vps::test {
 namespace {
-
-// A file that lives in memory, under a name that can be opened.
-class MemoryFile {
- public:
-  explicit MemoryFile(std::span<const std::byte> bytes) : fd_(::memfd_create("asset", MFD_CLOEXEC)) {
-    for (std::size_t done = 0; done < bytes.size();) {
-      const ssize_t written = ::write(fd_, bytes.data() + done, bytes.size() - done);
-      if (written <= 0) std::abort();
-      done += static_cast<std::size_t>(written);
-    }
-  }
-  ~MemoryFile() { ::close(fd_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-  [[nodiscard]] std::string path() const { return "/proc/self/fd/" + std::to_string(fd_); }
-
- private:
-  int fd_;
-};
 
 // Places in and round the bounds, and some that no mesh has.
 Vec3 place(const AssetInfo& info, Random& random) {
@@ -126,14 +102,14 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
     SeparationResult apart;
     (void)separation(shell, field, at, {}, scratch, apart);
   }
-  Motion motion;
-  motion.start = pose(info, random);
-  motion.velocity[1] = 10 * info.voxel_size;
-  motion.angular_velocity[0] = 1;
+  Sweep sweep;
+  sweep.start = pose(info, random);
+  sweep.velocity[1] = 10 * info.voxel_size;
+  sweep.angular_velocity[0] = 1;
   ImpactOptions options;
   options.max_iterations = 8;
   ImpactResult impact;
-  (void)time_of_impact(shell, field, motion, options, scratch, impact);
+  (void)time_of_impact(shell, field, sweep, options, scratch, impact);
 }
 
 }  // namespace
@@ -146,9 +122,8 @@ void seal_header(std::span<std::byte> file) {
 }
 
 Status ask_asset(std::span<const std::byte> file) {
-  const MemoryFile memory(file);
   Asset asset;
-  const Status opened = Asset::open(memory.path().c_str(), asset);
+  const Status opened = Asset::open(file, asset);
   if (opened != Status::ok) return opened;
   (void)asset.verify();
   // Some of the bytes decide what is asked.

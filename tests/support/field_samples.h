@@ -16,8 +16,8 @@ template <class Visit>
 void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
   std::set<std::uint32_t> seen;
   const auto visit_brick = [&](std::uint32_t entry, const std::array<double, 3>& low) {
-    if (!seen.insert(entry & kNumberMask).second) return;
-    const int level = static_cast<int>(entry >> kLevelShift) + kFinestLevel;
+    if (!seen.insert(octree::brick_of(entry)).second) return;
+    const int level = octree::level_of(entry);
     const double step = std::ldexp(1.0, level);
     const double edge = step * (kFieldEdge - 1);
     for (std::uint32_t n = 0; n < kFieldEdge * kFieldEdge * kFieldEdge; ++n) {
@@ -27,16 +27,16 @@ void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
         const double cells = std::floor(low[axis] / edge) * edge + at[axis] * step;
         place[axis] = map.origin[axis] + voxel_size * (cells + 0.5);
       }
-      visit(std::size_t{entry & kNumberMask} * kFieldStride + n, place, level);
+      visit(octree::first_sample(entry) + n, place, level);
     }
   };
   const auto walk = [&](auto&& self, std::uint32_t entry, const std::array<double, 3>& low, double edge) -> void {
-    if (entry >= kFarInside) return;
-    if ((entry & kNodeFlag) == 0) return visit_brick(entry, low);
+    if (octree::is_brick(entry)) return visit_brick(entry, low);
+    if (!octree::is_node(entry)) return;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
       const std::array<double, 3> corner = {low[0] + edge / 2 * (octant & 1), low[1] + edge / 2 * (octant >> 1 & 1),
                                             low[2] + edge / 2 * (octant >> 2)};
-      self(self, map.field_nodes[8 * std::size_t{entry & ~kNodeFlag} + octant], corner, edge / 2);
+      self(self, map.field_nodes[8 * std::size_t{octree::node_of(entry)} + octant], corner, edge / 2);
     }
   };
   const std::uint32_t* root = map.field_roots;

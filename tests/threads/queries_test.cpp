@@ -42,11 +42,11 @@ Answer ask_all(const Gears& gears, const Pose& pose, Scratch& scratch) {
   SeparationResult separated;
   keep(separation(gears.shell, gears.map, pose, {}, scratch, separated));
   keep(separated.delta, separated.delta_bound, separated.lower, separated.upper, separated.point);
-  Motion motion;
-  motion.start = pose;
-  for (int axis = 0; axis < 3; ++axis) motion.velocity[axis] = -pose.translation[axis];
+  Sweep sweep;
+  sweep.start = pose;
+  for (int axis = 0; axis < 3; ++axis) sweep.velocity[axis] = -pose.translation[axis];
   ImpactResult impact;
-  keep(time_of_impact(gears.shell, gears.map, motion, {}, scratch, impact), impact.impact, impact.time);
+  keep(time_of_impact(gears.shell, gears.map, sweep, {}, scratch, impact), impact.impact, impact.time);
   ClosestPoint closest;
   keep(closest_point(gears.map, at, {}, closest), closest.distance, closest.residual, closest.position.x);
   RayHit hit;

@@ -15,7 +15,7 @@ static VpsStatus sink(const char* path, VpsQueryResult* result) {
   if (status == vps_ok) status = vps_asset_pointshell(asset, &shell);
   if (status == vps_ok) status = vps_scratch_create(&scratch);
   if (status == vps_ok) {
-    status = vps_traverse_half_space(shell, &ground, &pose, NULL, scratch, contacts, 16, result);
+    status = vps_traverse(shell, vps_half_space_ref(&ground), &pose, NULL, scratch, contacts, 16, result);
     if (status == vps_output_full) status = vps_ok;  // the sums are of all points
   }
   vps_scratch_destroy(scratch);

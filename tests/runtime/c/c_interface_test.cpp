@@ -70,7 +70,7 @@ void expect_equal(const VpsImpactResult& a, const ImpactResult& b) {
 
 // What the C program was told of distances.
 template <class AnyField>
-void expect_distances(const PointshellView& shell, const AnyField& field, const Motion& fall, const Pose& pose,
+void expect_distances(const PointshellView& shell, const AnyField& field, const Sweep& fall, const Pose& pose,
                       const VpsSeparation& separated, const VpsImpactResult& impact) {
   Scratch scratch;
   constexpr bool kIsMap = std::is_same_v<AnyField, VoxelmapView>;
@@ -240,8 +240,8 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   ASSERT_EQ(traverse(shell, half_space, pose, {}, scratch, contacts, result), Status::ok);
   expect_equal(c->half_space_result, result);
 
-  const VpsMotion c_fall = falling(&c_pose);
-  Motion fall;
+  const VpsSweep c_fall = falling(&c_pose);
+  Sweep fall;
   fall.start = pose;
   fall.start.translation[2] = c_fall.start.translation[2];
   std::copy_n(c_fall.velocity, 3, fall.velocity);
@@ -288,6 +288,17 @@ TEST(CInterface, MisuseGetsAStatus) {
                    write(folder, "no_shell.vps.hdf", no_shell).c_str()),
             0)
       << "line of tests/runtime/c/c_program.c";
+}
+
+TEST(CInterface, OpensAssetsInMemory) {
+  const TemporaryFolder folder;
+  const std::string text = read_file(write(folder, "whole.vps.hdf", all_fields(0.002)));
+  std::vector<double> bytes(text.size() / sizeof(double) + 1);
+  std::memcpy(bytes.data(), text.data(), text.size());
+  VpsAssetInfo info{};
+  EXPECT_EQ(open_in_memory(bytes.data(), text.size(), &info), 0) << "line of tests/runtime/c/c_program.c";
+  EXPECT_EQ(info.voxel_size, 0.002);
+  EXPECT_GT(info.points, 0U);
 }
 
 TEST(CInterface, KnowsEveryStatus) {

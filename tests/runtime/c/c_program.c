@@ -19,11 +19,29 @@ const VpsImpactOptions kImpactOptions = {0.002F, 0.0002F, vps_contactor_points, 
 const VpsRay kRay = {{0.04F, 0.01F, 0.3F}, {0, 0, -1}, 1};
 const VpsClosestPointOptions kClosestPointOptions = {0.02F, 100};
 
-VpsMotion falling(const VpsPose* pose) {
-  VpsMotion motion = {{{0}, {0}}, {0.01, 0, -1}, {1, 2, 3}, 0.5};
-  motion.start = *pose;
-  motion.start.translation[2] += 0.2;
-  return motion;
+VpsSweep falling(const VpsPose* pose) {
+  VpsSweep sweep = {{{0}, {0}}, {0.01, 0, -1}, {1, 2, 3}, 0.5};
+  sweep.start = *pose;
+  sweep.start.translation[2] += 0.2;
+  return sweep;
+}
+
+int open_in_memory(const void* bytes, size_t count, VpsAssetInfo* info) {
+  VpsAsset* asset = NULL;
+  const VpsVoxelmap* map = NULL;
+  const VpsPointshell* shell = NULL;
+  EXPECT(vps_asset_open_memory((const char*)bytes + 1, count - 1, vps_use_everything, &asset) == vps_bad_argument);
+  EXPECT(vps_asset_open_memory(bytes, count - 1, vps_use_everything, &asset) == vps_wrong_size && asset == NULL);
+  EXPECT(vps_asset_open_memory(bytes, count, vps_use_pointshell, &asset) == vps_ok);
+  EXPECT(vps_asset_pointshell(asset, &shell) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_missing_part);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  EXPECT(vps_asset_open_memory(bytes, count, vps_use_everything, &asset) == vps_ok);
+  EXPECT(vps_asset_verify(asset) == vps_ok);
+  EXPECT(vps_asset_voxelmap(asset, vps_field_finest, &map) == vps_ok);
+  EXPECT(vps_asset_info(asset, info) == vps_ok);
+  EXPECT(vps_asset_close(asset) == vps_ok);
+  return 0;
 }
 
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers) {
@@ -39,13 +57,13 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   for (VpsField field = vps_field_real; field >= vps_field_finest; --field) {
     EXPECT(vps_asset_voxelmap(asset, field, &map) == vps_ok);
     EXPECT(vps_voxelmap_field(map, &answers->finest) == vps_ok);
-    EXPECT(vps_penetration(map, point, inward_normal, &answers->penetration[field]) == vps_ok);
+    EXPECT(vps_penetration(vps_map_ref(map), point, inward_normal, &answers->penetration[field]) == vps_ok);
     EXPECT(vps_penetration_bound(map, point, &answers->bound[field]) == vps_ok);
-    EXPECT(vps_outward_normal(map, point, answers->normal[field]) == vps_ok);
+    EXPECT(vps_outward_normal(vps_map_ref(map), point, answers->normal[field]) == vps_ok);
   }
-  EXPECT(vps_box_penetration(&kBox, point, &answers->box) == vps_ok);
-  EXPECT(vps_sphere_penetration(&kSphere, point, &answers->sphere) == vps_ok);
-  EXPECT(vps_half_space_penetration(&kHalfSpace, point, &answers->half_space) == vps_ok);
+  EXPECT(vps_penetration(vps_box_ref(&kBox), point, NULL, &answers->box) == vps_ok);
+  EXPECT(vps_penetration(vps_sphere_ref(&kSphere), point, NULL, &answers->sphere) == vps_ok);
+  EXPECT(vps_penetration(vps_half_space_ref(&kHalfSpace), point, NULL, &answers->half_space) == vps_ok);
 
   const VpsPose origin = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
   VpsPose moved;
@@ -53,43 +71,48 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_relative_pose(&origin, pose, &moved) == vps_ok);
   EXPECT(vps_scratch_create(&scratch) == vps_ok);
   EXPECT(vps_scratch_reserve(scratch, shell, kContacts) == vps_ok);
-  EXPECT(vps_traverse_map(shell, map, &moved, &kOptions, scratch, answers->contacts, kContacts, &answers->map_result) ==
-         vps_ok);
-  EXPECT(vps_traverse_map(shell, map, &moved, &kOptions, scratch, answers->contacts, 2, &answers->few_result) ==
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &kOptions, scratch, answers->contacts, kContacts,
+                      &answers->map_result) == vps_ok);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &kOptions, scratch, answers->contacts, 2,
+                      &answers->few_result) == vps_output_full);
+  EXPECT(vps_traverse(shell, vps_box_ref(&kBox), &moved, NULL, scratch, NULL, 0, &answers->box_result) ==
          vps_output_full);
-  EXPECT(vps_traverse_box(shell, &kBox, &moved, NULL, scratch, NULL, 0, &answers->box_result) == vps_output_full);
-  EXPECT(vps_traverse_sphere(shell, &kSphere, &moved, NULL, scratch, NULL, 0, &answers->sphere_result) ==
+  EXPECT(vps_traverse(shell, vps_sphere_ref(&kSphere), &moved, NULL, scratch, NULL, 0, &answers->sphere_result) ==
          vps_output_full);
-  EXPECT(vps_traverse_half_space(shell, &kHalfSpace, &moved, NULL, scratch, NULL, 0, &answers->half_space_result) ==
-         vps_output_full);
+  EXPECT(vps_traverse(shell, vps_half_space_ref(&kHalfSpace), &moved, NULL, scratch, NULL, 0,
+                      &answers->half_space_result) == vps_output_full);
 
-  EXPECT(vps_separation_map(shell, map, &moved, &kSeparationOptions, scratch, &answers->map_separation) == vps_ok);
-  EXPECT(vps_separation_box(shell, &kBox, &moved, NULL, scratch, &answers->box_separation) == vps_ok);
-  EXPECT(vps_separation_sphere(shell, &kSphere, &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
-  EXPECT(vps_separation_half_space(shell, &kHalfSpace, &moved, NULL, scratch, &answers->half_space_separation) ==
+  EXPECT(vps_separation(shell, vps_map_ref(map), &moved, &kSeparationOptions, scratch, &answers->map_separation) ==
          vps_ok);
-  const VpsMotion fall = falling(&moved);
-  EXPECT(vps_time_of_impact_map(shell, map, &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_box(shell, &kBox, &fall, NULL, scratch, &answers->box_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_sphere(shell, &kSphere, &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
-  EXPECT(vps_time_of_impact_half_space(shell, &kHalfSpace, &fall, NULL, scratch, &answers->half_space_impact) ==
-         vps_ok);
-  EXPECT(vps_motion_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
+  EXPECT(vps_separation(shell, vps_box_ref(&kBox), &moved, NULL, scratch, &answers->box_separation) == vps_ok);
+  EXPECT(vps_separation(shell, vps_sphere_ref(&kSphere), &moved, NULL, scratch, &answers->sphere_separation) == vps_ok);
+  EXPECT(vps_separation(shell, vps_half_space_ref(&kHalfSpace), &moved, NULL, scratch,
+                        &answers->half_space_separation) == vps_ok);
+  const VpsSweep fall = falling(&moved);
+  EXPECT(vps_time_of_impact(shell, vps_map_ref(map), &fall, &kImpactOptions, scratch, &answers->map_impact) == vps_ok);
+  EXPECT(vps_time_of_impact(shell, vps_box_ref(&kBox), &fall, NULL, scratch, &answers->box_impact) == vps_ok);
+  EXPECT(vps_time_of_impact(shell, vps_sphere_ref(&kSphere), &fall, NULL, scratch, &answers->sphere_impact) == vps_ok);
+  EXPECT(vps_time_of_impact(shell, vps_half_space_ref(&kHalfSpace), &fall, NULL, scratch,
+                            &answers->half_space_impact) == vps_ok);
+  EXPECT(vps_sweep_pose(shell, &fall, answers->map_impact.time, &answers->impact_pose) == vps_ok);
   EXPECT(vps_cast_ray(map, &kRay, 0.001F, &answers->ray_hit) == vps_ok);
   EXPECT(vps_closest_point(map, point, &kClosestPointOptions, &answers->closest) == vps_ok);
   EXPECT(vps_choose_roles(asset, asset, &answers->role) == vps_ok);
   EXPECT(vps_pointshell_segment_level(shell, 15, &answers->segment_level) == vps_ok);
-  EXPECT(vps_box_outward_normal(&kBox, point, answers->box_normal) == vps_ok);
-  EXPECT(vps_sphere_outward_normal(&kSphere, point, answers->sphere_normal) == vps_ok);
+  EXPECT(vps_outward_normal(vps_box_ref(&kBox), point, answers->box_normal) == vps_ok);
+  EXPECT(vps_outward_normal(vps_sphere_ref(&kSphere), point, answers->sphere_normal) == vps_ok);
   const VpsQueryOptions coarse = {.level = 2};
   const VpsQueryOptions hasty = {.max_tests = 300};
-  EXPECT(vps_traverse_map(shell, map, &moved, &coarse, scratch, NULL, 0, &answers->coarse_result) == vps_output_full);
-  EXPECT(vps_traverse_map(shell, map, &moved, &hasty, scratch, NULL, 0, &answers->hasty_result) == vps_output_full);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &coarse, scratch, NULL, 0, &answers->coarse_result) ==
+         vps_output_full);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &hasty, scratch, NULL, 0, &answers->hasty_result) ==
+         vps_output_full);
   EXPECT(vps_asset_voxelmap(asset, vps_field_scaled, &map) == vps_ok);
   VpsQueryOptions cached = kOptions;
   EXPECT(vps_contact_cache_create(&cached.cache) == vps_ok);
   for (int i = 0; i < 2; ++i) {
-    EXPECT(vps_traverse_map(shell, map, &moved, &cached, scratch, NULL, 0, &answers->cached_result) == vps_output_full);
+    EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &cached, scratch, NULL, 0, &answers->cached_result) ==
+           vps_output_full);
   }
   EXPECT(vps_contact_cache_destroy(cached.cache) == vps_ok);
   const uint32_t count = answers->map_result.contacts;
@@ -122,6 +145,11 @@ static int misuse_assets(const char* path, const char* no_map, const char* no_sh
   REFUSED(vps_voxelmap_field(NULL, &field));
   REFUSED(vps_pointshell_point(NULL, 0, &point));
 
+  const double aligned[8] = {0};
+  REFUSED(vps_asset_open_memory(NULL, sizeof(aligned), vps_use_everything, &asset));
+  REFUSED(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything, NULL));
+  REFUSED(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything + 1, &asset));
+  EXPECT(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything, &asset) == vps_too_short && asset == NULL);
   EXPECT(vps_asset_open(path, &asset) == vps_ok);
   REFUSED(vps_asset_info(asset, NULL));
   REFUSED(vps_asset_voxelmap(asset, vps_field_finest, NULL));
@@ -172,32 +200,32 @@ static int misuse_points(const VpsVoxelmap* map) {
   const VpsHalfSpace slanted = {{1, 1, 1}, 0};
   float v = 42;
   float n[3];
-  REFUSED(vps_penetration(NULL, at, at, &v));
-  REFUSED(vps_penetration(map, NULL, at, &v));
-  REFUSED(vps_penetration(map, at, NULL, &v));
-  REFUSED(vps_penetration(map, at, at, NULL));
-  REFUSED(vps_penetration(map, nowhere, at, &v));
-  REFUSED(vps_penetration(map, at, endless, &v));
+  REFUSED(vps_penetration(vps_map_ref(NULL), at, at, &v));
+  REFUSED(vps_penetration(vps_map_ref(map), NULL, at, &v));
+  REFUSED(vps_penetration(vps_map_ref(map), at, NULL, &v));
+  REFUSED(vps_penetration(vps_map_ref(map), at, at, NULL));
+  REFUSED(vps_penetration(vps_map_ref(map), nowhere, at, &v));
+  REFUSED(vps_penetration(vps_map_ref(map), at, endless, &v));
   REFUSED(vps_penetration_bound(NULL, at, &v));
   REFUSED(vps_penetration_bound(map, NULL, &v));
   REFUSED(vps_penetration_bound(map, at, NULL));
   REFUSED(vps_penetration_bound(map, endless, &v));
-  REFUSED(vps_outward_normal(NULL, at, n));
-  REFUSED(vps_outward_normal(map, NULL, n));
-  REFUSED(vps_outward_normal(map, at, NULL));
-  REFUSED(vps_outward_normal(map, nowhere, n));
-  REFUSED(vps_box_penetration(NULL, at, &v));
-  REFUSED(vps_box_penetration(&negative, at, &v));
-  REFUSED(vps_box_penetration(&kBox, NULL, &v));
-  REFUSED(vps_box_penetration(&kBox, at, NULL));
-  REFUSED(vps_sphere_penetration(NULL, at, &v));
-  REFUSED(vps_sphere_penetration(&shapeless, at, &v));
-  REFUSED(vps_sphere_penetration(&kSphere, nowhere, &v));
-  REFUSED(vps_box_outward_normal(&negative, at, n));
-  REFUSED(vps_sphere_outward_normal(&kSphere, nowhere, n));
-  REFUSED(vps_half_space_penetration(NULL, at, &v));
-  REFUSED(vps_half_space_penetration(&slanted, at, &v));
-  REFUSED(vps_half_space_penetration(&kHalfSpace, endless, &v));
+  REFUSED(vps_outward_normal(vps_map_ref(NULL), at, n));
+  REFUSED(vps_outward_normal(vps_map_ref(map), NULL, n));
+  REFUSED(vps_outward_normal(vps_map_ref(map), at, NULL));
+  REFUSED(vps_outward_normal(vps_map_ref(map), nowhere, n));
+  REFUSED(vps_penetration(vps_box_ref(NULL), at, NULL, &v));
+  REFUSED(vps_penetration(vps_box_ref(&negative), at, NULL, &v));
+  REFUSED(vps_penetration(vps_box_ref(&kBox), NULL, NULL, &v));
+  REFUSED(vps_penetration(vps_box_ref(&kBox), at, NULL, NULL));
+  REFUSED(vps_penetration(vps_sphere_ref(NULL), at, NULL, &v));
+  REFUSED(vps_penetration(vps_sphere_ref(&shapeless), at, NULL, &v));
+  REFUSED(vps_penetration(vps_sphere_ref(&kSphere), nowhere, NULL, &v));
+  REFUSED(vps_outward_normal(vps_box_ref(&negative), at, n));
+  REFUSED(vps_outward_normal(vps_sphere_ref(&kSphere), nowhere, n));
+  REFUSED(vps_penetration(vps_half_space_ref(NULL), at, NULL, &v));
+  REFUSED(vps_penetration(vps_half_space_ref(&slanted), at, NULL, &v));
+  REFUSED(vps_penetration(vps_half_space_ref(&kHalfSpace), endless, NULL, &v));
   EXPECT(v == 42);
   return 0;
 }
@@ -232,28 +260,30 @@ static int misuse_queries(const VpsPointshell* shell, const VpsVoxelmap* map) {
   EXPECT(vps_scratch_reserve(s, shell, SIZE_MAX) == vps_ok);
 
   r.contacts = 42;
-  REFUSED(vps_traverse_map(NULL, map, &pose, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, NULL, &pose, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, NULL, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, NULL, NULL, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, NULL, s, NULL, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, NULL, s, &contact, 1, NULL));
-  REFUSED(vps_traverse_map(shell, map, &pose, &inside, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, &endless, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, &weightless, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, &hasty, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, &leisurely, s, &contact, 1, &r));
-  REFUSED(vps_traverse_map(shell, map, &pose, &both, s, &contact, 1, &r));
-  EXPECT(vps_traverse_map(shell, map, &mirror, NULL, s, &contact, 1, &r) == vps_bad_pose);
-  EXPECT(vps_traverse_map(shell, map, &nowhere, NULL, s, &contact, 1, &r) == vps_bad_pose);
-  REFUSED(vps_traverse_box(shell, NULL, &pose, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_sphere(shell, NULL, &pose, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_sphere(shell, &negative, &pose, NULL, s, &contact, 1, &r));
-  REFUSED(vps_traverse_half_space(shell, NULL, &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(NULL, vps_map_ref(map), &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(NULL), &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), NULL, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, NULL, NULL, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, NULL, s, NULL, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, NULL, s, &contact, 1, NULL));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &inside, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &endless, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &weightless, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &hasty, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &leisurely, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_map_ref(map), &pose, &both, s, &contact, 1, &r));
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &mirror, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &nowhere, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  REFUSED(vps_traverse(shell, vps_box_ref(NULL), &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_sphere_ref(NULL), &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_sphere_ref(&negative), &pose, NULL, s, &contact, 1, &r));
+  REFUSED(vps_traverse(shell, vps_half_space_ref(NULL), &pose, NULL, s, &contact, 1, &r));
+  const VpsFieldRef unknown = {vps_kind_half_space + 1, &kBox};
+  REFUSED(vps_traverse(shell, unknown, &pose, NULL, s, &contact, 1, &r));
   EXPECT(r.contacts == 42);
 
-  EXPECT(vps_traverse_map(shell, map, &pose, &deep, s, &contact, 1, &r) == vps_output_full);
-  EXPECT(vps_traverse_map(shell, map, &distant, NULL, s, &contact, 1, &r) == vps_bad_pose);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &pose, &deep, s, &contact, 1, &r) == vps_output_full);
+  EXPECT(vps_traverse(shell, vps_map_ref(map), &distant, NULL, s, &contact, 1, &r) == vps_bad_pose);
   EXPECT(vps_scratch_destroy(s) == vps_ok);
   return 0;
 }
@@ -305,8 +335,8 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
   const VpsSeparationOptions less = {-1, 0};
   const VpsSeparationOptions beyond = {0, UINT32_MAX};
-  const VpsMotion rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
-  const VpsMotion endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
+  const VpsSweep rest = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, 0, 0}, 1};
+  const VpsSweep endless = {{{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, {0, 0, 0}, {0, NAN, 0}, 1};
   const VpsSeparationOptions rough = {INFINITY, 0};
   const VpsImpactOptions shapeless = {0, 1e-4F, 7, 100};
   const VpsImpactOptions zero = {0, 0, 0, 0};
@@ -325,34 +355,34 @@ static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) 
   EXPECT(vps_scratch_create(&s) == vps_ok);
   r.point = impact.iterations = hit.steps = 42;
   closest.upper = 42;
-  REFUSED(vps_separation_map(NULL, map, &pose, NULL, s, &r));
-  REFUSED(vps_separation_map(shell, NULL, &pose, NULL, s, &r));
-  REFUSED(vps_separation_map(shell, map, NULL, NULL, s, &r));
-  REFUSED(vps_separation_map(shell, map, &pose, NULL, NULL, &r));
-  REFUSED(vps_separation_map(shell, map, &pose, NULL, s, NULL));
-  REFUSED(vps_separation_map(shell, map, &pose, &less, s, &r));
-  REFUSED(vps_separation_map(shell, map, &pose, &rough, s, &r));
-  REFUSED(vps_separation_map(shell, map, &pose, &beyond, s, &r));
-  EXPECT(vps_separation_map(shell, map, &mirror, NULL, s, &r) == vps_bad_pose);
-  REFUSED(vps_separation_box(shell, NULL, &pose, NULL, s, &r));
-  REFUSED(vps_separation_sphere(shell, &negative, &pose, NULL, s, &r));
-  REFUSED(vps_separation_half_space(shell, NULL, &pose, NULL, s, &r));
-  REFUSED(vps_time_of_impact_map(NULL, map, &rest, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_map(shell, NULL, &rest, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_map(shell, map, NULL, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_map(shell, map, &rest, NULL, NULL, &impact));
-  REFUSED(vps_time_of_impact_map(shell, map, &rest, NULL, s, NULL));
-  REFUSED(vps_time_of_impact_map(shell, map, &endless, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_map(shell, map, &rest, &shapeless, s, &impact));
-  REFUSED(vps_time_of_impact_map(shell, map, &rest, &zero, s, &impact));
-  REFUSED(vps_time_of_impact_box(shell, NULL, &rest, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_sphere(shell, &negative, &rest, NULL, s, &impact));
-  REFUSED(vps_time_of_impact_half_space(shell, NULL, &rest, NULL, s, &impact));
-  REFUSED(vps_motion_pose(NULL, &rest, 0, &out));
-  REFUSED(vps_motion_pose(shell, NULL, 0, &out));
-  REFUSED(vps_motion_pose(shell, &rest, NAN, &out));
-  REFUSED(vps_motion_pose(shell, &rest, 0, NULL));
-  REFUSED(vps_motion_pose(shell, &endless, 0, &out));
+  REFUSED(vps_separation(NULL, vps_map_ref(map), &pose, NULL, s, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(NULL), &pose, NULL, s, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(map), NULL, NULL, s, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(map), &pose, NULL, NULL, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(map), &pose, NULL, s, NULL));
+  REFUSED(vps_separation(shell, vps_map_ref(map), &pose, &less, s, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(map), &pose, &rough, s, &r));
+  REFUSED(vps_separation(shell, vps_map_ref(map), &pose, &beyond, s, &r));
+  EXPECT(vps_separation(shell, vps_map_ref(map), &mirror, NULL, s, &r) == vps_bad_pose);
+  REFUSED(vps_separation(shell, vps_box_ref(NULL), &pose, NULL, s, &r));
+  REFUSED(vps_separation(shell, vps_sphere_ref(&negative), &pose, NULL, s, &r));
+  REFUSED(vps_separation(shell, vps_half_space_ref(NULL), &pose, NULL, s, &r));
+  REFUSED(vps_time_of_impact(NULL, vps_map_ref(map), &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(NULL), &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), NULL, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, NULL, NULL, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, NULL, s, NULL));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &endless, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &shapeless, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_map_ref(map), &rest, &zero, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_box_ref(NULL), &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_sphere_ref(&negative), &rest, NULL, s, &impact));
+  REFUSED(vps_time_of_impact(shell, vps_half_space_ref(NULL), &rest, NULL, s, &impact));
+  REFUSED(vps_sweep_pose(NULL, &rest, 0, &out));
+  REFUSED(vps_sweep_pose(shell, NULL, 0, &out));
+  REFUSED(vps_sweep_pose(shell, &rest, NAN, &out));
+  REFUSED(vps_sweep_pose(shell, &rest, 0, NULL));
+  REFUSED(vps_sweep_pose(shell, &endless, 0, &out));
   REFUSED(vps_cast_ray(NULL, &kRay, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, NULL, 0.01F, &hit));
   REFUSED(vps_cast_ray(map, &kRay, 0, &hit));

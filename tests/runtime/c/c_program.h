@@ -45,11 +45,17 @@ extern const VpsRay kRay;
 extern const VpsClosestPointOptions kClosestPointOptions;
 
 /// The shell's pose, moving down.
-VpsMotion falling(const VpsPose* pose);
+VpsSweep falling(const VpsPose* pose);
 
 /// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
 /// @return 0, or the line of the first call that did not return what it should
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers);
+
+/// Opens an asset in memory, at a wrong address and too short as well.
+/// @param bytes  of a whole file with both parts, aligned to 8
+/// @param info   of the asset
+/// @return 0, or the line of the first call that did not return what it should
+int open_in_memory(const void* bytes, size_t count, VpsAssetInfo* info);
 
 /// NULL for every pointer in turn, and arguments out of range.
 /// @param no_map    an asset without a voxelmap

@@ -36,15 +36,15 @@ double deepest(const Body& body, const AnyField& field, const Pose& pose) {
   return most;
 }
 
-Motion random_motion(Random& random) {
-  Motion motion;
-  motion.start = random_pose(random, 0.15);
-  motion.start.translation[2] = random.between(0.1, 0.3);
-  motion.velocity[2] = random.between(-3, 0.3);
-  motion.velocity[0] = random.between(-1, 1);
-  for (double& w : motion.angular_velocity) w = random.between(-20, 20);
-  motion.duration = 0.3;
-  return motion;
+Sweep random_sweep(Random& random) {
+  Sweep sweep;
+  sweep.start = random_pose(random, 0.15);
+  sweep.start.translation[2] = random.between(0.1, 0.3);
+  sweep.velocity[2] = random.between(-3, 0.3);
+  sweep.velocity[0] = random.between(-1, 1);
+  for (double& w : sweep.angular_velocity) w = random.between(-20, 20);
+  sweep.duration = 0.3;
+  return sweep;
 }
 
 TEST(TimeOfImpact, OfASpinningBodyIsNeverLateAndWithinTheTolerance) {
@@ -53,28 +53,28 @@ TEST(TimeOfImpact, OfASpinningBodyIsNeverLateAndWithinTheTolerance) {
   Random random;
   int hits = 0;
   for (int n = 0; n < 60; ++n) {
-    const Motion motion = random_motion(random);
+    const Sweep sweep = random_sweep(random);
     for (const Contactor contactor : {Contactor::points, Contactor::surface}) {
       ImpactOptions options;
       options.distance = n % 2 == 0 ? 0 : 0.005F;
       options.contactor = contactor;
       options.max_iterations = 2000;
       ImpactResult result;
-      ASSERT_EQ(time_of_impact(body.shell, ground, motion, options, body.scratch, result), Status::ok);
+      ASSERT_EQ(time_of_impact(body.shell, ground, sweep, options, body.scratch, result), Status::ok);
       ASSERT_NE(result.impact, Impact::unfinished) << n;
       // Never nearer before.
       constexpr int kParts = 60;
       for (int part = 0; part < kParts; ++part) {
-        const Pose pose = pose_at(body.shell, motion, result.time * part / kParts);
+        const Pose pose = pose_at(body.shell, sweep, result.time * part / kParts);
         ASSERT_LT(deepest(body, ground, pose), -options.distance + 1e-6) << n;
       }
       if (result.impact == Impact::none) {
-        ASSERT_EQ(result.time, motion.duration);
+        ASSERT_EQ(result.time, sweep.duration);
         continue;
       }
       ++hits;
       const double early = contactor == Contactor::surface ? body.shell.covering_radius : 0;
-      const double there = deepest(body, ground, pose_at(body.shell, motion, result.time));
+      const double there = deepest(body, ground, pose_at(body.shell, sweep, result.time));
       ASSERT_GE(there, -options.distance - options.tolerance - early - 1e-6) << n;
       ASSERT_NEAR(result.separation.delta, there, 1e-6);
     }
@@ -84,7 +84,7 @@ TEST(TimeOfImpact, OfASpinningBodyIsNeverLateAndWithinTheTolerance) {
 
 TEST(TimeOfImpact, AFallingSphereMeetsTheGroundWhenItHasFallen) {
   Body ball(make_sphere(0.02, 4), 0.001);
-  Motion fall;
+  Sweep fall;
   fall.start = pose_at(0, 0, 1.02);
   fall.velocity[2] = -2;
   ImpactResult result;
@@ -107,7 +107,7 @@ TEST(TimeOfImpact, AFastBodyDoesNotPassAThinWall) {
   Random random;
   for (const double speed : {1.0, 100.0, 10000.0}) {
     for (int n = 0; n < 20; ++n) {
-      Motion shot;
+      Sweep shot;
       shot.start = random_pose(random, 0.06);
       shot.start.translation[2] = 0.5;
       shot.velocity[2] = -speed;
@@ -130,32 +130,32 @@ TEST(TimeOfImpact, AFastBodyDoesNotPassAThinWall) {
 
 TEST(TimeOfImpact, BodiesThatOverlapMeetAtOnceAndThoseThatRestApartNever) {
   Body ball(make_sphere(0.02, 3), 0.001);
-  Motion motion;
+  Sweep sweep;
   ImpactResult result;
-  ASSERT_EQ(time_of_impact(ball.shell, ball.map, motion, {}, ball.scratch, result), Status::ok);
+  ASSERT_EQ(time_of_impact(ball.shell, ball.map, sweep, {}, ball.scratch, result), Status::ok);
   EXPECT_EQ(result.impact, Impact::hit);
   EXPECT_EQ(result.time, 0);
-  motion.start = pose_at(0, 0, 0.1);
-  motion.duration = 1e6;
-  ASSERT_EQ(time_of_impact(ball.shell, ball.map, motion, {}, ball.scratch, result), Status::ok);
+  sweep.start = pose_at(0, 0, 0.1);
+  sweep.duration = 1e6;
+  ASSERT_EQ(time_of_impact(ball.shell, ball.map, sweep, {}, ball.scratch, result), Status::ok);
   EXPECT_EQ(result.impact, Impact::none);
   EXPECT_EQ(result.iterations, 1U);
-  motion.angular_velocity[0] = 1000;
+  sweep.angular_velocity[0] = 1000;
   ImpactOptions options;
   options.max_iterations = 5;
-  ASSERT_EQ(time_of_impact(ball.shell, ball.map, motion, options, ball.scratch, result), Status::ok);
+  ASSERT_EQ(time_of_impact(ball.shell, ball.map, sweep, options, ball.scratch, result), Status::ok);
   EXPECT_EQ(result.impact, Impact::unfinished);
   EXPECT_GT(result.time, 0);
-  EXPECT_LT(result.time, motion.duration);
+  EXPECT_LT(result.time, sweep.duration);
 }
 
 TEST(TimeOfImpact, TheBodyTurnsAboutItsCentreOfMass) {
   const Body body(make_box({0.05, 0.02, 0.01}, {0.01, 0.02, 0.03}), 0.004);
-  Motion motion;
-  motion.start = pose_at(1, 2, 3);
-  motion.velocity[0] = 0.5;
-  motion.angular_velocity[2] = M_PI / 2;
-  const Pose pose = pose_at(body.shell, motion, 1);
+  Sweep sweep;
+  sweep.start = pose_at(1, 2, 3);
+  sweep.velocity[0] = 0.5;
+  sweep.angular_velocity[2] = M_PI / 2;
+  const Pose pose = pose_at(body.shell, sweep, 1);
   EXPECT_EQ(check_pose(pose), Status::ok);
   const auto centre = moved(pose, {0.01, 0.02, 0.03});
   EXPECT_NEAR(centre[0], 1.51, 1e-6);
@@ -170,22 +170,22 @@ TEST(TimeOfImpact, BadUseGetsAStatus) {
   Body ball(make_sphere(0.02, 3), 0.002);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   ImpactResult result;
-  const auto with = [&](const Motion& motion, const ImpactOptions& options) {
-    return time_of_impact(ball.shell, ball.map, motion, options, ball.scratch, result);
+  const auto with = [&](const Sweep& sweep, const ImpactOptions& options) {
+    return time_of_impact(ball.shell, ball.map, sweep, options, ball.scratch, result);
   };
-  Motion motion;
-  motion.start.translation[0] = nan;
-  EXPECT_EQ(with(motion, {}), Status::bad_pose);
-  motion = {};
-  motion.velocity[1] = nan;
-  EXPECT_EQ(with(motion, {}), Status::bad_argument);
-  motion = {};
-  motion.angular_velocity[1] = INFINITY;
-  EXPECT_EQ(with(motion, {}), Status::bad_argument);
+  Sweep sweep;
+  sweep.start.translation[0] = nan;
+  EXPECT_EQ(with(sweep, {}), Status::bad_pose);
+  sweep = {};
+  sweep.velocity[1] = nan;
+  EXPECT_EQ(with(sweep, {}), Status::bad_argument);
+  sweep = {};
+  sweep.angular_velocity[1] = INFINITY;
+  EXPECT_EQ(with(sweep, {}), Status::bad_argument);
   for (const double duration : {-1.0, nan, double{INFINITY}}) {
-    motion = {};
-    motion.duration = duration;
-    EXPECT_EQ(with(motion, {}), Status::bad_argument);
+    sweep = {};
+    sweep.duration = duration;
+    EXPECT_EQ(with(sweep, {}), Status::bad_argument);
   }
   for (const float distance : {-1.0F, NAN, INFINITY}) {
     ImpactOptions options;

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Zlib
+// What a traverse knows of a field besides its values, and where the shell lies in it. Paper: Sec. 2.3.
+#include <algorithm>
+
+#include "runtime/contacts/traverse/traverse_query.h"
+
+namespace vps::detail {
+
+FieldFacts facts_of_bytes(std::span<const std::byte> analytic_field) noexcept {
+  FieldFacts facts;
+  facts.id = hash_bytes(analytic_field);
+  return facts;
+}
+
+FieldFacts facts_of(const VoxelmapView& map) noexcept {
+  FieldFacts facts = facts_of_bytes(std::as_bytes(std::span(&map.values, 1)));
+  facts.excess = map.error;
+  // Inside, the surface is never farther than the nearest face of the bounds.
+  for (int axis = 0; axis < 3; ++axis) {
+    facts.most = std::min(facts.most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
+  }
+  return facts;
+}
+
+TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField& the_field,
+                             const FieldFacts& the_facts, const Pose& kernel_pose, const Pose& shell_to_field,
+                             const QueryOptions& the_options, Scratch& scratch, std::span<Contact> contacts,
+                             QueryResult& the_result) noexcept
+    : shell(the_shell),
+      field(the_field),
+      facts(the_facts),
+      pose(shell_to_field),
+      transform(shell_to_field),
+      options(the_options),
+      budget(the_options),
+      out(contacts),
+      result(the_result),
+      centre_of_mass(transform.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})) {
+  const auto unit = static_cast<float>(facts.frame.unit);
+  descent.shell = &shell;
+  descent.unit = unit;
+  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, 1);
+  descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
+  descent.contact_distance = options.contact_distance / unit;
+  descent.slack = facts.error / unit + rounding(shell, descent.nodes, unit);
+  descent.queue = scratch.queue.data();
+  descent.hits = scratch.hits.data();
+  descent.penetrations = scratch.penetrations.data();
+  descent.leaves = scratch.leaves.data();
+  if (budget.limited() || options.level > 0) descent.bounds = scratch.bounds.data();
+  descent.deepest = descent.rejected = kNothingTested;
+}
+
+std::uint32_t TraverseQuery::end_of_inner_nodes(std::uint32_t from, std::uint32_t to) const noexcept {
+  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
+  const std::uint32_t* const queue = descent.queue;
+  return static_cast<std::uint32_t>(std::lower_bound(queue + from, queue + to, leaves) - queue);
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Zlib
+// The list of a ContactCache: points that can be in contact while a pair moves little, as the neighbour lists of Verlet
+// 1967. A traverse of these points alone finds what Algorithm 1 (Sec. 2.3) does.
+//
+// A distance field changes by no more than the way that a point goes. A point with V < -reach at the reference pose
+// cannot be in contact before the body has gone reach - contact distance, less the field's error at both places.
+#include <algorithm>
+
+#include "runtime/contacts/traverse/traverse_query.h"
+
+namespace vps::detail {
+namespace {
+
+// Returns how many inner nodes lie at the front of the queue.
+std::uint32_t find_all_hits(TraverseQuery& query) noexcept {
+  if (!query.field.touches(query.descent, 0)) return 0;
+  (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
+  return query.end_of_inner_nodes(0, query.descent.end);
+}
+
+void remember_hits(const TraverseQuery& query, ContactCache& cache) noexcept {
+  const Descent& d = query.descent;
+  const std::size_t count = d.hit_count;
+  cache.points.assign(d.hits, d.hits + count);
+  cache.leaves.assign(d.leaves, d.leaves + count);
+  cache.points.resize(count + kLanePadding);
+  cache.leaves.resize(count + kLanePadding);
+  for (int axis = 0; axis < 3; ++axis) {
+    cache.codes[axis].resize(count + kLanePadding);
+    for (std::size_t i = 0; i < count; ++i) cache.codes[axis][i] = query.shell.position[axis][d.hits[i]];
+  }
+}
+
+void drop_hits_below(float least, Descent& d) noexcept {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < d.hit_count; ++i) {
+    if (d.penetrations[i] < least) continue;
+    d.hits[kept] = d.hits[i];
+    d.leaves[kept] = d.leaves[i];
+    d.penetrations[kept++] = d.penetrations[i];
+  }
+  d.hit_count = kept;
+}
+
+}  // namespace
+
+std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept {
+  const PointshellView& shell = query.shell;
+  Descent& d = query.descent;
+  const bool same =
+      cache.shell == shell.position[0] && cache.shell_points == shell.points && cache.field == query.facts.id;
+  const double spent = same ? largest_displacement(shell, cache.reference, query.pose) : 0;
+  const double needed = query.options.contact_distance + 2.0 * query.facts.error;
+  const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
+  cache.last = query.pose;
+  if (same && cache.reach >= needed + spent) {
+    query.field.test_list(d, {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
+                              cache.points.data(),
+                              cache.leaves.data(),
+                              static_cast<std::uint32_t>(cache.points.size() - kLanePadding)});
+    d.rejected = static_cast<float>((spent + 2.0 * query.facts.error - cache.reach) / d.unit);
+    return 0;
+  }
+  cache.shell = shell.position[0];
+  cache.shell_points = shell.points;
+  cache.field = query.facts.id;
+  cache.reference = query.pose;
+  // Room for some steps like the last one. A fast body would only drag a long list along.
+  constexpr double kSteps = 8;
+  const double least = 0.05 * shell.covering_radius;
+  const double most = 0.5 * shell.covering_radius;
+  if (kSteps * step > most) {
+    cache.reach = 0;
+    return find_all_hits(query);
+  }
+  const double reach = needed + std::max(least, kSteps * step);
+  const float wanted = d.contact_distance;
+  d.contact_distance = static_cast<float>(reach / d.unit);
+  const std::uint32_t inner_nodes = find_all_hits(query);
+  d.contact_distance = wanted;
+  remember_hits(query, cache);
+  cache.reach = reach;
+  drop_hits_below(-wanted, d);
+  return inner_nodes;
+}
+
+}  // namespace vps::detail

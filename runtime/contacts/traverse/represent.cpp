@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Zlib
+// Nodes stand for what is below them, by the point that represents each: P_1 of Eq. (6). Used for levels of detail, for
+// what a budget left out, and for the distance of bodies that do not touch.
+#include <algorithm>
+
+#include "runtime/contacts/traverse/traverse_query.h"
+
+namespace vps::detail {
+namespace {
+
+// Upper bound of V below a node whose sphere touches. In the field's unit.
+float most_below(const TraverseQuery& query, std::uint32_t entry) noexcept {
+  const Descent& d = query.descent;
+  const FieldFacts& facts = query.facts;
+  const float radius = query.shell.sphere[3][d.queue[entry]] + d.unit * d.slack;
+  const float centre = d.unit * d.bounds[entry] - radius;
+  const float most = centre < facts.known ? std::min(centre + radius + facts.excess, facts.most) : facts.most;
+  return most / d.unit;
+}
+
+}  // namespace
+
+void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
+  Descent& d = query.descent;
+  for (std::uint32_t i = from; i < to; ++i) d.rejected = std::max(d.rejected, most_below(query, i));
+  while (from < to) {
+    const auto count =
+        static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, query.budget.left_in_block(query.tests(), 0)));
+    if (count == 0) {
+      query.result.complete = false;
+      break;
+    }
+    query.field.test_parents(d, from, from + count);
+    take_hits(query, HitsAre::nodes);
+    from += count;
+  }
+}
+
+void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
+  Descent& d = query.descent;
+  if (d.deepest >= -d.contact_distance) return;
+  if (query.budget.limited()) {
+    to = from +
+         static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, query.budget.left_in_block(query.tests(), 0)));
+  }
+  query.field.test_parents(d, from, to);
+  d.hit_count = 0;
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Zlib
+// Segmented traverse, Sec. 2.4 of the paper: the clusters of the segmentation level are found once, and Algorithm 1
+// then runs in each alone and keeps its deepest point.
+#include "runtime/contacts/traverse/traverse_query.h"
+
+namespace vps::detail {
+namespace {
+
+// Entry `segment` of the queue alone. The queue of its own begins at entry `room`.
+void traverse_segment(TraverseQuery& query, std::uint32_t segment, std::uint32_t room) noexcept {
+  Descent& d = query.descent;
+  const std::uint32_t node = d.queue[segment];
+  Contact deepest;
+  deepest.penetration = kNothingTested;
+  query.segment = &deepest;
+  if (d.bounds != nullptr) d.bounds[room] = d.bounds[segment];
+  query.result.complete = descend_in_blocks(query, node, room, query.shell.nodes);
+  take_hits(query, HitsAre::points);
+  const std::uint32_t end_of_inner = query.end_of_inner_nodes(room, d.begin);
+  represent(query, d.begin, d.end);
+  if (deepest.penetration > kNothingTested) {
+    deepest.node = node;
+    write_contact(query, deepest);
+  } else {
+    sharpen_distance(query, room, end_of_inner);
+  }
+  query.segment = nullptr;
+}
+
+}  // namespace
+
+void traverse_segments(TraverseQuery& query) noexcept {
+  const PointshellView& shell = query.shell;
+  Descent& d = query.descent;
+  const std::uint32_t level = query.options.segment_level < shell.levels ? query.options.segment_level : shell.levels;
+  if (!query.field.touches(d, 0)) return;
+  query.result.complete = descend_in_blocks(query, 0, 0, shell.level_offsets[level - 1]);
+  const std::uint32_t first = d.begin;
+  const std::uint32_t last = d.end;
+  std::uint32_t segment = first;
+  for (; segment < last && query.result.complete; ++segment) {
+    query.waiting = last - segment - 1;
+    traverse_segment(query, segment, last);
+  }
+  query.waiting = 0;
+  // The budget did not reach the others.
+  represent(query, segment, last);
+  sharpen_distance(query, 0, query.end_of_inner_nodes(0, first));
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/octree.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+
+namespace vps::test {
+namespace {
+
+TEST(Octree, AnEntryIsABrickANodeOrNone) {
+  for (const std::uint32_t entry : {kFarOutside, kFarInside}) {
+    EXPECT_FALSE(octree::is_brick(entry) || octree::is_node(entry));
+  }
+  for (const std::uint32_t number : {0U, 1U, kNumberMask - 1}) {
+    EXPECT_TRUE(octree::is_node(octree::node_entry(number)));
+    EXPECT_FALSE(octree::is_brick(octree::node_entry(number)));
+    EXPECT_EQ(octree::node_of(octree::node_entry(number)), number);
+    for (int level = kFinestLevel; level <= kCoarsestLevel; ++level) {
+      const std::uint32_t entry = octree::brick_entry(number, level);
+      EXPECT_TRUE(octree::is_brick(entry) && !octree::is_node(entry));
+      EXPECT_EQ(octree::brick_of(entry), number);
+      EXPECT_EQ(octree::level_of(entry), level);
+      EXPECT_EQ(octree::first_sample(entry), std::size_t{number} * kFieldStride);
+    }
+  }
+  EXPECT_EQ(octree::sample_in_brick(kFieldEdge - 1, kFieldEdge - 1, kFieldEdge - 1), 124U);
+}
+
+// Two roots along each axis; only the last one has nodes, one below the other in the same octant.
+TEST(Octree, TheWalkEndsAtTheEntryThatCoversTheCell) {
+  std::array<std::uint32_t, 8> roots;
+  for (std::uint32_t n = 0; n < 8; ++n) roots[n] = octree::brick_entry(100 + n, 1);
+  roots[7] = octree::node_entry(0);
+  constexpr std::uint32_t kOctant = 6;  // upper in y and z
+  std::array<std::uint32_t, 32> nodes;
+  for (std::uint32_t n = 0; n < nodes.size(); ++n) nodes[n] = octree::brick_entry(n, 0);
+  for (std::uint32_t node = 0; node < 3; ++node) nodes[8 * node + kOctant] = octree::node_entry(node + 1);
+  nodes[1] = kFarInside;
+  const std::uint32_t root_dims[] = {2, 2};
+  const auto find = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+    return octree::find_entry(roots.data(), nodes.data(), root_dims, {x, y, z});
+  };
+  EXPECT_EQ(find(0, 0, 0).entry, roots[0]);
+  EXPECT_EQ(find(31, 15, 15).entry, roots[1]);
+  EXPECT_EQ(find(15, 16, 15).entry, roots[2]);
+  EXPECT_EQ(find(15, 15, 16).entry, roots[4]);
+  EXPECT_EQ(find(15, 15, 16).edge, 16U);
+  EXPECT_EQ(find(16, 16, 16).entry, nodes[0]);
+  EXPECT_EQ(find(24, 23, 16).entry, kFarInside);
+  EXPECT_EQ(find(24, 23, 16).edge, 8U);
+  EXPECT_EQ(find(16 + 7, 31, 31).entry, nodes[8 + 7]);
+  EXPECT_EQ(find(16 + 7, 31, 31).edge, 4U);
+  EXPECT_EQ(find(16 + 3, 31, 31).edge, 2U);
+  EXPECT_EQ(find(16 + 1, 31, 31).entry, nodes[24 + 7]);
+  EXPECT_EQ(find(16, 31, 31).entry, nodes[24 + kOctant]);
+  EXPECT_EQ(find(16, 31, 31).edge, 1U);
+}
+
+}  // namespace
+}  // namespace vps::test
