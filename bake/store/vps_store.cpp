@@ -2,45 +2,25 @@
 #include "bake/store/vps_store.h"
 
 #include <chrono>
-#include <cstdlib>
 #include <exception>
-#include <system_error>
 
 namespace vps::bake {
 namespace {
 
 namespace fs = std::filesystem;
 
-// A folder that goes away with it, for assets that no cache keeps.
-class PassingFolder {
- public:
-  PassingFolder() {
-    std::error_code failed;
-    std::string name = (fs::temp_directory_path(failed) / "vps.XXXXXX").string();
-    if (failed || ::mkdtemp(name.data()) == nullptr)
-      throw WriteError("there is no room for a temporary file; set TMPDIR to another folder");
-    path_ = name;
-  }
-  PassingFolder(const PassingFolder&) = delete;
-  PassingFolder& operator=(const PassingFolder&) = delete;
-  ~PassingFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-// The mapping outlives the file's name.
-void map_without_name(const BakedAsset& baked, Asset& asset) {
-  const PassingFolder folder;
-  const fs::path file = folder.path() / "asset.vps.hdf";
-  write_asset(file, baked.info, baked.sections);
-  if (const Status status = Asset::open(file.c_str(), asset); status != Status::ok) {
+// An asset that no file holds, with its bytes.
+std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked) {
+  struct Held {
+    std::vector<std::byte> bytes;
+    Asset asset;
+  };
+  const auto held = std::make_shared<Held>();
+  held->bytes = asset_bytes(baked.info, baked.sections);
+  if (const Status status = Asset::open(held->bytes, held->asset); status != Status::ok) {
     throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
   }
+  return {held, &held->asset};
 }
 
 void show_stage(const BakeSettings& settings, const char* stage, double fraction) {
@@ -153,7 +133,7 @@ LoadedAsset load(StoredAsset stored, const AssetCache* cache) {
   }
   const bool is_kept = cache != nullptr && loaded.warning.empty();
   if (is_kept && cache->open(*stored.key, *asset, loaded.report)) return loaded;
-  map_without_name(*stored.baked, *asset);
+  loaded.asset = open_in_memory(*stored.baked);
   return loaded;
 }
 

@@ -206,14 +206,13 @@ Section write_section(hid_t file, const SectionData& data) {
   return section;
 }
 
-// Returns the file's size.
-std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<const SectionData> sections) {
+// The bytes of the file, in `memory`.
+std::span<const std::byte> encode(const AssetInfo& info, std::span<const SectionData> sections, MemoryFile& memory) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   const std::lock_guard lock(detail::one_at_a_time);
   const detail::SilentErrors silent;
   Directory directory;
   directory.info = info;
-  MemoryFile memory;
   {
     Handle file = detail::create_file(memory, kUserBlockBytes);
     {
@@ -235,6 +234,13 @@ std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<cons
   directory.file_bytes = image.size();
   directory.metadata_hash = hash_metadata(image, directory);
   encode_directory(directory, image.first<kUserBlockBytes>());
+  return image;
+}
+
+// Returns the file's size.
+std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<const SectionData> sections) {
+  MemoryFile memory;
+  const std::span<const std::byte> image = encode(info, sections, memory);
   output.write(image);
   return image.size();
 }
@@ -247,6 +253,12 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
   const std::size_t bytes = write_into(output, info, sections);
   output.move_into_place();
   return bytes;
+}
+
+std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections) {
+  MemoryFile memory;
+  const std::span<const std::byte> image = encode(info, sections, memory);
+  return {image.begin(), image.end()};
 }
 
 int write_nameless_asset(const std::filesystem::path& folder, const AssetInfo& info,

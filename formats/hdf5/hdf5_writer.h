@@ -36,6 +36,10 @@ inline constexpr std::string_view kTemporaryPrefix = ".vps.";
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections);
 
+/// The bytes that `write_asset` writes, for `Asset::open`.
+/// @throw WriteError with the reason and what to do.
+[[nodiscard]] std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections);
+
 /// The same file without a name in a folder: gone when nobody has it open, however the process ends.
 /// @return its descriptor, the caller's to close
 /// @throw WriteError with the reason and what to do.

@@ -11,6 +11,7 @@
 #include "tests/fuzz/ask_asset.h"
 #include "tests/fuzz/seeds.h"
 #include "tests/support/random.h"
+#include "tests/support/temporary_folder.h"
 
 namespace vps::test {
 namespace {

@@ -9,6 +9,7 @@
 #include "formats/check_directory.h"
 #include "tests/support/baked.h"
 #include "tests/support/shapes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace vps::test {
 namespace {
@@ -21,7 +22,7 @@ void write_sphere(const std::filesystem::path& path, const bake::BakeOptions& op
 using Bytes = std::vector<std::byte>;
 
 // The bytes of a sphere's file.
-Bytes sphere_bytes(const BakeOptions& options) {
+Bytes sphere_bytes(const bake::BakeOptions& options) {
   const TemporaryFolder folder;
   write_sphere(folder / "s.vps.hdf", options);
   const std::string text = read_file(folder / "s.vps.hdf");
@@ -233,7 +234,7 @@ TEST(Asset, InMemoryIsWhatItIsInAFile) {
 }
 
 TEST(Asset, InMemoryItsAddressMustBeAligned) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = 0.02;
   const Bytes bytes = sphere_bytes(options);
   Bytes room(bytes.size() + 64);
@@ -249,7 +250,7 @@ TEST(Asset, InMemoryItsAddressMustBeAligned) {
 
 // Of whole pages: an asset that took them for a mapping of its own would unmap them.
 TEST(Asset, InMemoryTheBytesStayTheCallers) {
-  BakeOptions options;
+  bake::BakeOptions options;
   options.voxel_size = 0.02;
   const Bytes bytes = sphere_bytes(options);
   constexpr std::size_t kPage = 4096;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Bakes a mesh, writes it, and maps it again: an asset as a simulation sees it.
+/// @file Bakes a mesh and opens the asset in memory.
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <memory>
+#include <vector>
 
 #include "bake/vps_bake.h"
 #include "runtime/vps_runtime.h"
-#include "tests/support/temporary_folder.h"
 
 namespace vps::test {
 
@@ -20,12 +21,15 @@ inline bake::BakeOptions all_fields(double voxel_size) {
 }
 
 inline std::shared_ptr<Asset> baked(const TriangleMesh& mesh, const bake::BakeOptions& options) {
-  const TemporaryFolder folder;
+  struct Held {
+    std::vector<std::byte> bytes;
+    Asset asset;
+  };
   const bake::BakedAsset result = bake::bake(mesh, options);
-  write_asset(folder / "asset.vps.hdf", result.info, result.sections);
-  auto asset = std::make_shared<Asset>();
-  EXPECT_EQ(Asset::open((folder / "asset.vps.hdf").c_str(), *asset), Status::ok);
-  return asset;  // the mapping outlives the file's name
+  const auto held = std::make_shared<Held>();
+  held->bytes = asset_bytes(result.info, result.sections);
+  EXPECT_EQ(Asset::open(held->bytes, held->asset), Status::ok);
+  return {held, &held->asset};
 }
 
 }  // namespace vps::test

@@ -339,10 +339,11 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   thread_local Sheets sheets;
   Search search(body, options, to_asset, sheets, found);
 
-  const double step = motion(shell, memory.last, to_mesh);
+  const double step = largest_displacement(shell, memory.last, to_mesh);
   memory.last = to_mesh;
   if (memory.room > 0 && memory.shell == shell.position[0] && memory.level == options.segment_level &&
-      memory.distance >= options.contact_distance && motion(shell, memory.reference, to_mesh) <= memory.room &&
+      memory.distance >= options.contact_distance &&
+      largest_displacement(shell, memory.reference, to_mesh) <= memory.room &&
       memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
     return Status::ok;
   }

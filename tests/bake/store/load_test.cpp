@@ -7,6 +7,7 @@
 #include "bake/store/vps_store.h"
 #include "tests/support/baked.h"
 #include "tests/support/shapes.h"
+#include "tests/support/temporary_folder.h"
 #ifdef VPS_WITH_BULLET
 #include <BulletCollision/CollisionShapes/btTriangleIndexVertexArray.h>
 

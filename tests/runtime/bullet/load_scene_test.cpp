@@ -13,6 +13,7 @@
 #include "runtime/bullet/vps_scene.h"
 #include "tests/cli/program.h"
 #include "tests/support/bullet_world.h"
+#include "tests/support/temporary_folder.h"
 
 namespace vps::test {
 namespace {

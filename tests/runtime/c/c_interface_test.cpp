@@ -13,6 +13,7 @@
 #include "tests/support/baked.h"
 #include "tests/support/random.h"
 #include "tests/support/shapes.h"
+#include "tests/support/temporary_folder.h"
 
 namespace vps::test {
 namespace {
