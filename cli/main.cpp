@@ -16,7 +16,7 @@
 #include "cli/commands/commands.h"
 #include "cli/terminal/bake_options.h"
 #include "cli/terminal/command_tree.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/terminal/help_formatter.h"
 #include "cli/terminal/options.h"
 #include "cli/tools/provenance.h"
@@ -36,9 +36,9 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
-  app.add_option_function<std::string>(
-         "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
-         "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
+  add_text_option(
+      app, "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
+      "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
       ->option_text("SIZE")
       ->group("Output");
   add_integer(app, "--threads", arguments.threads, 1, 1024,

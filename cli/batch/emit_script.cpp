@@ -5,7 +5,7 @@
 
 #include <filesystem>
 
-#include "cli/terminal/options.h"
+#include "cli/terminal/units.h"
 #include "cli/tools/provenance.h"
 
 namespace vps::cli::batch {

@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <optional>
-#include <set>
 #include <system_error>
 #include <tuple>
 
@@ -41,7 +41,7 @@ void overlay(const OptionTexts& on_top, OptionTexts& out) {
 
 class Finder {
  public:
-  explicit Finder(const Inputs& inputs) : inputs_(inputs) {}
+  Finder(const Inputs& inputs, const OptionReader& reader) : inputs_(inputs), reader_(reader) {}
 
   [[nodiscard]] const std::vector<fs::path>& settings() const { return settings_; }
 
@@ -62,7 +62,7 @@ class Finder {
     std::sort(jobs_.begin(), jobs_.end(),
               [](const Job& a, const Job& b) { return std::tie(a.output, a.mesh) < std::tie(b.output, b.mesh); });
     drop_repeated();
-    check_options();
+    read_options();
     refuse_twins();
     return std::move(jobs_);
   }
@@ -76,7 +76,7 @@ class Finder {
     for (fs::directory_iterator it(folder, failed), end; !failed && it != end; it.increment(failed))
       entries.push_back(*it);
     if (failed) {
-      Job job{folder, inputs_.folder, below.empty() ? "." : below, inputs_.options, {}};
+      Job job{folder, inputs_.folder, below.empty() ? "." : below, inputs_.options, {}, {}};
       job.refusal = fmt::format("the folder cannot be read ({}); check its rights", failed.message());
       jobs_.push_back(std::move(job));
       return;
@@ -103,7 +103,7 @@ class Finder {
     if (!fs::is_regular_file(folder / kSettings, ignored))
       throw BatchError((folder / kSettings).string(), "it is no regular file; remove it or correct the link");
     settings_.push_back((folder / kSettings).lexically_normal());
-    layers_.push_back({below, read_folder_settings(settings_.back(), SettingsKind::beside_meshes)});
+    layers_.push_back({below, read_folder_settings(settings_.back(), SettingsKind::beside_meshes, reader_)});
   }
 
   void add_file(const fs::path& file) {
@@ -115,13 +115,13 @@ class Finder {
 
   void read_list(const fs::path& file) {
     settings_.push_back(file);
-    const FolderSettings list = read_folder_settings(file, SettingsKind::list);
+    const FolderSettings list = read_folder_settings(file, SettingsKind::list, reader_);
     OptionTexts common = inputs_.options;
     overlay(list.options, common);
     for (const FileSettings& entry : list.files) {
       if (entry.skip.value_or(false)) continue;
       const fs::path mesh(entry.mesh);
-      Job job{file.parent_path() / mesh, inputs_.folder, entry.output, common, {}};
+      Job job{file.parent_path() / mesh, inputs_.folder, entry.output, common, {}, {}};
       // Below the folder of assets as it is below the list's, where it is.
       const bool outside = mesh.is_absolute() || *mesh.lexically_normal().begin() == "..";
       const fs::path place = outside ? mesh.filename() : mesh.lexically_normal();
@@ -142,8 +142,8 @@ class Finder {
   void add(const fs::path& root, const std::string& path) {
     if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
-    Job job{
-        root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {}};
+    Job job{root / path, inputs_.folder, fs::path(path).replace_extension(kAsset).generic_string(), inputs_.options, {},
+            {}};
     for (const Layer& layer : layers_) {
       const std::string rest = path.substr(layer.folder.size());
       if (!layer.settings.include.empty() && !any_matches(layer.settings.include, rest)) return;
@@ -170,10 +170,13 @@ class Finder {
   }
 
   // Options that do not go together are told before anything is baked.
-  void check_options() const {
-    std::set<OptionTexts> checked;
-    for (const Job& job : jobs_) {
-      if (job.refusal.empty() && checked.insert(job.options).second) (void)bake_arguments(job);
+  void read_options() {
+    std::map<OptionTexts, bake::BakeSettings> known;
+    for (Job& job : jobs_) {
+      if (!job.refusal.empty()) continue;
+      auto it = known.find(job.options);
+      if (it == known.end()) it = known.emplace(job.options, read_settings(job, reader_)).first;
+      job.settings = it->second;
     }
   }
 
@@ -192,6 +195,7 @@ class Finder {
   }
 
   const Inputs& inputs_;
+  const OptionReader& reader_;
   std::vector<Layer> layers_;  // of the folders on the way down
   std::vector<Job> jobs_;
   std::vector<fs::path> settings_;
@@ -199,8 +203,8 @@ class Finder {
 
 }  // namespace
 
-std::vector<Job> find_jobs(const Inputs& inputs, std::vector<fs::path>* settings) {
-  Finder finder(inputs);
+std::vector<Job> find_jobs(const Inputs& inputs, const OptionReader& reader, std::vector<fs::path>* settings) {
+  Finder finder(inputs, reader);
   std::vector<Job> jobs = finder.find();
   if (settings != nullptr) *settings = finder.settings();
   return jobs;

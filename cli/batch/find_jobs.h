@@ -27,6 +27,7 @@ struct Inputs {
 /// one asset, is its refusal.
 /// @param settings  takes the vpsbake.toml files and lists that were read, unless it is null
 /// @throw BatchError when an input is not there, a vpsbake.toml cannot be used, or there is no mesh at all
-[[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs, std::vector<std::filesystem::path>* settings = nullptr);
+[[nodiscard]] std::vector<Job> find_jobs(const Inputs& inputs, const OptionReader& reader,
+                                         std::vector<std::filesystem::path>* settings = nullptr);
 
 }  // namespace vps::cli::batch

@@ -48,28 +48,29 @@ std::vector<std::string> texts(const fs::path& file, const std::string& key, con
   return out;
 }
 
-[[noreturn]] void refuse_key(const fs::path& file, const toml::key& key, std::vector<std::string> keys) {
+[[noreturn]] void refuse_key(const fs::path& file, const toml::key& key, std::vector<std::string> keys,
+                             const OptionReader& reader) {
   const std::string name(key.str());
-  keys.insert(keys.end(), option_names().begin(), option_names().end());
+  keys.insert(keys.end(), reader.names.begin(), reader.names.end());
   const auto meant = nearest_name(name, keys);
   refuse(file, key.source(),
          fmt::format("there is no key '{}' here; {}", name,
                      meant ? fmt::format("did you mean '{}'?", *meant) : "the options of vpsbake --help are keys"));
 }
 
-bool is_option(const std::string& key) {
-  const auto& names = option_names();
-  return std::find(names.begin(), names.end(), key) != names.end();
+bool is_option(const std::string& key, const OptionReader& reader) {
+  return std::find(reader.names.begin(), reader.names.end(), key) != reader.names.end();
 }
 
 // Checks a value as the command line would, so that the line can be named.
-void take_option(const fs::path& file, const std::string& key, const toml::node& node, OptionTexts& out) {
+void take_option(const fs::path& file, const std::string& key, const toml::node& node, const OptionReader& reader,
+                 OptionTexts& out) {
   Job probe;
   probe.options = {{key, option_text(file, key, node)}};
   if (key != "voxel" && key != "resolution" && key != "max-error") probe.options["voxel"] = "1mm";
   if (key == "fields" || key == "precision" || key == "field-error") probe.options["parts"] = "voxelmap";
   try {
-    (void)bake_arguments(probe);
+    (void)read_settings(probe, reader);
   } catch (const BatchError& error) {
     refuse(file, node.source(), fmt::format("{}: {}", key, error.what()));
   }
@@ -82,7 +83,7 @@ bool is_below(const std::string& name) {
   return std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-FileSettings read_entry(const fs::path& file, const toml::table& table, SettingsKind kind) {
+FileSettings read_entry(const fs::path& file, const toml::table& table, SettingsKind kind, const OptionReader& reader) {
   const char* const subject = kind == SettingsKind::list ? "mesh" : "match";
   FileSettings entry;
   for (const auto& [key, node] : table) {
@@ -101,10 +102,10 @@ FileSettings read_entry(const fs::path& file, const toml::table& table, Settings
       const auto value = node.value_exact<bool>();
       if (!value) refuse(file, node.source(), "skip is true or false");
       entry.skip = value;
-    } else if (is_option(name)) {
-      take_option(file, name, node, entry.options);
+    } else if (is_option(name, reader)) {
+      take_option(file, name, node, reader, entry.options);
     } else {
-      refuse_key(file, key, {subject, "skip", "output"});
+      refuse_key(file, key, {subject, "skip", "output"}, reader);
     }
   }
   if (entry.mesh.empty() && entry.match.empty())
@@ -114,7 +115,7 @@ FileSettings read_entry(const fs::path& file, const toml::table& table, Settings
 
 }  // namespace
 
-FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind) {
+FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind, const OptionReader& reader) {
   toml::table table;
   try {
     table = toml::parse_file(file.string());
@@ -130,15 +131,16 @@ FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind) {
       const toml::array* const list = node.as_array();
       if (list == nullptr || !list->is_array_of_tables())
         refuse(file, node.source(), "files is written as [[files]], once for each entry");
-      for (const toml::node& entry : *list) out.files.push_back(read_entry(file, *entry.as_table(), kind));
+      for (const toml::node& entry : *list) out.files.push_back(read_entry(file, *entry.as_table(), kind, reader));
     } else if (kind == SettingsKind::beside_meshes && (name == "include" || name == "exclude")) {
       (name == "include" ? out.include : out.exclude) = texts(file, name, node);
-    } else if (is_option(name)) {
-      take_option(file, name, node, out.options);
+    } else if (is_option(name, reader)) {
+      take_option(file, name, node, reader, out.options);
     } else {
       refuse_key(file, key,
                  kind == SettingsKind::list ? std::vector<std::string>{"files"}
-                                            : std::vector<std::string>{"files", "include", "exclude"});
+                                            : std::vector<std::string>{"files", "include", "exclude"},
+                 reader);
     }
   }
   return out;

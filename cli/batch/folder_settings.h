@@ -29,7 +29,8 @@ struct FolderSettings {
 enum class SettingsKind { beside_meshes, list };
 
 /// @throw BatchError that names the line
-[[nodiscard]] FolderSettings read_folder_settings(const std::filesystem::path& file, SettingsKind kind);
+[[nodiscard]] FolderSettings read_folder_settings(const std::filesystem::path& file, SettingsKind kind,
+                                                  const OptionReader& reader);
 
 /// Whether a glob means a path, both with slashes. One without a slash is compared with the last name and with each
 /// folder's, one with a slash with the whole path; a star stands for anything, slashes too.

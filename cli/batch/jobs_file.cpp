@@ -59,7 +59,7 @@ std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
   return text;
 }
 
-std::vector<Job> read_jobs(const fs::path& file) {
+std::vector<Job> read_jobs(const fs::path& file, const OptionReader& reader) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan", kIo);
   std::vector<Job> jobs;
@@ -71,7 +71,7 @@ std::vector<Job> read_jobs(const fs::path& file) {
     const std::string place = fmt::format("{}:{}", file.string(), number);
     try {
       jobs.push_back(to_job(Json::parse(line), folder_of(file)));
-      if (jobs.back().refusal.empty()) (void)bake_arguments(jobs.back());
+      if (jobs.back().refusal.empty()) jobs.back().settings = read_settings(jobs.back(), reader);
       if (jobs.back().refusal.empty() && !assets.insert(jobs.back().asset().lexically_normal()).second)
         throw BatchError("", "its asset is that of an earlier line; remove one");
     } catch (const Json::exception&) {

@@ -17,7 +17,7 @@ void refuse_unwritable(std::vector<Job>& jobs);
 [[nodiscard]] std::string to_lines(const std::vector<Job>& jobs, const std::filesystem::path& file);
 
 /// @throw BatchError that names the line
-[[nodiscard]] std::vector<Job> read_jobs(const std::filesystem::path& file);
+[[nodiscard]] std::vector<Job> read_jobs(const std::filesystem::path& file, const OptionReader& reader);
 
 /// The jobs of share i of n, 1 <= i <= n: i, i + n, i + 2 n and so on.
 [[nodiscard]] std::vector<Job> share_of(const std::vector<Job>& jobs, std::size_t i, std::size_t n);

@@ -29,7 +29,7 @@ std::string read_text(const fs::path& path) {
 
 // The settings of a record are those of a job, whatever the mesh was.
 bool has_settings_of(const bake::BakeRecord& record, const Job& job) {
-  return record.text.starts_with(bake::describe_settings(bake_settings(job)));
+  return record.text.starts_with(bake::describe_settings(job.settings));
 }
 
 // Null when the asset is missing.

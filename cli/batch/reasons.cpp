@@ -124,7 +124,7 @@ std::vector<std::string> readable_settings(const bake::BakeRecord& record) {
 }
 
 Standing compare_with_asset(const Job& job) {
-  Standing out{bake::bake_record(job.mesh, bake_settings(job)), {}};
+  Standing out{bake::bake_record(job.mesh, job.settings), {}};
   const auto because = [&](std::string reason) {
     out.reasons = {std::move(reason)};
     return out;

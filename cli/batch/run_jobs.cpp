@@ -17,7 +17,7 @@
 #include "cli/batch/child_program.h"
 #include "cli/batch/memory_budget.h"
 #include "cli/batch/reasons.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/tools/exit_code.h"
 #include "cli/tools/output_file.h"
 
 namespace vps::cli::batch {
@@ -292,7 +292,7 @@ class Runner {
     if (options_.dry_run || !alone) {
       std::vector<std::string> plan = words;
       plan.insert(plan.begin(), "--dry-run");
-      const std::size_t bytes = alone ? options_.memory_bytes : import_memory(job.mesh, bake_settings(job).import);
+      const std::size_t bytes = alone ? options_.memory_bytes : import_memory(job.mesh, job.settings.import);
       const MemoryBudget::Share share(budget_, bytes);
       const auto said = ask(job, std::move(plan), result);
       if (!said) return result;

@@ -15,7 +15,7 @@
 #include "bake/quantity_text.h"
 #include "bake/store/vps_store.h"
 #include "cli/lab/oracle.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"

@@ -10,11 +10,11 @@
 #include "bake/store/cache.h"
 #include "cli/batch/jobs_file.h"
 #include "cli/batch/manifest.h"
-#include "cli/batch/play.h"
 #include "cli/batch/report.h"
 #include "cli/commands/commands.h"
-#include "cli/terminal/bake_options.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/commands/play.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
@@ -75,7 +75,7 @@ int run_batch(BatchArguments& arguments) {
   const fs::path folder = arguments.folder;
   arguments.inputs.folder = folder;
   std::vector<fs::path> settings;
-  const std::vector<Job> jobs = find_jobs(arguments.inputs, &settings);
+  const std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader(), &settings);
   if (arguments.play.run.dry_run) return play_and_print(jobs, arguments.play);
   if (const std::string reason = manifest_refusal(folder); !reason.empty())
     return fail(kIo, manifest_file(arguments).string(), reason);
@@ -107,7 +107,7 @@ struct RunArguments {
 };
 
 std::vector<Job> chosen_jobs(const RunArguments& arguments) {
-  const std::vector<Job> jobs = read_jobs(arguments.file);
+  const std::vector<Job> jobs = read_jobs(arguments.file, option_reader());
   if (arguments.task > 0) {
     if (arguments.task > jobs.size())
       throw BatchError(arguments.file, fmt::format("there is no job {}; it has {}", arguments.task, jobs.size()));
@@ -118,7 +118,7 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
   int used = 0;
   if (std::sscanf(arguments.share.c_str(), "%8zu/%8zu%n", &i, &n, &used) != 2 ||
       static_cast<std::size_t>(used) != arguments.share.size() || i < 1 || i > n)
-    throw CLI::ValidationError("--shard takes i/n with 1 <= i <= n, such as 3/100, not '" + arguments.share + "'");
+    throw UsageError("--shard takes i/n with 1 <= i <= n, such as 3/100, not '" + arguments.share + "'");
   return share_of(jobs, i, n);
 }
 
@@ -139,7 +139,7 @@ fs::path common_folder(const std::string& file, const std::vector<Job>& jobs) {
 }
 
 int run_merge(const std::string& file, Checking checking) {
-  const std::vector<Job> jobs = read_jobs(file);
+  const std::vector<Job> jobs = read_jobs(file, option_reader());
   const fs::path folder = common_folder(file, jobs);
   const std::string reason = manifest_refusal(folder);
   if (!reason.empty()) return fail(kIo, (folder / kManifest).string(), reason);
@@ -169,35 +169,6 @@ int run_merge(const std::string& file, Checking checking) {
 }
 
 }  // namespace
-
-int guarded_batch(const std::function<int()>& work) {
-  try {
-    return work();
-  } catch (const BatchError& error) {
-    return fail(error.code, error.file, error.what());
-  } catch (const CLI::ValidationError& error) {
-    return fail(kCommandLine, "command line", error.what());
-  } catch (const fs::filesystem_error& error) {
-    return fail(kIo, error.path1().string(), error.code().message() + "; check its name and rights");
-  }
-}
-
-void add_input_options(CLI::App& app, Inputs& inputs, BakeArguments& scratch) {
-  app.add_option("DIR|MESH|LIST.toml...", inputs.paths,
-                 "Folders of meshes, meshes, or lists of meshes that end in .toml")
-      ->required();
-  constexpr const char* kGroup = "Which meshes";
-  app.add_option("--include", inputs.include,
-                 "Only what one of these globs means, such as '*.obj' or 'parts/*'; a glob without a slash means names")
-      ->allow_extra_args(false)
-      ->option_text("GLOB")
-      ->group(kGroup);
-  app.add_option("--exclude", inputs.exclude, "Not what one of these globs means")
-      ->allow_extra_args(false)
-      ->option_text("GLOB")
-      ->group(kGroup);
-  add_bake_options(app, scratch);
-}
 
 Command add_batch_command(CLI::App& app) {
   CLI::App* const batch = app.add_subcommand(

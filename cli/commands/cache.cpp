@@ -10,7 +10,7 @@
 
 #include "bake/quantity_text.h"
 #include "bake/store/cache_upkeep.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
@@ -148,10 +148,9 @@ Command add_cache_command(CLI::App& app) {
   };
   CLI::App* const stats = add_action("stats", "Print how much is in it, and when it was used");
   CLI::App* const pruned = add_action("prune", "Remove what was used least recently until the rest fits");
-  pruned
-      ->add_option_function<std::string>(
-          "--max-size", [=](const std::string& text) { arguments->max_bytes = parse_size(text); },
-          "Size that may be left, such as 20GB")
+  add_text_option(
+      *pruned, "--max-size", [=](const std::string& text) { arguments->max_bytes = parse_size(text); },
+      "Size that may be left, such as 20GB")
       ->required()
       ->option_text("SIZE");
   pruned->add_flag("--dry-run", arguments->dry_run, "Print what would be removed, remove nothing");

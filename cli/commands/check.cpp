@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "bake/quantity_text.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {

@@ -8,7 +8,7 @@
 
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/compare/compare_assets.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/stored_field.h"

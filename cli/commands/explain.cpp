@@ -12,8 +12,9 @@
 #include "cli/batch/find_jobs.h"
 #include "cli/batch/reasons.h"
 #include "cli/batch/report.h"
+#include "cli/commands/batch.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/output_file.h"
 
 namespace vps::cli {
@@ -64,7 +65,7 @@ void explain_last(const LastRun& last) {
 void explain_now(const LastRun& last) {
   fs::current_path(last.from);
   const std::string asset = last.item.at("asset");
-  const std::vector<Job> jobs = find_jobs(last.asked);
+  const std::vector<Job> jobs = find_jobs(last.asked, option_reader());
   const auto job =
       std::find_if(jobs.begin(), jobs.end(), [&](const Job& one) { return one.asset().string() == asset; });
   if (job == jobs.end()) {

@@ -13,7 +13,8 @@
 
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/export/export.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/stored_field.h"
@@ -150,15 +151,13 @@ Command add_export_command(CLI::App& app) {
   command->add_option("--field", arguments->field, "Field: layers, scaled or real [default: the finest stored]")
       ->check(CLI::IsMember({"layers", "scaled", "real"}))
       ->option_text("FIELD");
-  command
-      ->add_option_function<std::string>(
-          "--step", [arguments](const std::string& text) { arguments->step = parse_length(text); },
-          "Of vtkhdf between points, of cdf and obj edge of a cell, such as 2mm [default: a voxel]")
+  add_text_option(
+      *command, "--step", [arguments](const std::string& text) { arguments->step = parse_length(text); },
+      "Of vtkhdf between points, of cdf and obj edge of a cell, such as 2mm [default: a voxel]")
       ->option_text("LENGTH");
-  command
-      ->add_option_function<std::string>(
-          "--reach", [arguments](const std::string& text) { arguments->reach = parse_length(text); },
-          "Of cdf how far outside distances go, no less than the radius of the largest sphere [default: the band]")
+  add_text_option(
+      *command, "--reach", [arguments](const std::string& text) { arguments->reach = parse_length(text); },
+      "Of cdf how far outside distances go, no less than the radius of the largest sphere [default: the band]")
       ->option_text("LENGTH");
   command->add_option("-o,--output", arguments->output, "File to write [default: beside the asset]")
       ->check(not_empty())

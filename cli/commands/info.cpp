@@ -11,7 +11,7 @@
 #include "bake/store/cache.h"
 #include "cli/batch/reasons.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {

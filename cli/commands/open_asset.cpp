@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 
 namespace vps::cli {
 
@@ -19,6 +19,10 @@ int open_asset(const std::string& path, Asset& asset) {
   if (status == Status::ok) status = asset.verify();
   if (status != Status::ok) return fail(kBadInput, path, describe(status));
   return kOk;
+}
+
+int fail_field(const std::string& asset, const std::string& name) {
+  return fail(kBadInput, asset, "it has no field " + name + "; bake it with --fields " + name + ", or choose another");
 }
 
 }  // namespace vps::cli

@@ -11,4 +11,7 @@ namespace vps::cli {
 /// Opens an asset and checks every hash; what is wrong is said in one line. @return kOk, kIo or kBadInput
 [[nodiscard]] int open_asset(const std::string& path, Asset& asset);
 
+/// Says in one line that an asset lacks the field. @return kBadInput
+[[nodiscard]] int fail_field(const std::string& asset, const std::string& name);
+
 }  // namespace vps::cli

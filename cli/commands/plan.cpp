@@ -12,7 +12,8 @@
 #include "cli/batch/find_jobs.h"
 #include "cli/batch/jobs_file.h"
 #include "cli/commands/batch.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 
 namespace vps::cli {
@@ -45,7 +46,7 @@ int run_plan(PlanArguments& arguments) {
     if (std::filesystem::absolute(place).string().find_first_of("{}\n") != std::string::npos)
       return fail(kCommandLine, "command line", "names with braces or line breaks do not go into scripts; use others");
   }
-  std::vector<Job> jobs = find_jobs(arguments.inputs);
+  std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader());
   refuse_unwritable(jobs);
   for (const Job& job : jobs) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
@@ -93,13 +94,13 @@ Command add_plan_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("DIR")
       ->group(kGroup);
-  plan->add_option_function<std::string>(
-          "--task-memory",
-          [&a](const std::string& text) {
-            (void)parse_size(text);
-            a.script.memory = text;
-          },
-          "Memory of a task, such as 4GB [default: the engine's]")
+  add_text_option(
+      *plan, "--task-memory",
+      [&a](const std::string& text) {
+        (void)parse_size(text);
+        a.script.memory = text;
+      },
+      "Memory of a task, such as 4GB [default: the engine's]")
       ->needs(emit)
       ->option_text("SIZE")
       ->group(kGroup);

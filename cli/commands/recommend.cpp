@@ -11,7 +11,7 @@
 #include "bake/quantity_text.h"
 #include "cli/lab/recommend.h"
 #include "cli/lab/units.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
@@ -186,25 +186,23 @@ Command add_recommend_command(CLI::App& app) {
   const auto arguments = std::make_shared<RecommendArguments>();
   add_mesh_options(*recommend, arguments->bake)->required();
   add_import_options(*recommend, arguments->bake);
-  recommend
-      ->add_option_function<std::string>(
-          "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
-          "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all "
-          "that "
-          "--max-error of a bake counts")
+  add_text_option(
+      *recommend, "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
+      "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all "
+      "that "
+      "--max-error of a bake counts")
       ->option_text("LENGTH")
       ->group(kGroup);
-  recommend
-      ->add_option_function<std::string>(
-          "--max-time", [=](const std::string& text) { arguments->limits.microseconds = 1e6 * parse_time(text); },
-          "99 % of contact queries take no longer on this machine, with the noise of the measurement, such as 20us")
+  add_text_option(
+      *recommend, "--max-time",
+      [=](const std::string& text) { arguments->limits.microseconds = 1e6 * parse_time(text); },
+      "99 % of contact queries take no longer on this machine, with the noise of the measurement, such as 20us")
       ->option_text("TIME")
       ->group(kGroup);
-  recommend
-      ->add_option_function<std::string>(
-          "--max-bytes",
-          [=](const std::string& text) { arguments->limits.bytes = static_cast<double>(parse_size(text)); },
-          "The file is no larger, such as 2MB")
+  add_text_option(
+      *recommend, "--max-bytes",
+      [=](const std::string& text) { arguments->limits.bytes = static_cast<double>(parse_size(text)); },
+      "The file is no larger, such as 2MB")
       ->option_text("SIZE")
       ->group(kGroup);
   add_integer(*recommend, "--poses", arguments->poses, 6, 10000,

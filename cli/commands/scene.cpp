@@ -15,7 +15,7 @@
 #include "cli/scene/former_assets.h"
 #include "cli/scene/report_scene.h"
 #include "cli/scene/write_manifest.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/output_file.h"
 #include "formats/scene_manifest.h"

@@ -9,7 +9,8 @@
 
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/slice/slice_picture.h"
 #include "cli/tools/stored_field.h"
@@ -29,7 +30,7 @@ struct SliceArguments {
 double parse_place(const std::string& text) {
   try {
     return parse_coordinate(text);
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     throw CLI::ValidationError("--at", error.what());
   }
 }
@@ -75,10 +76,9 @@ Command add_slice_command(CLI::App& app) {
   slice->add_option("--axis", arguments->axis, "Across which axis of the asset: x, y or z [default: z]")
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->option_text("AXIS");
-  slice
-      ->add_option_function<std::string>(
-          "--at", [arguments](const std::string& text) { arguments->at = parse_place(text); },
-          "Where on that axis, such as 12mm or -0.5in [default: the middle of the body]")
+  add_text_option(
+      *slice, "--at", [arguments](const std::string& text) { arguments->at = parse_place(text); },
+      "Where on that axis, such as 12mm or -0.5in [default: the middle of the body]")
       ->option_text("LENGTH");
   slice->add_option("--field", arguments->field, "Field: layers, scaled or real [default: the finest stored]")
       ->check(CLI::IsMember({"layers", "scaled", "real"}))

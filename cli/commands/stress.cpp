@@ -15,7 +15,8 @@
 #include "cli/commands/open_asset.h"
 #include "cli/lab/stress/peers.h"
 #include "cli/lab/stress/report.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
@@ -246,15 +247,14 @@ Command add_stress_command(CLI::App& app) {
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kColumns), std::end(kColumns))))
       ->option_text("LIST")
       ->group(kCases);
-  stress
-      ->add_option_function<std::string>(
-          "--mass",
-          [&a](const std::string& text) {
-            a.mass = parse_mass(text);
-            if (!(a.mass >= 1e-9 && a.mass <= 1e9))
-              throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
-          },
-          "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
+  add_text_option(
+      *stress, "--mass",
+      [&a](const std::string& text) {
+        a.mass = parse_mass(text);
+        if (!(a.mass >= 1e-9 && a.mass <= 1e9))
+          throw CLI::ValidationError("--mass takes 1e-9kg to 1e9kg, not '" + text + "'");
+      },
+      "Mass of the body, such as 250g, from 1e-9 to 1e9 kg [default: 1kg]")
       ->option_text("MASS")
       ->group(kCases);
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "bake/quantity_text.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/validate/check.h"

@@ -8,7 +8,8 @@
 
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/view/motion_data.h"
 #include "cli/tools/view/page.h"

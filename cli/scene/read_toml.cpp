@@ -3,14 +3,13 @@
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
-#include <CLI/CLI.hpp>
 #include <limits>
 #include <map>
 #include <string_view>
 
 #include "cli/scene/scene.h"
 #include "cli/scene/toml_table.h"
-#include "cli/terminal/options.h"
+#include "cli/terminal/units.h"
 
 namespace vps::cli {
 namespace {
@@ -57,7 +56,7 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
     const std::string unit = table.text("unit", "m");
     try {
       shape.unit = parse_unit(unit);
-    } catch (const CLI::ValidationError& error) {
+    } catch (const UsageError& error) {
       table.refuse(*table.take("unit"), std::string("unit: ") + error.what());
     }
     double scale = 1;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/scene/toml_table.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "cli/terminal/units.h"
 #include "cli/tools/nearest_name.h"
 
 namespace vps::cli {
@@ -67,7 +67,7 @@ std::string Table::text_of(const char* key, const toml::node& node) const {
 double Table::parsed(const char* key, const toml::node& node, Parser parse) const {
   try {
     return parse(text_of(key, node));
-  } catch (const CLI::ValidationError& error) {
+  } catch (const UsageError& error) {
     refuse(node, fmt::format("{}: {}", key, error.what()));
   }
 }

@@ -10,10 +10,10 @@ namespace vps::cli {
 namespace {
 
 void add_error_option(CLI::App& app, BakeArguments& arguments) {
-  app.add_option_function<std::string>(
-         "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
-         "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
-         "lies between points as well")
+  add_text_option(
+      app, "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
+      "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
+      "lies between points as well")
       ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
       ->option_text("LENGTH")
       ->group(kGridGroup);
@@ -21,20 +21,22 @@ void add_error_option(CLI::App& app, BakeArguments& arguments) {
 
 void add_content_options(CLI::App& app, BakeArguments& arguments) {
   constexpr const char* kGroup = "Contents of the asset";
-  app.add_option_function<std::string>(
-         "--band-inside", [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
-         "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
+  add_text_option(
+      app, "--band-inside",
+      [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
+      "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--band-outside",
-         [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
-         "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
+  add_text_option(
+      app, "--band-outside",
+      [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
+      "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--field-error", [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
-         "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
+  add_text_option(
+      app, "--field-error",
+      [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
+      "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
@@ -58,9 +60,9 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
               "Children of a tree node, about, 2 to 64 [default: 14]")
       ->option_text("K")
       ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
-         "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
+  add_text_option(
+      app, "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
+      "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
       ->option_text("X")
       ->group(kGroup);
 }

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "cli/terminal/command_tree.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "version.h"
 
 namespace vps::cli {

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Quantities and options that several commands take. What is wrong is thrown as CLI::ValidationError, with words
-/// that say what to write instead.
+/// @file Options that several commands take. What is wrong is thrown as CLI::ValidationError, with words that say what
+/// to write instead.
 #pragma once
+
+#ifndef VPS_TERMINAL
+#error "libraries neither print nor read command lines: link vps_terminal only to programs"
+#endif
 
 #include <CLI/CLI.hpp>
 #include <cstddef>
@@ -9,6 +13,7 @@
 #include <string>
 
 #include "cli/terminal/bake_arguments.h"
+#include "cli/terminal/units.h"
 
 namespace vps::cli {
 
@@ -21,28 +26,10 @@ struct Command {
   std::function<int()> run;  ///< @return the exit code of the program
 };
 
-/// "5mm" to 0.005. [m]
-[[nodiscard]] double parse_length(const std::string& text);
-/// "4GB" to 4e9.
-[[nodiscard]] std::size_t parse_size(const std::string& text);
-/// "20us" to 2e-5. [s]
-[[nodiscard]] double parse_time(const std::string& text);
-/// "-5mm" to -0.005, of any sign. [m]
-[[nodiscard]] double parse_coordinate(const std::string& text);
-/// "-3m/s" to -3, of any sign. [m/s]
-[[nodiscard]] double parse_velocity(const std::string& text);
-/// "-9.81m/s2" to -9.81, of any sign. [m/s^2]
-[[nodiscard]] double parse_acceleration(const std::string& text);
-/// "90deg" to pi / 2, of any sign. [rad]
-[[nodiscard]] double parse_angle(const std::string& text);
-/// "20g" to 0.02. [kg]
-[[nodiscard]] double parse_mass(const std::string& text);
-/// "mm" to 0.001. [m]
-[[nodiscard]] double parse_unit(const std::string& unit);
-/// "2.5vx" to 2.5. @param example  for the message
-[[nodiscard]] double parse_voxels(const std::string& text, const char* example);
-/// A positive number without a unit. @param name  of the option, for the message
-[[nodiscard]] double parse_factor(const char* name, const std::string& text);
+/// An option that takes one text, such as a quantity.
+/// @param take  uses the text; its UsageError becomes a CLI::ValidationError
+CLI::Option* add_text_option(CLI::App& app, const char* name, std::function<void(const std::string&)> take,
+                             const char* description);
 
 /// An option that takes plain decimal digits: CLI11 would take 010 for 8.
 template <class Integer>

@@ -2,6 +2,10 @@
 /// @file What may be printed to a terminal besides text.
 #pragma once
 
+#ifndef VPS_TERMINAL
+#error "libraries neither print nor read command lines: link vps_terminal only to programs"
+#endif
+
 #include <sys/ioctl.h>
 #include <unistd.h>
 

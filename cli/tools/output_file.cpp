@@ -5,12 +5,9 @@
 #include <unistd.h>
 
 #include <fstream>
-#include <span>
 #include <system_error>
 
-#include "bake/quantity_text.h"
-#include "cli/terminal/exit_code.h"
-#include "formats/hdf5/hdf5_writer.h"
+#include "formats/vps_format.h"
 
 namespace vps::cli {
 
@@ -50,21 +47,6 @@ std::string asset_name(const fs::path& asset) {
   constexpr std::string_view kEnding = ".vps.hdf";
   if (name.size() > kEnding.size() && name.ends_with(kEnding)) name.resize(name.size() - kEnding.size());
   return name;
-}
-
-int write_quietly(const fs::path& output, std::string_view bytes) {
-  try {
-    write_whole(output, std::as_bytes(std::span(bytes.data(), bytes.size())));
-  } catch (const WriteError& error) {
-    return fail(kIo, output.string(), error.what());
-  }
-  return kOk;
-}
-
-int write_output(const fs::path& output, std::string_view bytes) {
-  if (const int code = write_quietly(output, bytes); code != kOk) return code;
-  fmt::print("{}: {}\n", output.string(), bake::format_bytes(double(bytes.size())));
-  return kOk;
 }
 
 }  // namespace vps::cli

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Files that commands write.
+/// @file Names of files that are written, and whether they may be.
 #pragma once
 
 #include <filesystem>
@@ -25,12 +25,5 @@ namespace vps::cli {
 
 /// What an asset is called: its file's name without .vps.hdf.
 [[nodiscard]] std::string asset_name(const std::filesystem::path& asset);
-
-/// Writes the text whole or not at all; what is wrong is said in one line. @return kOk or kIo
-[[nodiscard]] int write_quietly(const std::filesystem::path& output, std::string_view bytes);
-
-/// Writes the text whole or not at all, and prints its name and size; what is wrong is said in one line. @return kOk or
-/// kIo
-[[nodiscard]] int write_output(const std::filesystem::path& output, std::string_view bytes);
 
 }  // namespace vps::cli

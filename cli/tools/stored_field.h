@@ -7,7 +7,6 @@
 #include <limits>
 #include <string>
 
-#include "cli/terminal/exit_code.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_runtime.h"
 
@@ -53,10 +52,6 @@ struct SliceRange {
          : name == "scaled" ? Field::scaled
          : name == "real"   ? Field::real
                             : Field::none;
-}
-/// Says in one line that an asset lacks the field. @return kBadInput
-[[nodiscard]] inline int fail_field(const std::string& asset, const std::string& name) {
-  return fail(kBadInput, asset, "it has no field " + name + "; bake it with --fields " + name + ", or choose another");
 }
 
 }  // namespace vps::cli

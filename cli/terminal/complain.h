@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Exit codes of vpsbake, and the one line that goes with them.
+/// @file The one line that goes with an exit code.
 #pragma once
 
 #include <cctype>
@@ -8,21 +8,9 @@
 #include <string_view>
 
 #include "cli/terminal/terminal.h"
+#include "cli/tools/exit_code.h"
 
 namespace vps::cli {
-
-enum ExitCode : int {
-  kOk = 0,
-  kCommandLine = 1,  ///< the command line is wrong
-  kIo = 2,           ///< a file cannot be read or written
-  kBadInput = 3,     ///< the mesh or asset cannot be used
-  kInternal = 4,     ///< out of memory, or a defect
-  kSomeFailed = 5,   ///< some items of a batch failed
-};
-
-/// For --help and the manual.
-inline constexpr const char* kExitCodes =
-    "0 ok, 1 command line, 2 I/O, 3 bad input, 4 internal, 5 some items of a batch failed";
 
 /// Prints `vpsbake: KIND: FILE: reason` to stderr, on terminals an error red and a warning yellow.
 inline void complain(const char* kind, const std::string& file, const std::string& reason) {

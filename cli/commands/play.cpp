@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "cli/batch/play.h"
+#include "cli/commands/play.h"
 
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -13,17 +13,19 @@
 
 #include "cli/batch/memory_budget.h"
 #include "cli/batch/report.h"
-#include "cli/terminal/exit_code.h"
+#include "cli/terminal/complain.h"
 #include "cli/terminal/options.h"
 #include "cli/terminal/progress.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/xml.h"
 
-namespace vps::cli::batch {
+namespace vps::cli {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace batch;
 using Clock = std::chrono::steady_clock;
 
 std::atomic<bool> stop_all = false;
@@ -69,15 +71,15 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
               "Processor cores of each bake, 1 to 1024 [default: all cores, shared out]")
       ->option_text("N")
       ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--memory", [&](const std::string& text) { arguments.run.memory_bytes = parse_size(text); },
-         "Memory for all bakes together, such as 12GB; what fits is baked at once [default: nine tenths of what is "
-         "free]")
+  add_text_option(
+      app, "--memory", [&](const std::string& text) { arguments.run.memory_bytes = parse_size(text); },
+      "Memory for all bakes together, such as 12GB; what fits is baked at once [default: nine tenths of what is "
+      "free]")
       ->option_text("SIZE")
       ->group(kGroup);
-  app.add_option_function<std::string>(
-         "--timeout", [&](const std::string& text) { arguments.run.timeout = parse_time(text); },
-         "Give up a bake after this, such as 90s or 10min [default: never]")
+  add_text_option(
+      app, "--timeout", [&](const std::string& text) { arguments.run.timeout = parse_time(text); },
+      "Give up a bake after this, such as 90s or 10min [default: never]")
       ->option_text("TIME")
       ->group(kGroup);
   add_cache_options(app, arguments.run.cache, arguments.run.cache_bytes, kGroup);
@@ -142,4 +144,4 @@ void print_played(const std::vector<Job>& jobs, const Played& played, bool json)
   fmt::print("{}", json ? to_text(to_json(jobs, played.results)) : to_table(jobs, played.results, played.seconds));
 }
 
-}  // namespace vps::cli::batch
+}  // namespace vps::cli
