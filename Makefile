@@ -3,7 +3,7 @@
 
 PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
   libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
-  libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libtbb-dev libtomlplusplus-dev liburdfdom-dev libxxhash-dev nlohmann-json3-dev \
+  libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libpugixml-dev libtbb-dev libtomlplusplus-dev liburdfdom-dev libxxhash-dev nlohmann-json3-dev \
   python3 python3-h5py hdf5-tools
 # For `make fuzz` alone.
 FUZZ_PACKAGES := clang libclang-rt-14-dev

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "cli/tools/xml.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -40,7 +40,7 @@ Job to_job(const Json& json, const fs::path& folder) {
 void refuse_unwritable(std::vector<Job>& jobs) {
   for (Job& job : jobs) {
     const std::string names = job.mesh.string() + job.output;
-    if (job.refusal.empty() && xml::with_utf8_alone(names) != names)
+    if (job.refusal.empty() && valid_utf8(names) != names)
       job.refusal = "its name is not UTF-8, as names of jobs have to be; rename it, or bake it with vpsbake batch";
   }
 }

@@ -9,8 +9,8 @@
 #include <numeric>
 
 #include "bake/quantity_text.h"
+#include "cli/tools/junit.h"
 #include "cli/tools/provenance.h"
-#include "cli/tools/xml.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -93,29 +93,20 @@ ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>&
 }
 
 std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>& results) {
-  std::string cases;
-  std::size_t failures = 0;
-  double seconds = 0;
+  JUnitSuite suite{"vpsbake batch", 0.0, {}};
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     const JobResult& result = results[i];
-    seconds += result.seconds;
-    cases += fmt::format("    <testcase classname=\"vpsbake batch\" name=\"{}\" time=\"{:.3f}\">\n",
-                         xml::escaped(jobs[i].output), result.seconds);
+    *suite.seconds += result.seconds;
+    JUnitCase one{"vpsbake batch", jobs[i].output, result.seconds, {}, {}, {}};
     if (result.state == State::failed) {
-      ++failures;
       const std::string message = fmt::format("{}: {}", jobs[i].mesh.string(), result.error);
-      cases += fmt::format("      <failure message=\"{0}\">{0}</failure>\n", xml::escaped(message));
+      one.failure = {message, message};
     }
-    const std::string said = joined(result.reasons, "; ") + "\n" + joined(result.notes, "\n");
-    cases += fmt::format("      <system-out>{}: {}</system-out>\n    </testcase>\n", describe(result.state),
-                         xml::escaped(said));
+    one.output =
+        fmt::format("{}: {}\n{}", describe(result.state), joined(result.reasons, "; "), joined(result.notes, "\n"));
+    suite.cases.push_back(std::move(one));
   }
-  return xml::with_utf8_alone(
-      xml::kJUnitBeginning +
-      fmt::format("  <testsuite name=\"vpsbake batch\" "
-                  "tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\" time=\"{:.3f}\">\n{}{}  </testsuite>\n"
-                  "</testsuites>\n",
-                  jobs.size(), failures, seconds, xml::properties(provenance(0)), cases));
+  return cli::to_junit({suite}, provenance(0));
 }
 
 bool any_failed(const std::vector<JobResult>& results) {

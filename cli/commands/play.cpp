@@ -18,8 +18,8 @@
 #include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
-#include "cli/tools/xml.h"
 
 namespace vps::cli {
 namespace {
@@ -100,8 +100,7 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
       if (job.asset().filename() == name && is_same_place(job.asset(), arguments.junit))
         return {fail(kIo, arguments.junit, "this is an asset; choose another --junit"), {}, 0};
     }
-    if (const std::string reason = output_refusal(arguments.junit, xml::kJUnitBeginning, "a JUnit report");
-        !reason.empty())
+    if (const std::string reason = output_refusal(arguments.junit, kJUnitBeginning, "a JUnit report"); !reason.empty())
       return {fail(kIo, arguments.junit, reason), {}, 0};
   }
   // What is ignored, as by nohup, stays so.

@@ -22,7 +22,7 @@
 #include "cli/tools/provenance.h"
 #include "cli/tools/view/embedded.h"
 #include "cli/tools/view/page.h"
-#include "cli/tools/xml.h"
+#include "cli/tools/junit.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
@@ -79,7 +79,7 @@ std::vector<StressOutput> outputs(const StressArguments& arguments) {
   if (!arguments.output.empty()) {
     files = {{arguments.output + ".html", "<!doctype html>", "a page"}, {arguments.output + ".json", "{", "JSON"}};
   }
-  if (!arguments.junit.empty()) files.push_back({arguments.junit, xml::kJUnitBeginning, "a JUnit report"});
+  if (!arguments.junit.empty()) files.push_back({arguments.junit, kJUnitBeginning, "a JUnit report"});
   return files;
 }
 

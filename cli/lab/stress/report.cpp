@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/lab/stress/report.h"
-#include "cli/tools/xml.h"
+#include "cli/tools/junit.h"
 
 #include <fmt/format.h>
 
@@ -142,20 +142,15 @@ std::string failures(const CaseResult& result, Strictness strictness) {
   return out;
 }
 
-std::string to_junit(const std::string& asset, const CaseResult& result, Strictness strictness) {
-  std::string out = fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", xml::escaped(asset),
-                                xml::escaped(result.asked->name));
+cli::JUnitCase junit_case(const std::string& asset, const CaseResult& result, Strictness strictness) {
+  cli::JUnitCase one{asset, result.asked->name, {}, {}, {}, to_line(result, strictness)};
   const Verdict verdict = verdict_of(result, strictness);
   if (verdict == Verdict::broken) {
-    out += fmt::format("      <failure message=\"{}\">{}</failure>\n",
-                       xml::escaped(result.asked->measured + "; limit " + result.asked->limit),
-                       xml::escaped(failures(result, strictness)));
+    one.failure = {result.asked->measured + "; limit " + result.asked->limit, failures(result, strictness)};
   } else if (verdict == Verdict::skipped) {
-    out += fmt::format("      <skipped message=\"{}\"/>\n",
-                       xml::escaped(result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark));
+    one.skipped = result.outcomes.empty() ? "no column" : result.outcomes[0].trials[0].remark;
   }
-  return out +
-         fmt::format("      <system-out>{}</system-out>\n    </testcase>\n", xml::escaped(to_line(result, strictness)));
+  return one;
 }
 
 // "1000, 60 and 10".
@@ -270,22 +265,12 @@ ordered_json to_json(const std::vector<AssetResult>& results, const ordered_json
 }
 
 std::string to_junit(const std::vector<AssetResult>& results, const ordered_json& provenance, Strictness strictness) {
-  std::string out = xml::kJUnitBeginning;
+  std::vector<cli::JUnitSuite> suites;
   for (const AssetResult& result : results) {
-    std::size_t broken = 0;
-    std::size_t skipped = 0;
-    std::string cases;
-    for (const CaseResult& one : result.cases) {
-      const Verdict verdict = verdict_of(one, strictness);
-      broken += verdict == Verdict::broken ? 1 : 0;
-      skipped += verdict == Verdict::skipped ? 1 : 0;
-      cases += to_junit(result.asset, one, strictness);
-    }
-    out += fmt::format(
-        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\">\n{}{}  </testsuite>\n",
-        xml::escaped(result.asset), result.cases.size(), broken, skipped, xml::properties(provenance), cases);
+    suites.push_back({result.asset, {}, {}});
+    for (const CaseResult& one : result.cases) suites.back().cases.push_back(junit_case(result.asset, one, strictness));
   }
-  return xml::with_utf8_alone(out + "</testsuites>\n");
+  return cli::to_junit(suites, provenance);
 }
 
 }  // namespace vps::stress

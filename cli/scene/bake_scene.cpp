@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/scene/bake_scene.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+#include <span>
+#include <system_error>
+#include <utility>
+
+#include "bake/quantity_text.h"
+#include "bake/store/vps_store.h"
+#include "cli/scene/former_assets.h"
+#include "cli/scene/write_manifest.h"
+#include "cli/tools/describe_asset.h"
+#include "cli/tools/output_file.h"
+#include "formats/scene_manifest.h"
+
+namespace vps::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
+std::string folder_refusal(const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) return "this is a file; name a folder with -o";
+  const fs::path parent = fs::absolute(folder, ignored).lexically_normal().parent_path();
+  const fs::path& first = fs::exists(folder, ignored) ? folder : parent;
+  if (!fs::is_directory(first, ignored)) return "the folder above does not exist; create it or choose another with -o";
+  if (::access(first.c_str(), W_OK) != 0) return "the folder may not be written; choose another with -o";
+  return "";
+}
+
+fs::path manifest_file(const SceneRun& run) {
+  return run.options.folder / (run.options.scene.stem().string() + ".vps.json");
+}
+
+bool is_written(const SceneRun& run, const PlannedAsset& asset) {
+  return run.options.full || asset.is_needed();
+}
+
+const bake::BakeOptions& wanted_options(const SceneRun& run, const PlannedAsset& asset) {
+  return run.options.full ? asset.everything : asset.options;
+}
+
+void name_asset(SceneRun& run, PlannedAsset& asset) {
+  asset.file = asset_file(run.meshes[asset.mesh], wanted_options(run, asset));
+}
+
+[[noreturn]] void refuse_mesh(const SceneRun& run, const PlannedAsset& asset, const char* reason) {
+  throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), reason));
+}
+
+BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::BakeOptions& options,
+                    const std::string& cache) {
+  const auto begin = std::chrono::steady_clock::now();
+  bake::BakeSettings settings;
+  settings.options = options;
+  try {
+    bake::LoadedAsset loaded = bake::load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
+    if (!loaded.warning.empty()) run.options.warn(loaded.warning);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
+  } catch (const bake::LoadError& error) {
+    if (error.stage == "write") throw WriteError(error.what());
+    refuse_mesh(run, asset, error.what());
+  }
+}
+
+// How much finer an asset has to be for its share of the wished error; 1 when it is fine enough.
+double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
+  double worst = 1;
+  if (asset.options.voxelmap) worst = std::max(worst, info.scaled_error.bound / (kFieldShare * error));
+  if (asset.options.pointshell) worst = std::max(worst, info.covering_radius / ((1 - kFieldShare) * error));
+  return worst;
+}
+
+void bake_asset(SceneRun& run, std::size_t i) {
+  PlannedAsset& asset = run.plan.assets[i];
+  if (!is_written(run, asset)) return;
+  constexpr int kTrials = 5;
+  for (int trial = 1;; ++trial) {
+    run.baked[i] = bake_part(run, asset, wanted_options(run, asset), run.options.cache);
+    if (run.scene.error.value == 0) return;
+    const double by = lacking(asset, run.baked[i].asset->info(), run.scene.error.value);
+    if (by <= 1) return;
+    if (trial == kTrials) {
+      throw SceneError(run.scene.error.place,
+                       fmt::format("'{}' does not reach the wished error with voxels of {}; wish "
+                                   "a larger one",
+                                   asset.file, bake::format_length(asset.options.voxel_size)));
+    }
+    refine(asset, 1.03 * by);
+    name_asset(run, asset);
+  }
+}
+
+}  // namespace
+
+void plan_run(SceneRun& run) {
+  run.scene = read_scene(run.options.scene);
+  run.meshes = read_meshes(run.scene);
+  doubt_units(run.scene, run.meshes);
+  run.plan = plan_scene(run.scene, run.meshes);
+  run.baked.resize(run.plan.assets.size());
+  for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);
+}
+
+// Files of these names may be there when they are the program's.
+std::optional<RefusedFile> refused_output(const SceneRun& run) {
+  const fs::path& folder = run.options.folder;
+  if (const std::string reason = folder_refusal(folder); !reason.empty()) return RefusedFile{folder, reason};
+  std::error_code ignored;
+  if (!fs::exists(folder, ignored)) return std::nullopt;
+  for (const PlannedAsset& asset : run.plan.assets) {
+    if (!is_written(run, asset)) continue;
+    const fs::path file = folder / asset.file;
+    if (const std::string reason = asset_refusal(file); !reason.empty()) return RefusedFile{file, reason};
+  }
+  const fs::path manifest = manifest_file(run);
+  const std::string reason = output_refusal(manifest, kManifestBeginning, "a scene's manifest");
+  if (!reason.empty()) return RefusedFile{manifest, reason};
+  return std::nullopt;
+}
+
+// What a cache has is good, and the first bake begins with this check.
+void check_meshes(const SceneRun& run) {
+  bool is_first = !run.options.dry_run;
+  for (const PlannedAsset& asset : run.plan.assets) {
+    if (!is_written(run, asset) && !run.options.compare) continue;
+    const TriangleMesh& mesh = run.meshes[asset.mesh].mesh;
+    bake::BakeSettings settings;
+    settings.options = wanted_options(run, asset);
+    Asset cached;
+    bake::BakeReport ignored;
+    const std::string& cache = run.options.cache;
+    if (!cache.empty() &&
+        bake::AssetCache(cache).open(bake::cache_key(bake::bake_record(mesh, settings)), cached, ignored))
+      continue;
+    if (is_written(run, asset) && std::exchange(is_first, false)) continue;
+    try {
+      (void)bake::closed_mesh(mesh, settings.options);
+    } catch (const bake::BakeError& error) {
+      refuse_mesh(run, asset, error.what());
+    }
+  }
+}
+
+void bake_scene(SceneRun& run) {
+  run.baked.resize(run.plan.assets.size());
+  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
+  if (run.options.compare) {
+    for (const PlannedAsset& asset : run.plan.assets) {
+      run.ordinary.push_back(bake_part(run, asset, asset.ordinary, ""));
+      run.everything.push_back(bake_part(run, asset, asset.everything, ""));
+    }
+  }
+  double bytes = 0;
+  for (const BakedPart& part : run.baked) bytes += part.asset ? static_cast<double>(part.asset->bytes().size()) : 0;
+  if (!run.options.full && run.scene.memory.value > 0 && bytes > run.scene.memory.value) {
+    throw SceneError(run.scene.memory.place,
+                     fmt::format("the assets take {}, more than the {} wished; wish more memory or coarser voxels",
+                                 bake::format_bytes(bytes), bake::format_bytes(run.scene.memory.value)));
+  }
+}
+
+std::string write_scene(SceneRun& run) {
+  const fs::path& folder = run.options.folder;
+  std::error_code failed;
+  fs::create_directory(folder, failed);
+  if (failed) throw WriteError("the folder cannot be made; choose another with -o");
+  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) {
+    if (run.baked[i].asset != nullptr) write_whole(folder / run.plan.assets[i].file, run.baked[i].asset->bytes());
+  }
+  const fs::path manifest = manifest_file(run);
+  const std::string text = to_text(to_manifest(run.scene, run.meshes, run.plan, run.baked));
+  if (text.size() > scene_manifest::kMostBytes)
+    throw SceneError({run.options.scene.string(), 1}, "the manifest would be larger than 64 MiB; leave bodies out");
+  const std::set<std::string> former = assets_of(manifest);
+  write_whole(manifest, std::as_bytes(std::span(text)));
+  run.removed = remove_unlisted(folder, former);
+  return manifest.string();
+}
+
+}  // namespace vps::cli
