@@ -80,7 +80,7 @@ int run(int argc, char** argv) {
       add_explain_command(app),    add_check_command(app),  add_compare_command(app), add_export_command(app),
       add_info_command(app),       add_scene_command(app),  add_slice_command(app),   add_validate_command(app),
       add_view_command(app),       add_cache_command(app),
-#ifdef VPSBAKE_EVALUATE
+#ifdef VPSBAKE_LAB
       add_recommend_command(app),  add_report_command(app), add_stress_command(app),
 #endif
       add_help_files_command(app),

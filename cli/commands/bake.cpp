@@ -172,7 +172,7 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
     return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, mesh, error.what());
   } catch (const bake::BakeError& error) {
     return fail(kBadInput, mesh, error.what());
-  } catch (const evaluate::MeasureError& error) {
+  } catch (const lab::MeasureError& error) {
     return fail(kBadInput, mesh, error.what());
   } catch (const WriteError& error) {
     return fail(kIo, mesh, error.what());

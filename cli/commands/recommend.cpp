@@ -19,13 +19,13 @@
 namespace vps::cli {
 namespace {
 
-using evaluate::Recommendation;
-using evaluate::Tried;
+using lab::Recommendation;
+using lab::Tried;
 using nlohmann::ordered_json;
 
 struct RecommendArguments {
   BakeArguments bake;
-  evaluate::Limits limits;
+  lab::Limits limits;
   std::uint32_t poses = 90;
   std::uint64_t seed = 1;
   std::string cache;
@@ -62,14 +62,14 @@ std::string command_of(const RecommendArguments& arguments, const Tried& tried) 
   return out;
 }
 
-std::string spread_line(const char* what, const evaluate::Spread& s, const evaluate::LengthUnit& unit) {
+std::string spread_line(const char* what, const lab::Spread& s, const lab::LengthUnit& unit) {
   if (s.told == 0) return "";
   return fmt::format("     {} in {} poses: off by {} median, {} RMS, {} at most\n", what, s.told, unit.text(s.p50),
                      unit.text(s.rms), unit.text(s.max));
 }
 
 std::string numbers_of(const Tried& t) {
-  const evaluate::LengthUnit unit = evaluate::unit_for({t.error()});
+  const lab::LengthUnit unit = lab::unit_for({t.error()});
   return fmt::format(
              "off by {} at most, {}, {} points; 99 % of contact queries take {:.3g} us, {:.3g} us with the noise\n",
              unit.text(t.error()), bake::format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99,
@@ -81,7 +81,7 @@ std::string numbers_of(const Tried& t) {
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {
-  const evaluate::Limits& limits = arguments.limits;
+  const lab::Limits& limits = arguments.limits;
   const auto limit = [](double value) { return value > 0 ? ordered_json(value) : ordered_json(nullptr); };
   ordered_json out = {{"format", "vpsbake recommend 1"}};
   out.update(provenance(arguments.seed));
@@ -89,9 +89,9 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
   out["limits"] = {
       {"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
   out["poses"] = {{"sought", r.truth.poses[0] + r.truth.poses[1]},
-                  {"contact", r.poses[std::size_t(evaluate::Range::contact)]},
+                  {"contact", r.poses[std::size_t(lab::PoseKind::contact)]},
                   {"deepest", r.truth.contact},
-                  {"apart", r.poses[std::size_t(evaluate::Range::apart)]},
+                  {"apart", r.poses[std::size_t(lab::PoseKind::apart)]},
                   {"farthest", r.truth.gap}};
   out["chosen"] = r.chosen ? ordered_json(*r.chosen) : ordered_json(nullptr);
   out["tried"] = ordered_json::array();
@@ -120,8 +120,8 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
 
 void print_recommend(const RecommendArguments& arguments, const Recommendation& r) {
   const Tried& chosen = r.tried[*r.chosen];
-  const std::size_t contact = r.poses[std::size_t(evaluate::Range::contact)];
-  const std::size_t apart = r.poses[std::size_t(evaluate::Range::apart)];
+  const std::size_t contact = r.poses[std::size_t(lab::PoseKind::contact)];
+  const std::size_t apart = r.poses[std::size_t(lab::PoseKind::apart)];
   fmt::print("{}\n", command_of(arguments, chosen));
   fmt::print("why: {}", numbers_of(chosen));
   fmt::print(
@@ -146,7 +146,7 @@ int run_recommend(const RecommendArguments& arguments) {
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
     const Progress progress;
-    evaluate::RecommendOptions options;
+    lab::RecommendOptions options;
     options.base = arguments.bake.options;
     options.limits = arguments.limits;
     options.record = record_maker(arguments.bake);
@@ -154,7 +154,7 @@ int run_recommend(const RecommendArguments& arguments) {
     options.seed = arguments.seed;
     options.cache = arguments.cache;
     options.progress = [&](const std::string& what, double fraction) { progress.show(what, fraction); };
-    const Recommendation r = evaluate::recommend(mesh, options);
+    const Recommendation r = lab::recommend(mesh, options);
     progress.clear();
     if (arguments.bake.json) {
       fmt::print("{}", to_text(to_json(arguments, r)));
@@ -172,7 +172,7 @@ int run_recommend(const RecommendArguments& arguments) {
 
 // At least one is needed.
 int check_and_run(const RecommendArguments& arguments) {
-  const evaluate::Limits& limits = arguments.limits;
+  const lab::Limits& limits = arguments.limits;
   if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run_recommend(arguments);
   return fail(kCommandLine, "command line",
               "--max-error, --max-time or --max-bytes is required; run vpsbake recommend --help");

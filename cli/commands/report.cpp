@@ -54,7 +54,7 @@ struct Candidate {
   std::string file;
   TriangleMesh mesh;  // as imported
   bake::ClosedMesh closed;
-  evaluate::MeasureOptions options;
+  lab::MeasureOptions options;
 };
 
 Candidate prepare(const ReportArguments& arguments, const std::string& file) {
@@ -72,17 +72,17 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   base.resolution = 0;
   out.closed = bake::closed_mesh(mesh, base);
   out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
-  const evaluate::Oracle refuses_here(out.closed.mesh);
+  const lab::Oracle refuses_here(out.closed.mesh);
   out.mesh = std::move(mesh);
   return out;
 }
 
-evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
+lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   const Progress progress;
   std::mutex mutex;
-  evaluate::MeasureOptions& options = mesh.options;
-  options.size = arguments.quick ? evaluate::SweepSize::quick : evaluate::SweepSize::full;
-  options.truth = evaluate::truth_options_for(mesh.closed.mesh, arguments.pose_count());
+  lab::MeasureOptions& options = mesh.options;
+  options.size = arguments.quick ? lab::SweepSize::quick : lab::SweepSize::full;
+  options.truth = lab::truth_options_for(mesh.closed.mesh, arguments.pose_count());
   options.truth.seed = arguments.seed;
   if (arguments.quick) {
     options.truth.wrench.most_pieces = kQuickPieces;
@@ -96,14 +96,14 @@ evaluate::Measurement measure(const ReportArguments& arguments, Candidate& mesh)
     const std::lock_guard lock(mutex);
     progress.show(name + ": " + what, fraction);
   };
-  return evaluate::measure(mesh.mesh, mesh.closed.mesh, options);
+  return lab::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
 // Base, members of a front and peers that were asked in one way.
-std::vector<std::size_t> rows_to_print(const evaluate::Measurement& m, const evaluate::Front& front) {
+std::vector<std::size_t> rows_to_print(const lab::Measurement& m, const lab::Front& front) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < m.rows.size(); ++i) {
-    const evaluate::Row& row = m.rows[i];
+    const lab::Row& row = m.rows[i];
     const bool member =
         std::any_of(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
     if (row.way == front.way && (member || row.knob == "base" || row.knob == "peer")) out.push_back(i);
@@ -111,18 +111,18 @@ std::vector<std::size_t> rows_to_print(const evaluate::Measurement& m, const eva
   return out;
 }
 
-void print_rows(const evaluate::Measurement& m, const evaluate::Front& front) {
+void print_rows(const lab::Measurement& m, const lab::Front& front) {
   constexpr const char* kColumns = "{:<50} {:<26} {:<14} {:<24} {}\n";
   const std::vector<std::size_t> rows = rows_to_print(m, front);
   std::vector<double> errors;
   for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
-  const evaluate::LengthUnit unit = evaluate::unit_for(errors);
-  fmt::print(kColumns, fmt::format("  {}", evaluate::describe(front.way)),
+  const lab::LengthUnit unit = lab::unit_for(errors);
+  fmt::print(kColumns, fmt::format("  {}", lab::describe(front.way)),
              fmt::format("depth off, RMS/99 %/max, {}", unit.name), "missed", "us, median / 99 %", "file, MB");
   for (const std::size_t i : rows) {
-    const evaluate::Row& row = m.rows[i];
-    const evaluate::Spread& s = row.errors.contact.penetration;
-    const evaluate::Times& t = row.contacts;
+    const lab::Row& row = m.rows[i];
+    const lab::Spread& s = row.errors.contact.penetration;
+    const lab::Times& t = row.contacts;
     const auto member =
         std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
     const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
@@ -137,17 +137,17 @@ void print_rows(const evaluate::Measurement& m, const evaluate::Front& front) {
 }
 
 void print_table(const ReportedMesh& mesh) {
-  const evaluate::Measurement& m = mesh.measured;
+  const lab::Measurement& m = mesh.measured;
   fmt::print(
       "{}: {} triangles, {} poses; of {} rows the base, peers and fronts (*, ~ where the time is within the noise "
       "of the one before)\n",
       mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
-  for (const evaluate::Front& front : m.fronts) {
-    if (front.cost == evaluate::Cost::time) print_rows(m, front);
+  for (const lab::Front& front : m.fronts) {
+    if (front.cost == lab::Cost::time) print_rows(m, front);
   }
-  for (const evaluate::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
+  for (const lab::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
   for (const std::string& note : mesh.closed.notes) fmt::print("note: {}\n", note);
-  for (const evaluate::Front& front : m.fronts) fmt::print("{}\n", front_line(m, front));
+  for (const lab::Front& front : m.fronts) fmt::print("{}\n", front_line(m, front));
 }
 
 ordered_json report_head(const ReportArguments& arguments) {
@@ -203,7 +203,7 @@ int write_report(const std::string& name, const ordered_json& report) {
 }
 
 // What the truth falls short of.
-void add_notes(const evaluate::Truth& truth, std::vector<std::string>& notes) {
+void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
   const std::size_t(&sought)[3] = truth.options.poses;
   const std::size_t all = sought[0] + sought[1] + sought[2];
   if (truth.poses.size() < all) {
@@ -277,7 +277,7 @@ void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
   app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl [default: none]")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(evaluate::peer_names()))
+      ->check(CLI::IsMember(lab::peer_names()))
       ->option_text("LIST")
       ->group(kGroup);
 }

@@ -140,7 +140,7 @@ int run_asset(const StressArguments& arguments, const std::string& path, const s
     if (!peers.empty()) fmt::print("{}\n", peers);
     for (const stress::Case* one : chosen(arguments)) {
       result.cases.push_back(
-          stress::run_case(*one, subject, arguments.quick ? stress::Extent::quick : stress::Extent::full));
+          stress::run_case(*one, subject, arguments.quick ? stress::Effort::quick : stress::Effort::full));
       fmt::print("{}\n", stress::to_line(result.cases.back(), strictness(arguments)));
       std::fflush(stdout);
     }

@@ -5,7 +5,7 @@
 
 #include <stdexcept>
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 std::shared_ptr<const Asset> opened(const std::filesystem::path& path) {
@@ -43,4 +43,4 @@ TriangleMesh centred(TriangleMesh mesh, const Asset& asset) {
   return mesh;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

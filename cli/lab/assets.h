@@ -11,7 +11,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// The record that a bake with these options puts into its asset, so that what is measured is as large.
 using RecordOf = std::function<bake::BakeRecord(const bake::BakeOptions&)>;
@@ -37,4 +37,4 @@ struct BakedFile {
 /// The mesh with its origin at the asset's centre of mass, where all peers have it.
 [[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

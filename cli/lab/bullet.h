@@ -13,7 +13,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// A collision shape and what it refers to. Frame: the origin is the body's centre of mass.
 struct BulletShape {
@@ -67,4 +67,4 @@ struct DropResult {
 /// Two bodies of one shape; the whole narrowphase. Depth: of the deepest contact in a manifold.
 [[nodiscard]] std::unique_ptr<PairPeer> bullet_pair(const BulletShape& shape);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -10,7 +10,7 @@
 #include "cli/lab/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 btVector3 vector3(const std::array<double, 3>& v) {
@@ -110,4 +110,4 @@ Ground baked_ground(const std::shared_ptr<const Asset>& box) {
   return {ours_of(box), {0, btScalar(box->info().centre_of_mass[1] - box->info().bounds_max[1]), 0}};
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -7,7 +7,7 @@
 #include "cli/lab/bullet.h"
 #include "runtime/bullet/vps_bullet.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // Times the whole narrowphase: every pair, from its algorithm to its manifolds.
@@ -130,4 +130,4 @@ std::unique_ptr<PairPeer> bullet_pair(const BulletShape& shape) {
   return std::make_unique<BulletPair>(shape);
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 using Eigen::Vector3d;
@@ -35,7 +35,7 @@ double depth_error(const PairAnswer& answer, double exact) {
   return std::abs(depth - exact);
 }
 
-void add(const Truth& truth, const TruePose& pose, const PairAnswer& answer, double longest_side, Lists& lists) {
+void add(const GroundTruth& truth, const TruePose& pose, const PairAnswer& answer, double longest_side, Lists& lists) {
   const Vector3d direction = vector(answer.direction);
   lists.normal.push_back(direction.norm() > 0
                              ? degrees_between(direction, vector(truth.oracle->outward_normal(answer.position)))
@@ -52,7 +52,8 @@ void add(const Truth& truth, const TruePose& pose, const PairAnswer& answer, dou
                          (typical * longest_side / 2));
 }
 
-ContactErrors errors_in(const Truth& truth, std::span<const PairAnswer> answers, double longest_side, Range range) {
+ContactErrors errors_in(const GroundTruth& truth, std::span<const PairAnswer> answers, double longest_side,
+                        PoseKind range) {
   Lists lists;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
     if (truth.poses[i].range == range) add(truth, truth.poses[i], answers[i], longest_side, lists);
@@ -67,12 +68,12 @@ ContactErrors errors_in(const Truth& truth, std::span<const PairAnswer> answers,
 
 }  // namespace
 
-Errors contact_errors(const Truth& truth, std::span<const PairAnswer> answers, double longest_side) {
-  return {errors_in(truth, answers, longest_side, Range::contact),
-          errors_in(truth, answers, longest_side, Range::deep)};
+Errors contact_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, double longest_side) {
+  return {errors_in(truth, answers, longest_side, PoseKind::contact),
+          errors_in(truth, answers, longest_side, PoseKind::deep)};
 }
 
-Spread penetration_errors(const Truth& truth, std::span<const PairAnswer> answers, Range range) {
+Spread penetration_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
     if (truth.poses[i].range == range) errors.push_back(depth_error(answers[i], truth.poses[i].pose.depth));
@@ -80,21 +81,22 @@ Spread penetration_errors(const Truth& truth, std::span<const PairAnswer> answer
   return spread_of(errors);
 }
 
-std::size_t count_missed(const Truth& truth, std::span<const PairAnswer> answers, Range range) {
+std::size_t count_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range) {
   std::size_t missed = 0;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) missed += truth.poses[i].range == range && misses(answers[i]);
   return missed;
 }
 
-Spread distance_errors(const Truth& truth, std::span<const PairAnswer> answers) {
+Spread distance_errors(const GroundTruth& truth, std::span<const PairAnswer> answers) {
   std::vector<double> errors;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
-    if (truth.poses[i].range == Range::apart) errors.push_back(std::abs(answers[i].depth - truth.poses[i].pose.depth));
+    if (truth.poses[i].range == PoseKind::apart)
+      errors.push_back(std::abs(answers[i].depth - truth.poses[i].pose.depth));
   }
   return spread_of(errors);
 }
 
-Held bounds_held(const Truth& truth, std::span<const PairAnswer> answers) {
+Held bounds_held(const GroundTruth& truth, std::span<const PairAnswer> answers) {
   Held out;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) {
     const double depth = truth.poses[i].pose.depth;
@@ -113,4 +115,4 @@ Held budget_held(std::span<const PairAnswer> answers, std::span<const PairAnswer
   return out;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -8,7 +8,7 @@
 #include "cli/lab/statistics.h"
 #include "cli/lab/truth.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// Over the poses of one range that overlap.
 struct ContactErrors {
@@ -30,15 +30,15 @@ struct Errors {
 /// Of force and torque none is told where the truth's wrenches are not exact.
 /// @param answers       one for each pose of the truth
 /// @param longest_side  of the body. [m]
-[[nodiscard]] Errors contact_errors(const Truth& truth, std::span<const PairAnswer> answers, double longest_side);
+[[nodiscard]] Errors contact_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, double longest_side);
 
 /// ContactErrors::penetration alone. @param range  not `apart`
-[[nodiscard]] Spread penetration_errors(const Truth& truth, std::span<const PairAnswer> answers, Range range);
+[[nodiscard]] Spread penetration_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
 /// ContactErrors::missed alone.
-[[nodiscard]] std::size_t count_missed(const Truth& truth, std::span<const PairAnswer> answers, Range range);
+[[nodiscard]] std::size_t count_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
 
 /// |told distance - exact distance| over the poses apart. [m]
-[[nodiscard]] Spread distance_errors(const Truth& truth, std::span<const PairAnswer> answers);
+[[nodiscard]] Spread distance_errors(const GroundTruth& truth, std::span<const PairAnswer> answers);
 
 /// Poses for which a bound held.
 struct Held {
@@ -46,10 +46,10 @@ struct Held {
   std::size_t held = 0;
 };
 /// [lower, upper] held the exact depth, within the oracle's tolerance.
-[[nodiscard]] Held bounds_held(const Truth& truth, std::span<const PairAnswer> answers);
+[[nodiscard]] Held bounds_held(const GroundTruth& truth, std::span<const PairAnswer> answers);
 
 /// No point that was left out is deeper than `delta_bound`: of answers under a budget or at a coarser level, against
 /// those of all points.
 [[nodiscard]] Held budget_held(std::span<const PairAnswer> answers, std::span<const PairAnswer> all_points);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

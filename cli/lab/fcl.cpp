@@ -9,7 +9,7 @@
 #include <limits>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 using Model = fcl::BVHModel<fcl::OBBRSSd>;
@@ -89,4 +89,4 @@ std::unique_ptr<PairPeer> fcl_distance(const TriangleMesh& body) {
   return std::make_unique<Distance>(body);
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -7,7 +7,7 @@
 #include "cli/lab/pair.h"
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// All contacts of all pairs of triangles. Its depth is that of the deepest pair, not of the bodies.
 [[nodiscard]] std::unique_ptr<PairPeer> fcl_collide(const TriangleMesh& body);
@@ -15,4 +15,4 @@ namespace vps::evaluate {
 /// Distance; tells none where the bodies overlap.
 [[nodiscard]] std::unique_ptr<PairPeer> fcl_distance(const TriangleMesh& body);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 
 #include "cli/lab/numbers_file.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 std::vector<Hull> decompose(const TriangleMesh& mesh, const HacdOptions& options) {
@@ -106,4 +106,4 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
   return hulls;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -9,7 +9,7 @@
 
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 using Hull = std::vector<std::array<double, 3>>;  ///< vertices of a convex hull. [m]
 
@@ -27,4 +27,4 @@ struct HacdOptions {
 [[nodiscard]] std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& options,
                                            const std::filesystem::path& folder);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -12,7 +12,7 @@
 #include "cli/lab/bullet.h"
 #include "cli/lab/ours.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // An asset that several settings may share.
@@ -39,7 +39,7 @@ std::shared_ptr<const Asset> reopened(const std::filesystem::path& path) {
   return asset;
 }
 
-Side contacts_side(const Setting& setting, const std::filesystem::path& path) {
+Contender contacts_side(const Setting& setting, const std::filesystem::path& path) {
   return {setting.name, [=]() -> std::unique_ptr<PairPeer> {
             if (setting.reading != Reading::queries) return read_otherwise(reopened(path), setting.reading);
             QueryOptions options;
@@ -154,7 +154,7 @@ class Run {
     row.bake_seconds = baked->seconds;
     contacts_.push_back(contacts_side(setting, baked->file.path));
     // Neither a level nor a budget nor another reading changes what `separation` does.
-    Side distance;
+    Contender distance;
     if (!asks_base(setting) && setting.reading == Reading::queries) {
       distance = {setting.name, [path = baked->file.path] { return our_separation(reopened(path)); }};
     }
@@ -198,8 +198,9 @@ class Run {
   }
 
   // What all sides with a `make` answer, by row.
-  std::vector<SideResult> ask_all(const std::vector<Side>& sides, const std::vector<Pose>& poses, const char* what) {
-    std::vector<Side> asked;
+  std::vector<ContenderResult> ask_all(const std::vector<Contender>& sides, const std::vector<Pose>& poses,
+                                       const char* what) {
+    std::vector<Contender> asked;
     std::vector<std::size_t> rows;
     for (std::size_t i = 0; i < sides.size(); ++i) {
       if (!sides[i].make) continue;
@@ -208,8 +209,8 @@ class Run {
     }
     RoundOptions rounds = options_.rounds;
     rounds.progress = [&](const std::string& side, double fraction) { progress(what + (": " + side), fraction); };
-    std::vector<SideResult> answers = ask_in_turn(asked, poses, rounds);
-    std::vector<SideResult> out(sides.size());
+    std::vector<ContenderResult> answers = ask_in_turn(asked, poses, rounds);
+    std::vector<ContenderResult> out(sides.size());
     for (std::size_t i = 0; i < rows.size(); ++i) out[rows[i]] = std::move(answers[i]);
     return out;
   }
@@ -220,10 +221,10 @@ class Run {
     std::vector<Pose> apart;
     for (const TruePose& p : out_.truth.poses) {
       poses.push_back(p.pose.first_in_second);
-      if (p.range == Range::apart) apart.push_back(p.pose.first_in_second);
+      if (p.range == PoseKind::apart) apart.push_back(p.pose.first_in_second);
     }
-    const std::vector<SideResult> contacts = ask_all(contacts_, poses, "contacts");
-    const std::vector<SideResult> distances = ask_all(distances_, apart, "distances");
+    const std::vector<ContenderResult> contacts = ask_all(contacts_, poses, "contacts");
+    const std::vector<ContenderResult> distances = ask_all(distances_, apart, "distances");
     for (std::size_t i = 0; i < out_.rows.size(); ++i) {
       Row& row = out_.rows[i];
       row.contacts = contacts[i].times;
@@ -246,7 +247,7 @@ class Run {
   }
 
   // Bounds are told of overlaps too: once, not timed.
-  static std::vector<PairAnswer> ask_every(const Side& side, std::vector<PairAnswer> apart,
+  static std::vector<PairAnswer> ask_every(const Contender& side, std::vector<PairAnswer> apart,
                                            const std::vector<Pose>& poses) {
     const std::unique_ptr<PairPeer> peer = side.make();
     for (std::size_t i = apart.size(); i < poses.size(); ++i) apart.push_back(peer->query(poses[i]));
@@ -260,7 +261,7 @@ class Run {
   std::list<Baked> baked_;
   std::string baking_ = "the base";
   double baked_share_ = 0;
-  std::vector<Side> contacts_, distances_;  // by row
+  std::vector<Contender> contacts_, distances_;  // by row
   Measurement out_;
 };
 
@@ -270,4 +271,4 @@ Measurement measure(const TriangleMesh& mesh, const TriangleMesh& closed, const 
   return Run(mesh, closed, options).run();
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

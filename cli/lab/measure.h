@@ -11,7 +11,7 @@
 #include "cli/lab/rows.h"
 #include "cli/lab/truth.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 struct MeasureOptions {
   bake::BakeOptions base;  ///< with a voxel size
@@ -26,7 +26,7 @@ struct MeasureOptions {
 };
 
 struct Measurement {
-  Truth truth;
+  GroundTruth truth;
   std::array<double, 3> size{};  ///< of the mesh's bounds. [m]
   double bake_noise = 0;         ///< spread of three bakes of the base, over their median
   std::vector<Row> rows;         ///< the base first, peers last
@@ -39,4 +39,4 @@ struct Measurement {
 /// @throw BakeError, MeasureError, std::runtime_error
 [[nodiscard]] Measurement measure(const TriangleMesh& mesh, const TriangleMesh& closed, const MeasureOptions& options);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -10,7 +10,7 @@
 #include "formats/hdf5/hdf5_writer.h"
 #include "formats/vps_format.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name, const TriangleMesh& mesh,
                                  std::span<const double> options) {
@@ -39,4 +39,4 @@ void write_numbers(const std::filesystem::path& file, std::span<const double> nu
   }
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

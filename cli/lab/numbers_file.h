@@ -10,7 +10,7 @@
 
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// `folder`/`name`_HASH.txt, with the hash of the mesh and the options. Without a folder empty: nothing is read or
 /// written.
@@ -24,4 +24,4 @@ namespace vps::evaluate {
 /// @throw MeasureError
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -19,7 +19,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Mesh = CGAL::Surface_mesh<Kernel::Point_3>;
@@ -149,4 +149,4 @@ bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle, const
   return CGAL::do_intersect(Exact::Triangle_3(exact(triangle[0]), exact(triangle[1]), exact(triangle[2])), cube);
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -8,7 +8,7 @@
 
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// What cannot be measured: "reason; what to do".
 struct MeasureError : std::runtime_error {
@@ -61,4 +61,4 @@ class SoupOracle {
 [[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle,
                                    const std::array<double, 3>& low, double edge);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -8,7 +8,7 @@
 #include "cli/lab/patches.h"
 #include "runtime/fields/penetration.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 double dot(const Point& a, const Point& b) {
@@ -130,4 +130,4 @@ std::unique_ptr<PairPeer> read_otherwise(std::shared_ptr<const Asset> asset, Rea
   return std::make_unique<OtherReading>(std::move(asset), reading);
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

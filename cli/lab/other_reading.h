@@ -8,7 +8,7 @@
 
 #include "cli/lab/pair.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// How V at a point comes from stored numbers. Paper: Sec. 2.2.
 enum class Reading : std::uint8_t {
@@ -25,4 +25,4 @@ enum class Reading : std::uint8_t {
 /// @throw std::runtime_error when the asset lacks one of them
 [[nodiscard]] std::unique_ptr<PairPeer> read_otherwise(std::shared_ptr<const Asset> asset, Reading reading);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

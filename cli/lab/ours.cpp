@@ -8,7 +8,7 @@
 
 #include "runtime/vps_queries.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 Pose in_asset_frame(const Asset& asset, Pose pose) {
   const auto& c = asset.info().centre_of_mass;
@@ -130,4 +130,4 @@ Opening open_once(const std::filesystem::path& asset, const Pose& first_in_secon
   return opening;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

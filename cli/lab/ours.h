@@ -7,7 +7,7 @@
 
 #include "cli/lab/pair.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// `traverse` alone, all contacts: the asset's pointshell against its voxelmap.
 /// @param options  without `cache`; `node_areas` are found where a level or a budget needs them
@@ -30,4 +30,4 @@ struct Opening {
 /// @throw std::runtime_error
 [[nodiscard]] Opening open_once(const std::filesystem::path& asset, const Pose& first_in_second);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -10,7 +10,7 @@
 
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 using Clock = std::chrono::steady_clock;
 
@@ -46,4 +46,4 @@ class PairPeer {
   virtual PairAnswer query(const Pose& first_in_second) = 0;
 };
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

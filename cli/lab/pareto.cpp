@@ -6,7 +6,7 @@
 #include <limits>
 #include <tuple>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates) {
   std::vector<std::size_t> order;
@@ -27,4 +27,4 @@ std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates) {
   return front;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

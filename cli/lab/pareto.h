@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// What it costs and what it errs; NaN: not known, and not on the front.
 struct Candidate {
@@ -25,4 +25,4 @@ struct Candidate {
 /// Of equal ones, the first.
 [[nodiscard]] std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 using Point = std::array<double, 3>;  ///< [m]
 
@@ -116,4 +116,4 @@ class PatchTree {
   std::vector<Ball> balls_;
 };
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 #include "cli/lab/fcl.h"
 #include "cli/lab/hacd.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // Bullet adds the margins of both hulls to every depth: whoever gives them knows to take them off.
@@ -109,4 +109,4 @@ Peers make_peers(const TriangleMesh& body, const PeerOptions& options) {
   return PeerMaker(body, options).run();
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 #include "cli/lab/rounds.h"
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// "hull", "hacd", "gimpact", "fcl": what may be left out.
 [[nodiscard]] const std::vector<std::string>& peer_names();
@@ -35,8 +35,8 @@ struct Peer {
   std::string remark;  ///< its settings
   Way way = Way::bullet;
   DepthOf depth_of = DepthOf::hulls;
-  Side contacts;
-  Side distance;  ///< without `make`: it has none
+  Contender contacts;
+  Contender distance;  ///< without `make`: it has none
 };
 
 struct LeftOut {
@@ -59,4 +59,4 @@ struct PeerOptions {
 /// @param body  closed, about its centre of mass
 [[nodiscard]] Peers make_peers(const TriangleMesh& body, const PeerOptions& options);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

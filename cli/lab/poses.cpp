@@ -14,7 +14,7 @@
 #include "cli/lab/patches.h"
 #include "cli/lab/random.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // The deepest point of a body's surface in a copy of it: balls round groups of triangles, halved down to single ones,
@@ -192,4 +192,4 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
   return poses;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -18,7 +18,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 struct PairPose {
   Pose first_in_second;
@@ -51,4 +51,4 @@ struct PoseOptions {
 [[nodiscard]] std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                                const std::filesystem::path& folder);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

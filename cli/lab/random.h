@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// SplitMix64.
 class Random {
@@ -44,4 +44,4 @@ class Random {
   std::uint64_t state_;
 };
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -14,7 +14,7 @@
 #include "cli/lab/errors.h"
 #include "cli/lab/ours.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // Half a voxel's diagonal: certificates end so far from the band's ends. [vx]
@@ -224,8 +224,8 @@ class Search {
     closed_ = centred(std::move(closed_), *bake_nameless(closed_, base).asset);
     TruthOptions& truth = truth_.options;
     truth = truth_options_for(closed_, 0);
-    truth.poses[std::size_t(Range::apart)] = options_.poses / 3;
-    truth.poses[std::size_t(Range::contact)] = options_.poses - options_.poses / 3;
+    truth.poses[std::size_t(PoseKind::apart)] = options_.poses / 3;
+    truth.poses[std::size_t(PoseKind::contact)] = options_.poses - options_.poses / 3;
     truth.seed = options_.seed;
   }
 
@@ -278,16 +278,16 @@ class Search {
   void measure() {
     std::vector<Pose> poses;
     for (const TruePose& p : truth_.poses) poses.push_back(p.pose.first_in_second);
-    std::vector<Side> sides;
+    std::vector<Contender> sides;
     for (std::size_t i = measured_; i < assets_.size(); ++i)
       sides.push_back({"", [asset = assets_[i]] { return our_traverse(asset); }});
     RoundOptions rounds;
     rounds.rounds = options_.rounds;
-    for (const SideResult& result : ask_in_turn(sides, poses, rounds)) {
+    for (const ContenderResult& result : ask_in_turn(sides, poses, rounds)) {
       Tried& tried = out_.tried[measured_];
       tried.contacts = result.times;
-      tried.penetration = penetration_errors(truth_, result.answers, Range::contact);
-      tried.missed = count_missed(truth_, result.answers, Range::contact);
+      tried.penetration = penetration_errors(truth_, result.answers, PoseKind::contact);
+      tried.missed = count_missed(truth_, result.answers, PoseKind::contact);
       std::vector<PairAnswer> answers;
       const std::unique_ptr<PairPeer> separation = our_separation(assets_[measured_++]);
       for (const Pose& pose : poses) answers.push_back(separation->query(pose));
@@ -321,7 +321,7 @@ class Search {
   const RecommendOptions& options_;
   const double longest_;  // side of the mesh. [m]
   TriangleMesh closed_;   // about its centre of mass
-  Truth truth_;
+  GroundTruth truth_;
   std::vector<std::shared_ptr<const Asset>> assets_;  // by `tried`
   std::size_t measured_ = 0;                          // of `tried`
   std::string refusal_;                               // the last
@@ -349,4 +349,4 @@ Recommendation recommend(const TriangleMesh& mesh, const RecommendOptions& optio
   return Search(mesh, options).run();
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

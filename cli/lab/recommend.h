@@ -13,7 +13,7 @@
 #include "cli/lab/rounds.h"
 #include "cli/lab/truth.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// 0: no limit.
 struct Limits {
@@ -64,4 +64,4 @@ struct Recommendation {
 /// @throw BakeError, MeasureError, std::runtime_error
 [[nodiscard]] Recommendation recommend(const TriangleMesh& mesh, const RecommendOptions& options);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -9,11 +9,11 @@
 namespace vps::cli {
 namespace {
 
-using evaluate::Held;
-using evaluate::Row;
-using evaluate::Setting;
-using evaluate::Spread;
-using evaluate::Times;
+using lab::Held;
+using lab::Row;
+using lab::Setting;
+using lab::Spread;
+using lab::Times;
 using nlohmann::ordered_json;
 
 ordered_json to_json(const Spread& s) {
@@ -42,13 +42,13 @@ ordered_json or_null(bool known, const T& value) {
   return known ? ordered_json(value) : ordered_json(nullptr);
 }
 
-const char* reading_name(evaluate::Reading reading) {
+const char* reading_name(lab::Reading reading) {
   switch (reading) {
-    case evaluate::Reading::nearest:
+    case lab::Reading::nearest:
       return "nearest";
-    case evaluate::Reading::trilinear:
+    case lab::Reading::trilinear:
       return "trilinear";
-    case evaluate::Reading::queries:
+    case lab::Reading::queries:
       break;
   }
   return "queries";
@@ -57,7 +57,7 @@ const char* reading_name(evaluate::Reading reading) {
 ordered_json setting_to_json(const Setting& s) {
   return {{"voxel_size", s.bake.voxel_size},
           {"alpha", s.bake.alpha},
-          {"field", evaluate::describe(evaluate::field_of(s.bake))},
+          {"field", lab::describe(lab::field_of(s.bake))},
           {"reading", reading_name(s.reading)},
           {"precision", or_null(s.bake.precision != bake::BakeOptions::kAutoPrecision, s.bake.precision)},
           {"branching", s.bake.branching},
@@ -67,8 +67,8 @@ ordered_json setting_to_json(const Setting& s) {
 }
 
 ordered_json errors_to_json(const Row& row) {
-  const evaluate::ContactErrors& c = row.errors.contact;
-  const evaluate::ContactErrors& d = row.errors.deep;
+  const lab::ContactErrors& c = row.errors.contact;
+  const lab::ContactErrors& d = row.errors.deep;
   return {{"penetration", to_json(c.penetration)},
           {"distance", to_json(row.distance)},
           {"normal_deg", to_json(c.normal)},
@@ -82,13 +82,13 @@ ordered_json errors_to_json(const Row& row) {
           {"deep_torque_percent", to_json(d.torque)}};
 }
 
-ordered_json missed_to_json(const evaluate::ContactErrors& errors) {
+ordered_json missed_to_json(const lab::ContactErrors& errors) {
   return {{"asked", errors.penetration.asked}, {"missed", errors.missed}};
 }
 
-ordered_json left_out_to_json(const std::vector<evaluate::LeftOut>& left_out) {
+ordered_json left_out_to_json(const std::vector<lab::LeftOut>& left_out) {
   ordered_json out = ordered_json::array();
-  for (const evaluate::LeftOut& one : left_out) out.push_back({{"name", one.name}, {"why", one.why}});
+  for (const lab::LeftOut& one : left_out) out.push_back({{"name", one.name}, {"why", one.why}});
   return out;
 }
 
@@ -97,8 +97,8 @@ ordered_json row_to_json(const Row& row) {
           {"series", row.series},
           {"knob", row.knob},
           {"kind", row.setting ? "ours" : "peer"},
-          {"way", evaluate::describe(row.way)},
-          {"depth_of", evaluate::describe(row.depth_of)},
+          {"way", lab::describe(row.way)},
+          {"depth_of", lab::describe(row.depth_of)},
           {"remark", row.remark},
           {"repeatable", !row.setting || row.setting->repeatable()},
           {"setting", row.setting ? setting_to_json(*row.setting) : ordered_json(nullptr)},
@@ -115,18 +115,18 @@ ordered_json row_to_json(const Row& row) {
           {"bounds", {{"separation", to_json(row.separation_held)}, {"budget", to_json(row.budget_held)}}}};
 }
 
-ordered_json poses_to_json(const evaluate::Truth& truth, evaluate::Range range, double least, double most) {
+ordered_json poses_to_json(const lab::GroundTruth& truth, lab::PoseKind range, double least, double most) {
   const auto i = std::size_t(range);
   return {{"count", truth.found[i]}, {"sought", truth.options.poses[i]}, {"least", least}, {"most", most}};
 }
 
-ordered_json front_to_json(const evaluate::Measurement& m, const evaluate::Front& front) {
-  ordered_json out = {{"way", evaluate::describe(front.way)},
-                      {"cost", front.cost == evaluate::Cost::time ? "contacts_us.p50" : "bytes"},
+ordered_json front_to_json(const lab::Measurement& m, const lab::Front& front) {
+  ordered_json out = {{"way", lab::describe(front.way)},
+                      {"cost", front.cost == lab::Cost::time ? "contacts_us.p50" : "bytes"},
                       {"line", front_line(m, front)},
                       {"members", ordered_json::array()},
                       {"left_out", left_out_to_json(front.left_out)}};
-  for (const evaluate::Front::Member& one : front.members) {
+  for (const lab::Front::Member& one : front.members) {
     out["members"].push_back({{"name", m.rows[one.row].name}, {"tied", one.tied}});
   }
   return out;
@@ -216,8 +216,8 @@ ordered_json measure_definitions() {
 }
 
 ordered_json mesh_to_json(const ReportedMesh& mesh) {
-  const evaluate::Measurement& m = mesh.measured;
-  const evaluate::TruthOptions& t = m.truth.options;
+  const lab::Measurement& m = mesh.measured;
+  const lab::TruthOptions& t = m.truth.options;
   ordered_json out = {{"file", mesh.file},
                       {"triangles", mesh.triangles},
                       {"size", m.size},
@@ -225,21 +225,21 @@ ordered_json mesh_to_json(const ReportedMesh& mesh) {
                       {"filled_share", mesh.closed.filled_share},
                       {"notes", mesh.closed.notes},
                       {"poses",
-                       {{"apart", poses_to_json(m.truth, evaluate::Range::apart, -t.gap, 0)},
-                        {"contact", poses_to_json(m.truth, evaluate::Range::contact, 0, t.contact)},
-                        {"deep", poses_to_json(m.truth, evaluate::Range::deep, t.contact, t.deep)}}},
+                       {{"apart", poses_to_json(m.truth, lab::PoseKind::apart, -t.gap, 0)},
+                        {"contact", poses_to_json(m.truth, lab::PoseKind::contact, 0, t.contact)},
+                        {"deep", poses_to_json(m.truth, lab::PoseKind::deep, t.contact, t.deep)}}},
                       {"oracle",
                        {{"depth_tolerance", t.tolerance},
                         {"force_tolerance", t.wrench.tolerance},
                         {"force_error", m.truth.wrench_error},
-                        {"force_rms", m.truth.force_rms[std::size_t(evaluate::Range::contact)]},
-                        {"deep_force_rms", m.truth.force_rms[std::size_t(evaluate::Range::deep)]}}},
+                        {"force_rms", m.truth.force_rms[std::size_t(lab::PoseKind::contact)]},
+                        {"deep_force_rms", m.truth.force_rms[std::size_t(lab::PoseKind::deep)]}}},
                       {"bake_noise", m.bake_noise},
                       {"rows", ordered_json::array()},
                       {"left_out", left_out_to_json(m.left_out)},
                       {"fronts", ordered_json::array()}};
   for (const Row& row : m.rows) out["rows"].push_back(row_to_json(row));
-  for (const evaluate::Front& front : m.fronts) out["fronts"].push_back(front_to_json(m, front));
+  for (const lab::Front& front : m.fronts) out["fronts"].push_back(front_to_json(m, front));
   return out;
 }
 
@@ -266,16 +266,16 @@ std::string rows_to_csv(const ordered_json& report) {
   return out;
 }
 
-std::string front_line(const evaluate::Measurement& m, const evaluate::Front& front) {
-  const bool time = front.cost == evaluate::Cost::time;
+std::string front_line(const lab::Measurement& m, const lab::Front& front) {
+  const bool time = front.cost == lab::Cost::time;
   std::string out = fmt::format("Pareto front, {}, RMS error of penetration against {}:",
-                                front.way == evaluate::Way::query ? "bare queries" : "whole collisions in Bullet",
+                                front.way == lab::Way::query ? "bare queries" : "whole collisions in Bullet",
                                 time ? "median time, fastest first (~: as fast as the one before, within noise)"
                                      : "size of the file, smallest first");
   if (front.members.empty()) return out + " none";
   std::vector<double> errors;
   for (const auto& [i, tied] : front.members) errors.push_back(m.rows[i].errors.contact.penetration.rms);
-  const evaluate::LengthUnit unit = evaluate::unit_for(errors);
+  const lab::LengthUnit unit = lab::unit_for(errors);
   for (const auto& [i, tied] : front.members) {
     const Row& row = m.rows[i];
     out += fmt::format("{} {}{} ({}, {})", i == front.members.front().row ? "" : ";", tied ? "~ " : "", row.name,

@@ -16,7 +16,7 @@ struct ReportedMesh {
   std::string file;
   std::size_t triangles = 0;  ///< of the closed mesh
   bake::ClosedMesh closed;
-  evaluate::Measurement measured;
+  lab::Measurement measured;
 };
 
 /// What each measure means, with its unit: for pages and readers of the file.
@@ -29,6 +29,6 @@ struct ReportedMesh {
 [[nodiscard]] std::string rows_to_csv(const nlohmann::ordered_json& report);
 
 /// "Pareto front of ...: A (1.2 us, 0.03 mm); ~ B ...": the tilde where B's time is within the noise of A's.
-[[nodiscard]] std::string front_line(const evaluate::Measurement& measured, const evaluate::Front& front);
+[[nodiscard]] std::string front_line(const lab::Measurement& measured, const lab::Front& front);
 
 }  // namespace vps::cli

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 std::vector<PairAnswer> ask(PairPeer& peer, std::span<const Pose> poses) {
@@ -24,11 +24,11 @@ std::vector<double> time_round(PairPeer& peer, std::span<const Pose> poses, int 
 
 }  // namespace
 
-std::vector<SideResult> ask_in_turn(std::span<const Side> sides, std::span<const Pose> poses,
-                                    const RoundOptions& options) {
+std::vector<ContenderResult> ask_in_turn(std::span<const Contender> sides, std::span<const Pose> poses,
+                                         const RoundOptions& options) {
   constexpr int kPasses = 3;
   constexpr double kSlow = 2e5;  // [us]
-  std::vector<SideResult> results(sides.size());
+  std::vector<ContenderResult> results(sides.size());
   std::vector<std::vector<std::vector<double>>> rounds(sides.size());
   if (poses.empty()) return results;
   for (int round = 0; round < options.rounds; ++round) {
@@ -51,4 +51,4 @@ std::vector<SideResult> ask_in_turn(std::span<const Side> sides, std::span<const
   return results;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Asks all sides the same poses in turn, round by round, so that a machine that slows down slows down all of
-/// them.
+/// @file Asks all contenders the same poses in turn, round by round, so that a machine that slows down slows down all
+/// of them.
 #pragma once
 
 #include <functional>
@@ -12,15 +12,15 @@
 #include "cli/lab/pair.h"
 #include "cli/lab/statistics.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
-struct Side {
+struct Contender {
   std::string name;
   /// Made anew in every round, so that noise from where memory lies is in the noise that is told.
   std::function<std::unique_ptr<PairPeer>()> make;
 };
 
-struct SideResult {
+struct ContenderResult {
   std::vector<PairAnswer> answers;  ///< per pose, of the first time that it was asked
   Times times;
 };
@@ -33,7 +33,7 @@ struct RoundOptions {
 
 /// A round asks a new peer every pose once to warm up and three times to be timed, slow ones once: the round's time of
 /// a pose is the median. Sides without times are asked once in all.
-[[nodiscard]] std::vector<SideResult> ask_in_turn(std::span<const Side> sides, std::span<const Pose> poses,
-                                                  const RoundOptions& options);
+[[nodiscard]] std::vector<ContenderResult> ask_in_turn(std::span<const Contender> sides, std::span<const Pose> poses,
+                                                       const RoundOptions& options);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -5,7 +5,7 @@
 
 #include "cli/lab/pareto.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 // Why a row's numbers do not compare; empty: they do.
@@ -63,4 +63,4 @@ std::vector<Front> find_fronts(std::span<const Row> rows) {
           find_front(rows, Way::query, Cost::bytes)};
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -12,7 +12,7 @@
 #include "cli/lab/peers.h"
 #include "cli/lab/settings.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// One point of the plots: a setting of ours, or a peer.
 struct Row {
@@ -57,4 +57,4 @@ struct Front {
 /// Bare queries by time, whole collisions in Bullet by time, files by size.
 [[nodiscard]] std::vector<Front> find_fronts(std::span<const Row> rows);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

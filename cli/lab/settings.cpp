@@ -8,7 +8,7 @@
 
 #include "cli/lab/units.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 class Sweep {
@@ -155,4 +155,4 @@ std::vector<Setting> sweep(const bake::BakeOptions& base, std::uint32_t levels, 
   return Sweep(base, size).run(levels);
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -10,7 +10,7 @@
 #include "cli/lab/other_reading.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// One point of a plot.
 struct Setting {
@@ -43,4 +43,4 @@ enum class SweepSize : std::uint8_t { full, quick };
 /// @param levels  of the base's point-sphere tree
 [[nodiscard]] std::vector<Setting> sweep(const bake::BakeOptions& base, std::uint32_t levels, SweepSize size);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 double percentile(std::vector<double> values, double part) {
   std::sort(values.begin(), values.end());
@@ -54,4 +54,4 @@ Times times_of(const std::vector<std::vector<double>>& rounds) {
   return out;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// The smallest of them that at least `part` of them do not exceed. @pre not empty
 [[nodiscard]] double percentile(std::vector<double> values, double part);
@@ -33,4 +33,4 @@ struct Times {
 /// @param rounds  one vector of times per round, over the same poses
 [[nodiscard]] Times times_of(const std::vector<std::vector<double>>& rounds);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 #include "bake/extent.h"
 #include "cli/lab/numbers_file.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 using Progress = std::function<void(const char* what, double fraction)>;
@@ -40,17 +40,17 @@ void from_numbers(const std::vector<double>& numbers, std::vector<TruePose>& pos
   }
 }
 
-void integrate(const TriangleMesh& body, Truth& truth, const Progress& progress) {
+void integrate(const TriangleMesh& body, GroundTruth& truth, const Progress& progress) {
   const WrenchOracle oracle(body, body, truth.options.wrench);
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, truth.poses.size(), [&](std::size_t i) {
     TruePose& pose = truth.poses[i];
-    if (pose.range != Range::apart) pose.wrench = oracle.at(pose.pose.first_in_second);
+    if (pose.range != PoseKind::apart) pose.wrench = oracle.at(pose.pose.first_in_second);
     if (progress) progress("forces", double(++done) / double(truth.poses.size()));
   });
 }
 
-void add_wrenches(const TriangleMesh& body, Truth& truth, const std::filesystem::path& folder,
+void add_wrenches(const TriangleMesh& body, GroundTruth& truth, const std::filesystem::path& folder,
                   const Progress& progress) {
   // The poses themselves are the key.
   std::vector<double> key{truth.options.wrench.tolerance, truth.options.wrench.widest,
@@ -85,9 +85,9 @@ TruthOptions truth_options_for(const TriangleMesh& body, std::size_t poses) {
   return options;
 }
 
-Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
-                 const std::filesystem::path& folder) {
-  Truth truth;
+GroundTruth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
+                       const std::filesystem::path& folder) {
+  GroundTruth truth;
   truth.options = options;
   truth.options.progress = nullptr;
   truth.oracle = std::make_shared<const Oracle>(body);
@@ -104,10 +104,10 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
     if (options.progress) options.progress("poses", double(placed) / count);
   };
   for (const PairPose& pose : pair_poses(body, pose_options, folder)) {
-    truth.poses.push_back({pose, Range(pose.range), {}});
+    truth.poses.push_back({pose, PoseKind(pose.range), {}});
     ++truth.found[pose.range];
   }
-  if (options.poses[std::size_t(Range::contact)] > 0 && truth.found[std::size_t(Range::contact)] == 0) {
+  if (options.poses[std::size_t(PoseKind::contact)] > 0 && truth.found[std::size_t(PoseKind::contact)] == 0) {
     throw MeasureError(
         "no pose of contact with a copy was found; the walls may be too thin, or too many triangles touch");
   }
@@ -125,4 +125,4 @@ Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches
   return truth;
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

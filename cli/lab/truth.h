@@ -14,10 +14,10 @@
 #include "cli/lab/wrench.h"
 #include "formats/triangle_mesh.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 /// What a pose is for.
-enum class Range : std::uint8_t { apart, contact, deep };
+enum class PoseKind : std::uint8_t { apart, contact, deep };
 
 struct TruthOptions {
   std::size_t poses[3] = {50, 50, 50};  ///< that are sought: apart, in contact, deep
@@ -39,11 +39,11 @@ struct TruthOptions {
 
 struct TruePose {
   PairPose pose;
-  Range range = Range::apart;
+  PoseKind range = PoseKind::apart;
   ExactWrench wrench;  ///< zero where apart
 };
 
-struct Truth {
+struct GroundTruth {
   TruthOptions options;
   std::vector<TruePose> poses;
   std::size_t found[3] = {0, 0, 0};      ///< of them, by range: fewer than were sought where the oracle takes too long
@@ -59,7 +59,7 @@ enum class Wrenches : std::uint8_t { none, exact };
 /// Computed, or read from what an earlier run left in `folder`.
 /// @param body  closed, about its centre of mass
 /// @throw MeasureError when the body is not manifold, no pose of contact is found or the folder fails
-[[nodiscard]] Truth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
-                               const std::filesystem::path& folder);
+[[nodiscard]] GroundTruth find_truth(const TriangleMesh& body, const TruthOptions& options, Wrenches wrenches,
+                                     const std::filesystem::path& folder);
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 struct LengthUnit {
   const char* name = "m";
@@ -31,4 +31,4 @@ struct LengthUnit {
   return kUnits[4];
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -11,7 +11,7 @@
 #include "cli/lab/oracle.h"
 #include "cli/lab/patches.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 namespace {
 
 using Eigen::Vector3d;
@@ -189,4 +189,4 @@ ExactWrench WrenchOracle::at(const Pose& first_in_second) const {
   return integral.run({t[0], t[1], t[2]});
 }
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

@@ -14,7 +14,7 @@
 #include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 
-namespace vps::evaluate {
+namespace vps::lab {
 
 struct WrenchOptions {
   double tolerance = 1e-3;            ///< of `pressure`, over it. [Limits: value > 0]
@@ -46,4 +46,4 @@ class WrenchOracle {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace vps::evaluate
+}  // namespace vps::lab

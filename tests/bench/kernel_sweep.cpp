@@ -21,7 +21,7 @@
 namespace vps::bench {
 namespace {
 
-using namespace evaluate;
+using namespace lab;
 
 struct Options {
   std::string mesh;

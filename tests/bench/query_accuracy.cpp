@@ -19,7 +19,7 @@
 namespace vps::bench {
 namespace {
 
-using namespace evaluate;
+using namespace lab;
 
 constexpr double kLongestSide = 310 * kVoxelSize;  // [m]
 constexpr double kWideBand = 7;                    // [vx]

@@ -5,16 +5,16 @@
 
 namespace vps::bench {
 
-evaluate::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options, const std::filesystem::path& path) {
+lab::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options, const std::filesystem::path& path) {
   options.voxel_size = kVoxelSize;
-  return evaluate::bake_file(mesh, options, path);
+  return lab::bake_file(mesh, options, path);
 }
 
-evaluate::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
+lab::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path) {
   bake::BakeOptions options;
   options.voxel_size = kVoxelSize;
   options.pointshell = false;
-  return evaluate::bake_file(samples::make_box(half_extents), options, path);
+  return lab::bake_file(samples::make_box(half_extents), options, path);
 }
 
 }  // namespace vps::bench

@@ -12,11 +12,10 @@ namespace vps::bench {
 inline constexpr double kVoxelSize = 0.0005;  // [m]
 
 /// Both parts. @param options  their voxel size is taken to be `kVoxelSize`
-[[nodiscard]] evaluate::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options,
-                                            const std::filesystem::path& path);
+[[nodiscard]] lab::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options,
+                                       const std::filesystem::path& path);
 
 /// A box round the origin that only plays the voxelmap.
-[[nodiscard]] evaluate::BakedFile bake_box(const std::array<double, 3>& half_extents,
-                                           const std::filesystem::path& path);
+[[nodiscard]] lab::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path);
 
 }  // namespace vps::bench

@@ -22,7 +22,7 @@
 namespace vps::bench {
 namespace {
 
-using namespace evaluate;
+using namespace lab;
 
 const std::vector<Target> kTargets{
     {"on a box", "HACD", 0.25},     {"on a box", "hull of 42", 1}, {"on a plane", "HACD", 2},

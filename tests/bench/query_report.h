@@ -10,7 +10,7 @@
 
 namespace vps::bench {
 
-using evaluate::percentile;
+using lab::percentile;
 /// Three digits, which are all that a run repeats.
 [[nodiscard]] std::string number(double value);
 /// Of a Markdown table.

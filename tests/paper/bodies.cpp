@@ -11,7 +11,7 @@
 namespace vps::paper {
 namespace {
 
-using evaluate::BakedFile;
+using lab::BakedFile;
 
 constexpr double kCoarseVoxel = 0.005;  // of the paper's plane. [m]
 constexpr double kFloorHalfWidth = 3;   // so that whatever rolls stays on it. [m]
@@ -42,7 +42,7 @@ Balls make_balls(const std::filesystem::path& folder) {
     bake::BakeOptions options;
     options.voxel_size = kCoarseVoxel;
     options.alpha = alpha;
-    return evaluate::bake_file(mesh, options, folder / name);
+    return lab::bake_file(mesh, options, folder / name);
   };
   const TriangleMesh sphere = samples::make_sphere(kBallRadius, 6);
   return {bake(sphere, kBallLowAlpha, "paper_ball_low.vps.hdf"),
@@ -67,13 +67,13 @@ Bunnies make_bunnies(const std::filesystem::path& mesh, double scale, const std:
   out.low_k4 = bake(kBunnyLowAlpha, kPaperBranching, "paper_bunny_low_k4.vps.hdf");
   out.fine_k4 = bake(kBunnyFineAlpha, kPaperBranching, "paper_bunny_fine_k4.vps.hdf");
   const Asset& asset = *out.fine.asset;
-  const TriangleMesh centred = evaluate::centred(body, asset);
+  const TriangleMesh centred = lab::centred(body, asset);
   out.triangles = centred.triangles.size();
   out.corners = hull_corners(centred);
-  out.hull = {"hull", evaluate::hull_of_42(centred, evaluate::kPeerMargin)};
-  out.hacd.push_back({"HACD", evaluate::compound_of(evaluate::hacd_hulls(body, {}, folder), asset.info().centre_of_mass,
-                                                    evaluate::kPeerMargin)});
-  out.gimpact = {"GImpact", evaluate::gimpact_of(centred)};
+  out.hull = {"hull", lab::hull_of_42(centred, lab::kPeerMargin)};
+  out.hacd.push_back(
+      {"HACD", lab::compound_of(lab::hacd_hulls(body, {}, folder), asset.info().centre_of_mass, lab::kPeerMargin)});
+  out.gimpact = {"GImpact", lab::gimpact_of(centred)};
   return out;
 }
 
@@ -107,11 +107,11 @@ std::vector<Floor> make_floors(const std::filesystem::path& folder) {
   bake::BakeOptions options;
   options.voxel_size = kCoarseVoxel;
   options.pointshell = false;
-  const BakedFile slab = evaluate::bake_file(samples::make_box({kFloorHalfWidth, 0.25, kFloorHalfWidth}), options,
-                                             folder / "paper_slab.vps.hdf");
-  return {{"plane", evaluate::plane_ground()},
-          {"box", evaluate::box_ground({kFloorHalfWidth, 0.5, kFloorHalfWidth})},
-          {"baked", evaluate::baked_ground(slab.asset)}};
+  const BakedFile slab = lab::bake_file(samples::make_box({kFloorHalfWidth, 0.25, kFloorHalfWidth}), options,
+                                        folder / "paper_slab.vps.hdf");
+  return {{"plane", lab::plane_ground()},
+          {"box", lab::box_ground({kFloorHalfWidth, 0.5, kFloorHalfWidth})},
+          {"baked", lab::baked_ground(slab.asset)}};
 }
 
 }  // namespace vps::paper

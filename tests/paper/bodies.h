@@ -21,30 +21,30 @@ enum class Motion : std::uint8_t {
 /// One competitor: a body under a name.
 struct Side {
   std::string name;
-  evaluate::BulletShape body;
+  lab::BulletShape body;
   Motion motion = Motion::discrete;
 };
 
 /// Under a name, top in the plane y = 0.
 struct Floor {
   std::string name;
-  evaluate::Ground ground;
+  lab::Ground ground;
 };
 
 inline constexpr double kBallRadius = 0.5;  // [m]
 
 struct Balls {
-  evaluate::BakedFile low, high;  ///< 275 and 25,880 points, nearly
-  evaluate::BakedFile cube;       ///< as wide as the balls, for stacks
+  lab::BakedFile low, high;  ///< 275 and 25,880 points, nearly
+  lab::BakedFile cube;       ///< as wide as the balls, for stacks
 };
 /// Voxels of 5 mm, files in `folder`.
 [[nodiscard]] Balls make_balls(const std::filesystem::path& folder);
 
 struct Bunnies {
-  std::size_t triangles = 0;            ///< of the mesh
-  std::vector<btVector3> corners;       ///< of its convex hull: no other point of it is the first in a plane
-  evaluate::BakedFile low, fine;        ///< 799 and 35,596 points, nearly; K by default
-  evaluate::BakedFile low_k4, fine_k4;  ///< the same points in trees of K = 4, as the paper's
+  std::size_t triangles = 0;       ///< of the mesh
+  std::vector<btVector3> corners;  ///< of its convex hull: no other point of it is the first in a plane
+  lab::BakedFile low, fine;        ///< 799 and 35,596 points, nearly; K by default
+  lab::BakedFile low_k4, fine_k4;  ///< the same points in trees of K = 4, as the paper's
   Side hull, gimpact;
   std::vector<Side> hacd;  ///< none where it was absent
 };
@@ -57,7 +57,7 @@ struct Bunnies {
 [[nodiscard]] bool meets(const Side& peer, const Floor& floor, const Bunnies& bunnies);
 
 /// A baked body with contacts segmented at a level of its tree. @param level  root = 1; 0: one manifold of up to four
-[[nodiscard]] Side ours(const std::string& name, const evaluate::BakedFile& file, std::uint32_t level = 0);
+[[nodiscard]] Side ours(const std::string& name, const lab::BakedFile& file, std::uint32_t level = 0);
 
 /// The side with its motion advanced; says so in its name.
 [[nodiscard]] Side advanced(Side side);

@@ -26,7 +26,7 @@ Scene::Scene(const Floor& floor, Motion motion, const SceneOptions& options) : o
   if (motion == Motion::advanced) world_.world.addAction(&continuous_);
 }
 
-btRigidBody& Scene::add(const evaluate::BulletShape& body, const btTransform& at, const btVector3& inertia) {
+btRigidBody& Scene::add(const lab::BulletShape& body, const btTransform& at, const btVector3& inertia) {
   const bool given = !inertia.isZero();
   btRigidBody& added = world_.add(*body.shape, 1, at);
   if (given) {
@@ -42,9 +42,9 @@ void Scene::set_floor_restitution(btScalar restitution) {
 
 void Scene::step() {
   world_.dispatcher.last_us = 0;
-  const auto begin = evaluate::Clock::now();
+  const auto begin = lab::Clock::now();
   world_.step(1, btScalar(1 / options_.rate));
-  last_step_us_ = evaluate::microseconds_since(begin);
+  last_step_us_ = lab::microseconds_since(begin);
 }
 
 Drop::Drop(const Side& side, const Floor& floor, const std::vector<btVector3>& corners, const btMatrix3x3& rotation,

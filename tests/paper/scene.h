@@ -19,7 +19,7 @@ class Scene {
  public:
   Scene(const Floor& floor, Motion motion, const SceneOptions& options);
   /// 1 kg, friction 0.5. @param inertia  0: from the shape. [kg m^2]
-  btRigidBody& add(const evaluate::BulletShape& body, const btTransform& at, const btVector3& inertia = {0, 0, 0});
+  btRigidBody& add(const lab::BulletShape& body, const btTransform& at, const btVector3& inertia = {0, 0, 0});
   void set_floor_restitution(btScalar restitution);
   void step();
   /// Narrowphase of the last step.

@@ -71,11 +71,11 @@ Part bake_part(const std::filesystem::path& mesh, double voxel_size) {
 }
 
 void use_hacd(Part& part, std::size_t hulls) {
-  evaluate::HacdOptions options;
+  lab::HacdOptions options;
   options.hulls = hulls;
-  const std::vector<evaluate::Hull> pieces = evaluate::hacd_hulls(import_mesh(part.mesh), options, VPS_SCENES_CACHE);
+  const std::vector<lab::Hull> pieces = lab::hacd_hulls(import_mesh(part.mesh), options, VPS_SCENES_CACHE);
   const std::array<double, 3>& centre = part.baked->asset().info().centre_of_mass;
-  part.hulls = evaluate::compound_of(pieces, centre, 0);
+  part.hulls = lab::compound_of(pieces, centre, 0);
 }
 
 Run::Run(test::World& scene, double step, const Options& options) : scene_(scene), step_(step), options_(options) {

@@ -34,7 +34,7 @@ struct Options {
 struct Part {
   std::filesystem::path mesh;
   std::unique_ptr<bullet::Shape> baked;
-  evaluate::BulletShape hulls;  ///< empty: `baked` plays
+  lab::BulletShape hulls;  ///< empty: `baked` plays
   [[nodiscard]] btCollisionShape& shape() const {
     return hulls.shape != nullptr ? *hulls.shape : static_cast<btCollisionShape&>(*baked);
   }

@@ -37,7 +37,7 @@ constexpr Object kObjects[] = {
 };
 
 // The pieces of a mesh of several hulls.
-std::vector<evaluate::Hull> pieces_of(const TriangleMesh& mesh) {
+std::vector<lab::Hull> pieces_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> root(mesh.vertices.size());
   std::iota(root.begin(), root.end(), 0u);
   const auto find = [&](std::size_t v) {
@@ -45,7 +45,7 @@ std::vector<evaluate::Hull> pieces_of(const TriangleMesh& mesh) {
     return v;
   };
   for (const auto& t : mesh.triangles) root[find(t[0])] = root[find(t[1])] = find(t[2]);
-  std::vector<evaluate::Hull> pieces;
+  std::vector<lab::Hull> pieces;
   std::vector<std::size_t> piece(mesh.vertices.size(), mesh.vertices.size());
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v) {
     std::size_t& at = piece[find(v)];
@@ -62,8 +62,8 @@ Part object_part(const Object& object, const Options& options) {
   const std::string folder = std::string("scenes/ycb_tabletop/ycb_objects/") + object.name + "/";
   Part part = bake_part(shared_file(folder + "textured_simple_reoriented.obj"), kVoxel);
   if (options.hulls) {
-    part.hulls = evaluate::compound_of(pieces_of(import_mesh(shared_file(folder + "collision_vhacd.obj"))),
-                                       part.baked->asset().info().centre_of_mass, 0);
+    part.hulls = lab::compound_of(pieces_of(import_mesh(shared_file(folder + "collision_vhacd.obj"))),
+                                  part.baked->asset().info().centre_of_mass, 0);
   }
   return part;
 }

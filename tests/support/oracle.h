@@ -6,9 +6,9 @@
 
 namespace vps::test {
 
-using evaluate::exact_distance;
-using evaluate::Oracle;
-using evaluate::SoupOracle;
-using evaluate::touches_exactly;
+using lab::exact_distance;
+using lab::Oracle;
+using lab::SoupOracle;
+using lab::touches_exactly;
 
 }  // namespace vps::test

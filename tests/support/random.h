@@ -6,6 +6,6 @@
 
 namespace vps::test {
 
-using evaluate::Random;
+using lab::Random;
 
 }  // namespace vps::test

@@ -42,7 +42,7 @@ Trial of_gain(const Gain& gain, double limit) {
 // Restitution 1 on a plane, 2 s.
 Trial bounce(const Subject& subject, const Column& column, double rate) {
   constexpr double kSeconds = 2;
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane().setRestitution(1);
   const double height = subject.size;
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, height));
@@ -67,7 +67,7 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
 
 // Slides on a plane at 1 m/s.
 Trial slide(const Subject& subject, const Column& column, double rate, double friction) {
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane().setFriction(1);
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, 0));
   body.setFriction(btScalar(friction));
@@ -83,7 +83,7 @@ constexpr double kSpin = 2 * SIMD_PI * 100;  // [rad/s]
 
 // Spins at 100 revolutions a second about an axis of its own and falls on a plane.
 Trial spin(const Subject& subject, const Column& column, double rate, int axis) {
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane();
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 2));
   btVector3 spin(0, 0, 0);
@@ -99,7 +99,7 @@ Trial spin(const Subject& subject, const Column& column, double rate, int axis) 
 
 // Moments of inertia as a needle or a plate has them, whatever the body looks like.
 Trial near_singular(const Subject& subject, const Column& column, bool plate, double ratio) {
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane();
   const double large = 0.1 * subject.mass * subject.size * subject.size;
   btVector3 inertia{btScalar(large), btScalar(large), btScalar(large / ratio)};
@@ -128,58 +128,67 @@ double gain_of_a_late_bounce(double height, double rate) {
 }
 
 void add_energy_cases(std::vector<Case>& cases) {
-  Case one;
-  one.family = "energy";
-  one.unit = "%";
-  one.trace = "energy gained, as a share";
-
-  one.name = "restitution";
-  one.quantity = "energy gained";
-  one.question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?";
-  one.measured = "most energy above the first";
-  one.limit = "a step's way at the bounce, as height, for each bounce that a ball makes in 2 s";
-  one.limit_from =
-      "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt. From a "
-      "height "
-      "h a ball falls for t = sqrt(2 h / g) and bounces every 2 t from then on: 1 + floor((2 s - t) / (2 t)) times.";
-  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return bounce(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "slide";
-  one.question = "Does a body that slides at 1 m/s gain energy within 5 s?";
-  one.limit = "5 %";
-  one.limit_from = "Friction only takes; 5 % is a tolerance.";
-  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}, {"friction", "", {0, 0.5}, {0.5}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return slide(subject, column, at[0], at[1]);
-  };
-  cases.push_back(one);
-
-  one.name = "spin";
-  one.question = "Does a body gain energy that falls on a plane at 100 revolutions a second?";
-  one.measured = "most energy above the first, of its spin";
-  one.limit = "5 %";
-  one.limit_from =
-      "Contacts only take; 5 % is a tolerance. Bullet limits a body to a quarter of a turn a step: 240 Hz slows it.";
-  one.axes = {{"rate", "Hz", {1000, 240}, {1000}}, {"axis", "", {0, 1, 2}, {0}, {"x", "y", "z"}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return spin(subject, column, at[0], int(at[1]));
-  };
-  cases.push_back(one);
-
-  one.name = "near_singular_inertia";
-  one.question = "Does a body with one moment of inertia far below the others gain energy when it falls?";
-  one.measured = "most energy above the first, of its fall";
-  one.limit = "5 %";
-  one.limit_from = "As for spin.";
-  one.axes = {{"moments", "", {100, 1e4}, {1e4}}, {"along", "", {0, 1}, {}, {"z small", "x small"}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return near_singular(subject, column, at[1] > 0, at[0]);
-  };
-  cases.push_back(one);
+  cases.push_back({
+      .name = "restitution",
+      .family = "energy",
+      .question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?",
+      .measured = "most energy above the first",
+      .quantity = "energy gained",
+      .unit = "%",
+      .limit = "a step's way at the bounce, as height, for each bounce that a ball makes in 2 s",
+      .limit_from =
+          "A bounce is seen up to a step late: the body is up to v dt deep then, and lifted by that: m g v dt. From a "
+          "height "
+          "h a ball falls for t = sqrt(2 h / g) and bounces every 2 t from then on: 1 + floor((2 s - t) / (2 t)) "
+          "times.",
+      .axes = {{"rate", "Hz", {1000, 240, 60}, {240}}},
+      .trace = "energy gained, as a share",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return bounce(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "slide",
+      .family = "energy",
+      .question = "Does a body that slides at 1 m/s gain energy within 5 s?",
+      .measured = "most energy above the first",
+      .quantity = "energy gained",
+      .unit = "%",
+      .limit = "5 %",
+      .limit_from = "Friction only takes; 5 % is a tolerance.",
+      .axes = {{"rate", "Hz", {1000, 240, 60}, {240}}, {"friction", "", {0, 0.5}, {0.5}}},
+      .trace = "energy gained, as a share",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return slide(subject, column, at[0], at[1]); },
+  });
+  cases.push_back({
+      .name = "spin",
+      .family = "energy",
+      .question = "Does a body gain energy that falls on a plane at 100 revolutions a second?",
+      .measured = "most energy above the first, of its spin",
+      .quantity = "energy gained",
+      .unit = "%",
+      .limit = "5 %",
+      .limit_from = "Contacts only take; 5 % is a tolerance. Bullet limits a body to a quarter of a turn a step: 240 "
+                    "Hz slows it.",
+      .axes = {{"rate", "Hz", {1000, 240}, {1000}}, {"axis", "", {0, 1, 2}, {0}, {"x", "y", "z"}}},
+      .trace = "energy gained, as a share",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return spin(subject, column, at[0], int(at[1])); },
+  });
+  cases.push_back({
+      .name = "near_singular_inertia",
+      .family = "energy",
+      .question = "Does a body with one moment of inertia far below the others gain energy when it falls?",
+      .measured = "most energy above the first, of its fall",
+      .quantity = "energy gained",
+      .unit = "%",
+      .limit = "5 %",
+      .limit_from = "As for spin.",
+      .axes = {{"moments", "", {100, 1e4}, {1e4}}, {"along", "", {0, 1}, {}, {"z small", "x small"}}},
+      .trace = "energy gained, as a share",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return near_singular(subject, column, at[1] > 0, at[0]); },
+  });
 }
 
 }  // namespace vps::stress

@@ -29,11 +29,11 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
                        btScalar(0.5 * how.thickness_vx * subject.voxel));
   Column bullets = column;
   if (how.wall == Wall::bullet) bullets.ours = false;
-  const evaluate::BulletShape wall = subject.props->box(bullets, half, Props::Part::still);
+  const lab::BulletShape wall = subject.props->box(bullets, half, Props::Role::still);
   double worst = -std::numeric_limits<double>::infinity();
   int through = 0;
   for (int phase = 0; phase < kPhases; ++phase) {
-    Arena arena({column.motion, 0});
+    Arena arena({column.detection, 0});
     arena.add(wall, 0, btTransform::getIdentity()).setRestitution(btScalar(how.restitution));
     const double way = how.speed / kRate;
     const double before = half.z() + 2 * subject.voxel + way * (1 + (phase + 0.5) / kPhases);
@@ -59,8 +59,8 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   const double depth = share * subject.size;
   const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
-  Arena arena({column.motion});
-  arena.add(subject.props->box(column, half, Props::Part::still), 0,
+  Arena arena({column.detection});
+  arena.add(subject.props->box(column, half, Props::Role::still), 0,
             btTransform(btQuaternion::getIdentity(), btVector3(0, 0, -half.z())));
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, -depth));
   constexpr long kSteps = 10 * long(kRate);
@@ -87,7 +87,7 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
 // Two of the asset at one pose, a hair apart or not at all.
 Trial coincident(const Subject& subject, const Column& column, double offset_vx) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.motion, 0});
+  Arena arena({column.detection, 0});
   arena.add(column.body, subject.mass, btTransform::getIdentity());
   btRigidBody& other =
       arena.add(column.body, subject.mass,
@@ -111,73 +111,95 @@ Trial coincident(const Subject& subject, const Column& column, double offset_vx)
 }  // namespace
 
 void add_impact_cases(std::vector<Case>& cases) {
-  Case one;
-  one.family = "impact";
-  one.measured = "leading point beyond the wall's back after 0.25 s, no more than the body's length; worst of 4 throws";
-  one.unit = "vx";
-  one.limit = "1 vx";
-  one.limit_from =
+  const std::string measured =
+      "leading point beyond the wall's back after 0.25 s, no more than the body's length; worst of 4 throws";
+  const std::string reason =
       "A body that was stopped is in front of the wall; contacts are made within a voxel. Stated with "
       "ContinuousMotion: "
       "without it, as bodies are by default, the README promises nothing about thin walls.";
-  one.needs_continuous = true;
-  one.axes = {{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}}, {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
-
-  one.name = "impact_baked";
-  one.quantity = "beyond the wall's back";
-  one.below_zero = "before the wall's back";
-  one.question = "Is a body stopped that is thrown at a thin baked wall, at 240 Hz, without restitution?";
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return throw_at(subject, column, {Wall::baked, at[0], at[1]});
-  };
-  cases.push_back(one);
-
-  one.name = "impact_box";
-  one.question = "And at Bullet's own box?";
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return throw_at(subject, column, {Wall::bullet, at[0], at[1]});
-  };
-  cases.push_back(one);
-
-  one.name = "impact_bouncing";
-  one.question = "And at the baked wall with restitution 0.5, for which contacts ahead are not made?";
-  one.axes = {{"speed", "m/s", {1, 10, 100}, {10}}, {"wall", "vx", {0.5, 4}, {4}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return throw_at(subject, column, {Wall::baked, at[0], at[1], 0.5});
-  };
-  cases.push_back(one);
-
-  one.needs_continuous = false;
-  one.below_zero.clear();
-  one.name = "deep_overlap";
-  one.quantity = "energy gained";
-  one.question = "Does a body that starts deep in a slab leave it, without being shot off?";
-  one.measured = "most energy above the first in 10 s, over what lifts the body by the overlap";
-  one.unit = "m g depth";
-  one.limit = "2 m g depth, and out to 2 vx in the end";
-  one.limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap.";
-  one.trace = "lowest point above the slab, in voxels";
-  one.axes = {{"overlap", "of the length", {0.01, 0.03, 0.1, 0.3}, {0.03, 0.3}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return deep_overlap(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "coincident";
-  one.quantity = "kinetic energy";
-  one.question = "Do two of the asset at the same pose stay finite, without gravity?";
-  one.measured = "largest kinetic energy in 5 s, over what lifts the body by its length";
-  one.unit = "m g length";
-  one.limit = "1 m g length";
-  one.limit_from =
-      "What a fall from its own height would give is a tolerance; where there is no way out, to stay is right.";
-  one.trace = "kinetic energy, J";
-  one.needs = Part::both;
-  one.axes = {{"offset", "vx", {0, 0.01, 1}, {0}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return coincident(subject, column, at[0]);
-  };
-  cases.push_back(one);
+  const std::vector<Axis> axes{{"speed", "m/s", {1, 3, 10, 30, 100}, {1, 10, 100}},
+                               {"wall", "vx", {0.5, 1, 2, 4}, {0.5, 4}}};
+  cases.push_back({
+      .name = "impact_baked",
+      .family = "impact",
+      .question = "Is a body stopped that is thrown at a thin baked wall, at 240 Hz, without restitution?",
+      .measured = measured,
+      .quantity = "beyond the wall's back",
+      .below_zero = "before the wall's back",
+      .unit = "vx",
+      .limit = "1 vx",
+      .limit_from = reason,
+      .axes = axes,
+      .needs_continuous = true,
+      .run =
+          [](const Subject& subject, const Column& column, std::span<const double> at) {
+            return throw_at(subject, column, {Wall::baked, at[0], at[1]});
+          },
+  });
+  cases.push_back({
+      .name = "impact_box",
+      .family = "impact",
+      .question = "And at Bullet's own box?",
+      .measured = measured,
+      .quantity = "beyond the wall's back",
+      .below_zero = "before the wall's back",
+      .unit = "vx",
+      .limit = "1 vx",
+      .limit_from = reason,
+      .axes = axes,
+      .needs_continuous = true,
+      .run =
+          [](const Subject& subject, const Column& column, std::span<const double> at) {
+            return throw_at(subject, column, {Wall::bullet, at[0], at[1]});
+          },
+  });
+  cases.push_back({
+      .name = "impact_bouncing",
+      .family = "impact",
+      .question = "And at the baked wall with restitution 0.5, for which contacts ahead are not made?",
+      .measured = measured,
+      .quantity = "beyond the wall's back",
+      .below_zero = "before the wall's back",
+      .unit = "vx",
+      .limit = "1 vx",
+      .limit_from = reason,
+      .axes = {{"speed", "m/s", {1, 10, 100}, {10}}, {"wall", "vx", {0.5, 4}, {4}}},
+      .needs_continuous = true,
+      .run =
+          [](const Subject& subject, const Column& column, std::span<const double> at) {
+            return throw_at(subject, column, {Wall::baked, at[0], at[1], 0.5});
+          },
+  });
+  cases.push_back({
+      .name = "deep_overlap",
+      .family = "impact",
+      .question = "Does a body that starts deep in a slab leave it, without being shot off?",
+      .measured = "most energy above the first in 10 s, over what lifts the body by the overlap",
+      .quantity = "energy gained",
+      .unit = "m g depth",
+      .limit = "2 m g depth, and out to 2 vx in the end",
+      .limit_from = "Lifting the body out takes m g depth; as much again would throw it up by the overlap.",
+      .axes = {{"overlap", "of the length", {0.01, 0.03, 0.1, 0.3}, {0.03, 0.3}}},
+      .trace = "lowest point above the slab, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return deep_overlap(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "coincident",
+      .family = "impact",
+      .question = "Do two of the asset at the same pose stay finite, without gravity?",
+      .measured = "largest kinetic energy in 5 s, over what lifts the body by its length",
+      .quantity = "kinetic energy",
+      .unit = "m g length",
+      .limit = "1 m g length",
+      .limit_from =
+          "What a fall from its own height would give is a tolerance; where there is no way out, to stay is right.",
+      .axes = {{"offset", "vx", {0, 0.01, 1}, {0}}},
+      .needs = Requirement::both,
+      .trace = "kinetic energy, J",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return coincident(subject, column, at[0]); },
+  });
 }
 
 }  // namespace vps::stress

@@ -53,7 +53,7 @@ Eigen::Matrix3d turn(const Eigen::Vector3d& angle) {
 PressedBody::PressedBody(const Subject& subject, Ground ground)
     : asset_(subject.asset), ground_(ground), seed_(subject.seed), mass_(subject.mass) {
   const AssetInfo& info = asset_->info();
-  evaluate::require_ok(asset_->pointshell(shell_));
+  lab::require_ok(asset_->pointshell(shell_));
   centre_ = Eigen::Vector3d(info.centre_of_mass.data());
   inertia_ = inertia_of(info, mass_);
   depth_ = kDepth_vx * subject.voxel;
@@ -61,10 +61,10 @@ PressedBody::PressedBody(const Subject& subject, Ground ground)
     const double half = subject.size;
     Column ours;
     ours.ours = true;
-    const evaluate::BulletShape slab =
-        subject.props->box(ours, {btScalar(half), btScalar(half), btScalar(4 * subject.voxel)}, Props::Part::still);
+    const lab::BulletShape slab =
+        subject.props->box(ours, {btScalar(half), btScalar(half), btScalar(4 * subject.voxel)}, Props::Role::still);
     slab_ = std::shared_ptr<const Asset>(slab.shape, &static_cast<const bullet::Shape&>(*slab.shape).asset());
-    evaluate::require_ok(slab_->voxelmap(map_));
+    lab::require_ok(slab_->voxelmap(map_));
     slab_top_ = slab_->info().bounds_max[2];
   }
   for (const RestPose& rest : rest_poses(subject.corners, depth_, kPoses)) {
@@ -78,7 +78,7 @@ void PressedBody::query(const Pose& shell_to_field, std::vector<Contact>& contac
   contacts.resize(shell_.points);
   QueryResult result;
   const auto ask = [&](const auto& field) {
-    evaluate::require_ok(traverse(shell_, field, shell_to_field, QueryOptions{}, scratch, contacts, result));
+    lab::require_ok(traverse(shell_, field, shell_to_field, QueryOptions{}, scratch, contacts, result));
   };
   ground_ == Ground::plane ? ask(HalfSpaceField{}) : ask(map_);
   contacts.resize(result.contacts);
@@ -105,7 +105,7 @@ bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& cor
   Twist still;
   still.centre = to_vec3(position_);
   WrenchGradient gradient;
-  evaluate::require_ok(penalty_gradient(contacts, normals, {1, 0}, still, gradient));
+  lab::require_ok(penalty_gradient(contacts, normals, {1, 0}, still, gradient));
   Matrix6 inverse_mass = Matrix6::Zero();
   inverse_mass.topLeftCorner<3, 3>() = Eigen::Matrix3d::Identity() / mass_;
   inverse_mass.bottomRightCorner<3, 3>() = (rotation_ * inertia_ * rotation_.transpose()).inverse();
@@ -127,12 +127,12 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
   const auto wrench = [&](const Eigen::Matrix3d& r, const Eigen::Vector3d& x, const Eigen::Vector3d& v,
                           const Eigen::Vector3d& w, Wrench& out) {
     query(pose_of(r, x - r * centre_), contacts);
-    evaluate::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), to_vec3(w)}, out));
+    lab::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), to_vec3(w)}, out));
   };
   Wrench balance;
   wrench(rotation_, position_, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(), balance);
 
-  evaluate::Random random(seed_);
+  lab::Random random(seed_);
   const auto draw = [&] {
     return Eigen::Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
   };
@@ -187,7 +187,7 @@ double PressedBody::bounce(double stiffness, double step) const {
     if (touched && contacts.empty()) break;
     touched = touched || !contacts.empty();
     Wrench pressed;
-    evaluate::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), {}}, pressed));
+    lab::require_ok(penalty_wrench(contacts, law, {to_vec3(x), to_vec3(v), {}}, pressed));
     v += step / mass_ * Eigen::Vector3d(pressed.force);
     momentum += step * Eigen::Vector3d(pressed.torque);
     const Eigen::Vector3d w = (r * inertia_ * r.transpose()).inverse() * momentum;
@@ -261,78 +261,90 @@ Trial sweep(const Subject& subject, double rate, double share) {
 
 void add_penalty_cases(std::vector<Case>& cases) {
   const Axis rates{"rate", "Hz", kRates, {1000, 60}};
-  Case one;
-  one.family = "penalty loop";
-  one.alone = "penalty loop";
-  one.measured = "largest stable k dt^2 over what theory allows";
-  one.unit = "";
-  one.axes = {rates};
-  one.limit = "0.95 to 1.05";
   const std::string theory =
       "Symplectic Euler is stable for k dt^2 < 4 m_eff, with m_eff by the masses, moments and levers in the contact's "
       "gradient. 5 % is for what is not linear: points that come into touch and leave it.";
-
-  one.name = "penalty_bound_plane";
-  one.quantity = "measured over theory";
-  one.question =
-      "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?";
-  one.limit_from = theory;
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return find_bound(subject, Ground::plane, at[0], 0);
-  };
-  cases.push_back(one);
-
-  one.name = "penalty_bound_voxelmap";
-  one.question = "The same on a baked slab, whose field is interpolated.";
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return find_bound(subject, Ground::voxelmap, at[0], 0);
-  };
-  cases.push_back(one);
-
-  one.name = "penalty_bound_damped";
-  one.question = "The same on the plane with a damper of a quarter of k dt.";
-  one.limit_from =
-      "As for penalty_bound_plane; an explicit damper c takes 2 c dt of the bound: k dt^2 + 2 c dt < 4 m_eff.";
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return find_bound(subject, Ground::plane, at[0], kDampingShare);
-  };
-  cases.push_back(one);
-
-  one.name = "penalty_sweep";
-  one.quantity = "growth of the disturbance";
-  one.question = "Is the contact stable everywhere below the bound and nowhere above it?";
-  one.measured = "growth of a disturbance within 300 steps, 100 at most";
-  one.limit = "below 100 where k dt^2 < 4 m_eff, 100 where more";
-  one.limit_from = theory + " 5 % either side are left out.";
-  one.trace = "disturbance over its start";
-  one.axes = {rates,
-              {"stiffness", "of the bound", {0.1, 0.25, 0.5, 0.8, 0.95, 1.05, 1.25, 2, 4, 10}, {0.5, 0.95, 1.05, 2}}};
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return sweep(subject, at[0], at[1]);
-  };
-  cases.push_back(one);
-
-  one.name = "penalty_bounce";
-  one.quantity = "change of energy";
-  one.question = "How much energy does an undamped bounce onto a face gain or lose?";
-  one.measured = "energy after over energy before, less 1, whichever its sign";
-  one.unit = "%";
-  one.limit = "k dt^2 / (2 m_eff), and 1 %";
-  one.trace = "";
-  one.limit_from =
-      "Contact begins and ends within a step: each changes the energy that symplectic Euler conserves by up to k dt^2 "
-      "/ (4 "
-      "m_eff) of it. 1 % is for forces that are not quite a gradient, as shell and field have normals of their own.";
-  one.axes = {{"stiffness", "of the bound", {0.01, 0.04, 0.16}, {0.04}}};
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return with_pressed(subject, Ground::plane, [&](const PressedBody& body, Trial& trial) {
-      constexpr double kStep = 1e-3;
-      const double change = body.bounce(at[0] * 4 * body.effective_mass() / (kStep * kStep), kStep);
-      trial.remark = fmt::format("{:+.3g} %", 100 * change);
-      judge(trial, 100 * std::abs(change), 200 * at[0] + 1);
-    });
-  };
-  cases.push_back(one);
+  cases.push_back({
+      .name = "penalty_bound_plane",
+      .family = "penalty loop",
+      .question =
+          "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?",
+      .measured = "largest stable k dt^2 over what theory allows",
+      .quantity = "measured over theory",
+      .limit = "0.95 to 1.05",
+      .limit_from = theory,
+      .axes = {rates},
+      .alone = "penalty loop",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return find_bound(subject, Ground::plane, at[0], 0); },
+  });
+  cases.push_back({
+      .name = "penalty_bound_voxelmap",
+      .family = "penalty loop",
+      .question = "The same on a baked slab, whose field is interpolated.",
+      .measured = "largest stable k dt^2 over what theory allows",
+      .quantity = "measured over theory",
+      .limit = "0.95 to 1.05",
+      .limit_from = theory,
+      .axes = {rates},
+      .alone = "penalty loop",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return find_bound(subject, Ground::voxelmap, at[0], 0); },
+  });
+  cases.push_back({
+      .name = "penalty_bound_damped",
+      .family = "penalty loop",
+      .question = "The same on the plane with a damper of a quarter of k dt.",
+      .measured = "largest stable k dt^2 over what theory allows",
+      .quantity = "measured over theory",
+      .limit = "0.95 to 1.05",
+      .limit_from =
+          "As for penalty_bound_plane; an explicit damper c takes 2 c dt of the bound: k dt^2 + 2 c dt < 4 m_eff.",
+      .axes = {rates},
+      .alone = "penalty loop",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return find_bound(subject, Ground::plane, at[0], kDampingShare); },
+  });
+  cases.push_back({
+      .name = "penalty_sweep",
+      .family = "penalty loop",
+      .question = "Is the contact stable everywhere below the bound and nowhere above it?",
+      .measured = "growth of a disturbance within 300 steps, 100 at most",
+      .quantity = "growth of the disturbance",
+      .limit = "below 100 where k dt^2 < 4 m_eff, 100 where more",
+      .limit_from = theory + " 5 % either side are left out.",
+      .axes = {rates,
+               {"stiffness", "of the bound", {0.1, 0.25, 0.5, 0.8, 0.95, 1.05, 1.25, 2, 4, 10}, {0.5, 0.95, 1.05, 2}}},
+      .trace = "disturbance over its start",
+      .alone = "penalty loop",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return sweep(subject, at[0], at[1]); },
+  });
+  cases.push_back({
+      .name = "penalty_bounce",
+      .family = "penalty loop",
+      .question = "How much energy does an undamped bounce onto a face gain or lose?",
+      .measured = "energy after over energy before, less 1, whichever its sign",
+      .quantity = "change of energy",
+      .unit = "%",
+      .limit = "k dt^2 / (2 m_eff), and 1 %",
+      .limit_from = "Contact begins and ends within a step: each changes the energy that symplectic Euler conserves by "
+                    "up to k dt^2 "
+                    "/ (4 "
+                    "m_eff) of it. 1 % is for forces that are not quite a gradient, as shell and field have normals of "
+                    "their own.",
+      .axes = {{"stiffness", "of the bound", {0.01, 0.04, 0.16}, {0.04}}},
+      .alone = "penalty loop",
+      .run =
+          [](const Subject& subject, const Column&, std::span<const double> at) {
+            return with_pressed(subject, Ground::plane, [&](const PressedBody& body, Trial& trial) {
+              constexpr double kStep = 1e-3;
+              const double change = body.bounce(at[0] * 4 * body.effective_mass() / (kStep * kStep), kStep);
+              trial.remark = fmt::format("{:+.3g} %", 100 * change);
+              judge(trial, 100 * std::abs(change), 200 * at[0] + 1);
+            });
+          },
+  });
 }
 
 }  // namespace vps::stress

@@ -13,7 +13,7 @@ namespace {
 
 // A body that stands on another, or on a plane.
 struct Standing {
-  evaluate::BulletShape shape;
+  lab::BulletShape shape;
   std::vector<btVector3> corners;
   btMatrix3x3 rotation;
 };
@@ -51,7 +51,7 @@ struct PileOptions {
 };
 
 // One body on a slab that is free on a plane. @return false for NaN
-bool pile(Arena& arena, const Standing& upper, const evaluate::BulletShape& slab_shape, const PileOptions& options,
+bool pile(Arena& arena, const Standing& upper, const lab::BulletShape& slab_shape, const PileOptions& options,
           Pile& out) {
   constexpr double kRate = 240;
   const btVector3& half = options.half;
@@ -99,14 +99,14 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio, dou
   options.start = subject.voxel;
   options.seconds = seconds;
   const Standing body{column.body, column.corners, poses[0].rotation};
-  const auto slab_of = [&](const Column& one) { return subject.props->box(one, options.half, Props::Part::mixed); };
+  const auto slab_of = [&](const Column& one) { return subject.props->box(one, options.half, Props::Role::mixed); };
   Column bullets = column;
   bullets.ours = false;
   Pile boxes;
   Arena control({});
   const bool finite = pile(control, box_of(body), slab_of(bullets), options, boxes);
   Pile measured;
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   if (!pile(arena, body, slab_of(column), options, measured)) return broken(arena);
   Trial trial;
   trial.trace = measured.trace;
@@ -172,10 +172,10 @@ Trial stack(const Subject& subject, const Column& column, const StackOptions& op
   box.at.setBasis(as_box.rotation);
   box.at.getOrigin().setZ(btScalar(0.5 * part.height));
   Fall boxes;
-  Arena control({Motion::discrete, kGravity, options.iterations});
+  Arena control({Detection::discrete, kGravity, options.iterations});
   (void)topple(control, box, subject.mass, options.rate, options.seconds, boxes);
   Fall fall;
-  Arena arena({column.motion, kGravity, options.iterations});
+  Arena arena({column.detection, kGravity, options.iterations});
   if (!topple(arena, part, subject.mass, options.rate, options.seconds, fall)) return broken(arena);
   Trial trial;
   trial.trace = fall.trace;
@@ -190,7 +190,7 @@ Trial foundation(const Subject& subject, const Column& column, double rate, doub
   if (!column.ours) return skipped("no springs by area");
   const auto poses = rest_poses(subject.corners, 0.5 * subject.voxel, 1);
   if (poses.empty()) return skipped("no pose in which the asset stands");
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.world().getSolverInfo().m_splitImpulse = 0;
   arena.add_plane();
   const auto shape = std::make_shared<bullet::Shape>(subject.asset);
@@ -249,7 +249,7 @@ StackBody stack_body(const Subject& subject, const Column& column) {
     return {column.body, column.corners, at, height, "ten of the asset"};
   }
   const double half = 20 * subject.voxel;
-  const auto cube = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(half)}, Props::Part::mixed);
+  const auto cube = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(half)}, Props::Role::mixed);
   btTransform at = btTransform::getIdentity();
   at.getOrigin().setZ(btScalar(half));
   std::vector<btVector3> corners{{btScalar(half), btScalar(half), btScalar(half)},
@@ -260,61 +260,62 @@ StackBody stack_body(const Subject& subject, const Column& column) {
 }
 
 void add_pile_cases(std::vector<Case>& cases) {
-  Case one;
-  one.family = "piles";
-  one.unit = "vx";
-  one.trace = "lowest point above the slab, in voxels";
   const std::string solver =
       "Where boxes of Bullet's own, of the same size, break it too, the verdict is `solver`: Bullet's solver needs "
       "more "
       "iterations than it is given.";
-  one.name = "mass_ratio";
-  one.quantity = "off from touching";
-  one.question = "Does the body rest on a free slab on a plane, when one is much heavier than the other?";
-  one.measured =
-      "farthest of body and slab, slab and plane from touching, in the second half of 10 s at 240 Hz (--quick: 4 s)";
-  one.limit = "1 vx";
-  one.limit_from = "Contacts are made within a voxel. " + solver;
-  one.axes = {{"upper over lower mass", "", {1e-4, 1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4}, {1e-4, 1, 1e4}},
-              {"time", "s", {10}, {4}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return mass_ratio(subject, column, at[0], at[1]);
-  };
-  cases.push_back(one);
-
-  one.name = "stack";
-  one.quantity = "time that it stands";
-  one.question = "Does a stack of ten stand for 60 s without sleeping (--quick: 10 s)?";
-  one.measured = "time until a body is a quarter of its height from its place";
-  one.unit = "s";
-  one.limit = "the time asked for, at least";
-  one.limit_from =
-      "A body that has moved by a quarter of its height has left the stack. The verdict is `solver` where boxes of "
-      "Bullet's own, of the same size, do not stand either, and no ten times as long.";
-  one.trace = "farthest from its place, over height";
-  one.axes = {{"rate", "Hz", {240, 1000}, {240}}, {"iterations", "", {10, 50}, {50}}, {"time", "s", {60}, {10}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return stack(subject, column, {at[0], int(at[1]), at[2]});
-  };
-  cases.push_back(one);
-
-  one.name = "foundation";
-  one.quantity = "energy gained";
-  one.question = "Are contacts as springs (set_foundation) stable where an explicit loop is not?";
-  one.measured = "most energy above the first, set down from a voxel high, over what lifts the body by a voxel";
-  one.unit = "m g vx";
-  one.limit = "0.1 m g vx, and a step's way at the end of the fall";
-  one.limit_from =
-      "The solver's springs are implicit: stable at any stiffness. ContinuousMotion puts a body back by up to a step's "
-      "way. "
-      "The bound is k dt^2 = 4 m for the face the body stands on.";
-  one.trace = "energy above the first, in m g vx";
-  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}},
-              {"stiffness", "of the bound", {0.01, 0.1, 1, 10, 100}, {0.1, 10}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return foundation(subject, column, at[0], at[1]);
-  };
-  cases.push_back(one);
+  cases.push_back({
+      .name = "mass_ratio",
+      .family = "piles",
+      .question = "Does the body rest on a free slab on a plane, when one is much heavier than the other?",
+      .measured = "farthest of body and slab, slab and plane from touching, in the second half of 10 s at 240 Hz "
+                  "(--quick: 4 s)",
+      .quantity = "off from touching",
+      .unit = "vx",
+      .limit = "1 vx",
+      .limit_from = "Contacts are made within a voxel. " + solver,
+      .axes = {{"upper over lower mass", "", {1e-4, 1e-3, 1e-2, 0.1, 1, 10, 100, 1e3, 1e4}, {1e-4, 1, 1e4}},
+               {"time", "s", {10}, {4}}},
+      .trace = "lowest point above the slab, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return mass_ratio(subject, column, at[0], at[1]); },
+  });
+  cases.push_back({
+      .name = "stack",
+      .family = "piles",
+      .question = "Does a stack of ten stand for 60 s without sleeping (--quick: 10 s)?",
+      .measured = "time until a body is a quarter of its height from its place",
+      .quantity = "time that it stands",
+      .unit = "s",
+      .limit = "the time asked for, at least",
+      .limit_from =
+          "A body that has moved by a quarter of its height has left the stack. The verdict is `solver` where boxes of "
+          "Bullet's own, of the same size, do not stand either, and no ten times as long.",
+      .axes = {{"rate", "Hz", {240, 1000}, {240}}, {"iterations", "", {10, 50}, {50}}, {"time", "s", {60}, {10}}},
+      .trace = "farthest from its place, over height",
+      .run =
+          [](const Subject& subject, const Column& column, std::span<const double> at) {
+            return stack(subject, column, {at[0], int(at[1]), at[2]});
+          },
+  });
+  cases.push_back({
+      .name = "foundation",
+      .family = "piles",
+      .question = "Are contacts as springs (set_foundation) stable where an explicit loop is not?",
+      .measured = "most energy above the first, set down from a voxel high, over what lifts the body by a voxel",
+      .quantity = "energy gained",
+      .unit = "m g vx",
+      .limit = "0.1 m g vx, and a step's way at the end of the fall",
+      .limit_from = "The solver's springs are implicit: stable at any stiffness. ContinuousMotion puts a body back by "
+                    "up to a step's "
+                    "way. "
+                    "The bound is k dt^2 = 4 m for the face the body stands on.",
+      .axes = {{"rate", "Hz", {1000, 240, 60}, {240}},
+               {"stiffness", "of the bound", {0.01, 0.1, 1, 10, 100}, {0.1, 10}}},
+      .trace = "energy above the first, in m g vx",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return foundation(subject, column, at[0], at[1]); },
+  });
 }
 
 }  // namespace vps::stress

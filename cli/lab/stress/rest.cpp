@@ -50,7 +50,7 @@ Trial trial_of(const Rest& rest, double voxel) {
 const Rest& rest_on_plane(const Subject& subject, const Column& column, double rate) {
   const auto [found, is_new] = subject.rests->try_emplace({column.name, rate});
   if (!is_new) return found->second;
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane();
   const btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
   found->second = settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); });
@@ -79,10 +79,10 @@ Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
 // A V of two slabs whose tops lean by 45 degrees.
 Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   const double half = subject.size;
   const double thick = std::max(0.1 * subject.size, 4 * subject.voxel);
-  const auto slab = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(thick)}, Props::Part::still);
+  const auto slab = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(thick)}, Props::Role::still);
   for (const double side : {-1.0, 1.0}) {
     const btQuaternion lean(btVector3(0, 1, 0), btScalar(-side * SIMD_PI / 4));
     const btVector3 up = quatRotate(lean, btVector3(0, 0, 1));
@@ -113,7 +113,7 @@ Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
   std::vector<btVector3> corners;
   const double height = 50 * subject.voxel;
   const auto needle = subject.props->needle(column, 5 * subject.voxel, height, corners);
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   arena.add_plane();
   btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
   body.setAngularFactor(0);
@@ -130,58 +130,65 @@ Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
 
 void add_rest_cases(std::vector<Case>& cases) {
   const Axis rates{"rate", "Hz", {1000, 500, 240, 120, 60, 30, 15, 10, 5}, {1000, 60, 10}};
-  Case one;
-  one.family = "rest";
-  one.axes = {rates};
-  one.trace = "lowest point above the ground, in voxels";
-
-  one.name = "rest_depth";
-  one.quantity = "off the plane";
-  one.question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?";
-  one.measured = "lowest point from the plane, above or below, in the last 3 of 12 s";
-  one.unit = "vx";
-  one.limit = "1 vx and a hundredth of a step's fall, g dt^2";
-  one.limit_from =
-      "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.";
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_depth(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "rest_jitter";
-  one.quantity = "kinetic energy";
-  one.question = "And does it stay still there?";
-  one.measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel";
-  one.unit = "m g vx";
-  one.limit = "0.1 m g vx";
-  one.limit_from =
-      "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.";
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_jitter(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "wedge";
-  one.quantity = "kinetic energy";
-  one.question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?";
-  one.limit = "0.1 m g vx, and no more than 2 vx from the faces";
-  one.axes = {{"rate", "Hz", {1000, 240, 60}, {240}}};
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_in_wedge(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "tip";
-  one.quantity = "off the plane";
-  one.question = "Does a needle, 50 voxels long and kept upright, stand on its tip?";
-  one.measured = "tip from the plane, above or below, in the last 2 of 8 s";
-  one.unit = "vx";
-  one.limit = "1 vx and a hundredth of a step's fall";
-  one.limit_from = "As for rest_depth.";
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return rest_on_tip(subject, column, at[0]);
-  };
-  cases.push_back(one);
+  cases.push_back({
+      .name = "rest_depth",
+      .family = "rest",
+      .question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?",
+      .measured = "lowest point from the plane, above or below, in the last 3 of 12 s",
+      .quantity = "off the plane",
+      .unit = "vx",
+      .limit = "1 vx and a hundredth of a step's fall, g dt^2",
+      .limit_from =
+          "Contacts are made within a voxel; with 10 iterations the solver leaves about a hundredth of a step's fall.",
+      .axes = {rates},
+      .trace = "lowest point above the ground, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return rest_depth(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "rest_jitter",
+      .family = "rest",
+      .question = "And does it stay still there?",
+      .measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel",
+      .quantity = "kinetic energy",
+      .unit = "m g vx",
+      .limit = "0.1 m g vx",
+      .limit_from =
+          "A body that jitters visibly hops by a voxel, for which it needs m g vx; a tenth of it is a tolerance.",
+      .axes = {rates},
+      .trace = "lowest point above the ground, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return rest_jitter(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "wedge",
+      .family = "rest",
+      .question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?",
+      .measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel",
+      .quantity = "kinetic energy",
+      .unit = "m g vx",
+      .limit = "0.1 m g vx, and no more than 2 vx from the faces",
+      .limit_from =
+          "The energy as for rest_jitter. Contacts are made within a voxel of a face; twice that is a tolerance.",
+      .axes = {{"rate", "Hz", {1000, 240, 60}, {240}}},
+      .trace = "lowest point above the ground, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return rest_in_wedge(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "tip",
+      .family = "rest",
+      .question = "Does a needle, 50 voxels long and kept upright, stand on its tip?",
+      .measured = "tip from the plane, above or below, in the last 2 of 8 s",
+      .quantity = "off the plane",
+      .unit = "vx",
+      .limit = "1 vx and a hundredth of a step's fall",
+      .limit_from = "As for rest_depth.",
+      .axes = {{"rate", "Hz", {1000, 240, 60}, {240}}},
+      .trace = "lowest point above the ground, in voxels",
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return rest_on_tip(subject, column, at[0]); },
+  });
 }
 
 }  // namespace vps::stress

@@ -25,7 +25,7 @@ struct ScaledParts {
 
 // Poses of a body of length 1 in another, from the seed: overlapping, by some.
 std::vector<Pose> poses_of(const Subject& subject, int count) {
-  evaluate::Random random(subject.seed);
+  lab::Random random(subject.seed);
   std::vector<Pose> poses(static_cast<std::size_t>(count));
   for (Pose& pose : poses) {
     const auto rotation = random.rotation();
@@ -96,10 +96,10 @@ Trial far_queries(const Subject& subject, double distance) {
 // At rest on a slab far from the origin, in float.
 Trial far_world(const Subject& subject, const Column& column, double distance) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.motion});
+  Arena arena({column.detection});
   const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
   const btVector3 origin{btScalar(distance), btScalar(distance), 0};
-  arena.add(subject.props->box(column, half, Props::Part::still), 0,
+  arena.add(subject.props->box(column, half, Props::Role::still), 0,
             btTransform(btQuaternion::getIdentity(), origin - btVector3(0, 0, half.z())));
   btTransform at = standing(column.corners, 2 * subject.voxel);
   at.getOrigin() += origin;
@@ -127,7 +127,7 @@ std::shared_ptr<const Asset> resized(const Subject& subject, double size) {
   for (auto& v : mesh.vertices) {
     for (double& x : v) x *= size / subject.size;
   }
-  return subject.props->baked(mesh, voxel_at(subject, size), Props::Part::mixed);
+  return subject.props->baked(mesh, voxel_at(subject, size), Props::Role::mixed);
 }
 
 // Comes from outside along the pose's translation until the deepest point is half a voxel deep: in the band, where
@@ -179,11 +179,11 @@ Trial size_queries(const Subject& subject, double size) {
 Trial size_world(const Subject& subject, const Column& column, double size) {
   const double shrunk = size / subject.size;
   double voxel = voxel_at(subject, size);
-  evaluate::BulletShape body;
+  lab::BulletShape body;
   std::vector<btVector3> corners;
   if (column.ours) {
     const auto asset = resized(subject, size);
-    body = evaluate::ours_of(asset);
+    body = lab::ours_of(asset);
     corners = shell_corners(*asset);
     voxel = asset->info().voxel_size;
   } else {
@@ -193,8 +193,8 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
   const double mass = subject.mass * shrunk * shrunk * shrunk;
   // How far the lowest point is from the plane in the end; NaN when anything is no number.
   std::string failure;
-  const auto rest = [&](const evaluate::BulletShape& shape, const std::vector<btVector3>& feet) {
-    Arena arena({column.motion, kGravity * shrunk});
+  const auto rest = [&](const lab::BulletShape& shape, const std::vector<btVector3>& feet) {
+    Arena arena({column.detection, kGravity * shrunk});
     arena.add_plane();
     const btRigidBody& falling = arena.add(shape, mass, standing(feet, size / 4));
     double off = 0;
@@ -208,7 +208,7 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
     return off;
   };
   const btVector3 half(btScalar(size / 2), btScalar(size / 2), btScalar(size / 2));
-  const double of_box = rest(evaluate::BulletShape{{}, std::make_shared<btBoxShape>(half)}, {half, -half}) / voxel;
+  const double of_box = rest(lab::BulletShape{{}, std::make_shared<btBoxShape>(half)}, {half, -half}) / voxel;
   failure.clear();
   Trial trial;
   const double off = rest(body, corners) / voxel;
@@ -221,71 +221,70 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
 
 void add_scale_cases(std::vector<Case>& cases) {
   const Axis sizes{"length", "m", {1e-5, 1e-3, 1, 100, 1e4}, {1e-5, 1e4}};
-  Case one;
-  one.family = "scale";
-
-  one.name = "far_queries";
-  one.quantity = "change of depth";
-  one.question = "Are the runtime's contacts the same when both bodies are far from the origin?";
-  one.measured = "largest change of a contact's depth, in 32 poses of the asset in itself";
-  one.unit = "vx";
-  one.limit = "0.001 vx, and 8 units in the last place of the distance";
-  one.limit_from = "Poses are double: their difference is exact to a few units in the last place of the distance.";
-  one.needs = Part::both;
-  one.alone = "runtime";
-  one.axes = {{"distance", "m", {1e3, 1e6}, {1e6}}};
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return far_queries(subject, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "far_world";
-  one.quantity = "kinetic energy";
-  one.question =
-      "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather than explode?";
-  one.measured = "largest kinetic energy in 2 s, over what lifts the body by its length, or by what floats are apart";
-  one.unit = "m g length";
-  one.limit = "1 m g length";
-  one.limit_from = "At 10^6 m floats are 0.06 m apart: rest cannot be asked for, only that nothing is shot off.";
-  one.needs = Part::pointshell;
-  one.alone.clear();
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return far_world(subject, column, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "size_queries";
-  one.quantity = "change of depth";
-  one.question = "Baked from 10 um to 10 km long, does the runtime answer as at 1 m?";
-  one.measured = "largest change of depth over size, in 32 poses of the asset half a voxel in itself";
-  one.unit = "vx";
-  one.limit = "the two fields' errors";
-  one.limit_from = "Either field is as far from the true distance as its certificate says.";
-  one.needs = Part::mesh;
-  one.alone = "runtime";
-  one.axes = {sizes};
-  one.run = [](const Subject& subject, const Column&, std::span<const double> at) {
-    return size_queries(subject, at[0]);
-  };
-  cases.push_back(one);
-
-  one.name = "size_world";
-  one.quantity = "off the plane";
-  one.question =
-      "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a plane as at "
-      "1 m?";
-  one.measured = "lowest point from the plane in the last 3 of 12 s at 240 Hz";
-  one.unit = "vx";
-  one.limit = "2 vx";
-  one.limit_from =
-      "In proportion the motion is that at 1 m; Bullet's margins and slops are metres, and its floats end at 10^38. "
-      "The verdict "
-      "is `solver` where a box of Bullet's own breaks it too.";
-  one.alone.clear();
-  one.run = [](const Subject& subject, const Column& column, std::span<const double> at) {
-    return size_world(subject, column, at[0]);
-  };
-  cases.push_back(one);
+  cases.push_back({
+      .name = "far_queries",
+      .family = "scale",
+      .question = "Are the runtime's contacts the same when both bodies are far from the origin?",
+      .measured = "largest change of a contact's depth, in 32 poses of the asset in itself",
+      .quantity = "change of depth",
+      .unit = "vx",
+      .limit = "0.001 vx, and 8 units in the last place of the distance",
+      .limit_from = "Poses are double: their difference is exact to a few units in the last place of the distance.",
+      .axes = {{"distance", "m", {1e3, 1e6}, {1e6}}},
+      .needs = Requirement::both,
+      .alone = "runtime",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return far_queries(subject, at[0]); },
+  });
+  cases.push_back({
+      .name = "far_world",
+      .family = "scale",
+      .question = "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather "
+                  "than explode?",
+      .measured = "largest kinetic energy in 2 s, over what lifts the body by its length, or by what floats are apart",
+      .quantity = "kinetic energy",
+      .unit = "m g length",
+      .limit = "1 m g length",
+      .limit_from = "At 10^6 m floats are 0.06 m apart: rest cannot be asked for, only that nothing is shot off.",
+      .axes = {{"distance", "m", {1e3, 1e6}, {1e6}}},
+      .needs = Requirement::pointshell,
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return far_world(subject, column, at[0]); },
+  });
+  cases.push_back({
+      .name = "size_queries",
+      .family = "scale",
+      .question = "Baked from 10 um to 10 km long, does the runtime answer as at 1 m?",
+      .measured = "largest change of depth over size, in 32 poses of the asset half a voxel in itself",
+      .quantity = "change of depth",
+      .unit = "vx",
+      .limit = "the two fields' errors",
+      .limit_from = "Either field is as far from the true distance as its certificate says.",
+      .axes = {sizes},
+      .needs = Requirement::mesh,
+      .alone = "runtime",
+      .run = [](const Subject& subject, const Column&,
+                std::span<const double> at) { return size_queries(subject, at[0]); },
+  });
+  cases.push_back({
+      .name = "size_world",
+      .family = "scale",
+      .question = "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a "
+                  "plane as at "
+                  "1 m?",
+      .measured = "lowest point from the plane in the last 3 of 12 s at 240 Hz",
+      .quantity = "off the plane",
+      .unit = "vx",
+      .limit = "2 vx",
+      .limit_from = "In proportion the motion is that at 1 m; Bullet's margins and slops are metres, and its floats "
+                    "end at 10^38. "
+                    "The verdict "
+                    "is `solver` where a box of Bullet's own breaks it too.",
+      .axes = {sizes},
+      .needs = Requirement::mesh,
+      .run = [](const Subject& subject, const Column& column,
+                std::span<const double> at) { return size_world(subject, column, at[0]); },
+  });
 }
 
 }  // namespace vps::stress

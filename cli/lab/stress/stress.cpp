@@ -19,10 +19,10 @@ double utilisation(const Trial& trial) {
   return std::max(above, below);
 }
 
-std::vector<Axis> axes_of(const Case& asked, Extent extent) {
+std::vector<Axis> axes_of(const Case& asked, Effort effort) {
   std::vector<Axis> axes = asked.axes;
   for (Axis& axis : axes) {
-    if (extent == Extent::quick && !axis.quick.empty()) axis.values = axis.quick;
+    if (effort == Effort::quick && !axis.quick.empty()) axis.values = axis.quick;
   }
   return axes;
 }
@@ -46,8 +46,8 @@ std::vector<std::vector<double>> settings(const std::vector<Axis>& axes) {
 // Why a case cannot be run with this asset; empty when it can.
 std::string missing(const Case& asked, const Subject& subject) {
   if (!subject.asset->has_pointshell()) return "the asset has no pointshell";
-  if (asked.needs == Part::both && !subject.asset->has_voxelmap()) return "the asset has no voxelmap";
-  if (asked.needs == Part::mesh && !subject.mesh) return kNoMesh;
+  if (asked.needs == Requirement::both && !subject.asset->has_voxelmap()) return "the asset has no voxelmap";
+  if (asked.needs == Requirement::mesh && !subject.mesh) return kNoMesh;
   return "";
 }
 
@@ -55,7 +55,7 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
   Outcome out;
   out.column = column.name;
   out.ours = column.ours;
-  out.promised = column.ours && !(asked.needs_continuous && column.motion == Motion::discrete);
+  out.promised = column.ours && !(asked.needs_continuous && column.detection == Detection::discrete);
   const std::string why = missing(asked, subject);
   for (const std::vector<double>& at : settings(axes)) {
     Trial trial;
@@ -138,8 +138,8 @@ const std::vector<Case>& all_cases() {
   return cases;
 }
 
-CaseResult run_case(const Case& asked, const Subject& subject, Extent extent) {
-  CaseResult result{&asked, axes_of(asked, extent), {}};
+CaseResult run_case(const Case& asked, const Subject& subject, Effort effort) {
+  CaseResult result{&asked, axes_of(asked, effort), {}};
   if (!asked.alone.empty()) {
     Column only;
     only.name = asked.alone;

@@ -33,20 +33,20 @@ enum class Verdict : std::uint8_t {
 /// "held", "solver", "broken", "shown", "skipped".
 [[nodiscard]] const char* describe(Verdict verdict);
 
-enum class Motion : std::uint8_t { discrete, continuous };
+enum class Detection : std::uint8_t { discrete, continuous };
 
 /// Who plays the asset in a world of Bullet's.
 struct Column {
   std::string name;   ///< as --without takes it
   bool ours = false;  ///< decides the exit code
-  Motion motion = Motion::discrete;
-  evaluate::BulletShape body;      ///< origin: centre of mass; without a shape the column skips everything
+  Detection detection = Detection::discrete;
+  lab::BulletShape body;           ///< origin: centre of mass; without a shape the column skips everything
   std::vector<btVector3> corners;  ///< of the convex hull of what this column plays, same frame. [m]
   std::size_t triangles = 0;       ///< of a triangle mesh; 0 for others
   std::string absent;              ///< why there is no shape
   std::string from;                ///< of a peer: what it is made of
   /// Of a peer: the same, so many times as large, with a margin. [m]
-  std::function<evaluate::BulletShape(double scale, double margin)> resized;
+  std::function<lab::BulletShape(double scale, double margin)> resized;
 };
 
 /// Bodies that cases need beside the asset: boxes and a needle, baked at the asset's voxel size for our columns, and as
@@ -55,18 +55,18 @@ class Props {
  public:
   Props(double voxel_size, std::filesystem::path cache) : voxel_size_(voxel_size), cache_(std::move(cache)) {}
   /// Centred on its centre of mass. A baked one plays the voxelmap alone where it is `still`.
-  enum class Part : std::uint8_t { still, mixed };
-  [[nodiscard]] evaluate::BulletShape box(const Column& column, const btVector3& half_extents, Part part);
+  enum class Role : std::uint8_t { still, mixed };
+  [[nodiscard]] lab::BulletShape box(const Column& column, const btVector3& half_extents, Role role);
   /// A cone, point down, and the vertices that it has in this column.
-  [[nodiscard]] evaluate::BulletShape needle(const Column& column, double radius, double height,
-                                             std::vector<btVector3>& corners);
+  [[nodiscard]] lab::BulletShape needle(const Column& column, double radius, double height,
+                                        std::vector<btVector3>& corners);
   /// Any mesh, baked with this voxel size. [m]
-  [[nodiscard]] std::shared_ptr<const Asset> baked(const TriangleMesh& mesh, double voxel_size, Part part) const;
+  [[nodiscard]] std::shared_ptr<const Asset> baked(const TriangleMesh& mesh, double voxel_size, Role role) const;
 
  private:
   double voxel_size_;
   std::filesystem::path cache_;
-  std::vector<std::pair<std::string, evaluate::BulletShape>> boxes_;
+  std::vector<std::pair<std::string, lab::BulletShape>> boxes_;
 };
 
 /// A mesh for the peers, asset frame.
@@ -138,25 +138,26 @@ struct Trial {
   std::vector<double> trace;  ///< for the plot, evenly in time; may be empty
 };
 
-enum class Part : std::uint8_t { pointshell, both, mesh };
+enum class Requirement : std::uint8_t { pointshell, both, mesh };
 
+/// All members have values of their own, so that no case depends on the one before it.
 struct Case {
-  std::string name;
-  std::string family;
-  std::string question;
-  std::string measured;    ///< what the number is
-  std::string quantity;    ///< the same in a word or three
-  std::string below_zero;  ///< what a negative number's size is; empty: no more than its sign
-  std::string unit;
-  std::string limit;       ///< as text
-  std::string limit_from;  ///< theory or tolerance, and why
-  std::vector<Axis> axes;
-  Part needs = Part::pointshell;
-  std::string trace;  ///< what the trials' traces are; empty: none
-  std::string alone;  ///< what the only column is called of cases that do without Bullet; empty: in Bullet
+  std::string name{};
+  std::string family{};
+  std::string question{};
+  std::string measured{};    ///< what the number is
+  std::string quantity{};    ///< the same in a word or three
+  std::string below_zero{};  ///< what a negative number's size is; empty: no more than its sign
+  std::string unit{};
+  std::string limit{};       ///< as text
+  std::string limit_from{};  ///< theory or tolerance, and why
+  std::vector<Axis> axes{};
+  Requirement needs = Requirement::pointshell;
+  std::string trace{};  ///< what the trials' traces are; empty: none
+  std::string alone{};  ///< what the only column is called of cases that do without Bullet; empty: in Bullet
   /// Where our shapes need ContinuousMotion for the limit, as the README says: what breaks it without is shown only.
   bool needs_continuous = false;
-  std::function<Trial(const Subject&, const Column&, std::span<const double>)> run;
+  std::function<Trial(const Subject&, const Column&, std::span<const double>)> run{};
 };
 
 /// All of a case's trials in a column.
@@ -178,10 +179,10 @@ struct CaseResult {
 /// All cases, in order.
 [[nodiscard]] const std::vector<Case>& all_cases();
 
-enum class Extent : std::uint8_t { full, quick };
+enum class Effort : std::uint8_t { full, quick };
 
 /// Runs a case in every column.
-[[nodiscard]] CaseResult run_case(const Case& asked, const Subject& subject, Extent extent);
+[[nodiscard]] CaseResult run_case(const Case& asked, const Subject& subject, Effort effort);
 
 enum class Strictness : std::uint8_t {
   promised,  ///< a limit counts that is stated for the column and broken by it

@@ -16,7 +16,7 @@
 namespace vps::stress {
 namespace {
 
-using evaluate::BulletShape;
+using lab::BulletShape;
 
 using Points = std::vector<std::array<double, 3>>;
 
@@ -81,9 +81,9 @@ Column hull_column(const Subject& subject, const SubjectOptions& options) {
   if (points.empty()) return absent("hull", "no mesh and no pointshell to make a hull of");
   Column column = peer_column("hull", subject, options.mesh ? options.mesh->from : "the pointshell",
                               [points](double scale, double margin) {
-                                return evaluate::hull_of_42({scaled(points, scale), {}}, margin);
+                                return lab::hull_of_42({scaled(points, scale), {}}, margin);
                               });
-  if (const std::string reason = evaluate::hull_refusal(column.body); !reason.empty()) return absent("hull", reason);
+  if (const std::string reason = lab::hull_refusal(column.body); !reason.empty()) return absent("hull", reason);
   column.corners = corners_of(static_cast<const btConvexHullShape&>(*column.body.shape), {});
   return column;
 }
@@ -101,17 +101,17 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   const bool takes_minutes = mesh->mesh.triangles.size() > 2 * kMostTriangles;
   if (options.cache.empty() && takes_minutes)
     return absent("hacd", "HACD takes minutes, and there is no folder to keep its hulls; give --cache");
-  std::vector<evaluate::Hull> hulls;
+  std::vector<lab::Hull> hulls;
   try {
-    evaluate::HacdOptions hacd;
+    lab::HacdOptions hacd;
     if (!takes_minutes) hacd.announce = [] {};
-    hulls = evaluate::hacd_hulls(mesh->mesh, hacd, options.cache);
+    hulls = lab::hacd_hulls(mesh->mesh, hacd, options.cache);
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
   }
   // Among HACD's hulls are triangles: they have no inside.
-  const auto is_flat = [](const evaluate::Hull& hull) {
-    return !evaluate::hull_refusal(evaluate::compound_of({hull}, {}, 0)).empty();
+  const auto is_flat = [](const lab::Hull& hull) {
+    return !lab::hull_refusal(lab::compound_of({hull}, {}, 0)).empty();
   };
   const std::size_t flat = std::erase_if(hulls, is_flat);
   if (hulls.empty()) return absent("hacd", "all of HACD's hulls are flat: Bullet's EPA fails on them");
@@ -119,9 +119,9 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   if (flat > 0) from += fmt::format(", {} of {} hulls left out, as they are flat", flat, flat + hulls.size());
   const std::array<double, 3> centre = subject.asset->info().centre_of_mass;
   Column column = peer_column("hacd", subject, from, [hulls, centre](double scale, double margin) {
-    std::vector<evaluate::Hull> larger;
-    for (const evaluate::Hull& hull : hulls) larger.push_back(scaled(hull, scale));
-    return evaluate::compound_of(larger, scaled({centre}, scale)[0], margin);
+    std::vector<lab::Hull> larger;
+    for (const lab::Hull& hull : hulls) larger.push_back(scaled(hull, scale));
+    return lab::compound_of(larger, scaled({centre}, scale)[0], margin);
   });
   const auto& compound = static_cast<const btCompoundShape&>(*column.body.shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
@@ -133,9 +133,9 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
 Column gimpact_column(const Subject& subject, const SubjectOptions& options) {
   const PeerMesh* const mesh = light_mesh(options);
   if (mesh == nullptr) return absent("gimpact", kNoMesh);
-  const TriangleMesh body = evaluate::centred(mesh->mesh, *subject.asset);
+  const TriangleMesh body = lab::centred(mesh->mesh, *subject.asset);
   Column column = peer_column("gimpact", subject, mesh->from, [body](double scale, double margin) {
-    return evaluate::gimpact_of({scaled(body.vertices, scale), body.triangles}, margin);
+    return lab::gimpact_of({scaled(body.vertices, scale), body.triangles}, margin);
   });
   column.corners = hull_corners(body.vertices);
   column.triangles = body.triangles.size();
@@ -164,27 +164,27 @@ std::vector<btVector3> shell_corners(const Asset& asset) {
   return points.empty() ? std::vector<btVector3>{} : hull_corners(points);
 }
 
-std::shared_ptr<const Asset> Props::baked(const TriangleMesh& mesh, double voxel_size, Part part) const {
+std::shared_ptr<const Asset> Props::baked(const TriangleMesh& mesh, double voxel_size, Role role) const {
   bake::BakeSettings settings;
   settings.options.voxel_size = voxel_size;
-  settings.options.pointshell = part == Part::mixed;
+  settings.options.pointshell = role == Role::mixed;
   return bake::load_or_bake(mesh, settings, cache_).asset;
 }
 
-BulletShape Props::box(const Column& column, const btVector3& half, Part part) {
+BulletShape Props::box(const Column& column, const btVector3& half, Role role) {
   if (!column.ours) {
     const auto box = std::make_shared<btBoxShape>(half);
     // Its margin lies inside; one that is larger than the box is thick would turn it inside out.
     box->setMargin(std::min(box->getMargin(), btScalar(0.1) * half[half.minAxis()]));
     return {{}, box};
   }
-  const std::string key = fmt::format("{} {} {} {}", half.x(), half.y(), half.z(), int(part));
+  const std::string key = fmt::format("{} {} {} {}", half.x(), half.y(), half.z(), int(role));
   for (const auto& [name, shape] : boxes_) {
     if (name == key) return shape;
   }
   const auto asset =
-      baked(samples::make_box({double(half.x()), double(half.y()), double(half.z())}), voxel_size_, part);
-  boxes_.emplace_back(key, evaluate::ours_of(asset));
+      baked(samples::make_box({double(half.x()), double(half.y()), double(half.z())}), voxel_size_, role);
+  boxes_.emplace_back(key, lab::ours_of(asset));
   return boxes_.back().second;
 }
 
@@ -192,7 +192,7 @@ BulletShape Props::needle(const Column& column, double radius, double height, st
   TriangleMesh mesh = cone(radius, height);
   for (auto& v : mesh.vertices) v[2] -= 0.75 * height;  // a cone's centre of mass
   corners = hull_corners(mesh.vertices);
-  if (column.ours) return evaluate::ours_of(baked(mesh, voxel_size_, Part::mixed));
+  if (column.ours) return lab::ours_of(baked(mesh, voxel_size_, Role::mixed));
   const auto hull = std::make_shared<btConvexHullShape>();
   hull->setMargin(btScalar(0.1 * voxel_size_));
   for (const btVector3& corner : corners) hull->addPoint(corner, false);
@@ -212,19 +212,19 @@ Subject make_subject(std::string name, std::shared_ptr<const Asset> asset, Subje
   }
   subject.voxel = info.voxel_size;
   if (const PeerMesh* const mesh = options.mesh ? &*options.mesh : light_mesh(options); mesh != nullptr)
-    subject.mesh = evaluate::centred(mesh->mesh, *subject.asset);
+    subject.mesh = lab::centred(mesh->mesh, *subject.asset);
   subject.corners = shell_corners(*subject.asset);
   subject.props = std::make_shared<Props>(subject.voxel, options.cache);
 
   const auto wanted = [&](const char* column) {
     return std::find(options.without.begin(), options.without.end(), column) == options.without.end();
   };
-  for (const Motion motion : {Motion::discrete, Motion::continuous}) {
+  for (const Detection detection : {Detection::discrete, Detection::continuous}) {
     Column column;
-    column.name = motion == Motion::discrete ? "ours" : "continuous";
+    column.name = detection == Detection::discrete ? "ours" : "continuous";
     column.ours = true;
-    column.motion = motion;
-    if (!subject.corners.empty()) column.body = evaluate::ours_of(subject.asset);
+    column.detection = detection;
+    if (!subject.corners.empty()) column.body = lab::ours_of(subject.asset);
     column.absent = "the asset has no pointshell";
     column.corners = subject.corners;
     if (wanted(column.name.c_str())) subject.columns.push_back(std::move(column));

@@ -35,15 +35,14 @@ Arena::Arena(const ArenaOptions& options) : options_(options) {
   world_.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
   world_.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   world_.getSolverInfo().m_numIterations = options.iterations;
-  if (options.motion == Motion::continuous) world_.addAction(&continuous_);
+  if (options.detection == Detection::continuous) world_.addAction(&continuous_);
 }
 
 Arena::~Arena() {
   for (const auto& body : bodies_) world_.removeRigidBody(body.get());
 }
 
-btRigidBody& Arena::add(const evaluate::BulletShape& shape, double mass, const btTransform& at,
-                        const btVector3& inertia) {
+btRigidBody& Arena::add(const lab::BulletShape& shape, double mass, const btTransform& at, const btVector3& inertia) {
   btVector3 moments = inertia;
   if (mass > 0 && moments.isZero()) shape.shape->calculateLocalInertia(btScalar(mass), moments);
   shapes_.push_back(shape);

@@ -17,7 +17,7 @@ namespace vps::stress {
 inline constexpr double kGravity = 9.81;  ///< [m/s^2]
 
 struct ArenaOptions {
-  Motion motion = Motion::discrete;
+  Detection detection = Detection::discrete;
   double gravity = 9.81;  ///< along -z. [m/s^2]
   int iterations = 10;    ///< of the solver; Bullet's default
 };
@@ -33,7 +33,7 @@ class Arena {
 
   /// @param mass     0: static. [kg]
   /// @param inertia  about the body's axes; zero: from the shape. [kg m^2]
-  btRigidBody& add(const evaluate::BulletShape& shape, double mass, const btTransform& at,
+  btRigidBody& add(const lab::BulletShape& shape, double mass, const btTransform& at,
                    const btVector3& inertia = {0, 0, 0});
   /// The half space below z = 0.
   btRigidBody& add_plane();
@@ -58,7 +58,7 @@ class Arena {
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
   bullet::ContinuousMotion continuous_;
   std::vector<std::unique_ptr<btCollisionShape>> planes_;
-  std::vector<evaluate::BulletShape> shapes_;
+  std::vector<lab::BulletShape> shapes_;
   std::vector<std::unique_ptr<btRigidBody>> bodies_;
   std::string failure_;
   long steps_ = 0;
@@ -102,7 +102,7 @@ class Trace {
 
 /// What a stack is made of.
 struct StackBody {
-  evaluate::BulletShape shape;
+  lab::BulletShape shape;
   std::vector<btVector3> corners;
   btTransform at;     ///< of the lowest, on z = 0
   double height = 0;  ///< [m]

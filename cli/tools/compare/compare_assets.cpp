@@ -78,7 +78,7 @@ FieldDifference compare_field(const VoxelmapView& a, const VoxelmapView& b) {
     high[axis] = double(std::max(a.bounds_max[axis] + a.band_outer, b.bounds_max[axis] + b.band_outer));
   }
   const Band band = common_band(a, b);
-  evaluate::Random random;
+  lab::Random random;
   std::vector<double> differences;
   double squares = 0;
   for (std::size_t tries = 0; tries < kMostTries && differences.size() < kFieldPoints; ++tries) {

@@ -46,7 +46,7 @@ class SurfacePoints {
     }
   }
   [[nodiscard]] double area() const { return areas_.empty() ? 0 : areas_.back(); }
-  [[nodiscard]] Point next(evaluate::Random& random) const {
+  [[nodiscard]] Point next(lab::Random& random) const {
     const auto found = std::upper_bound(areas_.begin(), areas_.end(), random.next() * area());
     const auto& t = mesh_.triangles[std::min(std::size_t(found - areas_.begin()), areas_.size() - 1)];
     const double root = std::sqrt(random.next()), part = random.next();
@@ -77,7 +77,7 @@ class MeshChecks {
     check_mesh();
     check_mass();
     try {
-      const evaluate::Oracle oracle(mesh_);
+      const lab::Oracle oracle(mesh_);
       if (asset_.has_voxelmap()) {
         for (const Field field : {Field::layers, Field::scaled, Field::real}) check_field(oracle, field);
         check_far(oracle);
@@ -88,7 +88,7 @@ class MeshChecks {
         check_points(oracle);
         check_normals(oracle);
       }
-    } catch (const evaluate::MeasureError& error) {
+    } catch (const lab::MeasureError& error) {
       add("oracle", Result::skipped, error.what());
     }
   }
@@ -153,7 +153,7 @@ class MeshChecks {
   }
 
   // A random point as a query takes it, within `reach` of the surface.
-  Point near_surface(evaluate::Random& random, double reach) const {
+  Point near_surface(lab::Random& random, double reach) const {
     Point p = surface_.next(random);
     const std::array<double, 9> turn = random.rotation();  // its first row: a random direction
     const double far = random.between(0, reach);
@@ -161,14 +161,14 @@ class MeshChecks {
     return to_double(to_float(p));
   }
 
-  void check_field(const evaluate::Oracle& oracle, Field field) {
+  void check_field(const lab::Oracle& oracle, Field field) {
     VoxelmapView map;
     if (asset_.voxelmap(map, field) != Status::ok) return;
     const FieldCertificate& certificate = field == Field::layers   ? info_.layers_error
                                           : field == Field::scaled ? info_.scaled_error
                                                                    : info_.real_error;
     const double margin = std::sqrt(0.75) * info_.voxel_size;  // the certificate leaves this out at the band's ends
-    evaluate::Random random(options_.seed);
+    lab::Random random(options_.seed);
     double worst = 0, squares = 0;
     Point worst_at{};
     int count = 0, above = 0;
@@ -219,10 +219,10 @@ class MeshChecks {
   }
 
   // Where nothing is stored a query has the right sign and claims no more distance than there is.
-  void check_far(const evaluate::Oracle& oracle) {
+  void check_far(const lab::Oracle& oracle) {
     VoxelmapView map;
     if (asset_.voxelmap(map) != Status::ok) return;
-    evaluate::Random random(options_.seed + 1);
+    lab::Random random(options_.seed + 1);
     int count = 0, wrong = 0;
     double excess = 0;
     for (int i = 0; i < options_.samples; ++i) {
@@ -247,10 +247,10 @@ class MeshChecks {
         {{"samples", count}, {"wrong_side", wrong}, {"excess", std::max(excess, 0.0)}});
   }
 
-  void check_coarse_layers(const evaluate::Oracle& oracle) {
+  void check_coarse_layers(const lab::Oracle& oracle) {
     VoxelmapView map;
     if (asset_.voxelmap(map) != Status::ok) return;
-    evaluate::Random random(options_.seed + 2);
+    lab::Random random(options_.seed + 2);
     const auto bricks = double(map.brick_dims[0]) * double(map.brick_dims[1]) * double(map.brick_dims[2]);
     const int count = static_cast<int>(std::min(bricks, double(options_.samples)));
     int wrong = 0;
@@ -279,7 +279,7 @@ class MeshChecks {
 
   void check_covering() {
     const NearestPoint nearest(shell_, std::max(info_.covering_radius, info_.position_step));
-    evaluate::Random random(options_.seed + 3);
+    lab::Random random(options_.seed + 3);
     double worst = 0;
     Point worst_at{};
     for (int i = 0; i < options_.samples; ++i) {
@@ -298,14 +298,14 @@ class MeshChecks {
   // Calls visit(number of a point) for all points of the shell, or a random choice of them.
   template <class Visit>
   int for_some_points(const Visit& visit) const {
-    evaluate::Random random(options_.seed + 4);
+    lab::Random random(options_.seed + 4);
     const bool all = shell_.points <= std::uint32_t(options_.samples);
     const int count = all ? int(shell_.points) : options_.samples;
     for (int i = 0; i < count; ++i) visit(all ? std::uint32_t(i) : std::uint32_t(random.next() * shell_.points));
     return count;
   }
 
-  void check_points(const evaluate::Oracle& oracle) {
+  void check_points(const lab::Oracle& oracle) {
     const double allowed = std::sqrt(0.75) * info_.position_step;
     double worst = 0;
     const int count = for_some_points(
@@ -315,7 +315,7 @@ class MeshChecks {
         {{"samples", count}, {"max", worst}, {"allowed", allowed}});
   }
 
-  void check_normals(const evaluate::Oracle& oracle) {
+  void check_normals(const lab::Oracle& oracle) {
     // Steps along the normal that the rounding of positions cannot turn round.
     const double step = std::max(8 * info_.position_step, 1e-3 * info_.voxel_size) + slack_;
     int turned = 0;

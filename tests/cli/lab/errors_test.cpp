@@ -12,22 +12,22 @@
 namespace vps::test {
 namespace {
 
-using evaluate::PairAnswer;
-using evaluate::Range;
-using evaluate::Truth;
+using lab::GroundTruth;
+using lab::PairAnswer;
+using lab::PoseKind;
 
 constexpr double kBallRadius = 0.05;
 
 // A ball on a ball, so that depth, direction and place are known but for the facets.
-Truth ball_on_ball(const TemporaryFolder& folder) {
+GroundTruth ball_on_ball(const TemporaryFolder& folder) {
   const TriangleMesh ball = make_sphere(kBallRadius, 4);
-  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 9);
-  return evaluate::find_truth(ball, options, evaluate::Wrenches::exact, folder.path());
+  lab::TruthOptions options = lab::truth_options_for(ball, 9);
+  return lab::find_truth(ball, options, lab::Wrenches::exact, folder.path());
 }
 
-std::vector<PairAnswer> right_answers(const Truth& truth) {
+std::vector<PairAnswer> right_answers(const GroundTruth& truth) {
   std::vector<PairAnswer> answers;
-  for (const evaluate::TruePose& p : truth.poses) {
+  for (const lab::TruePose& p : truth.poses) {
     PairAnswer& a = answers.emplace_back();
     a.depth = p.pose.depth;
     a.contacts = p.pose.depth < 0 ? 0 : 1;
@@ -48,11 +48,11 @@ std::vector<PairAnswer> right_answers(const Truth& truth) {
 
 TEST(Errors, OfForcesAreNotToldWhereTheExactOnesAreNotExact) {
   const TemporaryFolder folder;
-  Truth truth = ball_on_ball(folder);
+  GroundTruth truth = ball_on_ball(folder);
   ASSERT_TRUE(truth.wrenches_exact());
   truth.wrench_error = 2 * truth.options.wrench.tolerance;
-  const evaluate::Errors errors = evaluate::contact_errors(truth, right_answers(truth), 2 * kBallRadius);
-  for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
+  const lab::Errors errors = lab::contact_errors(truth, right_answers(truth), 2 * kBallRadius);
+  for (const lab::ContactErrors& e : {errors.contact, errors.deep}) {
     EXPECT_EQ(e.penetration.told, 3U);
     EXPECT_EQ(e.force.told + e.force_direction.told + e.torque.told, 0U);
   }
@@ -60,10 +60,10 @@ TEST(Errors, OfForcesAreNotToldWhereTheExactOnesAreNotExact) {
 
 TEST(Errors, OfRightAnswersAreNone) {
   const TemporaryFolder folder;
-  const Truth truth = ball_on_ball(folder);
+  const GroundTruth truth = ball_on_ball(folder);
   const std::vector<PairAnswer> answers = right_answers(truth);
-  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kBallRadius);
-  for (const evaluate::ContactErrors& e : {errors.contact, errors.deep}) {
+  const lab::Errors errors = lab::contact_errors(truth, answers, 2 * kBallRadius);
+  for (const lab::ContactErrors& e : {errors.contact, errors.deep}) {
     EXPECT_EQ(e.penetration.told, 3U);
     EXPECT_EQ(e.penetration.max, 0);
     EXPECT_EQ(e.force.max, 0);
@@ -71,60 +71,60 @@ TEST(Errors, OfRightAnswersAreNone) {
     EXPECT_LT(e.force_direction.max, 1e-6);
     EXPECT_LT(e.normal.max, 4);  // facets
   }
-  EXPECT_EQ(evaluate::distance_errors(truth, answers).max, 0);
-  EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 9U);
+  EXPECT_EQ(lab::distance_errors(truth, answers).max, 0);
+  EXPECT_EQ(lab::bounds_held(truth, answers).held, 9U);
 }
 
 TEST(Errors, AreWhatAnswersAreOff) {
   const TemporaryFolder folder;
-  const Truth truth = ball_on_ball(folder);
+  const GroundTruth truth = ball_on_ball(folder);
   std::vector<PairAnswer> answers = right_answers(truth);
   for (PairAnswer& a : answers) {
     a.depth += 0.001;
     for (double& f : a.force) f *= -1;
     a.upper = a.depth - 0.0015;
   }
-  answers.back().depth = evaluate::kNotTold;
-  const evaluate::Errors errors = evaluate::contact_errors(truth, answers, 2 * kBallRadius);
+  answers.back().depth = lab::kNotTold;
+  const lab::Errors errors = lab::contact_errors(truth, answers, 2 * kBallRadius);
   EXPECT_NEAR(errors.contact.penetration.rms, 0.001, 1e-12);
   EXPECT_NEAR(errors.contact.force_direction.p50, 180, 1e-6);
   EXPECT_NEAR(errors.contact.force.rms, 200, 1e-6);  // the RMS of twice the force over the RMS of the force
   EXPECT_EQ(errors.deep.penetration.asked, 3U);
   EXPECT_EQ(errors.deep.penetration.told, 2U);
-  EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 0U);
+  EXPECT_EQ(lab::bounds_held(truth, answers).held, 0U);
   for (PairAnswer& a : answers) {
     a.upper = 1;
     a.lower = 0.1;
   }
-  EXPECT_EQ(evaluate::bounds_held(truth, answers).held, 0U);
+  EXPECT_EQ(lab::bounds_held(truth, answers).held, 0U);
 }
 
 TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
   const TemporaryFolder folder;
-  const Truth truth = ball_on_ball(folder);
+  const GroundTruth truth = ball_on_ball(folder);
   std::vector<PairAnswer> answers = right_answers(truth);
   std::vector<double> depths;
   for (std::size_t i = 0; i < answers.size(); ++i) {
-    if (truth.poses[i].range != Range::contact) continue;
+    if (truth.poses[i].range != PoseKind::contact) continue;
     depths.push_back(truth.poses[i].pose.depth);
     answers[i].contacts = 0;
-    answers[i].depth = evaluate::kNotTold;
+    answers[i].depth = lab::kNotTold;
   }
-  const evaluate::ContactErrors missed = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
+  const lab::ContactErrors missed = lab::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(missed.missed, 3U);
   EXPECT_EQ(missed.penetration.told, 3U);
-  EXPECT_EQ(missed.penetration.rms, evaluate::spread_of(depths).rms);
+  EXPECT_EQ(missed.penetration.rms, lab::spread_of(depths).rms);
   // Whoever tells how far apart they are is off by that as well.
   for (PairAnswer& a : answers) a.depth = a.contacts == 0 ? -0.001 : a.depth;
-  const evaluate::ContactErrors apart = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
+  const lab::ContactErrors apart = lab::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(apart.missed, 3U);
   EXPECT_NEAR(apart.penetration.max, missed.penetration.max + 0.001, 1e-12);
   // A contact without a depth is neither missed nor told.
   for (PairAnswer& a : answers) {
     a.contacts = 2;
-    a.depth = evaluate::kNotTold;
+    a.depth = lab::kNotTold;
   }
-  const evaluate::ContactErrors untold = evaluate::contact_errors(truth, answers, 2 * kBallRadius).contact;
+  const lab::ContactErrors untold = lab::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(untold.missed, 0U);
   EXPECT_EQ(untold.penetration.told, 0U);
 }
@@ -133,15 +133,15 @@ TEST(Errors, PosesWhoseDepthTakesTooLongAreLeftOutTheSameEveryTime) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
   const TriangleMesh ball = make_sphere(kBallRadius, 4);
-  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 30);
-  const Truth all = evaluate::find_truth(ball, options, evaluate::Wrenches::none, folder.path());
+  lab::TruthOptions options = lab::truth_options_for(ball, 30);
+  const GroundTruth all = lab::find_truth(ball, options, lab::Wrenches::none, folder.path());
   EXPECT_EQ(all.poses.size(), 30U);
   options.most_work = 12000;
-  const Truth some = evaluate::find_truth(ball, options, evaluate::Wrenches::none, folder.path());
+  const GroundTruth some = lab::find_truth(ball, options, lab::Wrenches::none, folder.path());
   EXPECT_LT(some.poses.size(), 30U);
   EXPECT_EQ(some.poses.size(), some.found[0] + some.found[1] + some.found[2]);
   for (const auto& where : {other.path(), folder.path(), std::filesystem::path()}) {  // computed, read, computed
-    const Truth again = evaluate::find_truth(ball, options, evaluate::Wrenches::none, where);
+    const GroundTruth again = lab::find_truth(ball, options, lab::Wrenches::none, where);
     ASSERT_EQ(again.poses.size(), some.poses.size());
     for (std::size_t i = 0; i < some.poses.size(); ++i) {
       EXPECT_EQ(again.poses[i].range, some.poses[i].range);
@@ -149,20 +149,20 @@ TEST(Errors, PosesWhoseDepthTakesTooLongAreLeftOutTheSameEveryTime) {
     }
   }
   options.most_work = 1;
-  EXPECT_THROW((void)evaluate::find_truth(ball, options, evaluate::Wrenches::none, {}), evaluate::MeasureError);
+  EXPECT_THROW((void)lab::find_truth(ball, options, lab::Wrenches::none, {}), lab::MeasureError);
 }
 
 TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
   const TemporaryFolder folder;
-  const Truth truth = ball_on_ball(folder);
+  const GroundTruth truth = ball_on_ball(folder);
   ASSERT_EQ(truth.poses.size(), 9U);
   constexpr double kFacets = 0.0004;  // up to two facets below the spheres
-  for (const evaluate::TruePose& p : truth.poses) {
+  for (const lab::TruePose& p : truth.poses) {
     const double* const t = p.pose.first_in_second.translation;
     EXPECT_NEAR(p.pose.depth, 2 * kBallRadius - std::hypot(t[0], t[1], t[2]), kFacets);
-    EXPECT_EQ(p.range == Range::apart, p.pose.depth < 0);
+    EXPECT_EQ(p.range == PoseKind::apart, p.pose.depth < 0);
     // The force is along that line, and so without torque.
-    if (p.range != Range::deep) continue;
+    if (p.range != PoseKind::deep) continue;
     const auto& f = p.wrench.force;
     const double along = (f[0] * t[0] + f[1] * t[1] + f[2] * t[2]) / std::hypot(t[0], t[1], t[2]);
     EXPECT_NEAR(along, std::hypot(f[0], f[1], f[2]), 1e-3 * along);
@@ -173,10 +173,10 @@ TEST(Errors, TheSameSeedGivesTheSameTruthAndAnotherAnother) {
   const TemporaryFolder folder;
   const TemporaryFolder other;
   const TriangleMesh ball = make_sphere(kBallRadius, 1);
-  evaluate::TruthOptions options = evaluate::truth_options_for(ball, 3);
+  lab::TruthOptions options = lab::truth_options_for(ball, 3);
   const auto depths = [&](const TemporaryFolder& where) {
     std::vector<double> out;
-    for (const auto& p : evaluate::find_truth(ball, options, evaluate::Wrenches::exact, where.path()).poses) {
+    for (const auto& p : lab::find_truth(ball, options, lab::Wrenches::exact, where.path()).poses) {
       out.push_back(p.pose.first_in_second.translation[0]);
       out.push_back(p.wrench.force[1]);
     }
@@ -198,16 +198,16 @@ TEST(Errors, BodiesThatShareAnEdgeAreRefused) {
     for (auto& v : copy) v = v == 0 ? 3 : v == 4 ? 7 : v + 8;
   }
   mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
-  EXPECT_THROW((void)evaluate::Oracle(mesh), evaluate::MeasureError);
+  EXPECT_THROW((void)lab::Oracle(mesh), lab::MeasureError);
 }
 
 TEST(Errors, ThinBodiesAreAskedForDepthsThatTheyHave) {
   const TriangleMesh plate = make_box({0.1, 0.1, 0.0005});
-  const evaluate::TruthOptions options = evaluate::truth_options_for(plate, 6);
+  const lab::TruthOptions options = lab::truth_options_for(plate, 6);
   EXPECT_LT(options.deep, 0.0005);
   EXPECT_GT(options.contact, 0);
   const TemporaryFolder folder;
-  EXPECT_EQ(evaluate::find_truth(plate, options, evaluate::Wrenches::none, folder.path()).poses.size(), 6U);
+  EXPECT_EQ(lab::find_truth(plate, options, lab::Wrenches::none, folder.path()).poses.size(), 6U);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@ namespace vps::test {
 namespace {
 
 // A slab of 20 mm along a diagonal of the axes, so thick across it.
-evaluate::Hull turned_slab(double thickness) {
-  evaluate::Hull slab;
+lab::Hull turned_slab(double thickness) {
+  lab::Hull slab;
   for (const double u : {-0.01, 0.01}) {
     for (const double v : {-0.01, 0.01}) {
       for (const double w : {-thickness / 2, thickness / 2}) slab.push_back({0.6 * u - 0.8 * w, v, 0.8 * u + 0.6 * w});
@@ -18,7 +18,7 @@ evaluate::Hull turned_slab(double thickness) {
 }
 
 std::string refusal_of(double thickness) {
-  return evaluate::hull_refusal(evaluate::compound_of({turned_slab(thickness)}, {0, 0, 0}, 0));
+  return lab::hull_refusal(lab::compound_of({turned_slab(thickness)}, {0, 0, 0}, 0));
 }
 
 TEST(HullRefusal, AThinSlabMayBeAskedAndAFlatOneMayNot) {
@@ -29,11 +29,11 @@ TEST(HullRefusal, AThinSlabMayBeAskedAndAFlatOneMayNot) {
 }
 
 TEST(HullRefusal, OneBadHullOfACompoundIsEnough) {
-  const evaluate::Hull whole = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}};
-  const evaluate::Hull flat = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0.01, 0.01, 0}};
-  const evaluate::Hull triangle = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}};
-  const auto why = [](const std::vector<evaluate::Hull>& hulls) {
-    return evaluate::hull_refusal(evaluate::compound_of(hulls, {0, 0, 0}, 0));
+  const lab::Hull whole = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.01}};
+  const lab::Hull flat = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0.01, 0.01, 0}};
+  const lab::Hull triangle = {{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}};
+  const auto why = [](const std::vector<lab::Hull>& hulls) {
+    return lab::hull_refusal(lab::compound_of(hulls, {0, 0, 0}, 0));
   };
   EXPECT_EQ(why({whole, whole}), "");
   EXPECT_NE(why({whole, flat}), "");

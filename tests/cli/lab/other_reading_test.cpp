@@ -12,8 +12,8 @@
 namespace vps::test {
 namespace {
 
-using evaluate::PairAnswer;
-using evaluate::Reading;
+using lab::PairAnswer;
+using lab::Reading;
 
 constexpr double kVoxel = 0.003;
 
@@ -36,8 +36,8 @@ TEST(OtherReading, ReadAsQueriesDoItIsTraverse) {
   for (const Field field : {Field::layers, Field::scaled, Field::real}) {
     const auto asset = torus_with(field);
     const Pose pose = side_by_side(0.136);
-    const PairAnswer slow = evaluate::read_otherwise(asset, Reading::queries)->query(pose);
-    const PairAnswer fast = evaluate::our_traverse(asset)->query(pose);
+    const PairAnswer slow = lab::read_otherwise(asset, Reading::queries)->query(pose);
+    const PairAnswer fast = lab::our_traverse(asset)->query(pose);
     EXPECT_TRUE(std::isnan(slow.microseconds));
     ASSERT_GT(fast.contacts, 0U);
     EXPECT_NEAR(slow.depth, fast.depth, 1e-4 * kVoxel);
@@ -64,7 +64,7 @@ TEST(OtherReading, OnAFlatFaceEquationsFourAndFiveAreExact) {
     for (const double depth : {-0.004, -0.0011, 0.0, 0.0023}) {
       const Vec3 p{0.0071F, -0.0032F, float(0.05 - depth)};
       // A shell that touches the top has its inward normal upwards.
-      EXPECT_NEAR(evaluate::read_penetration(map, Reading::nearest, p, {0, 0, 1}), depth, 0.03 * kVoxel);
+      EXPECT_NEAR(lab::read_penetration(map, Reading::nearest, p, {0, 0, 1}), depth, 0.03 * kVoxel);
     }
   }
 }
@@ -81,7 +81,7 @@ TEST(OtherReading, LayersBetweenVoxelCentresAreTheirMean) {
     };
     return Vec3{float(at(0, 0.07) + x * double(map.voxel_size)), float(at(1, 0)), float(at(2, 0))};
   };
-  const auto read = [&](Vec3 p) { return evaluate::read_penetration(map, Reading::trilinear, p, {1, 0, 0}); };
+  const auto read = [&](Vec3 p) { return lab::read_penetration(map, Reading::trilinear, p, {1, 0, 0}); };
   const auto layer = [&](Vec3 p) { return std::round(read(p) / kVoxel); };
   for (int x = -1; x < 1; ++x) {
     const Vec3 a = centre(x);

@@ -10,31 +10,31 @@
 namespace vps::test {
 namespace {
 
-using evaluate::Candidate;
+using lab::Candidate;
 using Front = std::vector<std::size_t>;
 
 TEST(Pareto, HasWhatNoOtherBeatsInBothFromTheCheapest) {
   const std::vector<Candidate> candidates = {{5, 1}, {1, 9}, {2, 4}, {3, 4}, {4, 5}, {9, 1}};
-  EXPECT_EQ(evaluate::pareto_front(candidates), (Front{1, 2, 0}));
+  EXPECT_EQ(lab::pareto_front(candidates), (Front{1, 2, 0}));
 }
 
 TEST(Pareto, OfEqualOnesTheFirstIsTaken) {
   const std::vector<Candidate> candidates = {{2, 2}, {2, 2}, {2, 3}};
-  EXPECT_EQ(evaluate::pareto_front(candidates), Front{0});
+  EXPECT_EQ(lab::pareto_front(candidates), Front{0});
 }
 
 TEST(Pareto, WhatIsNotKnownIsNotOnIt) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<Candidate> candidates = {{nan, 0}, {0, nan}, {7, 7}};
-  EXPECT_EQ(evaluate::pareto_front(candidates), Front{2});
-  EXPECT_TRUE(evaluate::pareto_front({}).empty());
+  EXPECT_EQ(lab::pareto_front(candidates), Front{2});
+  EXPECT_TRUE(lab::pareto_front({}).empty());
 }
 
 TEST(Pareto, EveryCandidateIsOnItOrBeatenByOneThatIs) {
-  evaluate::Random random(7);
+  lab::Random random(7);
   std::vector<Candidate> candidates(500);
   for (Candidate& c : candidates) c = {std::floor(random.between(0, 40)), std::floor(random.between(0, 40))};
-  const Front front = evaluate::pareto_front(candidates);
+  const Front front = lab::pareto_front(candidates);
   for (std::size_t i = 0; i < candidates.size(); ++i) {
     bool reached = false;
     for (const std::size_t f : front) {

@@ -399,16 +399,16 @@ TEST(Recommend, ItsPromiseHoldsForPosesThatItHasNotSeen) {
   const auto asset = std::make_shared<Asset>();
   ASSERT_EQ(Asset::open((folder / "torus.vps.hdf").c_str(), *asset), Status::ok);
 
-  const TriangleMesh body = evaluate::centred(import_mesh(torus), *asset);
-  evaluate::PoseOptions options;
+  const TriangleMesh body = lab::centred(import_mesh(torus), *asset);
+  lab::PoseOptions options;
   options.ranges = {{20, -json["poses"]["farthest"].get<double>(), 0}, {60, 0, json["poses"]["deepest"]}};
   options.seed = 4711;
-  const auto traverse = evaluate::our_traverse(asset);
-  const auto separation = evaluate::our_separation(asset);
+  const auto traverse = lab::our_traverse(asset);
+  const auto separation = lab::our_separation(asset);
   std::size_t within = 0;
   double worst = 0;
-  const std::vector<evaluate::PairPose> poses = evaluate::pair_poses(body, options, {});
-  for (const evaluate::PairPose& pose : poses) {
+  const std::vector<lab::PairPose> poses = lab::pair_poses(body, options, {});
+  for (const lab::PairPose& pose : poses) {
     const double told = (pose.depth < 0 ? *separation : *traverse).query(pose.first_in_second).depth;
     worst = std::max(worst, std::abs(told - pose.depth));
     within += std::abs(told - pose.depth) <= kLimit;

@@ -8,10 +8,10 @@
 namespace vps::test {
 namespace {
 
-using evaluate::Cost;
-using RowsFront = evaluate::Front;
-using evaluate::Row;
-using evaluate::Way;
+using lab::Cost;
+using RowsFront = lab::Front;
+using lab::Row;
+using lab::Way;
 
 struct Numbers {
   Way way = Way::query;
@@ -39,7 +39,7 @@ const RowsFront& front_of(const std::vector<RowsFront>& fronts, Way way, Cost co
 TEST(Rows, OnlyRowsThatAreAskedInOneWayCompare) {
   const std::vector<Row> rows = {row("ours", {Way::query, 1, 0.1, 1e-3}), row("hull", {Way::bullet, 2, 0.1, 2e-3}),
                                  row("ours in Bullet", {Way::bullet, 9, 0.1, 1e-3})};
-  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const std::vector<RowsFront> fronts = lab::find_fronts(rows);
   ASSERT_EQ(front_of(fronts, Way::query, Cost::time).members.size(), 1U);
   const RowsFront& bullet = front_of(fronts, Way::bullet, Cost::time);
   ASSERT_EQ(bullet.members.size(), 2U);  // though ours is closer and faster than both, asked alone
@@ -50,7 +50,7 @@ TEST(Rows, OnlyRowsThatAreAskedInOneWayCompare) {
 TEST(Rows, NeighboursWithinTheNoiseOfBothAreTied) {
   const std::vector<Row> rows = {row("a", {Way::query, 1, 0.1, 3e-3}), row("b", {Way::query, 1.15, 0.1, 2e-3}),
                                  row("c", {Way::query, 1.5, 0.1, 1e-3})};
-  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const std::vector<RowsFront> fronts = lab::find_fronts(rows);
   const RowsFront& front = front_of(fronts, Way::query, Cost::time);
   ASSERT_EQ(front.members.size(), 3U);
   EXPECT_FALSE(front.members[0].tied);
@@ -67,7 +67,7 @@ TEST(Rows, WhatIsNotComparedIsToldWithItsReason) {
   rows[3].contacts = {};
   rows[4].errors.contact.penetration.told = 0;
   rows[5].errors.contact.missed = 5;
-  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const std::vector<RowsFront> fronts = lab::find_fronts(rows);
   const RowsFront& front = front_of(fronts, Way::query, Cost::time);
   ASSERT_EQ(front.members.size(), 1U);
   EXPECT_EQ(front.members[0].row, 0U);
@@ -84,7 +84,7 @@ TEST(Rows, FilesAreComparedBySizeWhereThereIsOne) {
                            row("without", {Way::query, 1, 0, 1e-9})};
   rows[0].bytes = 2000;
   rows[1].bytes = 1000;
-  const std::vector<RowsFront> fronts = evaluate::find_fronts(rows);
+  const std::vector<RowsFront> fronts = lab::find_fronts(rows);
   const RowsFront& front = front_of(fronts, Way::query, Cost::bytes);
   ASSERT_EQ(front.members.size(), 2U);
   EXPECT_EQ(front.members[0].row, 1U);
@@ -92,11 +92,11 @@ TEST(Rows, FilesAreComparedBySizeWhereThereIsOne) {
 }
 
 TEST(Units, OfManyLengthsIsThatOfTheMiddleOne) {
-  EXPECT_STREQ(evaluate::unit_for({5e-5, 2e-4, 3e-3}).name, "mm");
-  EXPECT_STREQ(evaluate::unit_for({5e-5, 8e-5, 3e-3}).name, "um");
-  EXPECT_STREQ(evaluate::unit_for({0, 0.0, 15}).name, "m");
-  EXPECT_STREQ(evaluate::unit_for({}).name, "m");
-  EXPECT_EQ(evaluate::unit_for({5e-4}).text(2.5e-4), "0.25 mm");
+  EXPECT_STREQ(lab::unit_for({5e-5, 2e-4, 3e-3}).name, "mm");
+  EXPECT_STREQ(lab::unit_for({5e-5, 8e-5, 3e-3}).name, "um");
+  EXPECT_STREQ(lab::unit_for({0, 0.0, 15}).name, "m");
+  EXPECT_STREQ(lab::unit_for({}).name, "m");
+  EXPECT_EQ(lab::unit_for({5e-4}).text(2.5e-4), "0.25 mm");
 }
 
 }  // namespace

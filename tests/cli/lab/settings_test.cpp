@@ -11,8 +11,8 @@
 namespace vps::test {
 namespace {
 
-using evaluate::Setting;
-using evaluate::SweepSize;
+using lab::Setting;
+using lab::SweepSize;
 
 bake::BakeOptions base_of(double voxel_size) {
   bake::BakeOptions base;
@@ -22,7 +22,7 @@ bake::BakeOptions base_of(double voxel_size) {
 
 TEST(Settings, EveryKnobIsTurnedAndNoNameIsGivenTwice) {
   for (const SweepSize size : {SweepSize::full, SweepSize::quick}) {
-    const std::vector<Setting> settings = evaluate::sweep(base_of(0.001), 4, size);
+    const std::vector<Setting> settings = lab::sweep(base_of(0.001), 4, size);
     EXPECT_EQ(settings.front().knob, "base");
     std::set<std::string> names;
     std::set<std::string> knobs;
@@ -39,14 +39,14 @@ TEST(Settings, EveryKnobIsTurnedAndNoNameIsGivenTwice) {
 TEST(Settings, AllOfThemCanBeBakedForBodiesOfAnySize) {
   for (const double size : {1e-3, 0.2, 50.0, 3000.0}) {
     const TriangleMesh mesh = make_box({size, size / 2, size / 3});
-    for (const Setting& s : evaluate::sweep(base_of(size / 40), 3, SweepSize::full)) {
+    for (const Setting& s : lab::sweep(base_of(size / 40), 3, SweepSize::full)) {
       EXPECT_NO_THROW((void)bake::plan_bake(mesh, s.bake)) << s.name;
     }
   }
 }
 
 TEST(Settings, OnlyBudgetsOfTimeAreNotRepeatable) {
-  for (const Setting& s : evaluate::sweep(base_of(0.001), 4, SweepSize::full)) {
+  for (const Setting& s : lab::sweep(base_of(0.001), 4, SweepSize::full)) {
     EXPECT_EQ(s.repeatable(), s.knob != "time") << s.name;
   }
 }

@@ -4,6 +4,8 @@
 
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "cli/lab/stress/penalty.h"
 #include "cli/lab/stress/report.h"
@@ -45,7 +47,28 @@ CaseResult run_alone(Case& one, std::function<Trial(const Subject&, const Column
   one.run = std::move(run);
   Subject subject = box();
   subject.columns.resize(1);
-  return run_case(one, subject, Extent::full);
+  return run_case(one, subject, Effort::full);
+}
+
+// What a case says of itself is complete, and is about its own quantity.
+TEST(Stress, EachCaseStatesItsOwnLimit) {
+  std::set<std::string> names;
+  for (const Case& one : all_cases()) {
+    EXPECT_TRUE(names.insert(one.name).second) << one.name;
+    for (const std::string* const text :
+         {&one.family, &one.question, &one.measured, &one.quantity, &one.limit, &one.limit_from})
+      EXPECT_FALSE(text->empty()) << one.name;
+    EXPECT_FALSE(one.axes.empty()) << one.name;
+    EXPECT_TRUE(one.run) << one.name;
+    // A limit in the unit of what is measured, unless it says that it is another number.
+    const bool in_words = one.limit.starts_with("the ") || one.limit.starts_with("a ") || one.limit.starts_with("k ");
+    if (!one.unit.empty() && !in_words) {
+      EXPECT_NE(one.limit.find(one.unit), std::string::npos) << one.name;
+    }
+  }
+  EXPECT_NE(find("wedge").limit_from, find("rest_jitter").limit_from);
+  EXPECT_TRUE(find("penalty_bounce").trace.empty());
+  EXPECT_FALSE(find("deep_overlap").needs_continuous);
 }
 
 TEST(Stress, ABoxStandsOnItsSixFaces) {
@@ -87,7 +110,7 @@ TEST(Stress, AStiffnessBeyondTheBoundGrowsAndOneBelowDoesNot) {
 }
 
 TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
-  const CaseResult result = run_case(find("penalty_sweep"), box(), Extent::quick);
+  const CaseResult result = run_case(find("penalty_sweep"), box(), Effort::quick);
   ASSERT_EQ(result.outcomes.size(), 1U);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::held);
   for (const Trial& trial : result.outcomes[0].trials) EXPECT_EQ(trial.value < 100, trial.at[1] < 1) << trial.at[1];
@@ -150,7 +173,7 @@ TEST(Stress, ALateBounceMayLiftABallByAStepsWay) {
 
 // What gains as much as the limit is held and what gains more is broken, whatever the body does in between.
 TEST(Stress, TheLimitOfRestitutionDependsOnHeightAndStepAlone) {
-  const CaseResult result = run_case(find("restitution"), box(), Extent::full);
+  const CaseResult result = run_case(find("restitution"), box(), Effort::full);
   ASSERT_EQ(result.outcomes.size(), 3U);
   const double height = box().size;
   const double fall = std::sqrt(2 * height / 9.81);
@@ -168,11 +191,11 @@ TEST(Stress, ADropIsPlayedOnceAndJudgedTwice) {
   Subject subject = box();
   subject.columns.resize(1);
   subject.rests = std::make_shared<Rests>();
-  const CaseResult depth = run_case(find("rest_depth"), subject, Extent::quick);
+  const CaseResult depth = run_case(find("rest_depth"), subject, Effort::quick);
   EXPECT_EQ(depth.outcomes[0].verdict, Verdict::held);
   ASSERT_EQ(subject.rests->size(), depth.outcomes[0].trials.size());
   subject.rests->begin()->second.kinetic = 1e9;  // seen by the second case alone when it plays nothing anew
-  const CaseResult jitter = run_case(find("rest_jitter"), subject, Extent::quick);
+  const CaseResult jitter = run_case(find("rest_jitter"), subject, Effort::quick);
   EXPECT_EQ(jitter.outcomes[0].verdict, Verdict::broken);
   EXPECT_EQ(jitter.outcomes[0].trials[0].trace, depth.outcomes[0].trials[0].trace);
 }
@@ -195,7 +218,7 @@ TEST(Stress, EverySeedDisturbsInItsOwnWay) {
 TEST(Stress, ANaNBreaksTheCase) {
   Case one;
   const CaseResult result = run_alone(one, [](const Subject& subject, const Column& column, std::span<const double>) {
-    Arena arena({column.motion});
+    Arena arena({column.detection});
     arena.add(column.body, 1, btTransform::getIdentity())
         .setAngularVelocity({std::numeric_limits<btScalar>::quiet_NaN(), 0, 0});
     if (!arena.step(1.0 / 240)) return broken(arena);
@@ -331,7 +354,7 @@ TEST(Stress, TheCertificateNamesWhatWasTriedAndRestsOnlyWithoutJitter) {
 TEST(Stress, ABodyThatBouncesIsThrownThroughAWall) {
   Subject subject = box();
   subject.columns.erase(subject.columns.begin() + 1, subject.columns.end());
-  const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
+  const CaseResult result = run_case(find("impact_bouncing"), subject, Effort::quick);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::broken);
   EXPECT_FALSE(result.outcomes[0].promised);
   EXPECT_NE(result.outcomes[0].trials[0].remark.find("through in"), std::string::npos);
@@ -341,7 +364,7 @@ TEST(Stress, WithContinuousMotionItIsStopped) {
   Subject subject = box();
   subject.columns.erase(subject.columns.begin());
   subject.columns.resize(1);
-  const CaseResult result = run_case(find("impact_bouncing"), subject, Extent::quick);
+  const CaseResult result = run_case(find("impact_bouncing"), subject, Effort::quick);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::held) << to_line(result, Strictness::promised);
   EXPECT_TRUE(result.outcomes[0].promised);
 }

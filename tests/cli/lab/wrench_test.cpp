@@ -11,9 +11,9 @@
 namespace vps::test {
 namespace {
 
-using evaluate::ExactWrench;
-using evaluate::WrenchOptions;
-using evaluate::WrenchOracle;
+using lab::ExactWrench;
+using lab::WrenchOptions;
+using lab::WrenchOracle;
 
 // The half space z <= 0, near the origin.
 TriangleMesh ground() {
