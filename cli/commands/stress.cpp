@@ -18,11 +18,11 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/view/embedded.h"
 #include "cli/tools/view/page.h"
-#include "cli/tools/junit.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {

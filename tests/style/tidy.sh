@@ -9,10 +9,12 @@ build=$1 jobs=$2
 shift 2
 [ $# -gt 0 ] || set -- '/(bake|cli|formats|runtime)/.*\.cpp$'
 log=$(mktemp)
-trap 'rm -f "$log"' EXIT
+trap 'rm -f "$log" "$log.colours"' EXIT
 status=0
 # It goes on after errors, so the exit code stands for all files. Counts of suppressed warnings are left out.
-run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" >"$log" 2>/dev/null || status=1
+# It colours what it says even in a file.
+run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" 2>/dev/null >"$log.colours" || status=1
+sed 's/\x1b\[[0-9;]*m//g' "$log.colours" >"$log"
 grep -v '^clang-tidy' "$log" || true
 if grep -q ' warning: ' "$log"; then status=1; fi
 exit $status
