@@ -48,6 +48,14 @@ for bullet in bullet bullet_float64; do
     exit 1
   fi
 done
+if [ -x "$prefix/bin/vpsbake" ]; then
+  configure baker baker || { cat "$work/baker.log"; exit 1; }
+  cmake --build "$work/baker" >"$work/baker.log" || { cat "$work/baker.log"; exit 1; }
+  "$work/baker/bake_here" "$here/../../sample_meshes/bolt.obj" "$work/bolt.vps.hdf"
+elif configure baker baker || ! grep -q 'vps was built without the baker' "$work/baker.log"; then
+  echo 'find_package does not say that vps was built without the baker'
+  exit 1
+fi
 if [ -f "$PKG_CONFIG_PATH/vps-bullet-float64.pc" ]; then
   for one in '' -float64; do
     other=$([ -n "$one" ] || echo -float64)
