@@ -9,20 +9,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// An asset that no file holds, with its bytes.
-std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked) {
-  struct Held {
-    std::vector<std::byte> bytes;
-    Asset asset;
-  };
-  const auto held = std::make_shared<Held>();
-  held->bytes = asset_bytes(baked.info, baked.sections);
-  if (const Status status = Asset::open(held->bytes, held->asset); status != Status::ok) {
-    throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
-  }
-  return {held, &held->asset};
-}
-
 void show_stage(const BakeSettings& settings, const char* stage, double fraction) {
   if (settings.options.progress) settings.options.progress(stage, fraction);
 }
@@ -153,6 +139,19 @@ LoadedAsset load_named(const std::string& file, const fs::path& cache_folder,
 }
 
 }  // namespace
+
+std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked) {
+  struct Held {
+    std::vector<std::byte> bytes;
+    Asset asset;
+  };
+  const auto held = std::make_shared<Held>();
+  held->bytes = asset_bytes(baked.info, baked.sections);
+  if (const Status status = Asset::open(held->bytes, held->asset); status != Status::ok) {
+    throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
+  }
+  return {held, &held->asset};
+}
 
 StoredAsset bake_stored(const fs::path& mesh, const BakeSettings& settings, const AssetCache* cache,
                         const BakeHooks& hooks) {

@@ -53,6 +53,10 @@ struct StoredAsset {
 /// @throw BakeError
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings);
 
+/// A baked asset, opened without a file: the pointer owns its bytes.
+/// @throw WriteError
+[[nodiscard]] std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked);
+
 struct LoadedAsset {
   std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
   bool baked = false;                  ///< false: from the cache

@@ -19,7 +19,6 @@ using RecordOf = std::function<bake::BakeRecord(const bake::BakeOptions&)>;
 struct BakedFile {
   std::filesystem::path path;
   std::shared_ptr<const Asset> asset;
-  std::shared_ptr<const void> open;  ///< a file without a name lives with this; else empty
 };
 
 /// Bakes, writes and opens again.
@@ -27,12 +26,11 @@ struct BakedFile {
 [[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const bake::BakeOptions& options,
                                   const std::filesystem::path& path);
 
-/// The same in the folder for temporary files, without a name: the path is one of this process, and nothing stays
-/// behind however it ends.
+/// Bakes and opens without a file.
 /// @param record  may be empty: the asset has none
-/// @throw BakeError, std::runtime_error
-[[nodiscard]] BakedFile bake_nameless(const TriangleMesh& mesh, const bake::BakeOptions& options,
-                                      const RecordOf& record = {});
+/// @throw BakeError, WriteError
+[[nodiscard]] std::shared_ptr<const Asset> bake_in_memory(const TriangleMesh& mesh, const bake::BakeOptions& options,
+                                                          const RecordOf& record = {});
 
 /// The mesh with its origin at the asset's centre of mass, where all peers have it.
 [[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);

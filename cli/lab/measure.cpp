@@ -18,7 +18,7 @@ namespace {
 // An asset that several settings may share.
 struct Baked {
   bake::BakeOptions options;
-  BakedFile file;
+  std::shared_ptr<const Asset> asset;
   double seconds = 0;
 };
 
@@ -31,22 +31,14 @@ double longest_of(const std::array<double, 3>& size) {
   return *std::max_element(size.begin(), size.end());
 }
 
-std::shared_ptr<const Asset> reopened(const std::filesystem::path& path) {
-  auto asset = std::make_shared<Asset>();
-  if (const Status status = Asset::open(path.c_str(), *asset); status != Status::ok) {
-    throw std::runtime_error(path.string() + ": " + describe(status));
-  }
-  return asset;
-}
-
-Contender contacts_side(const Setting& setting, const std::filesystem::path& path) {
+Contender contacts_side(const Setting& setting, std::shared_ptr<const Asset> asset) {
   return {setting.name, [=]() -> std::unique_ptr<PairPeer> {
-            if (setting.reading != Reading::queries) return read_otherwise(reopened(path), setting.reading);
+            if (setting.reading != Reading::queries) return read_otherwise(asset, setting.reading);
             QueryOptions options;
             options.level = setting.level;
             options.max_tests = setting.max_tests;
             options.max_microseconds = setting.max_microseconds;
-            return our_traverse(reopened(path), options);
+            return our_traverse(asset, options);
           }};
 }
 
@@ -81,10 +73,10 @@ class Run {
   Measurement run() {
     const bake::BakeOptions base = with_field(options_.base, Field::scaled);
     const Baked& first = bake_once(base);
-    body_ = centred(closed_, *first.file.asset);
-    const std::uint32_t levels = first.file.asset->info().levels;
+    body_ = centred(closed_, *first.asset);
+    const std::uint32_t levels = first.asset->info().levels;
     for (std::size_t axis = 0; axis < 3; ++axis)
-      out_.size[axis] = first.file.asset->info().bounds_max[axis] - first.file.asset->info().bounds_min[axis];
+      out_.size[axis] = first.asset->info().bounds_max[axis] - first.asset->info().bounds_min[axis];
     TruthOptions truth = options_.truth;
     truth.progress = [this](const char* what, double fraction) { progress(std::string("oracle: ") + what, fraction); };
     out_.truth = find_truth(body_, truth, Wrenches::exact, options_.cache);
@@ -116,15 +108,15 @@ class Run {
       progress(fmt::format("bake {}: {}", baking_, stage), baked_share_);
     };
     const auto begin = Clock::now();
-    BakedFile file = bake_nameless(mesh_, told, options_.record);
-    return baked_.emplace_back(Baked{bake, std::move(file), microseconds_since(begin) / 1e6});
+    std::shared_ptr<const Asset> asset = bake_in_memory(mesh_, told, options_.record);
+    return baked_.emplace_back(Baked{bake, std::move(asset), microseconds_since(begin) / 1e6});
   }
 
   void measure_bake_noise(const bake::BakeOptions& base) {
     std::vector<double> seconds{baked_.front().seconds};
     for (int i = 0; i < 2; ++i) {
       const auto begin = Clock::now();
-      (void)bake_nameless(mesh_, base, options_.record);
+      (void)bake_in_memory(mesh_, base, options_.record);
       seconds.push_back(microseconds_since(begin) / 1e6);
     }
     std::sort(seconds.begin(), seconds.end());
@@ -140,23 +132,23 @@ class Run {
       out_.left_out.push_back({setting.name, refusal.what()});
       return;
     }
-    const AssetInfo& info = baked->file.asset->info();
+    const AssetInfo& info = baked->asset->info();
     Row row;
     row.name = setting.name;
     row.series = setting.series;
     row.knob = setting.knob;
     row.remark = remark_of(setting);
     row.setting = setting;
-    row.bytes = baked->file.asset->directory().file_bytes;
+    row.bytes = baked->asset->directory().file_bytes;
     row.points = info.points;
     row.covering_radius = info.covering_radius;
     row.field_bound = std::max({info.layers_error.bound, info.scaled_error.bound, info.real_error.bound});
     row.bake_seconds = baked->seconds;
-    contacts_.push_back(contacts_side(setting, baked->file.path));
+    contacts_.push_back(contacts_side(setting, baked->asset));
     // Neither a level nor a budget nor another reading changes what `separation` does.
     Contender distance;
     if (!asks_base(setting) && setting.reading == Reading::queries) {
-      distance = {setting.name, [path = baked->file.path] { return our_separation(reopened(path)); }};
+      distance = {setting.name, [asset = baked->asset] { return our_separation(asset); }};
     }
     distances_.push_back(std::move(distance));
     out_.rows.push_back(std::move(row));
@@ -173,8 +165,7 @@ class Run {
       row.knob = "bullet";
       row.way = Way::bullet;
       row.remark = "the same file in Bullet's narrowphase by the plug-in, from the pair to its manifold";
-      contacts_.push_back(
-          {row.name, [path = bake_once(setting.bake).file.path] { return bullet_pair(ours_of(reopened(path))); }});
+      contacts_.push_back({row.name, [asset = bake_once(setting.bake).asset] { return bullet_pair(ours_of(asset)); }});
       distances_.emplace_back();
       out_.rows.push_back(std::move(row));
     }

@@ -221,7 +221,7 @@ class Search {
     // The pointshell is not needed to know the centre, nor a fine grid.
     base.voxel_size = std::max(base.voxel_size, longest_ / 32);
     base.pointshell = false;
-    closed_ = centred(std::move(closed_), *bake_nameless(closed_, base).asset);
+    closed_ = centred(std::move(closed_), *bake_in_memory(closed_, base));
     TruthOptions& truth = truth_.options;
     truth = truth_options_for(closed_, 0);
     truth.poses[std::size_t(PoseKind::apart)] = options_.poses / 3;
@@ -251,7 +251,7 @@ class Search {
       const bake::BakeOptions& other = out_.tried[i].bake;
       if (other.voxel_size == voxel && other.alpha == alpha && other.band_inside == tried.bake.band_inside) return i;
     }
-    BakedFile file;
+    std::shared_ptr<const Asset> asset;
     try {
       bake::BakeOptions told = tried.bake;
       told.progress = [&](const char* stage, double fraction) {
@@ -259,18 +259,18 @@ class Search {
                              alpha, stage),
                  fraction);
       };
-      file = bake_nameless(mesh_, told, options_.record);
+      asset = bake_in_memory(mesh_, told, options_.record);
     } catch (const bake::BakeError& refusal) {
       refusal_ = refusal.what();
       refused_by_plan_ = refusal.stage == "plan";
       return std::nullopt;
     }
-    const AssetInfo& info = file.asset->info();
-    tried.bytes = file.asset->directory().file_bytes;
+    const AssetInfo& info = asset->info();
+    tried.bytes = asset->directory().file_bytes;
     tried.points = info.points;
     tried.field_bound = info.scaled_error.bound;
     out_.tried.push_back(tried);
-    assets_.push_back(file.asset);
+    assets_.push_back(asset);
     return out_.tried.size() - 1;
   }
 

@@ -120,13 +120,6 @@ class OutputFile {
     }
   }
 
-  // The file without a name, the caller's to close.
-  [[nodiscard]] int take() {
-    if (!name_.empty()) ::unlink(name_.c_str());
-    name_.clear();
-    return std::exchange(fd_, -1);
-  }
-
  private:
   // Short: the target's own name may already be as long as names can be. Another container's process may have the same
   // number and use it in the same folder: callers try again.
@@ -237,35 +230,22 @@ std::span<const std::byte> encode(const AssetInfo& info, std::span<const Section
   return image;
 }
 
-// Returns the file's size.
-std::size_t write_into(OutputFile& output, const AssetInfo& info, std::span<const SectionData> sections) {
-  MemoryFile memory;
-  const std::span<const std::byte> image = encode(info, sections, memory);
-  output.write(image);
-  return image.size();
-}
-
 }  // namespace
 
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections) {
   OutputFile output(path);
-  const std::size_t bytes = write_into(output, info, sections);
+  MemoryFile memory;
+  const std::span<const std::byte> image = encode(info, sections, memory);
+  output.write(image);
   output.move_into_place();
-  return bytes;
+  return image.size();
 }
 
 std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections) {
   MemoryFile memory;
   const std::span<const std::byte> image = encode(info, sections, memory);
   return {image.begin(), image.end()};
-}
-
-int write_nameless_asset(const std::filesystem::path& folder, const AssetInfo& info,
-                         std::span<const SectionData> sections) {
-  OutputFile output(folder / "asset");
-  (void)write_into(output, info, sections);
-  return output.take();
 }
 
 void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {

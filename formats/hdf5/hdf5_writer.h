@@ -40,12 +40,6 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
 /// @throw WriteError with the reason and what to do.
 [[nodiscard]] std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections);
 
-/// The same file without a name in a folder: gone when nobody has it open, however the process ends.
-/// @return its descriptor, the caller's to close
-/// @throw WriteError with the reason and what to do.
-[[nodiscard]] int write_nameless_asset(const std::filesystem::path& folder, const AssetInfo& info,
-                                       std::span<const SectionData> sections);
-
 /// Writes any bytes whole or not at all, as write_asset does.
 /// @throw WriteError with the reason and what to do.
 void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes);
