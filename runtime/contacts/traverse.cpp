@@ -101,10 +101,14 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
     FieldFacts facts;
+    float largest_cell = 0;  // of a sampled map. [m]
+    float known = facts.known;
     if constexpr (std::is_same_v<Kind, VoxelmapView>) {
       if (kind.field == Field::none) return Status::missing_part;
       if (answer_apart(shell, kind, shell_to_field, options.contact_distance, result)) return Status::ok;
       facts = detail::facts_of(kind);
+      largest_cell = std::ldexp(kind.voxel_size, kCoarsestLevel);
+      known = kind.band_inner;
     } else {
       facts = detail::facts_of_bytes(std::as_bytes(std::span(&kind, 1)));
     }
@@ -115,9 +119,8 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
       facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
       if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
         // The diagonal of the largest cell: docs/bounds.md.
-        facts.excess =
-            2 * std::sqrt(detail::kHalfDiagonalSquared) * std::ldexp(kind.voxel_size, kCoarsestLevel) + error;
-        facts.known = kind.band_inner;
+        facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * largest_cell + error;
+        facts.known = known;
       }
       scratch.reserve(shell);
       return run(TraverseQuery(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, options,

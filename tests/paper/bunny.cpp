@@ -11,7 +11,7 @@
 namespace vps::paper {
 namespace {
 
-constexpr int kSteps = 600;
+constexpr int kBunnySteps = 600;
 constexpr int kFirstTimed = 200;
 constexpr int kRounds = 3;
 constexpr std::uint32_t kLevels = 5;
@@ -38,7 +38,7 @@ Fall fall(const Side& side, const Floor& floor, const std::vector<btVector3>& co
   Drop drop(side, floor, corners, rotation, {});
   Fall out;
   btVector3 first(0, 0, 0);
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kBunnySteps; ++step) {
     if (step == kFirstTimed) first = drop.body().getWorldTransform().getOrigin();
     drop.step();
     out.microseconds.push_back(drop.scene().last_us());
@@ -48,7 +48,7 @@ Fall fall(const Side& side, const Floor& floor, const std::vector<btVector3>& co
     out.lowest.push_back(drop.lowest());
   }
   const btVector3 moved = drop.body().getWorldTransform().getOrigin() - first;
-  out.creep = std::hypot(double(moved.x()), double(moved.z())) * SceneOptions{}.rate / (kSteps - kFirstTimed);
+  out.creep = std::hypot(double(moved.x()), double(moved.z())) * SceneOptions{}.rate / (kBunnySteps - kFirstTimed);
   return out;
 }
 

@@ -11,8 +11,8 @@
 namespace vps::paper {
 namespace {
 
-constexpr double kRate = 200;     // [Hz]
-constexpr double kDuration = 30;  // [s]
+constexpr double kRate = 200;          // [Hz]
+constexpr double kStackDuration = 30;  // [s]
 constexpr int kSeeds = 5;
 // A body has left the stack when it is this far from its place, in parts of its height.
 constexpr double kFallen = 0.25;
@@ -24,9 +24,9 @@ struct StackOptions {
 };
 
 struct Standing {
-  double seconds = kDuration;  // until the first body left
-  double drift = 0;            // farthest from its place that a body was at the end, when all stayed. [m]
-  double mean_us = 0;          // narrowphase of a step
+  double seconds = kStackDuration;  // until the first body left
+  double drift = 0;                 // farthest from its place that a body was at the end, when all stayed. [m]
+  double mean_us = 0;               // narrowphase of a step
 };
 
 Standing stand(const Side& side, const Floor& floor, const StackOptions& options,
@@ -40,7 +40,7 @@ Standing stand(const Side& side, const Floor& floor, const StackOptions& options
   }
   Standing out;
   double us = 0;
-  for (int step = 1; step <= int(kDuration * kRate); ++step) {
+  for (int step = 1; step <= int(kStackDuration * kRate); ++step) {
     scene.step();
     us += scene.last_us();
     out.mean_us = us / step;
@@ -76,7 +76,7 @@ nlohmann::json measure(const Stack& stack, const Floor& floor) {
                                stack.turned ? std::vector(first, first + stack.options.bodies) : upright);
     seconds.push_back(one.seconds);
     us = std::max(us, one.mean_us);
-    if (one.seconds == kDuration) drift = std::max(drift, one.drift);
+    if (one.seconds == kStackDuration) drift = std::max(drift, one.drift);
   }
   return {{"bodies", stack.bodies},
           {"count", stack.options.bodies},
@@ -118,7 +118,7 @@ nlohmann::json run_stacks(const Balls& balls, const Bunnies& bunnies, const std:
     fmt::print(stderr, "paper_runs: {} {}, {}\n", stack.options.bodies, stack.bodies, stack.side.name);
     runs.push_back(measure(stack, floor));
   }
-  return {{"runs", runs}, {"duration", kDuration}, {"fallen", kFallen}, {"rate", kRate}, {"seeds", kSeeds}};
+  return {{"runs", runs}, {"duration", kStackDuration}, {"fallen", kFallen}, {"rate", kRate}, {"seeds", kSeeds}};
 }
 
 }  // namespace vps::paper
