@@ -160,8 +160,8 @@ test-dev: deps
 	$(call say,1 of 3: running the tests: about 8 minutes)
 	$(call run_tests,build/dev,-LE slow)
 
-# The tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer; not those in which sanitizers can find
-# nothing new: pages in a browser, engines, installation, Bullet in double precision.
+# The tests of the libraries that read what others wrote, and of the plug-in, built by clang with AddressSanitizer and
+# UndefinedBehaviorSanitizer.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
 	$(call say,3 of 3: building with clang and sanitizers: about 8 minutes from scratch)
