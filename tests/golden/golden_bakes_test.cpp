@@ -131,14 +131,14 @@ class GoldenBakes : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(GoldenBakes, HaveTheSameBytesForAnyNumberOfThreads) {
-#ifndef __SANITIZE_ADDRESS__  // takes long there
+#ifndef VPS_SANITIZE  // takes long there
   expect_golden(1);
 #endif
   expect_golden(2);
 }
 
 TEST_P(GoldenBakes, HaveTheSameBytesForEveryInstructionSet) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef VPS_SANITIZE
   GTEST_SKIP() << "takes long under AddressSanitizer";
 #endif
   const std::int64_t supported = hwy::SupportedTargets() & HWY_TARGETS;

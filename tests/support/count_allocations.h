@@ -3,7 +3,7 @@
 /// program.
 #pragma once
 
-#ifndef __SANITIZE_ADDRESS__  // has operators of its own
+#ifndef VPS_SANITIZE  // has operators of its own
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>

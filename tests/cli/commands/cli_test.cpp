@@ -189,7 +189,7 @@ TEST(Cli, LimitsOfTheImportAreOptionsAndTheErrorsNameThem) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("gear"), folder / "gear.obj");
   expect_refusal(folder, "gear.obj --voxel 0.5mm --import-timeout 0.001ms", 3, "needs a higher --import-timeout");
-#ifndef __SANITIZE_ADDRESS__  // which cannot live under a limit of memory
+#ifndef VPS_SANITIZE  // which cannot live under a limit of memory
   expect_refusal(folder, sample("bolt") + " --voxel 0.5mm --import-memory 100kB", 3, "needs a higher --import-memory");
 #endif
   EXPECT_EQ(vpsbake(folder, "gear.obj --voxel 0.5mm --import-memory 1GB --import-timeout 2min").code, 0);
@@ -390,7 +390,7 @@ struct RealMesh {
 class RealMeshes : public testing::TestWithParam<RealMesh> {};
 TEST_P(RealMeshes, Bake) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
-#ifdef __SANITIZE_ADDRESS__
+#ifdef VPS_SANITIZE
   if (GetParam().long_when_sanitized) GTEST_SKIP() << "takes a minute under AddressSanitizer";
 #endif
   const TemporaryFolder folder;

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-#if defined(__SANITIZE_ADDRESS__)
+#if defined(VPS_SANITIZE)
 constexpr int kSlower = 5;  // repetitions are divided by it
 #else
 constexpr int kSlower = 1;

@@ -11,7 +11,7 @@
 #include "tests/formats/mesh/mutate.h"
 #include "tests/support/temporary_folder.h"
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef VPS_SANITIZE
 // Limits of memory are not enforced under AddressSanitizer: this one takes their place. Nobody reads the children's
 // reports, which take long to write.
 extern "C" const char* __asan_default_options() {

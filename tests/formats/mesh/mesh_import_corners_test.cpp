@@ -196,7 +196,7 @@ TEST(MeshImportCorners, MutatedBinaryFilesEachGetAVerdict) {
 }
 
 TEST(MeshImportCorners, ThreadsImportAtTheSameTimeAndAHangOfOneDoesNotHoldTheOthers) {
-#ifdef __SANITIZE_ADDRESS__
+#ifdef VPS_SANITIZE
   GTEST_SKIP() << "AddressSanitizer's allocator cannot be forked while other threads allocate";
 #endif
   const TemporaryFolder folder;

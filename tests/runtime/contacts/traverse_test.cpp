@@ -368,7 +368,7 @@ TEST(Traverse, BadUseGetsAStatus) {
   EXPECT_EQ(traverse(s.shell, VoxelmapView{}, {}, {}, s.scratch, s.contacts, result), Status::missing_part);
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef VPS_SANITIZE
 TEST(Traverse, AQueryAllocatesNothingOnceItsScratchHasGrown) {
   Pair s;
   s.scratch.reserve(s.shell);

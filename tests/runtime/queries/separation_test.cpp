@@ -342,7 +342,7 @@ TEST(Separation, BadUseGetsAStatus) {
   EXPECT_EQ(separation(s.shell, shapeless, {}, {}, s.scratch, result), Status::bad_argument);
 }
 
-#ifndef __SANITIZE_ADDRESS__
+#ifndef VPS_SANITIZE
 TEST(Separation, AllocatesNothingOnceItsScratchHasGrown) {
   Pair s;
   s.scratch.reserve(s.shell);
