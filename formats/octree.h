@@ -72,7 +72,7 @@ namespace octree {
 /// What the octree has for a cell.
 struct Found {
   std::uint32_t entry = kFarOutside;  ///< of a brick, or of none
-  std::uint32_t edge = kRootCells;    ///< of the cube that the entry stands for, in cells of level 0
+  std::uint32_t edge = kRootCells;    ///< of the entry's cube, in cells of level 0
 };
 
 /// Walks down to the entry that covers a cell of level 0.

@@ -49,7 +49,7 @@ struct StoredAsset {
 [[nodiscard]] StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache,
                                       const BakeHooks& hooks = {});
 
-/// The plan of a bake with these settings: searches the voxel size when `settings.max_error` asks for it.
+/// The plan of a bake with these settings: searches the voxel size when `settings.max_error` is set.
 /// @throw BakeError
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings);
 

@@ -38,7 +38,7 @@ struct Job {
   std::string output;            ///< the asset below `folder`, with slashes
   OptionTexts options;
   bake::BakeSettings settings;  ///< what `options` decide; not read where there is a refusal
-  std::string refusal;          ///< why it cannot be baked, told before anything is; empty otherwise
+  std::string refusal;          ///< why it cannot be baked, known before the bake; empty otherwise
   [[nodiscard]] std::filesystem::path asset() const { return folder / output; }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Asks all contenders the same poses in turn, round by round, so that a machine that slows down slows down all
-/// of them.
+/// @file Queries all contenders at the same poses in turn, round by round, so that a machine that slows down slows down
+/// all of them.
 #pragma once
 
 #include <functional>

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the folder cannot be written, as far as that can be told beforehand; empty when it can.
+// Where the folder cannot be written, as far as a check beforehand shows; empty when it can.
 std::string folder_refusal(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) return "this is a file; name a folder with -o";

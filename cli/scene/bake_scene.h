@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Bakes what a plan asks for and writes it into a folder, with its manifest.
+/// @file Bakes the assets of a plan and writes them into a folder, with their manifest.
 #pragma once
 
 #include <filesystem>
@@ -41,7 +41,7 @@ struct RefusedFile {
 /// Reads the scene and its meshes and plans its assets. @throw SceneError
 void plan_run(SceneRun& run);
 
-/// The first of the outputs that cannot be written, as far as that can be told beforehand; nothing when all can.
+/// The first output that cannot be written, as far as a check beforehand shows; nothing when all can.
 [[nodiscard]] std::optional<RefusedFile> refused_output(const SceneRun& run);
 
 /// Meshes that cannot be baked are refused before anything is, also in a dry run. @throw SceneError

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Asks each kind of partner for contacts, and gives them their final direction and penetration.
+// Finds contacts with each kind of partner, and gives them their final direction and penetration.
 #include "runtime/bullet/find_contacts.h"
 
 #include <algorithm>

@@ -6,7 +6,7 @@
 
 namespace vps::bullet {
 
-/// Whether a dispatcher was given to register_algorithm: asks it for an algorithm, and drops that.
+/// Whether a dispatcher was given to register_algorithm: creates one algorithm by it, and deletes that.
 [[nodiscard]] bool is_registered(btDispatcher& dispatcher, const Shape& shape);
 
 /// Whether any dispatcher of the program was given to register_algorithm. For calls that see no dispatcher: where

@@ -168,7 +168,7 @@ void Shape::report_not_registered() const {
       "step");
 }
 
-// Where Shapes meet Shapes alone, an unregistered dispatcher asks them for bounds and nothing else: once when a body is
+// Where Shapes meet Shapes alone, an unregistered dispatcher queries their bounds and nothing else: once when a body is
 // added, and again in the first step, before the body has moved. Several threads may ask at once: one atomic is enough.
 void Shape::look_for_first_step(const btTransform& transform) const {
   const std::uint64_t seen = hash_of_pose(transform);

@@ -188,7 +188,7 @@ void set_message_handler(MessageHandler handler);
 inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 
 /// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration,
-/// which overwrites entries. Compounds against GImpact's shapes go back to Bullet's own algorithm, which asks for each
+/// which overwrites entries. Compounds against GImpact's shapes go back to Bullet's own algorithm, which queries each
 /// child. Each dispatcher has to be registered. One that is not is reported in the first step, where a Shape meets a
 /// convex shape of Bullet or no dispatcher of the program is registered, and by lint and ContinuousMotion in any world.
 void register_algorithm(btCollisionDispatcher& dispatcher);

@@ -12,7 +12,7 @@ namespace vps::test {
 /// Sets the hash of the header, which would refuse nearly every change at once, and leaves all else.
 void seal_header(std::span<std::byte> file);
 
-/// Opens the bytes in memory and asks every kind of query, from places and poses drawn from the bytes.
+/// Opens the bytes in memory and runs every kind of query, from places and poses drawn from the bytes.
 /// @param file  aligned to Asset::kMemoryAlignment
 /// @return what Asset::open said
 Status ask_asset(std::span<const std::byte> file);

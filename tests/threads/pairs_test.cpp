@@ -178,7 +178,7 @@ class Row {
 std::atomic<int> lines{0};
 
 // Before any dispatcher of the program is registered a Shape remembers what it was asked first: this case comes first.
-// Each thread asks a shape once: a second call of the same thread could order what it did in the first.
+// Each thread queries a shape once: a second call of the same thread could order what it did in the first.
 TEST(Threads, BoundsThatManyThreadsAskForAreThoseOfOneThread) {
   lines = 0;
   bullet::set_message_handler([](const char*) { ++lines; });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Builds the planes and triangles of a convex shape, and asks them for the nearest place.
+// Builds the planes and triangles of a convex shape, and finds the nearest place on them.
 #include "runtime/bullet/partners/convex_planes.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

@@ -34,7 +34,7 @@ struct FieldFacts {
 };
 /// `frame`, `error` and `takes_lists` are left to the kernels' form of the field.
 FieldFacts facts_of(const VoxelmapView& map) noexcept;
-/// The fields that `id` tells apart are those whose bytes differ.
+/// Fields whose bytes differ have different ids.
 FieldFacts facts_of_bytes(std::span<const std::byte> analytic_field) noexcept;
 
 /// V before any point was tested.

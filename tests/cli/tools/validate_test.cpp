@@ -222,7 +222,7 @@ std::string metadata_by_h5dump(const TemporaryFolder& folder, const std::string&
   return std::to_string(status) + text.substr(std::min(text.size(), text.find('\n')));
 }
 
-// Bytes of HDF5's between the sections, damaged with all hashes right: the checksums of HDF5 are not ours.
+// Bytes of HDF5's between the sections, damaged with all hashes right: HDF5's own checksums are not updated.
 TEST_F(Validate, DamagedMetadataIsRefusedWhereverHdf5ReadsIt) {
   if (std::system("command -v h5dump >/dev/null") != 0) GTEST_SKIP() << "needs h5dump (Debian's hdf5-tools)";
   const std::string bytes = read_file(folder_ / "a.vps.hdf");
