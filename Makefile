@@ -38,7 +38,7 @@ BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 # What a step does and about how long it takes, before it begins: minutes on two cores from scratch. Later runs compile what changed.
 say = @echo "== $(1)"
 
-.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-sanitize-all test-tsan test-runtime-only test-deb test-all tidy clean
+.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
 all: deps
 	$(call say,Building the program and the libraries: about 6 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=OFF
@@ -160,17 +160,14 @@ test-dev: deps
 	$(call say,1 of 3: running the tests: about 8 minutes)
 	$(call run_tests,build/dev,-LE slow)
 
-# What reads files of others, with AddressSanitizer and UndefinedBehaviorSanitizer, built by clang.
+# The tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer; not those in which sanitizers can find
+# nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
-	$(call say,3 of 3: files of others under sanitizers: about 3 minutes from scratch)
+	$(call say,3 of 3: building with clang and sanitizers)
 	cmake --preset sanitize
-	cmake --build --preset sanitize -j $(JOBS) --target formats_test mesh_test
-	$(call run_tests,build/sanitize/tests/formats,-LE slow)
-
-# The same for the runtime, the baker, the plug-in and damaged assets: their tests take many times as long under sanitizers.
-test-sanitize-all: test-sanitize
 	cmake --build --preset sanitize -j $(JOBS)
+	$(call say,3 of 3: running the tests with sanitizers)
 	$(call run_tests,build/sanitize,-LE slow)
 
 # Queries, batches and Bullet's pairs on several threads under ThreadSanitizer, with an asset that the dev build's program bakes.
@@ -199,7 +196,7 @@ tidy: deps
 	cmake --preset edit
 	sh tests/style/tidy.sh build/edit $(JOBS)
 
-test-all: test test-sanitize-all deb tidy
+test-all: test deb tidy
 	$(call run_tests,build/dev,-L slow)
 
 clean:
