@@ -101,15 +101,16 @@ bool AssetCache::open(const CacheKey& key, Asset& asset, BakeReport& report) con
   return true;
 }
 
-std::string AssetCache::store(const std::optional<CacheKey>& key, const BakedAsset& baked,
+std::string AssetCache::store(const std::optional<CacheKey>& key, std::span<const std::byte> asset,
                               const BakeReport& report) const {
-  if (!key) return "the mesh changed while it was read, or refers to files that are not found";
-  const fs::path asset = entry_file(folder_, *key, kAssetEnding);
-  if (std::string reason = make_folders(folder_, asset); !reason.empty()) return reason;
+  if (!key) return "the mesh refers to files that cannot be read";
+  const fs::path entry = entry_file(folder_, *key, kAssetEnding);
+  if (std::string reason = make_folders(folder_, entry); !reason.empty()) return reason;
   try {
     const std::string text = to_text(report);
     write_whole(entry_file(folder_, *key, kReportEnding), std::as_bytes(std::span(text)));
-    keep_small(*key, text.size() + write_asset(asset, baked.info, baked.sections));
+    write_whole(entry, asset);
+    keep_small(*key, text.size() + asset.size());
   } catch (const WriteError& error) {
     // Without the advice: it is about outputs.
     const std::string reason = error.what();

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -92,9 +93,10 @@ class AssetCache {
   [[nodiscard]] bool open(const CacheKey& key, Asset& asset, BakeReport& report) const;
 
   /// Adds an entry, or replaces it.
-  /// @param key  of the record in `baked`; nothing when it is not certain what was baked: then nothing is stored
+  /// @param key    of the record in `asset`; nothing when a file of the mesh cannot be read: then nothing is stored
+  /// @param asset  the bytes of the whole file
   /// @return why it could not be stored, without a full stop; empty when it was
-  [[nodiscard]] std::string store(const std::optional<CacheKey>& key, const BakedAsset& baked,
+  [[nodiscard]] std::string store(const std::optional<CacheKey>& key, std::span<const std::byte> asset,
                                   const BakeReport& report) const;
 
  private:

@@ -2,7 +2,7 @@
 /// @file Triangles of Bullet's meshes, to be baked. A header only: programs that include it have Bullet already.
 ///
 ///     btTriangleIndexVertexArray level = ...;
-///     const auto asset = vps::load_or_bake(vps::bullet::triangles_of(level), settings, cache_folder).asset;
+///     const auto asset = vps::bake::load_or_bake(vps::bullet::triangles_of(level), settings, cache_folder).asset;
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btStridingMeshInterface.h>

@@ -66,37 +66,40 @@ struct Pipeline {
   bool look_up(const FindRecord& find_record) {
     const auto find = [&] {
       record = find_record();
-      return cache != nullptr && record && cache->open(cache_key(*record), result.cached, result.report);
+      return cache != nullptr && record && open_cached(cache_key(*record));
     };
     return cache != nullptr ? timed(result.times, "cache", find) : find();
   }
 
-  void bake_mesh(const TriangleMesh& mesh) {
+  BakedAsset bake_mesh(const TriangleMesh& mesh) {
     const BakeOptions options = options_for(mesh, settings);
     result.report.plan = plan_bake(mesh, options);
     if (hooks.planned) hooks.planned(result.report.plan);
-    result.baked = bake(mesh, options);
-    const BakedAsset& baked = *result.baked;
+    BakedAsset baked = bake(mesh, options);
     result.times.insert(result.times.end(), baked.times.begin(), baked.times.end());
     result.report.repair = baked.repair;
     result.report.filled_share = baked.filled_share;
     result.report.notes.insert(result.report.notes.end(), baked.notes.begin(), baked.notes.end());
+    if (record) add_record(*record, baked);
+    return baked;
   }
 
-  void store() {
-    if (record) add_record(*record, *result.baked);
-    if (cache == nullptr) return;
+  // @return whether the cache has the asset now, open in `result`
+  bool store(std::span<const std::byte> asset) {
+    if (cache == nullptr) return false;
     show_stage(settings, "store", 1);
-    result.warning =
-        timed(result.times, "store", [&] { return cache->store(result.key, *result.baked, result.report); });
+    const auto add = [&] { return cache->store(result.key, asset, result.report); };
+    result.warning = timed(result.times, "store", add);
+    return result.warning.empty() && open_cached(*result.key);
   }
 
   // @param mesh  as read, with what the import noted
   StoredAsset finish(const TriangleMesh& mesh, std::vector<std::string> notes) {
     if (record) result.key = cache_key(*record);
+    result.baked = true;
     result.report.notes = std::move(notes);
-    bake_mesh(mesh);
-    store();
+    std::vector<std::byte> bytes = encode(bake_mesh(mesh));
+    if (!store(bytes)) result.asset = open_in_memory(std::move(bytes));
     return std::move(result);
   }
 
@@ -104,31 +107,26 @@ struct Pipeline {
     result.key = cache_key(*record);
     return std::move(result);
   }
+
+ private:
+  bool open_cached(const CacheKey& key) {
+    const auto asset = std::make_shared<Asset>();
+    if (!cache->open(key, *asset, result.report)) return false;
+    result.asset = asset;
+    return true;
+  }
+
+  std::vector<std::byte> encode(const BakedAsset& baked) {
+    return timed(result.times, "encode", [&] { return asset_bytes(baked.info, baked.sections); });
+  }
 };
 
-LoadedAsset load(StoredAsset stored, const AssetCache* cache) {
-  LoadedAsset loaded;
-  const auto asset = std::make_shared<Asset>();
-  loaded.asset = asset;
-  loaded.baked = stored.baked.has_value();
-  loaded.report = std::move(stored.report);
-  loaded.warning = std::move(stored.warning);
-  if (!loaded.baked) {
-    *asset = std::move(stored.cached);
-    return loaded;
-  }
-  const bool is_kept = cache != nullptr && loaded.warning.empty();
-  if (is_kept && cache->open(*stored.key, *asset, loaded.report)) return loaded;
-  loaded.asset = open_in_memory(*stored.baked);
-  return loaded;
-}
-
-LoadedAsset load_named(const std::string& file, const fs::path& cache_folder,
+StoredAsset load_named(const std::string& file, const fs::path& cache_folder,
                        const std::function<StoredAsset(const AssetCache*)>& find) {
   const AssetCache folder(cache_folder);
   const AssetCache* const cache = cache_folder.empty() ? nullptr : &folder;
   try {
-    return load(find(cache), cache);
+    return find(cache);
   } catch (const ImportError& error) {
     throw LoadError("import", file, error.what());
   } catch (const BakeError& error) {
@@ -140,13 +138,13 @@ LoadedAsset load_named(const std::string& file, const fs::path& cache_folder,
 
 }  // namespace
 
-std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked) {
+std::shared_ptr<const Asset> open_in_memory(std::vector<std::byte> bytes) {
   struct Held {
     std::vector<std::byte> bytes;
     Asset asset;
   };
   const auto held = std::make_shared<Held>();
-  held->bytes = asset_bytes(baked.info, baked.sections);
+  held->bytes = std::move(bytes);
   if (const Status status = Asset::open(held->bytes, held->asset); status != Status::ok) {
     throw WriteError(std::string(describe(status)) + "; this is a defect, please report it");
   }
@@ -182,12 +180,12 @@ BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings) {
   return plan_bake(mesh, options_for(mesh, settings));
 }
 
-LoadedAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+StoredAsset load_or_bake(const fs::path& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
   return load_named(mesh.string(), cache_folder,
                     [&](const AssetCache* cache) { return bake_stored(mesh, settings, cache); });
 }
 
-LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
+StoredAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings, const fs::path& cache_folder) {
   return load_named({}, cache_folder, [&](const AssetCache* cache) { return bake_stored(mesh, settings, cache); });
 }
 

@@ -26,13 +26,13 @@ struct BakeHooks {
   std::function<void(const BakePlan&)> planned;  ///< the voxel size is known; the bake begins
 };
 
-/// An asset from the cache or fresh from the baker. Exactly one of `cached` and `baked` is there.
+/// An asset from the cache or fresh from the baker, with its record.
 struct StoredAsset {
-  Asset cached;                     ///< open when the cache had the asset
-  std::optional<BakedAsset> baked;  ///< with its record; not yet a file, except in the cache
-  std::optional<CacheKey> key;      ///< nothing when a file of the mesh cannot be read: then the cache does not hold it
+  std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
+  bool baked = false;                  ///< false: from the cache
+  std::optional<CacheKey> key;  ///< nothing when a file of the mesh cannot be read: then the cache does not hold it
   BakeReport report;
-  std::vector<StageTime> times;  ///< cache, import, those of bake, store: the stages that were run. [s]
+  std::vector<StageTime> times;  ///< cache, import, those of bake, encode, store: the stages that were run. [s]
   std::string warning;           ///< why the cache does not hold the asset now; empty: it does, or none was given
 };
 
@@ -53,16 +53,9 @@ struct StoredAsset {
 /// @throw BakeError
 [[nodiscard]] BakePlan plan_bake(const TriangleMesh& mesh, const BakeSettings& settings);
 
-/// A baked asset, opened without a file: the pointer owns its bytes.
-/// @throw WriteError
-[[nodiscard]] std::shared_ptr<const Asset> open_in_memory(const BakedAsset& baked);
-
-struct LoadedAsset {
-  std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
-  bool baked = false;                  ///< false: from the cache
-  BakeReport report;
-  std::string warning;  ///< why the cache does not hold the asset now; empty: it does, or none was asked for
-};
+/// The bytes of a whole asset, opened; the pointer owns them.
+/// @throw WriteError when they are no asset
+[[nodiscard]] std::shared_ptr<const Asset> open_in_memory(std::vector<std::byte> bytes);
 
 /// What went wrong with which file, at which stage: import, one of bake's, or write. `what()` is "reason; what to do".
 struct LoadError : BakeError {
@@ -71,14 +64,14 @@ struct LoadError : BakeError {
       : BakeError(std::move(stage_in), message), file(std::move(file_in)) {}
 };
 
-/// `bake_stored`, mapped into memory. Threads may call it at the same time.
+/// `bake_stored` with one kind of error. Threads may call it at the same time.
 /// @param cache_folder  made when missing; empty: no cache. One that cannot be used costs a warning, not the asset
 /// @throw LoadError
-[[nodiscard]] LoadedAsset load_or_bake(const std::filesystem::path& mesh, const BakeSettings& settings,
+[[nodiscard]] StoredAsset load_or_bake(const std::filesystem::path& mesh, const BakeSettings& settings,
                                        const std::filesystem::path& cache_folder = {});
 
 /// The same for a mesh in memory, in metres; identical positions are joined. `settings.import` is not used.
-[[nodiscard]] LoadedAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings,
+[[nodiscard]] StoredAsset load_or_bake(const TriangleMesh& mesh, const BakeSettings& settings,
                                        const std::filesystem::path& cache_folder = {});
 
 }  // namespace vps::bake

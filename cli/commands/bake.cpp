@@ -94,14 +94,13 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
              seconds_since(run.begin), cache);
 }
 
-// @param write  returns the asset's size
-int deliver(BakeRun& run, const AssetInfo& info, const std::function<std::size_t()>& write) {
+int deliver(BakeRun& run, const Asset& asset) {
   run.progress.show("write", 1);
   const auto begin = Clock::now();
-  const std::size_t bytes = write();
+  write_whole(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
   run.progress.clear();
-  print_result(run, info, bytes);
+  print_result(run, asset.info(), asset.bytes().size());
   return kOk;
 }
 
@@ -139,15 +138,10 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
   if (!stored.baked) {
     check_output(run);
     print_plan(run, run.report.plan);
-    return deliver(run, stored.cached.info(), [&] {
-      write_whole(run.output, stored.cached.bytes());
-      return stored.cached.bytes().size();
-    });
   }
   run.progress.clear();
   if (!stored.warning.empty()) complain("warning", arguments.cache, stored.warning + "; the asset is not kept there");
-  return deliver(run, stored.baked->info,
-                 [&] { return write_asset(run.output, stored.baked->info, stored.baked->sections); });
+  return deliver(run, *stored.asset);
 }
 
 int bake_file(const BakeArguments& arguments) {

@@ -22,7 +22,7 @@ std::shared_ptr<const Asset> bake_in_memory(const TriangleMesh& mesh, const bake
                                             const RecordOf& record) {
   bake::BakedAsset baked = bake::bake(mesh, options);
   if (record) bake::add_record(record(options), baked);
-  return bake::open_in_memory(baked);
+  return bake::open_in_memory(asset_bytes(baked.info, baked.sections));
 }
 
 TriangleMesh centred(TriangleMesh mesh, const Asset& asset) {

@@ -61,8 +61,8 @@ BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::
   bake::BakeSettings settings;
   settings.options = options;
   try {
-    bake::LoadedAsset loaded = bake::load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
-    if (!loaded.warning.empty()) run.options.warn(loaded.warning);
+    bake::StoredAsset loaded = bake::load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
+    if (!loaded.warning.empty() && run.options.warn) run.options.warn(loaded.warning);
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
   } catch (const bake::LoadError& error) {

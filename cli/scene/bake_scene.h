@@ -19,7 +19,7 @@ struct SceneBakeOptions {
   bool full = false;             ///< everything: both parts and all fields
   bool compare = false;          ///< what is usual and everything as well
   bool dry_run = false;
-  std::function<void(const std::string& warning)> warn;  ///< of the cache, without a full stop
+  std::function<void(const std::string& warning)> warn;  ///< of the cache, without a full stop; may be empty
 };
 
 /// A scene on its way from the file to its assets.

@@ -124,7 +124,7 @@ class Stored : public testing::Test {
     BakedAsset baked = plain();
     const BakeRecord record{"number " + std::to_string(number) + "\n"};
     add_record(record, baked);
-    EXPECT_EQ(cache.store(cache_key(record), baked, {}), "");
+    EXPECT_EQ(cache.store(cache_key(record), asset_bytes(baked.info, baked.sections), {}), "");
     return cache_key(record);
   }
   [[nodiscard]] static bool opens(const AssetCache& cache, const CacheKey& key) {

@@ -32,14 +32,14 @@ struct CountedSettings : BakeSettings {
   int bakes = 0;
 };
 
-std::string bytes_of(const LoadedAsset& loaded) {
+std::string bytes_of(const StoredAsset& loaded) {
   EXPECT_TRUE(loaded.asset != nullptr && loaded.asset->is_open());
   const auto bytes = loaded.asset->bytes();
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 // All sections but the record, which says how the mesh came.
-std::string content_of(const LoadedAsset& loaded) {
+std::string content_of(const StoredAsset& loaded) {
   const std::string bytes = bytes_of(loaded);
   const Directory& directory = loaded.asset->directory();
   std::string content;
@@ -62,10 +62,10 @@ std::string fresh(const TriangleMesh& mesh, const BakeOptions& options) {
 TEST(Load, TheSecondTimeNothingIsBaked) {
   const TemporaryFolder folder;
   CountedSettings settings;
-  const LoadedAsset first = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
+  const StoredAsset first = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
   EXPECT_TRUE(first.baked);
   EXPECT_EQ(settings.bakes, 1);
-  const LoadedAsset second = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
+  const StoredAsset second = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
   EXPECT_FALSE(second.baked);
   EXPECT_EQ(settings.bakes, 1);
   EXPECT_EQ(first.warning + second.warning, "");
@@ -80,7 +80,7 @@ TEST(Load, WithoutACacheTheAssetLivesAndNoFileIsLeft) {
   const std::string before = fs::temp_directory_path();
   ::setenv("TMPDIR", folder.path().c_str(), 1);
   CountedSettings settings;
-  const LoadedAsset loaded = load_or_bake(sample_mesh("cube.obj"), settings);
+  const StoredAsset loaded = load_or_bake(sample_mesh("cube.obj"), settings);
   ::setenv("TMPDIR", before.c_str(), 1);
   EXPECT_TRUE(folder.names().empty());
   EXPECT_TRUE(loaded.baked);
@@ -93,7 +93,7 @@ TEST(Load, ACacheThatCannotBeUsedCostsAWarningOnly) {
   const TemporaryFolder folder;
   write_file(folder / "file", "");
   CountedSettings settings;
-  const LoadedAsset loaded = load_or_bake(sample_mesh("cube.obj"), settings, folder / "file");
+  const StoredAsset loaded = load_or_bake(sample_mesh("cube.obj"), settings, folder / "file");
   EXPECT_NE(loaded.warning, "");
   EXPECT_EQ(content_of(loaded), fresh(import_mesh(sample_mesh("cube.obj")), settings.options));
 }
@@ -105,7 +105,7 @@ TEST(Load, ADamagedEntryIsBakedAgain) {
   const std::string key = cache_key(*bake_record(sample_mesh("cube.obj"), settings)).digits;
   const std::string entry = key.substr(0, 2) + "/" + key + ".vps.hdf";
   write_file(folder / entry, whole.substr(0, whole.size() / 2));
-  const LoadedAsset again = load_or_bake(sample_mesh("cube.obj"), settings, folder.path());
+  const StoredAsset again = load_or_bake(sample_mesh("cube.obj"), settings, folder.path());
   EXPECT_TRUE(again.baked);
   EXPECT_EQ(bytes_of(again), whole);
   EXPECT_EQ(read_file(folder / entry), whole);
@@ -146,7 +146,7 @@ TEST(Load, AMeshThatDoesNotStopChangingIsRefused) {
   write_file(folder / "still.gltf", mesh_with(""));
   write_file(folder / "restless.gltf", mesh_with(R"(, {"uri": "restless.bin", "byteLength": 1})"));
   CountedSettings settings;
-  const LoadedAsset still = load_or_bake(folder / "still.gltf", settings, folder / "still");
+  const StoredAsset still = load_or_bake(folder / "still.gltf", settings, folder / "still");
   EXPECT_EQ(still.warning, "");
   EXPECT_FALSE(load_or_bake(folder / "still.gltf", settings, folder / "still").baked);
   try {
@@ -177,7 +177,7 @@ TEST(Load, AMeshThatIsWrittenWhileItIsReadIsReadAgain) {
   EXPECT_EQ(stored.key, cache_key(*bake_record(sample_mesh("hole.obj"), settings)));
   EXPECT_EQ(stages.front(), "import");
   EXPECT_EQ(stages.back(), "store");
-  const LoadedAsset loaded = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
+  const StoredAsset loaded = load_or_bake(sample_mesh("hole.obj"), settings, folder / "cache");
   EXPECT_FALSE(loaded.baked);
   EXPECT_EQ(content_of(loaded), fresh(import_mesh(sample_mesh("hole.obj")), settings.options));
 }
@@ -199,7 +199,7 @@ TEST(Load, HooksComeInOrderAndMayEndTheBake) {
   EXPECT_EQ(first.times.front().stage + " " + first.times.back().stage, "cache store");
   const StoredAsset second = bake_stored(sample_mesh("cube.obj"), settings, &cache, noting);
   EXPECT_EQ(order, "imported planned ");  // nothing was baked
-  EXPECT_TRUE(!second.baked && second.cached.is_open());
+  EXPECT_TRUE(!second.baked && second.asset->is_open());
   EXPECT_EQ(second.key, first.key);
 }
 
@@ -287,7 +287,7 @@ TEST(Load, BulletsMeshesAreTheirTriangles) {
   }
   BakeSettings settings;
   settings.options.resolution = 10;
-  const LoadedAsset loaded = load_or_bake(got, settings);
+  const StoredAsset loaded = load_or_bake(got, settings);
   EXPECT_EQ(loaded.report.repair, Repair::none);
   EXPECT_EQ(loaded.asset->info().vertices, 8U);
 }

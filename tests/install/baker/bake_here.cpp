@@ -17,7 +17,7 @@ int bake_here(const char* mesh_file, const char* baked_file) {
   settings.options.voxel_size = 0.5e-3;
   const vps::bake::MeshReport report = vps::bake::inspect_mesh(mesh, settings.options);
   const vps::bake::ClosedMesh closed = vps::bake::closed_mesh(mesh, settings.options);
-  const vps::bake::LoadedAsset loaded = vps::bake::load_or_bake(mesh_file, settings);
+  const vps::bake::StoredAsset loaded = vps::bake::load_or_bake(mesh_file, settings);
   const vps::Asset& asset = *loaded.asset;
 
   std::vector<vps::cli::Check> checks;
