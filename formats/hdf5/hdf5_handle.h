@@ -6,12 +6,13 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <new>
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -68,7 +69,6 @@ class MemoryFile {
   MemoryFile() = default;
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
-  ~MemoryFile() { std::free(data_); }
 
   void receive_from(hid_t access) {
     H5FD_file_image_callbacks_t calls = {allocate, copy, resize, release, share, unshare, this};
@@ -80,31 +80,34 @@ class MemoryFile {
     hsize_t size = 0;
     require(H5Fflush(file, H5F_SCOPE_GLOBAL), "finish the file");
     require(H5Fget_filesize(file, &size), "finish the file");
-    if (!file.close() || data_ == nullptr) fail_hdf5("finish the file");
-    bytes_ = {static_cast<std::byte*>(data_), static_cast<std::size_t>(size)};
+    if (!file.close() || bytes_.size() < size) fail_hdf5("finish the file");
+    bytes_.resize(static_cast<std::size_t>(size));
   }
-  [[nodiscard]] std::span<std::byte> bytes() const { return bytes_; }
+  [[nodiscard]] std::span<std::byte> bytes() { return bytes_; }
+  /// Moves the bytes out.
+  [[nodiscard]] std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
   using Operation = H5FD_file_image_op_t;
-  static void* allocate(std::size_t size, Operation, void*) { return std::malloc(size); }
-  static void* copy(void* to, const void* from, std::size_t size, Operation, void*) {
-    return std::memcpy(to, from, size);
+  // HDF5 holds one buffer at a time: `bytes_`. It never copies it, for the file begins without an image.
+  static void* allocate(std::size_t size, Operation operation, void* self) {
+    return resize(nullptr, size, operation, self);
   }
-  static void* resize(void* at, std::size_t size, Operation, void*) { return std::realloc(at, size); }
-  static herr_t release(void* at, Operation operation, void* self) {
-    if (operation == H5FD_FILE_IMAGE_OP_FILE_CLOSE) {
-      static_cast<MemoryFile*>(self)->data_ = at;
-    } else {
-      std::free(at);
+  static void* copy(void*, const void*, std::size_t, Operation, void*) { return nullptr; }
+  static void* resize(void*, std::size_t size, Operation, void* self) {
+    std::vector<std::byte>& bytes = static_cast<MemoryFile*>(self)->bytes_;
+    try {
+      bytes.resize(size);
+    } catch (const std::bad_alloc&) {
+      return nullptr;
     }
-    return 0;
+    return bytes.data();
   }
+  static herr_t release(void*, Operation, void*) { return 0; }
   static void* share(void* self) { return self; }
   static herr_t unshare(void*) { return 0; }
 
-  void* data_ = nullptr;
-  std::span<std::byte> bytes_;
+  std::vector<std::byte> bytes_;
 };
 
 /// A new file in memory, without time stamps. @param user_block  [bytes]

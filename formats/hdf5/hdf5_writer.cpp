@@ -199,11 +199,12 @@ Section write_section(hid_t file, const SectionData& data) {
   return section;
 }
 
-// The bytes of the file, in `memory`.
-std::span<const std::byte> encode(const AssetInfo& info, std::span<const SectionData> sections, MemoryFile& memory) {
+// The bytes of the file.
+std::vector<std::byte> encode(const AssetInfo& info, std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   const std::lock_guard lock(detail::one_at_a_time);
   const detail::SilentErrors silent;
+  MemoryFile memory;
   Directory directory;
   directory.info = info;
   {
@@ -227,7 +228,7 @@ std::span<const std::byte> encode(const AssetInfo& info, std::span<const Section
   directory.file_bytes = image.size();
   directory.metadata_hash = hash_metadata(image, directory);
   encode_directory(directory, image.first<kUserBlockBytes>());
-  return image;
+  return memory.take();
 }
 
 }  // namespace
@@ -235,17 +236,14 @@ std::span<const std::byte> encode(const AssetInfo& info, std::span<const Section
 std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info,
                         std::span<const SectionData> sections) {
   OutputFile output(path);
-  MemoryFile memory;
-  const std::span<const std::byte> image = encode(info, sections, memory);
+  const std::vector<std::byte> image = encode(info, sections);
   output.write(image);
   output.move_into_place();
   return image.size();
 }
 
 std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections) {
-  MemoryFile memory;
-  const std::span<const std::byte> image = encode(info, sections, memory);
-  return {image.begin(), image.end()};
+  return encode(info, sections);
 }
 
 void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "formats/hdf5/section_names.h"
@@ -34,6 +35,15 @@ TEST(Hdf5Writer, TheSameAssetGivesTheSameBytesAnyTime) {
   ::sleep(1);  // time stamps have seconds
   write_asset(folder / "b_with_another_name.vps.hdf", tiny.info, tiny.sections);
   EXPECT_EQ(read_file(folder / "a.vps.hdf"), read_file(folder / "b_with_another_name.vps.hdf"));
+}
+
+TEST(Hdf5Writer, TheBytesInMemoryAreThoseOfTheFile) {
+  const TemporaryFolder folder;
+  const TinyAsset tiny;
+  write_asset(folder / "a.vps.hdf", tiny.info, tiny.sections);
+  const std::string file = read_file(folder / "a.vps.hdf");
+  const std::vector<std::byte> bytes = asset_bytes(tiny.info, tiny.sections);
+  EXPECT_TRUE(std::ranges::equal(bytes, std::as_bytes(std::span(file))));
 }
 
 TEST(Hdf5Writer, TheDirectoryAgreesWithHdf5) {
