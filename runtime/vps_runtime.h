@@ -226,6 +226,8 @@ class FieldRef {
 /// @param inward_normal  n, unit length, into the pointshell's body, the field's frame. Only Field::layers uses it. [-]
 /// @return V(P) [m], >= 0 inside or on the surface; infinite for a polytope of no planes.
 [[nodiscard]] float penetration(FieldRef field, Vec3 point, Vec3 inward_normal = {}) noexcept;
+/// A map of layers needs the normal.
+float penetration(const VoxelmapView& map, Vec3 point) = delete;
 
 /// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;

@@ -14,6 +14,33 @@ using detail::FieldFacts;
 using detail::Frame;
 using detail::TraverseQuery;
 
+template <class Kernel>
+FieldFacts facts_of(const VoxelmapView& map) noexcept {
+  FieldFacts facts;
+  facts.most = detail::greatest_penetration(map);
+  facts.excess = map.error;
+  facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
+  if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
+    // The diagonal of the largest cell: docs/bounds.md.
+    const float largest_cell = std::ldexp(map.voxel_size, kCoarsestLevel);
+    facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * largest_cell + detail::field_error(map);
+    facts.known = map.band_inner;
+  }
+  return facts;
+}
+template <class Kernel, class Analytic>
+FieldFacts facts_of(const Analytic&) noexcept {
+  return {};
+}
+
+std::uint64_t id_of(const VoxelmapView& map) noexcept {
+  return detail::field_id(map);
+}
+template <class Analytic>
+std::uint64_t id_of(const Analytic& field) noexcept {
+  return detail::field_id(std::as_bytes(std::span(&field, 1)));
+}
+
 // Algorithm 1, down to QueryOptions::level or to the points.
 void traverse_once(TraverseQuery& query) noexcept {
   const PointshellView& shell = query.shell;
@@ -100,28 +127,16 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
                 Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
-    FieldFacts facts;
-    float largest_cell = 0;  // of a sampled map. [m]
-    float known = facts.known;
     if constexpr (std::is_same_v<Kind, VoxelmapView>) {
       if (kind.field == Field::none) return Status::missing_part;
       if (answer_apart(shell, kind, shell_to_field, options.contact_distance, result)) return Status::ok;
-      facts = detail::facts_of(kind);
-      largest_cell = std::ldexp(kind.voxel_size, kCoarsestLevel);
-      known = kind.band_inner;
-    } else {
-      facts = detail::facts_of_bytes(std::as_bytes(std::span(&kind, 1)));
     }
     const auto run_kernel = [&]<class Kernel>(const Kernel& kernel_field, const Frame& frame, float error,
                                               const Pose& kernel_pose) {
+      FieldFacts facts = facts_of<Kernel>(kind);
       facts.frame = frame;
       facts.error = error;
-      facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
-      if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
-        // The diagonal of the largest cell: docs/bounds.md.
-        facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * largest_cell + error;
-        facts.known = known;
-      }
+      if (options.cache != nullptr) facts.id = id_of(kind);
       scratch.reserve(shell);
       return run(TraverseQuery(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, options,
                                scratch, out, result));

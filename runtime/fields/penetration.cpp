@@ -3,7 +3,6 @@
 #include "runtime/fields/penetration.h"
 
 #include <cstdlib>
-#include <type_traits>
 
 #include "runtime/fields/analytic_fields.h"
 
@@ -60,6 +59,14 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }
 
+float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  return detail::voxelmap_penetration(map, point, inward_normal);
+}
+template <class Analytic>
+float value_at(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
+  return detail::value_at(field, point);
+}
+
 }  // namespace
 
 Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
@@ -101,18 +108,10 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }
 
-// Most points are looked up in a map: it goes first, without a visit.
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {
-  if (const VoxelmapView* const map = field.voxelmap()) return detail::voxelmap_penetration(*map, point, inward_normal);
-  return field.visit([point](const auto& kind) {
-    if constexpr (std::is_same_v<decltype(kind), const VoxelmapView&>)
-      return 0.0F;
-    else
-      return detail::value_at(kind, point);
-  });
+  return field.visit([&](const auto& kind) { return value_at(kind, point, inward_normal); });
 }
 Vec3 outward_normal(FieldRef field, Vec3 point) noexcept {
-  if (const VoxelmapView* const map = field.voxelmap()) return detail::normal_at(*map, point);
   return field.visit([point](const auto& kind) { return detail::normal_at(kind, point); });
 }
 float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept {

@@ -6,20 +6,21 @@
 
 namespace vps::detail {
 
-FieldFacts facts_of_bytes(std::span<const std::byte> analytic_field) noexcept {
-  FieldFacts facts;
-  facts.id = hash_bytes(analytic_field);
-  return facts;
+std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept {
+  return hash_bytes(analytic_field);
 }
 
-FieldFacts facts_of(const VoxelmapView& map) noexcept {
-  FieldFacts facts = facts_of_bytes(std::as_bytes(std::span(&map.values, 1)));
-  facts.excess = map.error;
-  // Inside, the surface is never farther than the nearest face of the bounds.
+std::uint64_t field_id(const VoxelmapView& map) noexcept {
+  return field_id(std::as_bytes(std::span(&map.values, 1)));
+}
+
+float greatest_penetration(const VoxelmapView& map) noexcept {
+  // The surface is never farther than the nearest face of the bounds.
+  float most = std::numeric_limits<float>::max();
   for (int axis = 0; axis < 3; ++axis) {
-    facts.most = std::min(facts.most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
+    most = std::min(most, 0.5F * (map.bounds_max[axis] - map.bounds_min[axis]) + map.error);
   }
-  return facts;
+  return most;
 }
 
 TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField& the_field,

@@ -32,10 +32,11 @@ struct FieldFacts {
   float known = std::numeric_limits<float>::max();
   float most = std::numeric_limits<float>::max();
 };
-/// `frame`, `error` and `takes_lists` are left to the kernels' form of the field.
-FieldFacts facts_of(const VoxelmapView& map) noexcept;
-/// Fields whose bytes differ have different ids.
-FieldFacts facts_of_bytes(std::span<const std::byte> analytic_field) noexcept;
+/// Fields that differ have different ids: for a ContactCache.
+std::uint64_t field_id(const VoxelmapView& map) noexcept;
+std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept;
+/// How far inside a map a point can be at most. [m]
+float greatest_penetration(const VoxelmapView& map) noexcept;
 
 /// V before any point was tested.
 inline constexpr float kNothingTested = std::numeric_limits<float>::lowest();
