@@ -122,6 +122,7 @@ int run_asset(const StressArguments& arguments, const std::string& path, const s
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;
     options.seed = arguments.seed;
+    options.announce_hacd = [] { fmt::print(stderr, "HACD decomposes the mesh, once: this takes minutes\n"); };
     add_meshes(mesh, *asset, options);
     const stress::Subject subject = stress::make_subject(path, asset, options);
     stress::AssetResult& result = results.emplace_back();

@@ -18,7 +18,7 @@ struct HacdOptions {
   std::size_t vertices_per_hull = 100;  ///< at most. [Limits: value > 3]
   double concavity = 100;               ///< at most, once so few hulls are left. Units: HACD's, 1000 for the diagonal
   double compacity_weight = 0.1;        ///< as in Bullet's own example
-  std::function<void()> announce;       ///< called before it takes minutes; empty: a line on stderr
+  std::function<void()> announce;       ///< called before it takes minutes; may be empty
 };
 
 /// Decomposes a mesh, which takes minutes, or reads what an earlier run has left in `folder` for the same mesh and

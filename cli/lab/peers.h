@@ -53,7 +53,7 @@ struct PeerOptions {
   double margin = 0;                    ///< a voxel of the base: what a user would give hulls and GImpact. [m]
   std::vector<std::string> without;     ///< names
   std::filesystem::path folder;         ///< where HACD's hulls are kept
-  std::function<void()> announce_hacd;  ///< called before it takes minutes. Not empty
+  std::function<void()> announce_hacd;  ///< called before it takes minutes; may be empty
 };
 
 /// @param body  closed, about its centre of mass

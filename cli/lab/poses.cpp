@@ -180,7 +180,6 @@ std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& op
     }
     return poses;
   }
-  if (!options.progress) fmt::print(stderr, "The oracle places {} poses, once: this takes minutes\n", count);
   std::vector<PairPose> poses = compute(body, options);
   std::vector<double> numbers;
   for (const PairPose& pose : poses) {

@@ -82,12 +82,13 @@ inline constexpr const char* kNoMesh =
     "an asset holds no mesh, and this one no voxelmap to make one of; give it with --mesh";
 
 struct SubjectOptions {
-  double mass = 1;                   ///< [Limits: value > 0] [Units: kg]
-  std::uint64_t seed = 1;            ///< of disturbances and directions
-  std::optional<PeerMesh> mesh;      ///< the asset's own, for the peers and other sizes
-  std::optional<PeerMesh> zero_set;  ///< of few triangles, where there is no mesh or it has too many
-  std::filesystem::path cache;       ///< folder for HACD's hulls and baked props; empty: none is kept
-  std::vector<std::string> without;  ///< columns to leave out
+  double mass = 1;                      ///< [Limits: value > 0] [Units: kg]
+  std::uint64_t seed = 1;               ///< of disturbances and directions
+  std::optional<PeerMesh> mesh;         ///< the asset's own, for the peers and other sizes
+  std::optional<PeerMesh> zero_set;     ///< of few triangles, where there is no mesh or it has too many
+  std::filesystem::path cache;          ///< folder for HACD's hulls and baked props; empty: none is kept
+  std::vector<std::string> without;     ///< columns to leave out
+  std::function<void()> announce_hacd;  ///< called before it takes minutes; may be empty
 };
 
 /// How a body that was dropped on a plane, or into a wedge, is at the end.

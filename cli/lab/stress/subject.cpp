@@ -104,7 +104,7 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   std::vector<lab::Hull> hulls;
   try {
     lab::HacdOptions hacd;
-    if (!takes_minutes) hacd.announce = [] {};
+    if (takes_minutes) hacd.announce = options.announce_hacd;
     hulls = lab::hacd_hulls(mesh->mesh, hacd, options.cache);
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
