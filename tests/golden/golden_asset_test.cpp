@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <span>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -187,10 +188,12 @@ TEST(GoldenAsset, ThoseOfThisMajorVersionOpenAndAnswerAsTheyDid) {
 }
 
 TEST(GoldenAsset, ThoseOfAnotherMajorVersionAreRefusedByTheirVersion) {
+  constexpr std::size_t kMajorOffset = 8;  // behind the magic: docs/format.md
   for (const std::string& name : golden_names()) {
-    if (name.starts_with("asset_" + std::to_string(kFormatMajor) + ".")) continue;
+    std::string bytes = read_file(fs::path(VPS_GOLDEN) / (name + ".vps.hdf"));
+    if (name.starts_with("asset_" + std::to_string(kFormatMajor) + ".")) ++bytes.at(kMajorOffset);
     Asset asset;
-    EXPECT_EQ(Asset::open((fs::path(VPS_GOLDEN) / (name + ".vps.hdf")).c_str(), asset), Status::wrong_version) << name;
+    EXPECT_EQ(Asset::open(std::as_bytes(std::span(bytes)), asset), Status::wrong_version) << name;
   }
 }
 

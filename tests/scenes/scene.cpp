@@ -8,8 +8,9 @@
 #include <cstdlib>
 #include <stdexcept>
 
+#include "cli/lab/assets.h"
+#include "cli/lab/hacd.h"
 #include "formats/mesh/mesh_import.h"
-#include "tests/support/temporary_folder.h"
 
 namespace vps::scenes {
 namespace {
@@ -50,17 +51,10 @@ std::filesystem::path shared_file(const std::string& relative) {
 }
 
 Part bake_part(const TriangleMesh& mesh, double voxel_size) {
-  const test::TemporaryFolder folder;
   bake::BakeOptions options;
   options.voxel_size = voxel_size;
-  const bake::BakedAsset result = bake::bake(mesh, options);
-  write_asset(folder / "asset.vps.hdf", result.info, result.sections);
-  auto asset = std::make_shared<Asset>();
-  if (const Status status = Asset::open((folder / "asset.vps.hdf").c_str(), *asset); status != Status::ok) {
-    throw std::runtime_error(describe(status));
-  }
   Part part;
-  part.baked = std::make_unique<bullet::Shape>(std::move(asset));  // the mapping outlives the file's name
+  part.baked = std::make_unique<bullet::Shape>(lab::bake_in_memory(mesh, options));
   return part;
 }
 

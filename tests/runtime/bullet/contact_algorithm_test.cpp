@@ -7,7 +7,7 @@
 #include <thread>
 #include <type_traits>
 
-#include "tests/runtime/bullet/world.h"
+#include "tests/runtime/bullet/mesh_ground.h"
 
 namespace vps::test {
 namespace {
@@ -164,18 +164,20 @@ TEST(ContactAlgorithm, AnInitialOverlapIsResolvedWithoutAHop) {
 }
 
 TEST(ContactAlgorithm, AFoundationYieldsByWeightOverAreaWhateverTheSampling) {
-  // A weight of 9.81 N on 0.01 m^2 sinks in by 1 mm, on a box and on a baked slab.
+  // A weight of 9.81 N on 0.01 m^2 sinks in by 1 mm, on a box, a baked slab and triangles.
   const PenaltyLaw law{9.81 / (0.01 * 0.001), 2e4};
   const bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
   btBoxShape box({1, 1, btScalar(0.1)});
+  Ground sheet(Kind::bvh, 0.5, 20);
   for (const double voxel : {0.003, 0.006}) {
     bullet::Shape shape(baked_at(make_box({0.05, 0.05, 0.05}), voxel));
     ASSERT_EQ(shape.set_foundation(law), Status::ok);
     for (btCollisionShape* const ground :
-         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(const_cast<bullet::Shape*>(&slab))}) {
+         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(const_cast<bullet::Shape*>(&slab)),
+          static_cast<btCollisionShape*>(&*sheet)}) {
       World scene;
       scene.world.getSolverInfo().m_splitImpulse = 0;
-      scene.add(*ground, 0, {0, 0, btScalar(-0.1)});
+      scene.add(*ground, 0, {0, 0, btScalar(ground == &*sheet ? 0 : -0.1)});
       btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.0501)});
       scene.step(480);
       EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.049, 1e-4) << voxel << ' ' << ground->getName();

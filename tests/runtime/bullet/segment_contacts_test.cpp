@@ -75,6 +75,19 @@ TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) 
   EXPECT_EQ(points_of(keep_segments(contacts, kBeside, memory)), (Points{7, 8, 2}));
 }
 
+TEST(SegmentContacts, CornersBesideTheSamePointOfTheShellAreDifferentContacts) {
+  SegmentMemory memory;
+  std::vector<bullet::ManifoldContact> corners = {contact(3, 10, 0, 0), contact(3, 10, 1, 0)};
+  corners[0].feature = 100;
+  corners[1].feature = 101;
+  (void)keep_segments(std::span(corners).first(1), kBeside, memory);
+  const auto kept = keep_segments(corners, kBeside, memory);
+  ASSERT_EQ(kept.size(), 2U);
+  EXPECT_EQ(kept[0].at, &corners[0]);
+  EXPECT_EQ(kept[1].at, &corners[1]);
+  EXPECT_EQ(points_of(kept), (Points{10, 10}));
+}
+
 TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
   SegmentMemory memory;
   const std::uint16_t codes[1] = {};

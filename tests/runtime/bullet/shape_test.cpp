@@ -101,5 +101,18 @@ TEST(ChooseFour, APointOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
   EXPECT_EQ(chosen[1], 1U);
 }
 
+TEST(ChooseFour, AContactIsRecognisedByItsFeatureNotByItsPoint) {
+  auto contacts = contacts_at({{0, 0, 1}, {10, 0, 0}, {10.1F, 0.1F, 0}, {0, 5, 0}});
+  for (Contact& contact : contacts) contact.point = 1;  // corners of triangles beside the same point of the shell
+  const std::array<std::uint32_t, 4> features = {100, 101, 102, 103};
+  const std::array<std::uint32_t, 1> previous = {101};
+  std::array<std::uint32_t, 4> chosen{};
+  ASSERT_GE(bullet::choose_four(contacts, features, previous, 0, chosen), 2U);
+  EXPECT_EQ(chosen[1], 1U);
+  const std::array<std::uint32_t, 1> point = {1};
+  ASSERT_GE(bullet::choose_four(contacts, features, point, 0, chosen), 2U);
+  EXPECT_EQ(chosen[1], 2U);
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -51,6 +51,25 @@ TEST_P(EveryMesh, ABodyFallsOntoItAndRestsWithSoundContacts) {
   }
 }
 
+TEST(TriangleScenes, AFoundationPressesOnACornerOfTheGroundToo) {
+  // The tip is far from the shell's points: its contact is a feature of its own.
+  const PenaltyLaw law{1e7, 1e4};
+  MeshWorld scene;
+  bullet::Shape shape(brick());
+  ASSERT_EQ(shape.set_foundation(law), Status::ok);
+  btTriangleMesh triangles = to_bullet(pyramid(0.2, 0.2));
+  btBvhTriangleMeshShape ground(&triangles, true);
+  scene.add(ground, 0, {0, 0, 0});
+  scene.add(shape, 1, {btScalar(0.002), btScalar(0.002), btScalar(0.0495)});
+  scene.step(1);
+  ASSERT_FALSE(scene.points().empty());
+  for (const btManifoldPoint& p : scene.points()) {
+    EXPECT_GE(static_cast<std::uint32_t>(p.m_index0), brick()->info().points);
+    EXPECT_NE(p.m_contactPointFlags & BT_CONTACT_FLAG_CONTACT_STIFFNESS_DAMPING, 0);
+    EXPECT_GT(p.m_combinedContactStiffness1, 0);
+  }
+}
+
 TEST_P(EveryMesh, ABrickSlidesOverItWithoutAKick) {
   const auto [kind, ground_first] = GetParam();
   MeshWorld scene;
