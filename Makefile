@@ -194,6 +194,7 @@ test-deb: deb
 tidy: PACKAGES += $(TIDY_PACKAGES)
 tidy: deps
 	cmake --preset edit
+	cmake --build --preset edit --target bake/store/cache_program.h
 	sh tests/style/tidy.sh build/edit $(JOBS)
 
 test-all: test deb tidy

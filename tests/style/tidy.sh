@@ -7,14 +7,16 @@ set -eu
 cd "$(dirname "$0")/../.."
 build=$1 jobs=$2
 shift 2
-[ $# -gt 0 ] || set -- '/(bake|cli|formats|runtime)/.*\.cpp$'
+[ $# -gt 0 ] || set -- "^$PWD/(bake|cli|formats|runtime)/.*\.cpp\$"
 log=$(mktemp)
-trap 'rm -f "$log" "$log.colours"' EXIT
+trap 'rm -f "$log" "$log.colours" "$log.errors"' EXIT
 status=0
 # It goes on after errors, so the exit code stands for all files. Counts of suppressed warnings are left out.
 # It colours what it says even in a file.
-run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" 2>/dev/null >"$log.colours" || status=1
+run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" >"$log.colours" 2>"$log.errors" || status=1
 sed 's/\x1b\[[0-9;]*m//g' "$log.colours" >"$log"
 grep -v '^clang-tidy' "$log" || true
+# Of clang's own output only its counts of warnings are left out.
+grep -v 'warnings* generated\.\|^Suppressed \|^Use -header-filter' "$log.errors" >&2 || true
 if grep -q ' warning: ' "$log"; then status=1; fi
 exit $status
