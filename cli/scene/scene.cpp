@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -14,33 +15,38 @@
 
 namespace vps::cli {
 
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+Quaterniond to_eigen(const std::array<double, 4>& orientation) {
+  return Quaterniond(orientation.data());  // x, y, z, w
+}
+std::array<double, 4> to_array(const Quaterniond& q) {
+  return {q.x(), q.y(), q.z(), q.w()};
+}
+Triple to_triple(const Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
+
+}  // namespace
+
 std::array<double, 4> from_roll_pitch_yaw(const Triple& angles) {
-  const double cx = std::cos(angles[0] / 2);
-  const double sx = std::sin(angles[0] / 2);
-  const double cy = std::cos(angles[1] / 2);
-  const double sy = std::sin(angles[1] / 2);
-  const double cz = std::cos(angles[2] / 2);
-  const double sz = std::sin(angles[2] / 2);
-  return {sx * cy * cz - cx * sy * sz, cx * sy * cz + sx * cy * sz, cx * cy * sz - sx * sy * cz,
-          cx * cy * cz + sx * sy * sz};
+  const auto turn = [&](int axis) {
+    return Quaterniond(Eigen::AngleAxisd(angles[static_cast<std::size_t>(axis)], Vector3d::Unit(axis)));
+  };
+  return to_array(turn(2) * turn(1) * turn(0));
 }
 
 Triple rotated(const std::array<double, 4>& by, const Triple& v) {
-  const auto [x, y, z, w] = by;
-  const Triple t = {2 * (y * v[2] - z * v[1]), 2 * (z * v[0] - x * v[2]), 2 * (x * v[1] - y * v[0])};
-  return {v[0] + w * t[0] + y * t[2] - z * t[1], v[1] + w * t[1] + z * t[0] - x * t[2],
-          v[2] + w * t[2] + x * t[1] - y * t[0]};
+  return to_triple(to_eigen(by) * Vector3d(v.data()));
 }
 
 Placement composed(const Placement& outer, const Placement& inner) {
-  Placement result;
-  const Triple moved = rotated(outer.orientation, inner.position);
-  for (std::size_t axis = 0; axis < 3; ++axis) result.position[axis] = outer.position[axis] + moved[axis];
-  const auto [ax, ay, az, aw] = outer.orientation;
-  const auto [bx, by, bz, bw] = inner.orientation;
-  result.orientation = {aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
-                        aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz};
-  return result;
+  const Quaterniond turn = to_eigen(outer.orientation);
+  return {to_triple(Vector3d(outer.position.data()) + turn * Vector3d(inner.position.data())),
+          to_array(turn * to_eigen(inner.orientation))};
 }
 
 bool is_file_name(const std::string& name) {

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -200,18 +201,11 @@ class Reader {
 
   // In the world.
   [[nodiscard]] std::array<double, 3> centre_of(std::size_t body, std::size_t frame) const {
-    const float* const pose = &poses_[7 * (frame * bodies_.size() + body)];
-    std::array<double, 7> p;
-    std::copy_n(pose, 7, p.begin());
-    // Rotated by the quaternion: c + 2 w (u x c) + 2 u x (u x c).
-    const auto& c = bodies_[body].centre;
-    const auto cross = [&](const std::array<double, 3>& a) {
-      return std::array<double, 3>{p[4] * a[2] - p[5] * a[1], p[5] * a[0] - p[3] * a[2], p[3] * a[1] - p[4] * a[0]};
-    };
-    const std::array<double, 3> once = cross(c), twice = cross(once);
-    std::array<double, 3> at;
-    for (std::size_t k = 0; k < 3; ++k) at[k] = p[k] + c[k] + 2 * (p[6] * once[k] + twice[k]);
-    return at;
+    const Eigen::Map<const Eigen::Matrix<float, 7, 1>> pose(&poses_[7 * (frame * bodies_.size() + body)]);
+    const Eigen::Vector3d position = pose.head<3>().cast<double>();
+    const Eigen::Quaterniond orientation(Eigen::Vector4d(pose.tail<4>().cast<double>()));  // x, y, z, w
+    const Eigen::Vector3d at = position + orientation * Eigen::Vector3d(bodies_[body].centre.data());
+    return {at.x(), at.y(), at.z()};
   }
 
   // Round the bodies in so many frames; boxes that stay are mostly floors and walls, and count only when all are.
