@@ -16,7 +16,7 @@ using detail::operator+;
 using detail::operator-;
 using detail::operator*;
 
-// How a body is about to move, by the forces of the step as well.
+// Velocity of a body in the step, the effect of its forces included.
 struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
   btVector3 gain{0, 0, 0};  // of `linear`, by the forces of the step
@@ -32,7 +32,7 @@ struct Course {
   [[nodiscard]] btVector3 at(const btVector3& place) const { return linear + angular.cross(place - centre); }
 };
 
-// A voxelmap, asked as analytic fields are.
+// A voxelmap with the functions of an analytic field.
 struct MapField {
   const VoxelmapView& map;
 };
@@ -43,11 +43,11 @@ Vec3 outward_normal(const MapField& field, Vec3 p) {
   return vps::outward_normal(field.map, p);
 }
 
-// Follows a point by steps that are as long as it is far from the field (sphere tracing; Hart 1996).
-// @param way     in the step, contacts' frame. [m]
-// @param margin  by which the bodies are thickened, and the field is not. [m]
-// @param near    from where on it has arrived. [m]
-// @return whether it arrives; grazing points, which take many steps, do not
+// Follows a point in steps as long as its distance from the field (sphere tracing; Hart 1996).
+// @param way     motion of the point in the step, contacts' frame. [m]
+// @param margin  thickness by the bodies' margins that the field does not include. [m]
+// @param near    distance from the surface at which it has arrived. [m]
+// @return whether it arrives; false for grazing points, which take too many steps
 template <class Field>
 bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float near) {
   constexpr int kSteps = 256;
@@ -86,7 +86,7 @@ Approach approach(const Pair& pair, btScalar step) {
     spin += turn * (centre.length() + radius);
   }
   const btScalar way = step * ((shell.linear - field.linear).length() + spin);
-  constexpr btScalar kFarthest = 1000;  // a body that goes farther in a step has come off its world
+  constexpr btScalar kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
   if (!(way > voxel_size(pair) && way < kFarthest)) return {};
   constexpr btScalar kSteps = 5;
   const btScalar fall = kSteps * step * (shell.gain - field.gain).length();
@@ -115,7 +115,7 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   if (pair.field.vps != nullptr) {
     (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));
   } else if (!is_triangle_mesh(pair.field.shape->getShapeType())) {
-    // Of Bullet's own shapes the fields have theirs.
+    // Fields of Bullet's own shapes include their margins.
     const auto margin = static_cast<float>(pair.shell.vps->getMargin());
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     (void)on_partner(*pair.field.shape, from, memory.planes,

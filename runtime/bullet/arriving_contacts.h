@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Contacts ahead of bodies that move far in a step. Internal.
+/// @file Speculative contacts of bodies that move far in a step. Internal.
 #pragma once
 
 #include "runtime/bullet/find_contacts.h"
@@ -9,17 +9,17 @@ namespace vps::bullet {
 /// How far the surfaces of a pair may approach each other in a step.
 struct Approach {
   enum class Phase : std::uint8_t { resting, landing };
-  btScalar way = 0;              ///< where it is more than a voxel, else 0. [m]
-  Phase phase = Phase::resting;  ///< landing: the way is longer than forces make it in five steps from rest
+  btScalar way = 0;              ///< upper bound if it is more than a voxel, else 0. [m]
+  Phase phase = Phase::resting;  ///< landing: the way is over a voxel longer than after five steps from rest
 };
 
-/// Contacts are looked for as far ahead as that, so that the solver stops a body at the surface and not behind it. Not
-/// where restitution is wanted, which a contact ahead would lose: there the way is 0.
+/// Speculative contacts are sought up to this far ahead, so that the solver stops a body at the surface and not behind
+/// it. The way is 0 for a pair with restitution: speculative contacts would remove the bounce.
 [[nodiscard]] Approach approach(const Pair& pair, btScalar step);
 
-/// Takes out what is ahead but not met in the step: the nearest place of a surface is not where a point arrives that
-/// flies past an edge. The others get the direction and the gap of where they arrive. Contacts with triangle meshes are
-/// left as they are.
+/// Removes speculative contacts that do not close in the step: a point that flies past an edge does not arrive at the
+/// nearest place of the surface. The others get the direction and the gap of the place where they arrive. Contacts with
+/// triangle meshes are left as they are.
 void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found);
 
 }  // namespace vps::bullet

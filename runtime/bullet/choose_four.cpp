@@ -13,7 +13,7 @@ namespace {
 
 using namespace detail;
 
-// How much better a new contact has to be than one of the step before.
+// Factor by which a new contact must be better than one of the last step.
 constexpr float kHysteresis = 1.2F;
 
 class Candidates {
@@ -35,7 +35,7 @@ class Candidates {
     return at;
   }
 
-  /// First place with the largest score above 0, or false.
+  /// Sets `at` to the first contact with the largest score above 0; false if there is none.
   template <class Score>
   bool best(Score score, std::uint32_t& at) const {
     float value = 0;
@@ -54,7 +54,8 @@ class Candidates {
   bool was_chosen(std::size_t i) const {
     return std::find(previous_.begin(), previous_.end(), feature_of(contacts_, features_, i)) != previous_.end();
   }
-  // A point that does not touch yet carries nothing, however far out it lies: a body on such points rocks for ever.
+  // A point that does not touch yet carries no load, however far out it lies. A body that rests on such points never
+  // stops rocking.
   float weight(float penetration) const {
     return penetration >= 0 ? 1 : alike_ * alike_ / (alike_ * alike_ + penetration * penetration);
   }
@@ -78,7 +79,7 @@ std::size_t choose_four(std::span<const Contact> contacts, std::span<const std::
   if (!candidates.best([&](Vec3 p) { return length(cross(b - a, p - a)); }, chosen[2])) return 2;
   const Vec3 c = contacts[chosen[2]].position;
   const Vec3 normal = cross(b - a, c - a);
-  // What a fourth corner adds beyond one of the triangle's edges.
+  // Area that a fourth corner adds beyond one of the triangle's edges, times a constant.
   const auto beyond = [&](Vec3 p) {
     return std::max(
         {dot(cross(b - a, a - p), normal), dot(cross(c - b, b - p), normal), dot(cross(a - c, c - p), normal)});

@@ -23,7 +23,7 @@ enum class LookAhead : std::uint8_t { no, yes };
 
 class ContactAlgorithm final : public btCollisionAlgorithm {
  public:
-  /// @param looks_ahead  for the contacts of a step; contactTest and the like ask for those of this moment
+  /// @param looks_ahead  yes: finds speculative contacts of the step too; no: for contactTest and similar queries
   ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead looks_ahead)
       : btCollisionAlgorithm(info), manifolds_(info.m_dispatcher1), looks_ahead_(looks_ahead) {}
 
@@ -45,10 +45,10 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   const LookAhead looks_ahead_;
   const std::unique_ptr<PairMemory> memory_ = std::make_unique<PairMemory>();
 };
-// Algorithms live in a pool of fixed elements, and release builds of Bullet do not check.
+// Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Penetrations of a flat contact differ by the rounding of the samples, which is a fiftieth of a voxel.
+// Penetrations of a flat contact differ by the rounding of the samples: a fiftieth of a voxel.
 constexpr btScalar kAlikePenetration_vx = btScalar(0.02);
 
 // A body that lands needs contacts wherever it may touch first.
@@ -58,7 +58,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
                                         const btDispatcherInfo& info, btManifoldResult* result) {
   const PairBody a(first);
   const PairBody b(second);
-  if (a.vps == nullptr && b.vps == nullptr) return;  // another shape of the same type slot
+  if (a.vps == nullptr && b.vps == nullptr) return;  // another class with Shape's shape type
   const Pair pair = assign_roles(a, b);
   QueryOptions options;
   options.contact_distance =
@@ -67,7 +67,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
   if (way > 0) {
     options.contact_distance += static_cast<float>(way);
-    // More contacts than one each, and the solver's iterations do not suffice to stop a body.
+    // With more than one contact for each segment, the solver's iterations do not suffice to stop a landing body.
     if (phase == Approach::Phase::landing) memory_->segments.points.clear();
     if (options.segment_level == 0 && !(foundation_of(pair).stiffness > 0)) {
       options.segment_level = segment_level_for(pair.shell.vps->pointshell(), kLandingSegments);
@@ -104,7 +104,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   manifolds_.clear_from(1);
 }
 
-// Few springs with the wrench of all points that press.
+// Fills the manifold with few springs that have the wrench of all penetrating points.
 void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
   thread_local ReductionScratch scratch;
   thread_local std::vector<ManifoldContact> pressing;
@@ -114,7 +114,7 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
     if (found.contacts[i].penetration >= 0) pressing.push_back(with_feature(found, i));
   }
   pressing.resize(refine(pair, found, pressing));
-  // The reduction knows no features. It keeps `point`, which says here where among those that press a contact is.
+  // The reduction ignores features but keeps `point`: it holds the contact's index in `pressing` here.
   all.assign(pressing.begin(), pressing.end());
   for (std::size_t i = 0; i < all.size(); ++i) all[i].point = static_cast<std::uint32_t>(i);
   const Vec3 centre = to_vec3(found.frame.invXform(pair.shell.world.getOrigin()));
@@ -131,7 +131,8 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
   manifolds_.clear_from(1);
 }
 
-// Sec. 2.4: manifolds for each segment with a contact each, always the same one for the same contact.
+// Sec. 2.4: up to three manifolds for each segment, with one contact each. A contact keeps its manifold from step to
+// step.
 void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found,
                                      btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
@@ -169,8 +170,8 @@ bool is_any_dispatcher_registered() {
 
 void register_algorithm(btCollisionDispatcher& dispatcher) {
   registered.store(true, std::memory_order_relaxed);
-  // Without state, so one serves every dispatcher and outlives them all. The algorithm tells the bodies' roles by their
-  // shapes: it needs no swapped twin.
+  // Stateless: one instance serves every dispatcher and outlives them all. The algorithm finds the bodies' roles by
+  // their shapes, so it needs no swapped variant.
   static CreateContactAlgorithm<LookAhead::yes> create;
   static CreateContactAlgorithm<LookAhead::no> create_for_tests;
   for (int partner = 0; partner < CONCAVE_SHAPES_END_HERE; ++partner) {
@@ -180,7 +181,7 @@ void register_algorithm(btCollisionDispatcher& dispatcher) {
     dispatcher.registerClosestPointsCreateFunc(kProxyType, partner, &create_for_tests);
     dispatcher.registerClosestPointsCreateFunc(partner, kProxyType, &create_for_tests);
   }
-  // GImpact's algorithm would meet the surfels of Shapes in compounds: Bullet's own asks again for each child.
+  // GImpact's algorithm would use the surfels of Shapes in compounds. Bullet's own algorithm queries each child.
   btCollisionConfiguration* const stock = dispatcher.getCollisionConfiguration();
   for (const auto& [first, second] : {std::pair{COMPOUND_SHAPE_PROXYTYPE, GIMPACT_SHAPE_PROXYTYPE},
                                       std::pair{GIMPACT_SHAPE_PROXYTYPE, COMPOUND_SHAPE_PROXYTYPE}}) {

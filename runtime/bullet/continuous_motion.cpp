@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Puts fast bodies back to where they touch, after Bullet has moved them, by conservative advancement.
+// After Bullet has moved fast bodies, puts them back to where they touch, by conservative advancement.
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btTransformUtil.h>
@@ -17,14 +17,14 @@
 namespace vps::bullet {
 namespace {
 
-// How a body went through a step. Bodies at rest have no velocity.
+// Motion of a body in a step. Bodies that are static, kinematic or asleep have no velocity.
 struct Mover {
   btCollisionObject* object;
   btRigidBody* body = nullptr;  // null: not to be put back
   btTransform start;
   btVector3 velocity{0, 0, 0}, spin{0, 0, 0};
-  btScalar radius = 0;  // of all its points about its origin
-  btScalar end;         // where it is put back to
+  btScalar radius = 0;  // of a sphere about its origin that holds the body. [m]
+  btScalar end;         // time to which it is put back. [s]
 
   Mover(btCollisionObject* of, btScalar step) : object(of), start(of->getWorldTransform()), end(step) {
     btVector3 centre;
@@ -42,7 +42,7 @@ struct Mover {
     btTransformUtil::integrateTransform(start, velocity, spin, time, out);
     return out;
   }
-  /// Largest speed of any of its points, but for its own.
+  /// Upper bound of the speed that rotation gives to any of its points. [m/s]
   [[nodiscard]] btScalar spin_speed() const { return spin.length() * radius; }
   [[nodiscard]] btScalar speed() const { return velocity.length() + spin_speed(); }
   void swept(btVector3& low, btVector3& high) const {
@@ -56,7 +56,7 @@ struct Mover {
 };
 
 // @param bound  upper bound of the shell's penetration into its partner. [m]
-// @return false where there is no answer
+// @return false where the query fails
 bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
   const PointshellView& shell = pair.shell.vps->pointshell();
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -76,8 +76,8 @@ bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& gu
   return on_partner(*pair.field.shape, from, planes, ask) == Status::ok;
 }
 
-// When two leaves first touch; where they do already, when they are a little deeper.
-// @return `step` when they do not
+// Time when two leaves first touch. If they touch at the start: the time when they are a little deeper. [s]
+// @return `step` if that does not happen in the step
 btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
                 std::uint32_t max_iterations) {
   const auto pair_at = [&](btScalar time) {
@@ -87,7 +87,7 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
   const double speed = double((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed());
   const Pair start = pair_at(0);
-  const double reach = double(contact_distance(start));  // within which the next step finds the contact
+  const double reach = double(contact_distance(start));  // the next step finds contacts within this distance. [m]
   ConvexPlanes planes;
   std::uint32_t guess = 0;
   double allowed = 0;
@@ -98,7 +98,7 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
     if (!bound_penetration(pair_at(static_cast<btScalar>(time)), planes, guess, penetration)) return step;
     if (i == 0) {
       apart = penetration < -0.5 * reach;
-      // Springs press by their penetration: held at the surface a body would only gain speed.
+      // Springs need penetration to push: a body held at the surface would only gain speed.
       if (!apart && foundation_of(start).stiffness > 0) return step;
       allowed = std::max(-0.5 * reach, penetration + 2.5 * reach);
     }
@@ -107,7 +107,7 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
     time += gap / speed;
     if (!(time < double(step))) return step;
   }
-  // Until here they did not touch. Sliding bodies are let go.
+  // The iterations have run out. Bodies that were apart do not touch before `time`; sliding bodies are not stopped.
   return apart ? static_cast<btScalar>(time) : step;
 }
 
@@ -129,8 +129,8 @@ bool may_collide(btCollisionWorld& world, btCollisionObject& a, btCollisionObjec
          world.getPairCache()->needsBroadphaseCollision(a.getBroadphaseHandle(), b.getBroadphaseHandle());
 }
 
-// Back to where the body was at `end`, with the velocity of that time: the forces of the rest of the step have not
-// acted. No more than they gave is taken, for contacts may have held against them.
+// Sets the body to its pose and velocity at `end`. Subtracts the velocity that forces give in the rest of the step, but
+// no more than the body still has: contacts may have taken some of it.
 void put_back(const Mover& mover, btScalar step) {
   mover.body->setCenterOfMassTransform(mover.at(mover.end));
   const btVector3 given = (step - mover.end) * mover.body->getInvMass() * mover.body->getTotalForce();
@@ -177,7 +177,7 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
     btVector3 low;
     btVector3 high;
     fast[i].swept(low, high);
-    // Two fast bodies may meet where neither was.
+    // Two fast bodies may meet where the broadphase has neither: compares their swept bounds.
     for (std::size_t k = i + 1; k < fast.size(); ++k) {
       btVector3 other_low;
       btVector3 other_high;

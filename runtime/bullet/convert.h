@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Between Bullet's types and the runtime's. Internal.
+/// @file Conversions between Bullet's types and the runtime's. Internal.
 #pragma once
 
 #include <LinearMath/btTransform.h>

@@ -28,7 +28,7 @@ namespace {
 
 constexpr float kSameNormal = 0.966F;  // 15 degrees
 
-// Shell points lie so far apart that the faces of an edge are told apart no better.
+// Tolerance for faces of equal penetration: the spacing of the shell's points resolves no more. [m]
 float alike_faces(const Pair& pair) {
   return static_cast<float>(voxel_size(pair) / 2);
 }
@@ -43,17 +43,17 @@ std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
            {{0, 0, -1}, half.z}}};
 }
 
-// Beside an edge of the field the shell's points are near without being about to touch: their contacts would stop a
-// body that slides by.
+// Whether a shell point lies near an edge of the field but is not about to touch. Its contact would stop a body that
+// slides past.
 bool grazes(const Contact& contact, Vec3 into_shell) {
   constexpr float kGrazing = 0.3F;
   return contact.penetration < 0 && detail::dot(contact.inward_normal, into_shell) < kGrazing;
 }
 
-// Whether the field ends beside a contact: an edge of it meets the shell there. A face of the shell then says which way
-// is out, not one of the faces that meet in the edge.
-// @param v  V at a place
-// @param h  how far beside. [m]
+// Whether an edge of the field meets the shell at a contact. Then the normal of the shell's face gives the direction,
+// not that of a face at the edge.
+// @param v  function that returns V at a point
+// @param h  distance of the samples from the contact. [m]
 template <class V>
 bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v) {
   const Vec3 out = contact.inward_normal;
@@ -66,13 +66,13 @@ bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v) {
   return std::min(v(p + step), v(p - step)) - v(p) < -0.25F * h;
 }
 
-// What a contact presses on is its area as seen along it.
+// Projects a contact's area along its direction.
 void weigh(Contact& contact, Vec3 into_shell) {
   contact.area *= std::max(detail::dot(contact.inward_normal, into_shell), 0.0F);
 }
 
-// A contact with an analytic field that has its direction.
-// @return whether it only grazes
+// Finishes a contact with an analytic field. Its direction is already the field's.
+// @return true for a grazing contact, which is to be removed
 template <class Field>
 bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact) {
   if (grazes(contact, into_shell)) return true;
@@ -83,7 +83,7 @@ bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact)
   return false;
 }
 
-// @return how many are left, in front
+// @return number of contacts left; they come first
 template <class Field>
 std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundContacts& found,
                             std::span<ManifoldContact> contacts) {
@@ -94,7 +94,7 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundCon
     const Vec3 into_shell = contact.inward_normal;
     bool has_face = false;
     if constexpr (std::is_same_v<Field, BoxField>) {
-      // Faces are the field's, without margins.
+      // The faces do not include the margin.
       contact.penetration -= margin;
       has_face = contact.penetration >= 0 && face_shell(faces_of(field), alike, contact);
       contact.penetration += margin;
@@ -113,18 +113,18 @@ float penetration_at(const Field& field, Vec3 p, Vec3) {
   return vps::penetration(field, p);
 }
 
-// Beyond that a segment is about to land, and its deepest point serves: with more contacts 10 iterations do not
-// suffice.
+// A segment farther off the surface is about to land, and its deepest point is enough. With more contacts, 10
+// iterations of the solver do not suffice.
 constexpr btScalar kTouching_vx = 8;
 
-// How far off the surface contacts may be, and segments that touch. [m]
+// Largest distance off the surface of a contact, and of a segment that touches. [m]
 struct Reach {
   float contact, touching;
 };
 
-// Tests points again with which segments that touch did so before.
-// @param contacts  those that were found first, and room
-// @return how many there are now, in tree order
+// Tests again the points where a segment was in contact in the last step, if it still touches.
+// @param contacts  `found` contacts of the query, and room for more
+// @return number of contacts, which are in tree order
 template <class Field>
 std::size_t test_again(const PointshellView& shell, const Field& field, const Pose& pose, Reach reach,
                        std::span<const SegmentPoint> before, std::span<Contact> contacts, std::size_t found) {
@@ -161,7 +161,7 @@ struct FieldQuery {
   Workspace& space;
 };
 
-// @param frame  of the field, in its shape's
+// @param frame  pose of the field's frame in its shape's frame
 template <class Field>
 Status find_in_field(const FieldQuery& query, const Field& field, const btTransform& frame, FoundContacts& found) {
   const Pair& pair = query.pair;
@@ -221,13 +221,13 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
   });
 }
 
-// A contact with another shape's voxelmap.
-// @param margin  by which the bodies are thickened. [m]
-// @param reach   how far off the surface contacts may be. [m]
-// @return whether it only grazes, or is farther off than it seemed
+// Finishes a contact with another shape's voxelmap.
+// @param margin  thickness by the bodies' margins. [m]
+// @param reach   largest distance of a contact off the surface. [m]
+// @return true for a contact to be removed: it grazes, or is farther off than `reach`
 bool settle_on_map(const VoxelmapView& map, float margin, float reach, Contact& contact) {
   const Vec3 into_shell = contact.inward_normal;
-  // Beyond the band V and its gradient are rough.
+  // Near the end of the band and beyond, V and its gradient are rough.
   ClosestPoint closest;
   if (contact.penetration - margin < -0.75F * map.band_outer &&
       closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
@@ -241,7 +241,7 @@ bool settle_on_map(const VoxelmapView& map, float margin, float reach, Contact& 
   contact.inward_normal = outward;
   contact.penetration = penetration(map, contact.position, outward) + margin;
   if (grazes(contact, into_shell)) return true;
-  // The map's normals are differences of rounded samples: where the two agree, the shell's is the finer one.
+  // The map's normals are differences of rounded samples: where both normals agree, the shell's is more accurate.
   const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
   if (detail::dot(outward, into_shell) > kSameNormal || is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) {
     contact.inward_normal = into_shell;

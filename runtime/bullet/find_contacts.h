@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file The contacts of a pair, whatever the partner. Internal. Paper: Secs. 2.3 and 2.4.
+/// @file The contacts of a pair, for every kind of partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
 #include "runtime/bullet/manifold_contact.h"
@@ -27,11 +27,11 @@ struct Workspace {
 };
 
 struct FoundContacts {
-  /// In tree order. Their `inward_normal` and area are the shell's, until `refine`.
+  /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
-  std::span<const std::uint32_t> features;  ///< as feature_of takes them
+  std::span<const std::uint32_t> features;  ///< see feature_of
   btTransform frame;                        ///< takes the contacts' frame to the world
-  float reach = 0;                          ///< how far off the surface they may be. [m]
+  float reach = 0;                          ///< largest distance of a contact off the surface. [m]
 
   /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
   enum class Refined : std::uint8_t {
@@ -47,17 +47,18 @@ struct FoundContacts {
   }
 };
 
-/// Segmented, what the segments touched with before is tested again, but not on triangle meshes: more than one contact
-/// of a node may be found.
-/// @param options  of the query; the cache is set here, and the margins are added
+/// Finds the contacts of a pair. With segments, it tests the points in contact in the last step again, except on
+/// triangle meshes: a node may then have more than one contact.
+/// @param options  of the query; this function sets the cache and adds the margins
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 
-/// Gives contacts the direction that the shell's body is pushed along, and their area as seen from there. At edges and
-/// corners the shell's normal is an average of its faces': as a contact normal it pushes sideways, and in Eq. (4), by
-/// which layers answer, it misjudges the penetration. The field's own serves both better; but at its edges, and where
-/// it has none, the shell's. Contacts that would stop a body sliding past an edge are taken out.
+/// Sets the final direction of contacts, along which the shell's body is pushed, and projects their area along it. At
+/// edges and corners the shell's normal is an average of its faces' normals. As a contact normal it pushes sideways,
+/// and in Eq. (4), as evaluated on layers, it gives a wrong penetration. The field's normal is better in both cases.
+/// The shell's is used at the field's edges, and where the field has no normal. Contacts that would stop a body sliding
+/// past an edge are removed.
 /// @param contacts  some of those that were found
-/// @return how many are left, in front
+/// @return number of contacts left; they come first
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
 
 }  // namespace vps::bullet

@@ -116,7 +116,7 @@ class Lint {
     }
   }
 
-  // Whether Bullet's own shapes are among those that an object can meet.
+  // Whether an object can meet one of Bullet's own shapes.
   [[nodiscard]] bool meets_others(const btCollisionObject& object) const {
     bool found = false;
     for (int i = 0; i < world_.getNumCollisionObjects() && others_ && !found; ++i) {
@@ -180,7 +180,7 @@ class Lint {
                  "vps::bullet::ContinuousMotion to the world",
                  1000 * travel, 1000 * size));
     }
-    // As fast as something of its size that falls over.
+    // Speed of a body of this size that falls over. [m/s]
     const double lively = std::sqrt(gravity_ * size);
     if (double(body.getLinearSleepingThreshold()) > 0.6 * lively && body.getActivationState() != DISABLE_DEACTIVATION &&
         gravity_ > 0) {
@@ -197,7 +197,7 @@ class Lint {
     for (std::uint32_t i = 0; i < shape->pointshell().points; ++i) {
       area += double(point_area(shape->pointshell(), i));
     }
-    // Lying on a quarter of its surface.
+    // For a body that lies on a quarter of its surface.
     const double swing = std::sqrt(shape->foundation().stiffness * area / 4 * double(body.getInvMass())) * step_;
     if (swing < 1) return;
     add(&body, "set_foundation",
@@ -211,9 +211,9 @@ class Lint {
   btDiscreteDynamicsWorld& world_;
   const double step_;
   const Shape* any_ = nullptr;
-  double finest_ = std::numeric_limits<double>::infinity();  // voxel. [m]
+  double finest_ = std::numeric_limits<double>::infinity();  // smallest voxel size. [m]
   double gravity_ = 0;
-  bool others_ = false;  // shapes of Bullet's
+  bool others_ = false;  // the world has shapes of Bullet's own
   bool shells_ = false, maps_ = false, springs_ = false;
   std::vector<Advice> advice_;
 };

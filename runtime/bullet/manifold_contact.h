@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Contacts with what each is recognised by from step to step. Internal.
+/// @file Contacts with a number that identifies them from step to step. Internal.
 #pragma once
 
 #include <span>
@@ -15,14 +15,14 @@ struct ManifoldContact : Contact {
   std::uint32_t feature = 0;
 };
 
-/// Features of contacts that a query has found. Those of fields are points of the shell and are not listed.
-/// @param features  in the order of `contacts`, or empty
+/// Feature of contact `i` of a query.
+/// @param features  in the order of `contacts`; empty for contacts with fields, whose feature is the shell's point
 inline std::uint32_t feature_of(std::span<const Contact> contacts, std::span<const std::uint32_t> features,
                                 std::size_t i) {
   return features.empty() ? contacts[i].point : features[i];
 }
 
-/// Numbers beyond the shell's points are corners of triangles.
+/// Feature of a triangle's corner: a number beyond those of the shell's points.
 /// @param triangle  Triangle::id
 /// @param corner    [Limits: value < 3]
 inline std::uint32_t corner_feature(const PointshellView& shell, std::uint32_t triangle, unsigned corner) {

@@ -7,8 +7,8 @@
 namespace vps::bullet {
 namespace {
 
-// Impulses of the last step, found again by where on the shell they acted: warm starting needs them, clearing loses
-// them.
+// Points of the last step with their impulses, matched by their position on the shell. Warm starting needs the
+// impulses, and clearing the manifold loses them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
   btManifoldPoint point;
@@ -25,7 +25,7 @@ struct OldPoints {
     }
   }
 
-  // Gives the nearest of the old points' impulses to a fresh one; each only once.
+  // Copies the impulses of the nearest old point within `reach` to a fresh one. Each old point is used only once.
   void hand_over(btManifoldPoint& fresh, const btVector3& on_shell, btScalar reach) {
     OldPoint* nearest = nullptr;
     btScalar least = reach * reach;
@@ -46,7 +46,8 @@ struct OldPoints {
   }
 };
 
-// Bullet clears these with every addContactPoint. Area-weighted, so that stiffness does not depend on the sampling.
+// Bullet clears these values in every addContactPoint. They are weighted by area, so that the stiffness does not depend
+// on the sampling.
 void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const ManifoldContact> contacts) {
   for (const ManifoldContact& contact : contacts) {
     if (static_cast<int>(contact.feature) != fresh.m_index0) continue;
@@ -91,8 +92,8 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
     manifolds_[slot] = dispatcher_->getNewManifold(result->getBody0Wrap()->getCollisionObject(),
                                                    result->getBody1Wrap()->getCollisionObject());
   }
-  // It is the accept, merge and drop distance at once. Bullet's default grows with the bodies; with a voxel, shallow
-  // points would take the place of the deepest.
+  // Bullet accepts, merges and drops points by this distance. Its default grows with the bodies' size. With a whole
+  // voxel, shallow points would replace the deepest.
   manifolds_[slot]->setContactBreakingThreshold(threshold);
   return manifolds_[slot];
 }
@@ -103,7 +104,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   if (contacts.empty() && !exists) return;
   btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(found.reach));
   result->setPersistentManifold(target);
-  // Normals follow the bodies of the manifold, whatever the order of the call.
+  // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
   OldPoints old(*target, shell_is_first);
   target->clearManifold();

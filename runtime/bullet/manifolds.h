@@ -11,7 +11,7 @@
 
 namespace vps::bullet {
 
-/// Slot 0 for regular contacts; one per segment otherwise, made when first needed.
+/// Slot 0 for regular contacts; with segments, kContactsPerSegment slots for each. Made when first needed.
 class Manifolds {
  public:
   explicit Manifolds(btDispatcher* dispatcher) : dispatcher_(dispatcher) {}
@@ -27,11 +27,11 @@ class Manifolds {
   };
   [[nodiscard]] Previous previous() const;
 
-  /// Replaces a manifold's points by fresh ones: refreshing would keep the normals of the step they were made in.
-  /// @param contacts  as many as a manifold holds at most, of those that were found
+  /// Replaces a manifold's points by fresh ones. Bullet's refresh would keep the normals of the step they were made in.
+  /// @param contacts  from `found`; at most as many as a manifold holds
   void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
             btManifoldResult* result);
-  /// Empties a slot, or all from one on.
+  /// Empties one slot, or that slot and all after it.
   void clear(int slot);
   void clear_from(int slot);
   void append_to(btManifoldArray& all) const;

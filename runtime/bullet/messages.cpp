@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Sends messages of bad use to the handler, or to stderr.
+// Sends messages about wrong use to the handler. The default handler prints to stderr.
 #include "runtime/bullet/messages.h"
 
 #include <atomic>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Messages of bad use. Internal.
+/// @file Messages about wrong use. Internal.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace vps::bullet {
 
-/// Hands a line about a shape to the handler.
+/// Passes a line about a shape to the handler.
 /// @param text  what is wrong; what to do
 void send_message(const Shape& shape, const std::string& text);
 

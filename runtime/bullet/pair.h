@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Who plays what in a pair of Bullet's, and where. Internal. Paper: Sec. 3.2.
+/// @file Roles and poses of the two bodies of a Bullet pair. Internal. Paper: Sec. 3.2.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -13,8 +13,8 @@ inline const Shape* as_vps(const btCollisionShape* shape) {
   return shape->getShapeType() == kProxyType ? dynamic_cast<const Shape*>(shape) : nullptr;
 }
 
-/// One of the two bodies of a pair: a shape and where it lies. The wrapper's transform is the only one that is right
-/// for children of compounds.
+/// One of the two bodies of a pair: a shape and its pose. The pose comes from the wrapper, as only the wrapper's is
+/// right for children of compounds.
 struct PairBody {
   const btCollisionShape* shape = nullptr;
   const btCollisionObject* object = nullptr;
@@ -34,8 +34,8 @@ struct Pair {
   PairBody shell, field;
 };
 
-/// The side with fewer points gives the pointshell, the first if they are equal; if it cannot, the other. Where neither
-/// can, the query says so.
+/// The side with fewer points gives the pointshell; the first if both have as many. If that side cannot, the other
+/// gives it. If neither can, the query reports it.
 /// @pre one of them is a Shape
 inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
@@ -48,20 +48,20 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   return second.vps->pointshell().points < first.vps->pointshell().points ? Pair{second, first} : Pair{first, second};
 }
 
-/// The finer of the two: what distances between contacts are measured by. [m]
+/// The smaller voxel size of the two: the scale for distances between contacts. [m]
 inline btScalar voxel_size(const Pair& pair) {
   const double shell = pair.shell.vps->asset().info().voxel_size;
   const double map = pair.field.vps != nullptr ? pair.field.vps->asset().info().voxel_size : shell;
   return static_cast<btScalar>(shell < map ? shell : map);
 }
 
-/// Points up to this far off the surface are contacts, so that a resting contact lives through the noise of a step.
-/// With a whole voxel a bunny on a box tests five times the points, and its flickering manifold never comes to rest.
+/// Points up to this far off the surface are contacts, so that a resting contact survives the noise of a step. With a
+/// whole voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
 inline btScalar contact_distance(const Pair& pair) {
   return btScalar(0.1) * voxel_size(pair);
 }
 
-/// Points of the shell that are closer to each other touch the same place. [m]
+/// Points of the shell closer together than this count as the same contact. [m]
 inline btScalar beside(const Pair& pair) {
   return 2 * voxel_size(pair);
 }
@@ -73,15 +73,15 @@ inline bool is_triangle_mesh(int type) {
          type == GIMPACT_SHAPE_PROXYTYPE;
 }
 
-/// By how much both shapes are thickened. [m]
+/// Sum of the margins of both shapes, without one that the field already includes. [m]
 inline float margin_of(const Pair& pair) {
-  // Fields of Bullet's convex shapes have theirs already.
+  // Fields of Bullet's convex shapes include their margins.
   const bool thick = pair.field.vps != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
   const btScalar field = thick ? pair.field.shape->getMargin() : btScalar(0);
   return static_cast<float>(pair.shell.vps->getMargin() + field);
 }
 
-/// What contacts press by; a stiffness of 0: they are rigid.
+/// Penalty law of the pair's contacts. A stiffness of 0: they are rigid.
 inline const PenaltyLaw& foundation_of(const Pair& pair) {
   const PenaltyLaw& own = pair.shell.vps->foundation();
   return own.stiffness > 0 || pair.field.vps == nullptr ? own : pair.field.vps->foundation();

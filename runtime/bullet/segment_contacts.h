@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
-/// @file Which contacts the segments of a shell keep, and where. Internal. Paper: Sec. 2.4, which keeps the deepest of
-/// each alone: that one jumps as the body rocks, nothing is left where the body comes down next, and it rocks for ever.
+/// @file Chooses the contacts that the segments of a shell keep. Internal. Paper: Sec. 2.4, which keeps only the
+/// deepest of each segment. That point jumps as the body rocks, no contact is left where the body comes down next, and
+/// it never stops rocking.
 #pragma once
 
 #include <span>
@@ -10,30 +11,31 @@
 
 namespace vps::bullet {
 
-/// A face stands on three points.
+/// Three points support a face.
 inline constexpr int kContactsPerSegment = 3;
 
 /// A contact that a segment keeps.
 struct SegmentPoint {
   std::uint32_t node = 0, point = 0, feature = 0;
-  int place = 0;                        ///< among those of its segment: the same for as long as it is kept
+  int place = 0;                        ///< index in its segment: constant while the contact is kept
   const ManifoldContact* at = nullptr;  ///< in this step
 };
 
-/// What the segments of a pair touched with.
+/// Memory of a pair: the contacts that its segments keep.
 struct SegmentMemory {
   std::vector<SegmentPoint> points, last;  ///< of this step and the one before, in tree order
   const void* shell = nullptr;
   std::uint32_t shell_points = 0, level = 0;
 
-  /// Forgets what is of another shell, or of other segments. @param of_level  0: none
+  /// Forgets the points when the shell or the level of the segments has changed. @param of_level  0: none
   void belong_to(const PointshellView& of_shell, std::uint32_t of_level);
 };
 
-/// Chooses what each segment keeps: its deepest point, and those that it touched with before and that are near still.
-/// A new deepest point takes the place of the one beside it, else of the least deep.
+/// Chooses the contacts that each segment keeps: its deepest point, and those kept in the last step that are still
+/// contacts. A new deepest point takes the place of one closer than `beside`, else a free place, else the place of the
+/// least deep.
 /// @param contacts  in tree order
-/// @param beside    closer points are the same for a body. [m]
+/// @param beside    points closer together than this count as the same contact. [m]
 /// @return memory.points
 std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside,
                                             SegmentMemory& memory);

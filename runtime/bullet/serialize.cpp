@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Shapes in .bullet files: as boxes that carry the asset's key, and back.
+// Writes Shapes to .bullet files as boxes that carry the asset's key, and restores them.
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -22,8 +22,8 @@ std::uint64_t hash_of(const Asset& asset) {
   return hash_bytes(std::as_bytes(std::span(hashes)));
 }
 
-// Names of children of compounds do not come back from a file, but margins do, to the bit: 28 bits of the hash as a
-// length below 2^-90 m, which changes nothing.
+// Encodes 28 bits of the hash as a margin below 2^-90 m, which is too small to have an effect. A file keeps margins bit
+// by bit, but not the names of compounds' children.
 float tag_of(const Asset& asset) {
   const std::uint64_t hash = hash_of(asset);
   const float fraction = 1 + std::ldexp(static_cast<float>(hash & 0x7FFFFF), -23);
@@ -41,7 +41,7 @@ class Reattach {
  public:
   explicit Reattach(std::span<Shape* const> shapes) : shapes_(shapes) {}
 
-  /// @return what should stand in the shape's place: itself, where nothing has to change
+  /// @return the shape's replacement; the shape itself where nothing has to change
   btCollisionShape* in_place_of(btCollisionShape* shape) {
     if (shape->isCompound()) {
       auto* const compound = static_cast<btCompoundShape*>(shape);
@@ -52,7 +52,7 @@ class Reattach {
         btCompoundShapeChild& entry = compound->getChildList()[i];
         entry.m_childShape = other;
         entry.m_childShapeType = other->getShapeType();
-        // Its bounds in the compound's tree.
+        // Updates the child's bounds in the compound's tree.
         compound->updateChildTransform(i, entry.m_transform);
       }
       return shape;

@@ -28,7 +28,7 @@ std::uint64_t hash_of_pose(const btTransform& transform) {
   return hash_bytes(std::as_bytes(std::span(matrix))) | 1;
 }
 
-// Walks the point-sphere tree and hands out the surfels that meet a box.
+// Walks the point-sphere tree and passes the surfels that meet a box to a callback.
 class Surfels {
  public:
   Surfels(const PointshellView& shell, const btVector3& centre_of_mass, const btVector3& low, const btVector3& high,
@@ -76,8 +76,8 @@ class Surfels {
   btTriangleCallback& callback_;
 };
 
-// Bullet asks concave shapes for triangles near a ray. The field knows where it hits.
-// @return false where it does not: without distances
+// Bullet requests the triangles near a ray from concave shapes. The field gives the hit directly.
+// @return false where the field cannot answer, as without distances
 bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTriangleRaycastCallback& ray) {
   if (map.field != Field::scaled && map.field != Field::real) return false;
   double direction[3];
@@ -87,7 +87,7 @@ bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTr
     length = std::hypot(length, direction[axis]);
   }
   if (!(length > 0)) return true;
-  // From where it comes near: floats are for the size of the body, not for its distance.
+  // Starts near the body: floats are precise enough for the body's size, not for its distance.
   double ahead = 0;
   double radius = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -120,7 +120,7 @@ Shape::Shape(std::shared_ptr<const Asset> asset, Part part)
     : asset_(std::move(asset)), centre_of_mass_(vector3(asset_->info().centre_of_mass)), label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
-  // A part that is absent leaves its view empty; pairs that need it say so.
+  // A missing part leaves its view empty. Pairs that need it report missing_part.
   if (part != Part::pointshell) (void)asset_->voxelmap(map_);
   if (part != Part::voxelmap) (void)asset_->pointshell(shell_);
 }
@@ -168,8 +168,8 @@ void Shape::report_not_registered() const {
       "step");
 }
 
-// Where Shapes meet Shapes alone, an unregistered dispatcher queries their bounds and nothing else: once when a body is
-// added, and again in the first step, before the body has moved. Several threads may ask at once: one atomic is enough.
+// Where only Shapes meet, an unregistered dispatcher calls getAabb and nothing else: once when a body is added, and
+// again in the first step, before the body has moved. Several threads may call this at once: one atomic is enough.
 void Shape::look_for_first_step(const btTransform& transform) const {
   const std::uint64_t seen = hash_of_pose(transform);
   std::uint64_t first = 0;
@@ -197,7 +197,7 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
   const AssetInfo& info = asset_->info();
   const double density = static_cast<double>(mass) / info.volume;
   inertia = static_cast<btScalar>(density) * vector3({info.inertia[0], info.inertia[1], info.inertia[2]});
-  // Aerogel has 1 kg/m^3, osmium 22,600: what is far beyond has been weighed in one unit and measured in another.
+  // Aerogel has 1 kg/m^3, osmium 22,600. A density far outside this range means mixed units of mass and size.
   if (mass > 0 && (density < 0.05 || density > 1e6)) {
     double size = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info.bounds_max[axis] - info.bounds_min[axis]);
@@ -218,7 +218,7 @@ void Shape::setLocalScaling(const btVector3& scaling) {
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
-  // With the algorithm registered Bullet's own never sees a Shape.
+  // Bullet's own algorithm gets a Shape only if this one is not registered.
   if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) report_not_registered();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
     if (hit_by_field(map_, centre_of_mass_, *ray)) return;

@@ -7,9 +7,9 @@
 ///     vps::bullet::Shape shape(asset);                   // then use it like any btCollisionShape
 ///
 /// A Shape has contacts with other Shapes (both may move), with every convex shape and plane of Bullet, and with its
-/// triangle meshes, terrain and btGImpactMeshShape, moving or not. A triangle has no solid side: it pushes a Shape to
-/// the side that the Shape comes from. Compounds, ghost objects and contact tests work as with Bullet's own shapes. For
-/// rays, convex sweeps and debug drawing see processAllTriangles.
+/// triangle meshes, terrain and btGImpactMeshShape, moving or not. A triangle has no solid side: it pushes a Shape out
+/// on the nearer side. Compounds, ghost objects and contact tests work as with Bullet's own shapes. For rays, convex
+/// sweeps and debug drawing see processAllTriangles.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -28,7 +28,7 @@
 
 namespace vps::bullet {
 
-/// "vps:" and a hash of what an asset holds: the same for the same file, wherever it lies.
+/// "vps:" and a hash of the asset's contents. It does not depend on where the file lies.
 [[nodiscard]] std::string asset_key(const Asset& asset);
 
 /// Which part of its asset a shape uses.
@@ -38,7 +38,8 @@ enum class Part : std::uint8_t {
   voxelmap,    ///< meets pointshells
 };
 
-// Bullet does not notice when programs and libraries differ in the precision of btScalar. With this they do not link.
+// Bullet does not detect that a program and a library differ in the precision of btScalar. This namespace makes linking
+// them fail.
 #ifdef BT_USE_DOUBLE_PRECISION
 inline namespace float64 {
 #else
@@ -63,55 +64,56 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
 
-  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell. There are about this many segments, each with
-  /// up to three contacts: its deepest point and, at rest and not on triangle meshes, the points of earlier steps. 0:
-  /// one manifold of up to four points (Sec. 3.2).
+  /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell. There are about this many segments. Each has
+  /// up to three contacts: its deepest point and, at rest and not on triangle meshes, points of earlier steps. 0: one
+  /// manifold of up to four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
-  /// Tree level whose number of clusters is nearest to the wish; 0 for the regular traverse.
+  /// Tree level whose number of clusters is nearest to the set number of segments; 0 for the regular traverse.
   [[nodiscard]] std::uint32_t segment_level() const;
 
   /// Soft contacts instead of Bullet's rigid ones, when this shape gives the pointshell or the other shape has no law.
-  /// Each contact is a spring and a damper of Bullet's solver; its stiffness is that of the area it represents (the
-  /// paper's future work, Sec. 5). A stiffness of 0, the default, is rigid. Only without segments, and only in worlds
-  /// with m_splitImpulse = 0.
-  /// @return bad_argument, and nothing changed, for a law that is negative or not finite
+  /// Each contact is a spring and a damper of Bullet's solver; its stiffness is proportional to the area it represents
+  /// (the paper's future work, Sec. 5). A stiffness of 0, the default, is rigid. Only without segments, and only in
+  /// worlds with m_splitImpulse = 0.
+  /// @return bad_argument, and no change, for a law that is negative or not finite
   Status set_foundation(const PenaltyLaw& law);
   [[nodiscard]] const PenaltyLaw& foundation() const { return foundation_; }
 
   /// A name for messages and files; empty by default.
   void set_name(const std::string& name) { label_ = asset_key(*asset_) + (name.empty() ? "" : " " + name); }
-  /// The asset_key, and the name after a space if there is one.
+  /// The asset_key, followed by a space and the name if there is one.
   [[nodiscard]] const std::string& label() const { return label_; }
 
   /// Why the last failed pair with this shape has no contacts: missing_part when neither shape can play the other part,
-  /// bad_pose, ... `ok` when no pair has failed so far.
+  /// bad_pose, ... Also bad_argument after a refused scaling. `ok` when nothing has failed so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
-  /// Keeps a status, and sends a message the first time. Internal.
+  /// Stores a status, and sends a message the first time. Internal.
   void report(Status status) const;
-  /// Sends a message the first time: a dispatcher that was never registered has met this shape. Internal.
+  /// Sends a message, the first time only, that this shape has met a dispatcher without its algorithm. Internal.
   void report_not_registered() const;
 
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
   void getBoundingSphere(btVector3& centre, btScalar& radius) const override;
-  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out,
-  /// as Bullet has no place for them. Sends a message when mass and volume do not fit, as in a world in other units.
+  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
+  /// Bullet has no place for them. Sends a message when mass and volume give an implausible density, as in a world in
+  /// other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
   /// Only (1,1,1): bake the mesh at the size you need. Any other scaling is not applied, and a message says so.
   void setLocalScaling(const btVector3& scaling) override;
-  /// Whether the last scaling that was asked for was not (1,1,1). Internal.
+  /// Whether the last requested scaling was refused, as it was not (1,1,1). Internal.
   [[nodiscard]] bool refuses_scaling() const { return refuses_scaling_; }
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
-  /// Bullet's importer only knows its own shapes: in a file this is a box of the same size, named label(). See
+  /// Bullet's importer knows only its own shapes: in a file this is a box of the same size, named label(). See
   /// reattach.
   int calculateSerializeBufferSize() const override;
   const char* serialize(void* buffer, btSerializer* serializer) const override;
-  /// The voxelmap answers rays, to a thousandth of a voxel: with the first place inside, or the start if that is
-  /// inside. Convex sweeps, debug drawing, and rays without a voxelmap get surfels: a triangle for each point of the
-  /// shell whose neighbourhood meets the box. It lies in the point's tangent plane, and its inscribed circle has the
-  /// covering radius, so that all together cover the surface. Index: number of the point.
+  /// The distance field answers rays, to a thousandth of a voxel: with the first place inside, or with the start if it
+  /// is inside. Convex sweeps, debug drawing, and rays without a distance field get surfels: a triangle for each point
+  /// of the shell whose neighbourhood meets the box. The triangle lies in the point's tangent plane, and its inscribed
+  /// circle has the covering radius, so that all together cover the surface. Index: number of the point.
   void processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const override;
 
  private:
@@ -130,7 +132,7 @@ class Shape final : public btConcaveShape {
   std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
   mutable std::atomic<std::uint32_t> sent_{0};  // bits of Notice
-  // Hash of the first transform that a world asked bounds for, before any dispatcher was registered; 0: none so far.
+  // Hash of the transform of the first getAabb call made before any dispatcher was registered; 0: no such call yet.
   mutable std::atomic<std::uint64_t> first_seen_{0};
 };
 
@@ -151,24 +153,24 @@ class ContinuousMotion final : public btActionInterface {
   explicit ContinuousMotion(const ContinuousMotionOptions& options = {}) : options_(options) {}
   void updateAction(btCollisionWorld* world, btScalar step) override;
   void debugDraw(btIDebugDraw*) override {}
-  /// How often a body was put back so far.
+  /// How many times a body has been put back.
   [[nodiscard]] std::uint64_t stops() const { return stops_; }
 
  private:
   const ContinuousMotionOptions options_;
-  const btDispatcher* checked_ = nullptr;  // was asked whether it is registered
+  const btDispatcher* checked_ = nullptr;  // its registration has been checked
   std::uint64_t stops_ = 0;
 };
 }
 
 /// Replaces the boxes that represent Shapes in a world loaded from a file, also as children of compounds.
-/// @param shapes  of the assets to put back; boxes of other assets stay
+/// @param shapes  shapes to put back; boxes of other assets stay
 /// @return how many boxes were replaced
 int reattach(btCollisionWorld& world, std::span<Shape* const> shapes);
 
 /// A setting of a world that harms its Shapes, and what to set instead.
 struct Advice {
-  const btCollisionObject* object = nullptr;  ///< whose setting it is; null: the world's
+  const btCollisionObject* object = nullptr;  ///< owner of the setting; null: the world
   std::string setting;                        ///< its name in code: "m_splitImpulsePenetrationThreshold"
   std::string text;                           ///< what it does, and what to set
 };
@@ -178,19 +180,20 @@ struct Advice {
 /// @param step  internal step of stepSimulation. [s]
 [[nodiscard]] std::vector<Advice> lint(btDiscreteDynamicsWorld& world, btScalar step);
 
-/// Takes a line without its end, which says what is wrong and what to do. Each shape sends each kind of message once.
+/// Receives one line, without a line end: what is wrong and what to do. Each shape sends each kind of message once.
 using MessageHandler = void (*)(const char* line);
-/// The default handler prints to stderr. Null drops messages. Any thread may send them.
+/// The default handler prints to stderr. Null drops messages. Any thread may call the handler.
 void set_message_handler(MessageHandler handler);
 
-/// Type slot of Shape. SDF_SHAPE_PROXYTYPE equals CUSTOM_CONCAVE_SHAPE_TYPE, so Bullet would cast us to its own class
-/// there.
+/// The shape type of Bullet that Shape uses. CUSTOM_CONCAVE_SHAPE_TYPE is not possible: it equals SDF_SHAPE_PROXYTYPE,
+/// and Bullet casts shapes of that type to its own class.
 inline constexpr int kProxyType = FAST_CONCAVE_MESH_PROXYTYPE;
 
-/// Enters the algorithm into both tables of a stock dispatcher, in both orders. Call it after GImpact's registration,
-/// which overwrites entries. Compounds against GImpact's shapes go back to Bullet's own algorithm, which queries each
-/// child. Each dispatcher has to be registered. One that is not is reported in the first step, where a Shape meets a
-/// convex shape of Bullet or no dispatcher of the program is registered, and by lint and ContinuousMotion in any world.
+/// Registers the algorithm in both tables of a stock dispatcher, for both orders of a pair. Call it after GImpact's
+/// registration, which overwrites entries. Compounds against GImpact's shapes go back to Bullet's own algorithm, which
+/// queries each child. Every dispatcher must be registered. An unregistered one is reported in the first step if a
+/// Shape meets a convex shape of Bullet, or if the program has registered no dispatcher at all. lint and
+/// ContinuousMotion report it in any world.
 void register_algorithm(btCollisionDispatcher& dispatcher);
 
 }  // namespace vps::bullet

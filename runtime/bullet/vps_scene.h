@@ -24,7 +24,7 @@ inline namespace float32 {
 #endif
 
 struct LoadOptions {
-  bool verify = false;  ///< compare every hash of the assets with their bytes, as `vpsbake info` does: reads them whole
+  bool verify = false;  ///< read each asset whole and check all its hashes, as `vpsbake info` does
 };
 
 /// Owns the bodies of a scene, their shapes and assets. Move-only.
@@ -33,7 +33,7 @@ class Scene {
   Scene();
   Scene(Scene&& other) noexcept;
   Scene& operator=(Scene&& other) noexcept;
-  /// Takes the bodies out of their world, which has to be alive still.
+  /// Removes the bodies from their world, which must still exist.
   ~Scene();
 
   /// One sentence without a full stop; empty when the scene was loaded.
@@ -42,11 +42,10 @@ class Scene {
   [[nodiscard]] std::span<const std::unique_ptr<btRigidBody>> bodies() const;
   /// Null when no body has this name.
   [[nodiscard]] btRigidBody* find(std::string_view name) const;
-  /// Where the origin of the mesh (the link, for a URDF) lies now: Bullet's own transform is that of the centre of
-  /// mass.
+  /// Present pose of the mesh's frame (the link's, for a URDF). Bullet's own transform is that of the centre of mass.
   /// @param body  one of `bodies`
   [[nodiscard]] btTransform origin(const btRigidBody& body) const;
-  /// Of the simulation that the scene was planned for. [s]
+  /// Time step that the scene was planned for. [s]
   [[nodiscard]] btScalar step() const;
 
  private:
@@ -56,13 +55,14 @@ class Scene {
   std::unique_ptr<Contents> contents_;
 };
 
-/// Maps each asset once, for the parts that the plan uses: sections that no body needs are never read. Registers the
-/// algorithm with the world's dispatcher, adds the bodies with their groups and masks, keeps those apart that the plan
-/// has apart, and sets the gravity if the scene has one. The solver's settings are the program's: see lint.
-/// The manifest may come from anywhere: it is checked, it names no file outside of its folder, and its size has limits
-/// (docs/scene.md). Indices of assets are always checked, payload hashes only when asked for, as by Asset::open.
+/// Maps each asset once, with only the sections that a body of the plan uses. Registers the algorithm with the world's
+/// dispatcher, adds the bodies with their groups and masks, and disables contacts between the pairs that the plan keeps
+/// apart. Sets the gravity if the scene has one. The solver's settings are left to the program: see lint.
+/// The manifest may come from an untrusted source. It is checked, it may only name files in its folder or below, and
+/// its size has limits (docs/scene.md). The assets' indices are always checked, their payload hashes only with
+/// `verify`.
 /// @pre the world's broadphase has room for the bodies: btAxisSweep3 has a limit of its own
-/// @return a scene whose `error` says what is wrong with the manifest or an asset; the world is as it was then
+/// @return on failure, a scene whose `error` says what is wrong with the manifest or an asset; the world is unchanged
 [[nodiscard]] inline Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world,
                                       const LoadOptions& options = {}) {
   return Scene::load(manifest, world, options);

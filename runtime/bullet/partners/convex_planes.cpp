@@ -24,7 +24,7 @@
 namespace vps::bullet {
 namespace {
 
-// Corners of the mesh of a btConvexTriangleMeshShape, which has no other way to tell them.
+// Corners of the mesh of a btConvexTriangleMeshShape, which gives no other access to them.
 struct MeshCorners final : btInternalTriangleIndexCallback {
   explicit MeshCorners(std::vector<btVector3>& out) : corners(out) {}
   void internalProcessTriangleIndex(btVector3* triangle, int, int) override {
@@ -49,7 +49,7 @@ std::vector<btVector3> corners_of(const btConvexShape& shape) {
   return corners;
 }
 
-// Changes when the corners do; of shapes that cannot change theirs in place only their number counts.
+// Changes when the corners do. For shapes whose corners cannot change in place it is only their number.
 std::uint64_t fingerprint(const btConvexShape& shape) {
   const auto hash = [](const btVector3* points, int count) {
     return hash_bytes(std::as_bytes(std::span(points, static_cast<std::size_t>(count))));
@@ -66,7 +66,7 @@ std::uint64_t fingerprint(const btConvexShape& shape) {
   return polyhedron != nullptr ? static_cast<std::uint64_t>(polyhedron->getNumVertices()) : 0;
 }
 
-// Fibonacci's spiral: with 162 directions the planes round a ball are 2 % of its radius off at most.
+// Fibonacci's spiral. With 162 directions, the error of the planes round a ball is at most 2 % of its radius.
 btVector3 direction(int i, int count) {
   const double z = 1 - (2 * i + 1.0) / count;
   const double r = std::sqrt(1 - z * z);
@@ -75,7 +75,8 @@ btVector3 direction(int i, int count) {
           static_cast<btScalar>(z)};
 }
 
-// Bullet's default margin of 4 cm is more than the radius of small spheres: GJK would work on a core turned inside out.
+// Bullet's default margin of 4 cm is more than the radius of small spheres: GJK would use an inverted core.
+// @return copy with a margin no larger than any sphere; null if the shape's own margin is not larger
 std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
   std::vector<btVector3> centres;
   std::vector<btScalar> radii;
@@ -92,8 +93,8 @@ std::unique_ptr<btMultiSphereShape> with_core(const btMultiSphereShape& shape) {
   return copy;
 }
 
-// The edges of a hull's face, in order. The computer's own copies of the corners are rounded to a grid of 1e-4 of the
-// hull: the originals are taken.
+// Visits the edges of a hull's face, in order. btConvexHullComputer rounds its copies of the corners to a grid of 1e-4
+// of the hull, so the original corners are used.
 template <class Visit>
 void for_each_edge(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners,
                    const Visit& visit) {
@@ -107,7 +108,7 @@ void for_each_edge(const btConvexHullComputer& hull, int face, const std::vector
   } while (edge != first);
 }
 
-// By Newell's sum over the corners, which does not mind slivers.
+// By Newell's sum over the corners, which is robust against slivers. False for a face without area.
 bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners, btVector3& normal) {
   normal.setZero();
   for_each_edge(hull, face, corners, [&](const btVector3& base, const btVector3& from, const btVector3& to) {
@@ -119,7 +120,7 @@ bool face_normal(const btConvexHullComputer& hull, int face, const std::vector<b
   return true;
 }
 
-// A fan of triangles that covers a face; those without area are covered by their neighbours.
+// Covers a face with a fan of triangles. Those without area are left out: their neighbours cover them.
 void add_triangles(const btConvexHullComputer& hull, int face, const std::vector<btVector3>& corners,
                    std::vector<Triangle>& triangles) {
   for_each_edge(hull, face, corners, [&](const btVector3& base, const btVector3& from, const btVector3& to) {
@@ -134,7 +135,7 @@ void add_triangles(const btConvexHullComputer& hull, int face, const std::vector
   });
 }
 
-// The plane that a shape touches from within, its margin included.
+// Supporting plane of a shape, its margin included.
 HalfSpaceField touching(const btConvexShape& shape, Vec3 outward_normal) {
   const btVector3 normal = to_bt(outward_normal);
   const btScalar offset = normal.dot(shape.localGetSupportingVertexWithoutMargin(normal)) + shape.getMargin();
@@ -175,10 +176,11 @@ void ConvexPlanes::build(const btConvexShape& shape) {
     }
   }
   faces_ = planes_.size();
-  // At edges and corners the faces' planes alone run far ahead of the body; round bodies have only these.
+  // At edges and corners the faces' planes alone extend far beyond the body. Round bodies have only the planes added
+  // here.
   const int more = has_faces() ? 42 : 162;
   for (int i = 0; i < more; ++i) planes_.push_back(touching(shape, to_vec3(direction(i, more))));
-  if (!has_faces()) planes_.push_back(planes_.back());  // the place of the one that changes
+  if (!has_faces()) planes_.push_back(planes_.back());  // replaced in each call of `of`
 }
 
 bool ConvexPlanes::find_nearest(Contact& contact) const {
@@ -198,7 +200,7 @@ bool ConvexPlanes::find_nearest(Contact& contact) const {
   return true;
 }
 
-// Exact, and so for any size: Bullet's GJK ends too early on bodies of millimetres (docs/decisions.md).
+// Exact for any size. Bullet's GJK stops too early on bodies of millimetres (docs/decisions.md).
 bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
   using detail::operator-;
   using detail::operator*;
@@ -223,7 +225,8 @@ void ConvexPlanes::finish(Contact& contact, float alike) const {
   const Vec3 p = contact.position;
   const Vec3 out = outward_normal(all, p);
   const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
-  // Straight below a face nothing is nearer than it. What planes round a body say is only a bound.
+  // Inside the core, and where the nearest place lies on a face, a face's plane is exact. Planes round a body without
+  // faces give only a bound.
   const bool known = has_faces() && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
   if (!known && find_nearest(contact)) return;
   if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;

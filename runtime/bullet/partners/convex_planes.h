@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Any convex shape of Bullet's as a polytope. Internal.
+/// @file Bullet's convex shapes as polytopes. Internal.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
@@ -13,27 +13,28 @@
 
 namespace vps::bullet {
 
-/// Planes that a convex shape touches from within, its margin included: those of the faces where it has corners, and
-/// others all round. So penetration() is exact inside of polyhedra, and nowhere too small.
+/// Supporting planes of a convex shape, its margin included: those of its faces where it has corners, and others in all
+/// directions. So penetration() is exact inside polyhedra, and never too small.
 class ConvexPlanes {
  public:
-  /// Builds the planes, unless they are this shape's already. A body without faces gets one more plane each time, where
-  /// it is nearest to `from`: its planes must not be cached.
-  /// @param from  where the shell is, shape's frame. [m]
+  /// Builds the planes, unless they already belong to this shape. A body without faces gets a new last plane in each
+  /// call, where it is nearest to `from`: contacts with its planes must not be cached.
+  /// @param from  position of the shell, shape's frame. [m]
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
   [[nodiscard]] bool has_faces() const { return faces_ > 0; }
 
-  /// Penetration and direction of a contact with the shape of the last call of `of`: of the face that looks most
-  /// towards the shell where several are as near; by the nearest place outside the core, which is the shape without its
-  /// margin. Deep inside of round shapes the planes keep their word.
-  /// @param contact  shape's frame; its inward_normal is the shell's, and becomes the direction
-  /// @param alike    penetrations that differ by no more count as the same. [m]
+  /// Sets penetration and direction of a contact with the shape of the last call of `of`. Outside the core (the shape
+  /// without its margin) they come from the nearest place on it. Inside, they come from a face: of several that are
+  /// equally near, from the one that most faces the shell. Inside the core of a body without faces, they come from the
+  /// planes.
+  /// @param contact  shape's frame; its inward_normal is the shell's on entry, and the direction on return
+  /// @param alike    penetrations that differ by no more than this count as the same. [m]
   void finish(Contact& contact, float alike) const;
 
  private:
   void build(const btConvexShape& shape);
-  // From outside the core, by its faces, or by GJK where it has none. `contact`: its position says where; gets
-  // penetration and direction.
+  // Sets penetration and direction of a contact outside the core, from the place nearest to its position: by the faces,
+  // or by GJK where there are none.
   bool find_nearest(Contact& contact) const;
   bool find_nearest_of_faces(Contact& contact) const;
 
@@ -41,16 +42,16 @@ class ConvexPlanes {
   btVector3 scaling_{0, 0, 0};
   btScalar margin_ = 0;
   std::uint64_t corners_ = 0;
-  std::size_t faces_ = 0;  // planes of faces come first
+  std::size_t faces_ = 0;  // number of planes of faces, which come first
   std::vector<HalfSpaceField> planes_;
   std::vector<Triangle> triangles_;              // of the faces, without the margin
-  std::unique_ptr<btMultiSphereShape> thinner_;  // a copy for GJK, whose margin is no larger than its spheres
+  std::unique_ptr<btMultiSphereShape> thinner_;  // copy for GJK with a margin no larger than any sphere
 };
 
-/// Of the faces that a point lies equally deep below, the one that looks most along the shell's inward normal: at an
-/// edge the nearest may be one that the shell hardly touches.
+/// Sets penetration and direction of a contact from a face: of those equally deep, the one whose normal agrees most
+/// with the shell's inward normal. At an edge, the nearest face may be one that the shell hardly touches.
 /// @param contact  as above
-/// @return false, and nothing changed, when there are no faces
+/// @return false, and no change, when there are no faces
 bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact);
 
 }  // namespace vps::bullet

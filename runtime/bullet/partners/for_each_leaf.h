@@ -7,13 +7,13 @@
 
 namespace vps::bullet {
 
-/// A shape that is no compound, and where it lies in its object's frame.
+/// A shape that is not a compound, and its pose in its object's frame.
 struct Leaf {
   const btCollisionShape* shape;
   btTransform local;
 };
 
-/// Calls visit(Leaf) for the shape itself, or for the children of a compound, and theirs.
+/// Calls visit(Leaf) for the shape itself, or for the children of a compound, recursively.
 template <class Visit>
 void for_each_leaf(const Leaf& leaf, const Visit& visit) {
   if (!leaf.shape->isCompound()) return visit(leaf);

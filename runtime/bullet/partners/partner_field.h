@@ -14,21 +14,21 @@
 
 namespace vps::bullet {
 
-/// Whether on_partner knows a type of shape.
+/// Whether on_partner supports a type of shape.
 inline bool is_partner_field(int type) {
   return btBroadphaseProxy::isConvex(type) || type == STATIC_PLANE_PROXYTYPE;
 }
 
-/// Takes z, the axis of solids of revolution, to another axis. A rotation.
+/// Rotation that takes z, the axis of solids of revolution, to another axis.
 inline btTransform along_axis(int axis) {
   btMatrix3x3 basis(0, 0, 0, 0, 0, 0, 0, 0, 0);
   for (int i = 0; i < 3; ++i) basis[(axis + 1 + i) % 3][i] = 1;
   return btTransform(basis);
 }
 
-/// Calls run(field, frame): the shape as a field, and where the field's frame lies in the shape's. Boxes and cylinders
-/// are sharp and end where Bullet lets them end; cones and hulls are rounded by their margins, as Bullet has them.
-/// @param from  where the shell is, shape's frame. [m]
+/// Calls run(field, frame) with the shape as a field, and the pose of the field's frame in the shape's. Boxes and
+/// cylinders have sharp edges and Bullet's full size; cones and hulls are rounded by their margins, as in Bullet.
+/// @param from  position of the shell, shape's frame. [m]
 /// @return what `run` returns; bad_argument where is_partner_field is false
 template <class Run>
 Status on_partner(const btCollisionShape& shape, const btVector3& from, ConvexPlanes& planes, Run run) {

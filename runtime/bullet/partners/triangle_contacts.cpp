@@ -23,7 +23,7 @@ Box bounds(const AssetInfo& info, double grown) {
   return box;
 }
 
-// A place where the sheet's plane and the body's surface make a larger angle than this has no face to be pushed along.
+// Cosine. Where the sheet's plane and the body's surface make a larger angle, no face gives the direction.
 constexpr float kAligned = 0.5F;
 
 class Search {
@@ -40,14 +40,15 @@ class Search {
         sheets_(sheets),
         out_(out) {}
 
-  // Everywhere.
+  // Searches the whole shell.
   void run(const AssetInfo& info, TriangleMemory& memory) {
     memory_ = &memory;
     relevant_ = distance_ + static_cast<float>(memory.room);
     place(to_asset_, bounds(info, double{relevant_}), sheets_);
     float reach = std::max(least_reach(), kRoom * leave_near());
     const float most = 2 * shell_.sphere[3][0] + relevant_;
-    // The deepest contact may lie deeper than the reach, but then there are others nearly as deep as it.
+    // The deepest contact may lie deeper than the reach, but others nearly as deep are then found: the reach is
+    // doubled.
     for (;; reach *= 2) {
       reach_ = std::min(reach, most);
       memory.places.clear();
@@ -57,7 +58,7 @@ class Search {
     }
   }
 
-  // At remembered places alone; false when they are not enough.
+  // Searches the remembered places alone; false when they are not enough.
   bool run_again(const TriangleMemory& memory) {
     start();
     if (memory.places.empty()) return true;
@@ -84,7 +85,7 @@ class Search {
   static constexpr float kRoom = 1.5F;
   static constexpr std::uint32_t kNoSegment = ~0U;
 
-  // Between two points of the shell nothing hides that is farther from both.
+  // Every place of the body's surface is within the covering radius of a point of the shell.
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
   bool enough() const noexcept { return !(kRoom * deepest_ > reach_); }
 
@@ -92,7 +93,7 @@ class Search {
     return penetration(map_, p, map_.field == Field::layers ? outward_normal(map_, p) : Vec3());
   }
 
-  // Drops the triangles that cannot touch the body. Returns the penetration of the deepest of their centres.
+  // Removes the triangles that cannot touch the body. Returns the largest penetration of a triangle's centre, or 0.
   float leave_near() {
     if (!solid_) return 0;
     float most = 0;
@@ -116,7 +117,7 @@ class Search {
     for (std::uint32_t i = 0; i < sheets_.lists.size(); ++i) sheets_.lists[i] = i;
   }
 
-  // A place where contacts may be soon.
+  // Remembers the present leaf as a place of possible contacts.
   void remember() {
     if (memory_ == nullptr || !(memory_->room > 0)) return;
     std::vector<TriangleMemory::Place>& places = memory_->places;
@@ -127,7 +128,7 @@ class Search {
     return {shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]};
   }
 
-  // Of the list from `from` on, the triangles within reach of the node's sphere, as a new list on top. Levels are few.
+  // Pushes a new list: the triangles of the list at `from` that are within reach of the node's sphere. Levels are few.
   void visit(std::uint32_t node, std::uint32_t level, std::size_t from) {
     const std::size_t to = sheets_.lists.size();
     const float near = shell_.sphere[3][node] + reach_;
@@ -151,7 +152,7 @@ class Search {
     sheets_.lists.resize(to);
   }
 
-  // The nearest place of the list, and which triangle has it; null beyond `reach`.
+  // The list's triangle that is nearest to p, and the nearest place on it; null if none is within `reach`.
   const Triangle* nearest(Vec3 p, float reach, NearestPlace& place) const noexcept {
     place.squared = reach * reach;
     const Triangle* best = nullptr;
@@ -177,17 +178,17 @@ class Search {
     if (!place.on_face) return climb(place.at, contact);
     const float height = triangle->height(p);
     const float along = dot(inward, triangle->normal);
-    // The most frequent answer, without a look at the field: a face that looks at the sheet from afar.
+    // The most frequent case, decided without the field: a face that looks at the sheet from a distance.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
     const float above = penetration_at(p + voxel_ * triangle->normal);
     const float below = penetration_at(p - voxel_ * triangle->normal);
-    // A face, edge or corner of the body that points to one side of the sheet has nothing of the body there.
+    // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
     if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
       return climb(place.at, contact);
     }
     const float side = above > below ? 1 : -1;
     ManifoldContact seen = contact;
-    seen.area *= std::max(side * along, 0.0F);  // as seen along the direction
+    seen.area *= std::max(side * along, 0.0F);  // projected along the direction
     emit_on_face(seen, side * triangle->normal, -side * height);
   }
 
@@ -196,7 +197,7 @@ class Search {
     if (penetration < -relevant_) return;
     remember();
     if (penetration < -distance_) return;
-    // The body's far side sees the sheet through the body: then the way out is shorter the other way.
+    // The sheet lies beyond the body's opposite side, seen from this point: the way out is shorter the other way.
     if (penetration > 0 && penetration_at(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
@@ -222,7 +223,7 @@ class Search {
     emit(contact);
   }
 
-  // Corners of the sheet may be sharper than the spacing of the points can tell.
+  // The sheet's corners may be sharper than the spacing of the shell's points resolves.
   void test_corners() {
     const float near = shell_.sphere[3][leaf_] + shell_.covering_radius;
     for (const std::uint32_t number : list_) {
@@ -242,8 +243,8 @@ class Search {
     }
   }
 
-  // Goes up the sheet into the body while it gets deeper. Where the sheet ends or bends there, that is a contact; in
-  // the middle of a face the points have answered.
+  // Follows the sheet into the body while it gets deeper. If the sheet ends or bends there, that place is a contact. In
+  // the middle of a face, the shell's points already give the contacts.
   void climb(Vec3 at, ManifoldContact contact) {
     float v = penetration_at(at);
     Vec3 out = outward_normal(map_, at);
@@ -272,14 +273,14 @@ class Search {
     if (!(std::abs(across) < kFlat)) return;
     const Vec3 along = across * triangle->normal - out;
     const Vec3 next = at + (voxel_ / length(along)) * along;
-    if (nearest(next, 0.3F * voxel_, place) != nullptr) return;  // it goes on
+    if (nearest(next, 0.3F * voxel_, place) != nullptr) return;  // the sheet continues
     contact.position = at + v * out;
     contact.inward_normal = -1 * out;
     contact.penetration = v;
     emit(contact);
   }
 
-  // Of a segment only the deepest is kept.
+  // Keeps only the deepest contact of a segment.
   void emit(ManifoldContact contact) {
     deepest_ = std::max(deepest_, contact.penetration);
     if (segment_level_ > 0) {
@@ -304,16 +305,16 @@ class Search {
   Sheets& sheets_;
   TriangleContacts& out_;
 
-  TriangleMemory* memory_ = nullptr;  // where places are remembered, if they are
+  TriangleMemory* memory_ = nullptr;  // where places are remembered; null: nowhere
   float relevant_ = 0;                // contact distance, with the room for motion. [m]
   float reach_ = 0;                   // points and triangles farther apart are not paired. [m]
   float deepest_ = 0;
   std::uint32_t leaf_ = 0;
-  std::span<const std::uint32_t> list_;  // of the leaf
+  std::span<const std::uint32_t> list_;  // triangles within reach of the leaf
   struct {
     std::uint32_t node = kNoSegment;
     std::size_t first = 0;
-  } segment_;  // the node, and the place of its contact
+  } segment_;  // the node, and the index of its contact
 };
 
 bool has_triangles(const btCollisionShape& shape) {
@@ -347,7 +348,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
       memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
     return Status::ok;
   }
-  // Room for some steps like the last one; a fast body would only remember much.
+  // Room for some steps like the last one. None for a fast body, which would remember too many places.
   constexpr double kSteps = 8;
   const double least = 0.05 * static_cast<double>(shell.covering_radius);
   memory.room = kSteps * step > 10 * least ? 0 : std::max(least, kSteps * step);
@@ -356,7 +357,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   memory.level = options.segment_level;
   memory.shell = shell.position[0];
   const AssetInfo& info = body.asset().info();
-  // Twice the room: contacts of places that move into the box are in it.
+  // Twice the room: the box also holds contacts of places that move into it.
   const double grown = double{options.contact_distance} + 2 * memory.room + info.voxel_size;
   turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
   memory.mesh = gather(sheet, memory.low, memory.high, sheets);

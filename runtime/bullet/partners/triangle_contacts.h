@@ -8,14 +8,14 @@
 
 namespace vps::bullet {
 
-/// What a pair remembers: where the sheet can be in touch while the body moves little. A changed mesh is noticed.
+/// Memory of a pair: where the sheet can be in contact while the body moves little. A changed mesh is detected.
 struct TriangleMemory {
   struct Place {
     std::uint32_t leaf, segment;  ///< nodes
   };
-  std::vector<Place> places;  ///< in tree order: all where a contact can be before the body has moved by `room`
-  double room = 0;            ///< 0: remembers nothing. [m]
-  Pose reference, last;       ///< of the shell in the mesh: when `places` were found, and in the last query
+  std::vector<Place> places;  ///< in tree order: all where a contact is possible until the body has moved by `room`
+  double room = 0;            ///< 0: nothing is remembered. [m]
+  Pose reference, last;       ///< poses of the shell in the mesh: when `places` were found, and in the last query
   float distance = 0;         ///< contact distance of `places`. [m]
   std::uint32_t level = 0;    ///< of the segments
   const void* shell = nullptr;
@@ -25,20 +25,20 @@ struct TriangleMemory {
 
 /// What a query has found: `features` in the order of `contacts`. Working memory of a thread.
 struct TriangleContacts {
-  std::vector<Contact> contacts;        ///< a corner's `point` is one of the shell's beside it
+  std::vector<Contact> contacts;        ///< for a corner, `point` is a point of the shell near it
   std::vector<std::uint32_t> features;  ///< see ManifoldContact
 };
 
 /// Contacts of the shell with a mesh's triangles, in the shell's asset frame, in tree order.
 ///
-/// Triangles are sheets without a solid side, and are wound as they please: the body that gives the shell decides to
-/// which side it is pushed, the nearer way out. With a voxelmap the body's own field says where the material is; where
-/// the sheet ends or bends inside the body, which no point of the shell tells well, the contact is the deepest place of
-/// the sheet there, and the direction is the field's. Without one the points' normals and the centre of mass decide:
-/// right for bodies that are roughly convex near the contact.
+/// Triangles are sheets without a solid side, and their winding is arbitrary. The body that gives the shell decides to
+/// which side it is pushed: the nearer way out. With a voxelmap, the body's own field says where the material is. Where
+/// the sheet ends or bends inside the body, the shell's points resolve it poorly: the contact is the deepest place of
+/// the sheet there, and the direction is the field's. Without a voxelmap, the points' normals and the centre of mass
+/// decide: right for bodies that are roughly convex near the contact.
 ///
 /// @param options  contact_distance with the margins, and segment_level; the rest is not used
-/// @return missing_part for a mesh without triangles to hand out (btGImpactCompoundShape) or a shape without points
+/// @return missing_part for a mesh that gives no triangles (btGImpactCompoundShape) or a shape without points
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
                               TriangleContacts& found);
 

@@ -28,7 +28,7 @@ bool Triangle::set(const double (&p)[3][3]) noexcept {
     for (int i = 0; i < 3; ++i) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
   };
   const auto dot = [](const double(&a)[3], const double(&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  // Unit length; false for less than what the rounding of floats can leave of `scale`.
+  // Scales to unit length; false for a length within the rounding of floats at `scale`.
   const auto normalise = [&](double(&a)[3], double scale) {
     const double size = std::sqrt(dot(a, a));
     if (!(size > 1e-6 * scale)) return false;
@@ -40,7 +40,7 @@ bool Triangle::set(const double (&p)[3][3]) noexcept {
   };
   for (const auto& corner : p) {
     for (const double x : corner) {
-      if (!(std::abs(x) <= 1e15)) return false;  // squares are to be floats
+      if (!(std::abs(x) <= 1e15)) return false;  // squares must fit into floats
     }
   }
   double edges[3][3];
@@ -117,7 +117,7 @@ void place(const Pose& to_frame, const Box& box, Sheets& sheets) {
     }
     Triangle triangle;
     if (!meets || !triangle.set(p)) continue;
-    // Terrain numbers its columns as parts.
+    // Terrain passes its columns as parts.
     triangle.id = (static_cast<std::uint32_t>(from.part) * 0x9E3779B1U) ^ static_cast<std::uint32_t>(from.index);
     sheets.triangles.push_back(triangle);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Triangles of Bullet's meshes, made ready for the distances of many points. Internal.
+/// @file Triangles of Bullet's meshes, prepared for the distances of many points. Internal.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -14,7 +14,7 @@ namespace vps::bullet {
 struct NearestPlace {
   Vec3 at;
   float squared = std::numeric_limits<float>::max();  ///< squared distance of the point. [m^2]
-  bool on_face = false;                               ///< straight below the point; otherwise on an edge or corner
+  bool on_face = false;                               ///< the point's projection; otherwise on an edge or corner
 };
 
 struct Triangle {
@@ -27,8 +27,8 @@ struct Triangle {
   float side_offset[3];  ///< of the edges' planes. [m]
   std::uint32_t id = 0;  ///< the same from step to step
 
-  /// Sums are double: planes of very large triangles have to hold near the origin.
-  /// @return false for corners that lie on a line, farther than 1e15 m, or are not finite
+  /// Computes in double: planes of very large triangles must be accurate near the origin.
+  /// @return false for corners that lie on a line or farther than 1e15 m, or are not finite
   bool set(const double (&p)[3][3]) noexcept;
 
   /// Height over the plane, along the normal. [m]
@@ -38,7 +38,7 @@ struct Triangle {
     const auto past = [&](int i) { return side_offset[i] - detail::dot(side[i], p); };
     return std::max({past(0), past(1), past(2)});
   }
-  /// Lower bound of the squared distance; exact but near corners. [m^2]
+  /// Lower bound of the squared distance; exact except near corners. [m^2]
   [[nodiscard]] float least_squared(Vec3 p) const noexcept {
     const float h = height(p);
     const float e = std::max(beyond(p), 0.0F);
@@ -52,7 +52,7 @@ struct Triangle {
   [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
 };
 
-/// A triangle as a mesh hands it out; without padding, to be hashed.
+/// A triangle as a mesh passes it to a callback. It has no padding, so that its bytes can be hashed.
 struct MeshTriangle {
   btScalar corners[3][3];
   std::int32_t part, index;
@@ -62,7 +62,7 @@ struct MeshTriangle {
 struct Sheets {
   std::vector<MeshTriangle> mesh;
   std::vector<Triangle> triangles;
-  std::vector<std::uint8_t> met;     ///< whether a triangle's corners were tested
+  std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
 };
 
@@ -72,8 +72,8 @@ struct Box {
   double high[3] = {-1e300, -1e300, -1e300};
 };
 
-/// The box of the mesh's frame that holds one of another.
-/// @param to_frame  takes the mesh's frame there
+/// Bounds of a box of another frame, in the mesh's frame.
+/// @param to_frame  takes the mesh's frame to the box's frame
 void turn_box(const Box& box, const Pose& to_frame, btVector3& low, btVector3& high);
 
 /// Fills `sheets.mesh` with a mesh's triangles in a box of its frame.

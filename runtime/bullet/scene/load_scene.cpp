@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Manifests of `vpsbake scene` become bodies. Nothing of a manifest is trusted.
+// Makes bodies from manifests of `vpsbake scene`. Manifests are not trusted: every value is checked.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -25,7 +25,7 @@ struct Scene::Contents {
   btDiscreteDynamicsWorld* world = nullptr;
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
-  std::map<const btRigidBody*, btVector3> centres;  // of mass, in the bodies' own frames. [m]
+  std::map<const btRigidBody*, btVector3> centres;  // of mass, in the frames of the manifest's bodies. [m]
   std::map<std::string, std::size_t, std::less<>> numbers;
   btScalar step = 0;
 
@@ -75,10 +75,10 @@ using manifest::kLeast;
 using manifest::Refusal;
 using manifest::Value;
 
-// A shape, and its centre of mass in its own frame: where Bullet's origin has to be.
+// A shape, its pose, and its centre of mass in its own frame, where Bullet's origin has to be.
 struct Placed {
   btCollisionShape* shape = nullptr;
-  btTransform pose;  // of the shape's own frame (an asset's, not the Shape's) in the body's
+  btTransform pose;  // of the shape's own frame (the asset's frame for a Shape) in the body's
   btVector3 centre;  // [m]
 };
 
@@ -87,7 +87,7 @@ class Loader {
   Loader(fs::path folder, const LoadOptions& options, std::vector<std::unique_ptr<btCollisionShape>>& shapes)
       : folder_(std::move(folder)), options_(options), shapes_(shapes) {}
 
-  // Maps each file once, for all that its entries use.
+  // Maps each file once, with the parts that all of its entries use.
   void open_assets(const std::vector<Value>& entries) {
     std::map<fs::path, Use> uses;
     for (const Value& entry : entries) {
@@ -145,7 +145,7 @@ class Loader {
     auto asset = std::make_shared<Asset>();
     Status status = Status::ok;
     if (options_.verify) {
-      // By a mapping of its own: what is not used takes no memory afterwards.
+      // In a mapping of its own: parts that are not used take no memory afterwards.
       Asset whole;
       status = Asset::open(path.c_str(), whole, Use{});
       if (status == Status::ok) status = whole.verify();
@@ -197,20 +197,20 @@ class Loader {
       case Kind::plane:
         break;
     }
-    // Bullet's plane fills half of space, and is z up here: its pose turns it.
+    // Bullet's plane fills a half space. Its normal is z here, and the body's orientation turns it.
     return keep(std::make_unique<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0)));
   }
 
   fs::path folder_;
   const LoadOptions& options_;
   std::vector<std::unique_ptr<btCollisionShape>>& shapes_;
-  std::vector<std::shared_ptr<const Asset>> assets_;  // by their numbers in the manifest
+  std::vector<std::shared_ptr<const Asset>> assets_;  // in the manifest's order
   std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
 };
 
 enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
 
-// One shape as it is, or a compound of several or of one that lies elsewhere.
+// A single shape as it is, if its pose is the identity and its centre of mass is `centre`; otherwise a compound.
 btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>& placed, Loader& loader) {
   const Placed& first = placed.front();
   if (placed.size() == 1 && first.pose == btTransform::getIdentity() && first.centre == centre) return first.shape;
@@ -221,7 +221,7 @@ btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>
   return loader.keep(std::move(compound));
 }
 
-// The one stated, else the shape's.
+// The inertia that the manifest states, else the shape's. [kg m^2]
 btVector3 inertia_of(const Value& value, const btCollisionShape& shape, btScalar mass) {
   if (value.has("inertia")) return value["inertia"].vector(1e-18, kFarthest);
   btVector3 inertia;
@@ -295,7 +295,7 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
   Scene scene;
   const auto fail = [](std::string reason) {
     Scene failed;
-    // One line, whatever is in the file.
+    // Keeps the message on one line: it may quote the file.
     for (char& c : reason) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
     failed.contents_->error = std::move(reason);
     return failed;

@@ -22,7 +22,7 @@ namespace vps::bullet::manifest {
 
 using Json = nlohmann::json;
 
-/// Does not leave load_scene.
+/// Thrown when a scene is refused, and caught in load_scene.
 struct Refusal {
   std::string reason;
 };
@@ -42,14 +42,14 @@ class Value {
     if (!has(key)) throw Refusal{inner(key) + " is missing"};
     return {json_->at(key), inner(key)};
   }
-  /// Refuses keys that are not among these: a reader that passed over one would load another scene.
+  /// Refuses all other keys: a reader that ignored one would load a different scene.
   void allow_only(std::initializer_list<std::string_view> keys) const {
     if (!json_->is_object()) return;
     for (const auto& [key, value] : json_->items()) {
       if (std::find(keys.begin(), keys.end(), key) == keys.end()) throw Refusal{inner(key) + " is not a known key"};
     }
   }
-  /// @param most  values that there may be
+  /// @param most  largest number of values
   [[nodiscard]] std::vector<Value> list(std::size_t most = scene_manifest::kMostBytes) const {
     if (!json_->is_array()) refuse("is not a list");
     if (json_->size() > most) refuse("has more than " + std::to_string(most) + " entries");
@@ -127,7 +127,7 @@ T choose(const Value& value, std::initializer_list<std::pair<const char*, T>> ch
   value.refuse("is none of what it may be");
 }
 
-/// @throw Refusal when the file is no JSON object
+/// @throw Refusal when the file is missing, too large, unreadable or not a JSON object
 [[nodiscard]] Json read_json(const std::string& path);
 
 }  // namespace vps::bullet::manifest
