@@ -5,37 +5,37 @@ PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
   libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
   libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libpugixml-dev libtbb-dev libtomlplusplus-dev liburdfdom-dev libxxhash-dev nlohmann-json3-dev \
   python3 python3-h5py hdf5-tools
-# For `make fuzz` alone.
+# Only for `make fuzz`.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
-# What the accuracy of queries is measured with: closed, manifold, wound outward.
+# The meshes for measuring the accuracy of queries: closed, manifold, wound outward.
 ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
   bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
-# For `make bench` alone: the peers.
+# Only for `make bench`: the libraries for comparison.
 BENCH_PACKAGES := libbenchmark-dev libopenvdb-dev
-# For `make paper` alone; Debian's Python finds Debian's matplotlib.
+# Only for `make paper`; Debian's Python finds Debian's matplotlib.
 PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
 # For the tests of pages, format of sources, manual pages, completion, exports, engines and sanitizers.
 TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libclang-rt-14-dev mandoc munge parallel python3-jsonschema \
   python3-vtk9 slurm-wlm zsh
-# For `make tidy` alone.
+# Only for `make tidy`.
 TIDY_PACKAGES := clang-tidy
-# For `make deb` and its test alone.
+# Only for `make deb` and its test.
 DEB_PACKAGES := debootstrap dpkg-dev file lintian
-# For `make scenes` alone: pictures.
+# Only for `make scenes`: its pictures.
 SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)
 CTEST := ctest --output-on-failure --no-tests=error --output-junit tests.xml -j $(JOBS)
-# run_tests(FOLDER, ARGUMENTS): the tests of a build that CTest's arguments select; then how many were skipped, and why.
+# run_tests(FOLDER, ARGUMENTS): runs the tests of a build that CTest's arguments select; then prints how many were skipped, and why.
 run_tests = cd $(1) && rm -f tests.xml && { $(CTEST) $(2); status=$$?; \
   python3 -B $(CURDIR)/tests/support/skipped_tests.py tests.xml; exit $$status; }
 PREFIX ?= /usr/local
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
-# What a step does and about how long it takes, before it begins: minutes on two cores from scratch. Later runs compile what changed.
+# Prints what a step does, and about how many minutes it takes on two cores from scratch. Later runs compile only what changed.
 say = @echo "== $(1)"
 
 .PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
@@ -44,11 +44,11 @@ all: deps
 	cmake --preset release -DVPS_BUILD_SCENES=OFF
 	cmake --build --preset release -j $(JOBS)
 
-# Program, libraries, headers, files for CMake and pkg-config; DESTDIR goes before PREFIX.
+# Installs the program, libraries, headers, and files for CMake and pkg-config; DESTDIR goes before PREFIX.
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
-# Packages for this release of Debian, vpsbake and libvps-dev, in build/packages; lintian says what it thinks of them.
+# Makes the packages vpsbake and libvps-dev for this release of Debian in build/packages, and checks them with lintian.
 deb: PACKAGES += $(DEB_PACKAGES)
 deb: deps
 	cmake --preset deb
@@ -58,7 +58,7 @@ deb: deps
 	rm -rf build/packages/_CPack_Packages
 	lintian --allow-root --fail-on error build/packages/*.deb
 
-# Only asks apt when something is missing.
+# Calls apt only when a package is missing.
 deps:
 	@missing=; for p in $(PACKAGES); do \
 	  dpkg-query -W -f '$${Status}' $$p 2>/dev/null | grep -q 'install ok installed' || missing="$$missing $$p"; done; \
@@ -85,17 +85,17 @@ demo: deps $(BUNNY)
 	@echo
 	@echo "Open in a browser: build/demo/bunny_drop.html plays what was just computed, build/demo/bunny.html shows the asset."
 
-# Plays every scene, prints what each measured and the table of docs/scenes.md, writes its pictures. Those of ../shared are left
-# out where that is absent. Takes minutes.
+# Plays every scene, prints its measurements and the table of docs/scenes.md, and writes its pictures. Scenes that need ../shared are
+# left out where it is absent. Takes minutes.
 scenes: PACKAGES += $(SCENE_PACKAGES)
 scenes: deps
 	cmake --preset release -DVPS_BUILD_SCENES=ON
 	cmake --build --preset release -j $(JOBS) --target bunnies gears nut_on_bolt peg_in_hole tabletop
 	xvfb-run -a /usr/bin/python3 -B tests/scenes/render.py --programs build/release/tests/scenes --work build/scenes --pictures docs/scenes
 
-# Baking against OpenVDB, queries against Bullet's own, HACD, GImpact and FCL, in the same run, the fields' errors, overruns of
-# budgets, and the sizes of the libraries; prints Markdown tables. The first run takes minutes more: it decomposes the bunny with HACD, and places it where the oracle wants it.
-# Ends with bench-accuracy.
+# Compares, in the same run, baking with OpenVDB, and queries with Bullet's own, HACD, GImpact and FCL. Measures the fields' errors,
+# overruns of budgets, and the sizes of the libraries. Prints Markdown tables. The first run takes minutes more: it decomposes the
+# bunny with HACD, and finds its poses with the oracle. Ends with bench-accuracy.
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
@@ -110,7 +110,8 @@ bench: deps $(BUNNY)
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
 	$(MAKE) bench-accuracy
 
-# Whole queries of eight pairs of bodies against an oracle, beside convex hulls; the first run takes ten minutes more, for HACD.
+# Measures the error of whole queries on eight pairs of bodies against an oracle, and that of convex hulls. The first run takes ten
+# minutes more, for HACD.
 bench-accuracy: PACKAGES += $(BENCH_PACKAGES)
 bench-accuracy: deps
 ifneq ($(wildcard ../shared/meshes),)
@@ -121,11 +122,12 @@ else
 	@echo "no ../shared/meshes: the accuracy of queries is not measured"
 endif
 
-# 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels: time per stage and peak memory, as Markdown tables.
+# Bakes a mesh of 1.7 million triangles at 1024 voxels, and a grid of 2048 voxels; prints time per stage and peak memory as Markdown tables.
 bench-scale: all $(BUNNY)
 	python3 -B tests/bench/bench_scale.py --vpsbake build/release/cli/vpsbake --mesh $(BUNNY) --scale 0.0775 --work build
 
-# The paper's experiments (Sec. 4) beside Bullet's own algorithms; writes docs/paper. The first run takes minutes more, for HACD.
+# Repeats the paper's experiments (Sec. 4), also with Bullet's own algorithms; writes docs/paper. The first run takes minutes more,
+# for HACD.
 paper: PACKAGES += $(PAPER_PACKAGES)
 paper: deps $(BUNNY)
 	cmake --preset bench
@@ -134,11 +136,11 @@ paper: deps $(BUNNY)
 	$(PAPER_PYTHON) -B tests/paper/paper.py --runs build/bench/tests/paper/paper_runs --mesh $(BUNNY) --scale 0.0775 \
 	  --work build/bench/query -o docs/paper
 
-# Every mesh of ../shared, checked and baked; writes docs/corpus.md.
+# Checks and bakes every mesh of ../shared; writes docs/corpus.md.
 corpus: all
 	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/corpus.md
 
-# libFuzzer on opening and querying assets, for FUZZ_SECONDS; what it finds is kept in build/fuzz.
+# Runs libFuzzer on opening and querying assets, for FUZZ_SECONDS; keeps its findings in build/fuzz.
 fuzz: PACKAGES += $(FUZZ_PACKAGES)
 fuzz: deps
 	cmake --preset dev
@@ -149,7 +151,7 @@ fuzz: deps
 	mkdir -p build/fuzz/corpus
 	build/fuzz/tests/fuzz/fuzz_asset -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=build/fuzz/ build/fuzz/corpus build/fuzz/seeds
 
-# About 40 minutes on two cores from scratch; the times of each step stand in docs/benchmarks/build.md.
+# Takes about 40 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
 test: test-dev test-tsan test-sanitize
 
 test-dev: PACKAGES += $(TEST_PACKAGES)
@@ -160,8 +162,8 @@ test-dev: deps
 	$(call say,1 of 3: running the tests: about 8 minutes)
 	$(call run_tests,build/dev,-LE slow)
 
-# The tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer; not those in which sanitizers can find
-# nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
+# Runs the tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer. Leaves out those in which sanitizers can
+# find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
 	$(call say,3 of 3: building with clang and sanitizers)
@@ -170,8 +172,8 @@ test-sanitize: deps
 	$(call say,3 of 3: running the tests with sanitizers)
 	$(call run_tests,build/sanitize,-LE slow)
 
-# Queries, batches and Bullet's pairs on several threads under ThreadSanitizer, with an asset that the dev build's program bakes.
-# GCC 12's ThreadSanitizer finds no room where addresses are randomized in more than 28 bits, so that is switched off where it can be.
+# Runs queries, batches and Bullet's pairs on several threads under ThreadSanitizer, on an asset that the program of the dev build
+# bakes. GCC 12's ThreadSanitizer fails where addresses are randomized in more than 28 bits, so setarch switches this off where it may.
 test-tsan: deps
 	$(call say,2 of 3: threads under ThreadSanitizer: about 2 minutes)
 	cmake --preset dev
@@ -181,16 +183,16 @@ test-tsan: deps
 	build/dev/cli/vpsbake sample_meshes/gear.obj --voxel 0.5mm -o build/tsan/gear.vps.hdf
 	$(shell setarch -R true 2>/dev/null && echo setarch -R) build/tsan/tests/threads/threads_test build/tsan/gear.vps.hdf
 
-# The runtime must build without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-dev` does the same.
+# Builds the runtime without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-dev` tests the same.
 test-runtime-only: deps
 	cmake --preset runtime-only
 	cmake --build --preset runtime-only -j $(JOBS)
 
-# The packages, installed, used and removed in a fresh minimal system; skipped without root.
+# Installs, uses and removes the packages in a fresh minimal system; skipped without root.
 test-deb: deb
 	sh tests/install/debian.sh build/packages || [ $$? = 77 ]
 
-# clang-tidy on the sources of the libraries and the program. Any warning is a failure.
+# Runs clang-tidy on the sources of the libraries and the program. Any warning is a failure.
 tidy: PACKAGES += $(TIDY_PACKAGES)
 tidy: deps
 	cmake --preset edit

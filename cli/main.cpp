@@ -53,7 +53,8 @@ CLI::Option* set_version_flag(CLI::App& app) {
   return app.set_version_flag("--version", version_text, "Print the versions of the program and of its libraries");
 }
 
-// The words of a command line, the last first, as CLI11 takes them. It would read a file named [a,b] as two.
+// The words of the command line in reverse order, as CLI11 takes them. CLI11 reads [a,b] as a list of two, so a file of
+// this name gets ./ in front.
 std::vector<std::string> command_line(int argc, char** argv) {
   std::vector<std::string> words;
   for (int i = argc - 1; i > 0; --i) {
@@ -67,7 +68,7 @@ std::vector<std::string> command_line(int argc, char** argv) {
 int run(int argc, char** argv) {
   CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
                "vpsbake");
-  app.formatter(std::make_shared<HelpFormatter>());  // commands take it over
+  app.formatter(std::make_shared<HelpFormatter>());  // commands inherit it
   app.set_help_flag("-h,--help", "Print this help");
   set_version_flag(app);
   BakeArguments bake;
@@ -118,13 +119,13 @@ int run(int argc, char** argv) {
 }  // namespace vps::cli
 
 int main(int argc, char** argv) {
-  // Without the standard descriptors the next file opened would take their place.
+  // Opens missing standard descriptors, so that no file opened later gets their numbers.
   int null = -1;
   do {
     null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
   } while (null >= 0 && null <= STDERR_FILENO);
   ::close(null);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is an error of writing, not a crash
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error, not a crash
   vps::cli::remember_command(argc, argv);
   int code = 0;
   try {

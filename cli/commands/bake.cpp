@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Import, plan, bake, write: the main job. Or a copy from the cache.
+// Imports, plans, bakes and writes one asset, or copies it from the cache.
 #include "cli/commands/commands.h"
 
 #include <fmt/format.h>
@@ -120,7 +120,7 @@ int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   return kOk;
 }
 
-// What is wrong with the output is said before the bake, not after it.
+// Refuses an unusable output. Called before the bake, so that no time is lost.
 void check_output(const BakeRun& run) {
   if (const std::string reason = asset_refusal(run.output); !reason.empty()) throw WriteError(reason);
 }
@@ -175,7 +175,7 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
   } catch (const std::bad_alloc&) {
     return fail(kInternal, mesh, "out of memory; choose larger voxels");
   } catch (const std::system_error&) {
-    throw;  // of printing: main knows what to say
+    throw;  // an error of standard output, which main reports
   } catch (const std::exception& error) {
     return fail(kInternal, mesh, fmt::format("internal error: {}; please report it", error.what()));
   }

@@ -28,7 +28,7 @@ using namespace batch;
 
 struct BatchArguments {
   Inputs inputs;
-  BakeArguments scratch;  // the options are read twice: for their errors here, as texts for the bakes
+  BakeArguments scratch;  // options are parsed into it only to check them; the bakes get them as texts
   PlayArguments play;
   std::string folder, depfile;
 };
@@ -37,7 +37,7 @@ fs::path manifest_file(const BatchArguments& arguments) {
   return fs::path(arguments.folder) / kManifest;
 }
 
-// What the manifest has to be made again for: meshes, their files, and vpsbake.toml.
+// The files that the manifest depends on: meshes, the files they refer to, vpsbake.toml, and lists of meshes.
 std::vector<fs::path> dependencies(const std::vector<Job>& jobs, const std::vector<fs::path>& settings) {
   std::vector<fs::path> files;
   for (const Job& job : jobs) {
@@ -52,7 +52,7 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
   const fs::path folder = arguments.folder;
   for (const std::string& name : left_over(folder, jobs))
     complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
-  // What failed is missing, also where an older asset is left.
+  // A failed job counts as missing, even where an older asset is left.
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].state == JobResult::State::failed) jobs[i].refusal = results[i].error;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What the commands on folders of meshes have in common.
+/// @file Shared by the commands on folders of meshes.
 #pragma once
 
 #include <functional>
@@ -9,18 +9,18 @@
 
 namespace vps::cli {
 
-/// Paths, globs and the options of bakes. `inputs.options` is for `given_options`, after the command line is
-/// read.
-/// @param scratch  where the options are checked
+/// Adds options for paths and globs, and those of bakes. It leaves `inputs.options` empty: fill it with `given_options`
+/// after parsing.
+/// @param scratch  receives the values of bake options, only to check them
 void add_input_options(CLI::App& app, batch::Inputs& inputs, BakeArguments& scratch);
 
-/// The options of bakes that were given to a command. @pre add_bake_options was called on it, and it was parsed
+/// The bake options that were given to a command. @pre add_bake_options was called on it, and it was parsed
 [[nodiscard]] batch::OptionTexts given_options(const CLI::App& app);
 
 /// Reads the options of a batch as those of `vpsbake MESH`.
 [[nodiscard]] const batch::OptionReader& option_reader();
 
-/// Turns what is thrown before anything is baked into one line and an exit code.
+/// Runs `work`, and turns an error in the inputs or options into one line on stderr and an exit code.
 [[nodiscard]] int guarded_batch(const std::function<int()>& work);
 
 }  // namespace vps::cli

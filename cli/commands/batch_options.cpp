@@ -12,14 +12,14 @@ std::string name_of(const CLI::Option& option) {
   return option.get_lnames().empty() ? std::string() : option.get_lnames().front();
 }
 
-// What these texts would mean on a command line.
+// The settings that these texts give on a command line.
 bake::BakeSettings settings_of(const batch::OptionTexts& options) {
   BakeArguments arguments;
   CLI::App app;
   app.set_help_flag();
   add_bake_options(app, arguments);
   std::vector<std::string> words = batch::command_words(options);
-  std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+  std::reverse(words.begin(), words.end());  // CLI11 takes words in reverse order
   try {
     app.parse(std::move(words));
     require_bakeable(app, arguments);
@@ -29,7 +29,7 @@ bake::BakeSettings settings_of(const batch::OptionTexts& options) {
   return complete_settings(arguments);
 }
 
-// The usual ones first: of those that are equally like a mistyped one, the first is meant.
+// Common options come first: of names equally near to a mistyped one, the first is suggested.
 std::vector<std::string> bake_option_names() {
   std::vector<std::string> all = {"voxel", "unit", "scale", "fields", "parts"};
   BakeArguments arguments;

@@ -45,7 +45,7 @@ nlohmann::ordered_json to_json(const std::string& path, const bake::MeshReport& 
   return j;
 }
 
-// Infinite: at the edges of a box, and where faces meet at an acute angle, no wall lies opposite.
+// A thickness is infinite where no wall lies opposite: at the edges of a box, and where faces meet at an acute angle.
 void print_walls(const bake::MeshReport& r, bool voxel_size_given) {
   fmt::print("walls       ");
   if (std::isinf(r.wall_p01)) {

@@ -10,50 +10,50 @@
 namespace vps::cli {
 
 /// Runs a command on a file, and turns what it throws into one line on stderr and an exit code.
-/// @param file  that is named where the error names none
+/// @param file  named in the line where the error names no file
 [[nodiscard]] int guarded(const std::string& file, const std::function<int()>& work);
 
 /// `vpsbake MESH`: bakes one mesh into one asset. @return the exit code of the program
 [[nodiscard]] int run_bake(const BakeArguments& arguments);
 
-/// `vpsbake batch`, and `run` and `merge`, which do a part of it each: folders of meshes to folders of assets.
+/// `vpsbake batch`: bakes folders of meshes into folders of assets. `run` and `merge` each do a part of it.
 [[nodiscard]] Command add_batch_command(CLI::App& app);
 [[nodiscard]] Command add_run_command(CLI::App& app);
 [[nodiscard]] Command add_merge_command(CLI::App& app);
-/// `vpsbake plan`: bakes as lines of a file, for other machines to do.
+/// `vpsbake plan`: writes bakes as lines of a file, for other machines.
 [[nodiscard]] Command add_plan_command(CLI::App& app);
 /// `vpsbake explain`: why an asset was baked or not, and whether it would be now.
 [[nodiscard]] Command add_explain_command(CLI::App& app);
 
-/// `vpsbake cache stats|prune|verify`: looks after the folder of `--cache`.
+/// `vpsbake cache stats|prune|verify`: maintains the folder of `--cache`.
 [[nodiscard]] Command add_cache_command(CLI::App& app);
 /// `vpsbake check MESH`: what is wrong with a mesh. Exits with 0 when the mesh would bake, with 3 when not.
 [[nodiscard]] Command add_check_command(CLI::App& app);
 /// `vpsbake compare A B`: whether two assets are the same, and if not, by how much they differ.
 [[nodiscard]] Command add_compare_command(CLI::App& app);
-/// `vpsbake export ASSET --to FORMAT`: an asset for other programs.
+/// `vpsbake export ASSET --to FORMAT`: writes an asset for other programs.
 [[nodiscard]] Command add_export_command(CLI::App& app);
 /// `vpsbake info FILE`: prints what an asset holds.
 [[nodiscard]] Command add_info_command(CLI::App& app);
-/// `vpsbake scene SCENE`: plans a scene, bakes what its bodies need and nothing else.
+/// `vpsbake scene SCENE`: plans a scene, and bakes only what its bodies need.
 [[nodiscard]] Command add_scene_command(CLI::App& app);
-/// `vpsbake slice ASSET`: a picture of the field across an axis.
+/// `vpsbake slice ASSET`: a picture of the field in a plane normal to an axis.
 [[nodiscard]] Command add_slice_command(CLI::App& app);
 /// `vpsbake validate FILE...`: checks assets, against their mesh too.
 [[nodiscard]] Command add_validate_command(CLI::App& app);
 /// `vpsbake view ASSET`: a page that shows what an asset holds.
 [[nodiscard]] Command add_view_command(CLI::App& app);
 
-/// `vpsbake recommend MESH`: the setting to bake with. Exits with 3 when no setting keeps within the limits.
+/// `vpsbake recommend MESH`: finds the setting to bake with. Exits with 3 when no setting meets the limits.
 [[nodiscard]] Command add_recommend_command(CLI::App& app);
 /// `vpsbake report MESH...`: error against run time, size and bake time, of vpsbake and of other libraries.
 [[nodiscard]] Command add_report_command(CLI::App& app);
 /// `vpsbake stress ASSET...`: stability cases in Bullet and in a penalty loop, each with a limit and a verdict.
 [[nodiscard]] Command add_stress_command(CLI::App& app);
 
-/// `vpsbake help-files --into DIR`: writes what an installation has below share/ to help people at a terminal.
-/// For the build, so that --help does not list it: man/man1/NAME.1, one page for each command,
-/// bash-completion/completions/vpsbake and zsh/site-functions/_vpsbake, of all commands that `app` has when it runs.
+/// `vpsbake help-files --into DIR`: writes manual pages and completions in the layout of share/: man/man1/NAME.1 for
+/// each command, bash-completion/completions/vpsbake and zsh/site-functions/_vpsbake. They cover all commands that
+/// `app` has when it runs. The build uses it; --help does not list it.
 [[nodiscard]] Command add_help_files_command(CLI::App& app);
 
 }  // namespace vps::cli

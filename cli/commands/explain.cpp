@@ -24,14 +24,14 @@ namespace fs = std::filesystem;
 using namespace batch;
 using Json = nlohmann::ordered_json;
 
-// What the last batch did with a file, the asset or its mesh.
+// What the last batch did with an asset or a mesh.
 struct LastRun {
   fs::path from;  // where it ran
   Inputs asked;
   Json item;
 };
 
-// In this folder or one above it.
+// Finds the log of a batch that names the file, in this folder or one above it.
 std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folder) {
   std::error_code failed;
   for (fs::path folder = fs::weakly_canonical(from_folder, failed);; folder = folder.parent_path()) {
@@ -47,7 +47,7 @@ std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folde
         }
       }
     } catch (const Json::exception&) {
-      // Not a log that this version writes.
+      // not a log of this version
     }
     if (folder == folder.root_path()) return std::nullopt;
   }
@@ -61,7 +61,7 @@ void explain_last(const LastRun& last) {
     fmt::print("  the mesh's bytes, every setting and the program were the same\n");
 }
 
-// With the same options, and vpsbake.toml as it is now.
+// Whether the same batch would bake the file now: the same options, and vpsbake.toml as it is now.
 void explain_now(const LastRun& last) {
   fs::current_path(last.from);
   const std::string asset = last.item.at("asset");

@@ -36,7 +36,7 @@ bool holds_vtkhdf(std::string_view start) {
   return start.find("VTKHDF") != std::string_view::npos;
 }
 
-// Two corners, counts of cells, their size and one over it: all numbers, that agree.
+// A .cdf file starts with two corners, the numbers of cells, the cell size and its inverse. Checks that they agree.
 bool starts_as_cdf(std::string_view start) {
   double corners[2][3], sizes[2][3];
   std::uint32_t cells[3];
@@ -53,11 +53,11 @@ bool starts_as_cdf(std::string_view start) {
 
 struct Format {
   const char* name;
-  const char* ending;          ///< of the output when none is said
-  std::string_view beginning;  ///< of the files: what begins otherwise is not overwritten
+  const char* ending;          ///< of the default output
+  std::string_view beginning;  ///< of such files; a file that begins otherwise is not overwritten
   const char* kind;
   bool of_field;                               ///< takes --field and --step
-  bool (*is_own)(std::string_view) = nullptr;  ///< where the beginning does not tell
+  bool (*is_own)(std::string_view) = nullptr;  ///< further test where the beginning does not suffice
 };
 constexpr Format kFormats[] = {
     {"vtkhdf", ".vtk.hdf", "\x89HDF\r\n\x1a\n", "a VTKHDF file", true, holds_vtkhdf},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Assets that commands are given.
+/// @file Opens the assets on the command line.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace vps::cli {
 
-/// Opens an asset and checks every hash; what is wrong is said in one line. @return kOk, kIo or kBadInput
+/// Opens an asset and checks every hash; prints an error in one line. @return kOk, kIo or kBadInput
 [[nodiscard]] int open_asset(const std::string& path, Asset& asset);
 
-/// Says in one line that an asset lacks the field. @return kBadInput
+/// Prints in one line that an asset lacks the field. @return kBadInput
 [[nodiscard]] int fail_field(const std::string& asset, const std::string& name);
 
 }  // namespace vps::cli

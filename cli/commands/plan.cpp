@@ -26,7 +26,7 @@ struct PlanArguments {
   BakeArguments scratch;
   std::string folder;
   ScriptOptions script;
-  std::size_t most_tasks = 1000;  // Slurm's MaxArraySize is 1001 unless set
+  std::size_t most_tasks = 1000;  // Slurm's default MaxArraySize is 1001
 };
 
 int run_plan(PlanArguments& arguments) {
@@ -87,7 +87,7 @@ Command add_plan_command(CLI::App& app) {
       ->needs(emit)
       ->option_text("N")
       ->group(kGroup);
-  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) a.script.cache = folder;  // options win
+  if (const char* const folder = std::getenv("VPSBAKE_CACHE")) a.script.cache = folder;  // options override it
   plan->add_option("--cache", a.script.cache,
                    "Folder of the cache that all tasks share [default: the environment's VPSBAKE_CACHE, or none]")
       ->needs(emit)

@@ -34,7 +34,7 @@ void stop_at_signal(int) {
   stop_all = true;
 }
 
-// What is being baked, on one line of a terminal.
+// Shows the running bakes on one line of a terminal.
 class ProgressLine {
  public:
   explicit ProgressLine(std::size_t count) : count_(count) {}
@@ -103,11 +103,11 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
     if (const std::string reason = output_refusal(arguments.junit, kJUnitBeginning, "a JUnit report"); !reason.empty())
       return {fail(kIo, arguments.junit, reason), {}, 0};
   }
-  // What is ignored, as by nohup, stays so.
+  // A signal that is ignored, as under nohup, stays ignored.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     if (std::signal(signal, stop_at_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
-  ::unsetenv("VPSBAKE_CACHE_SIZE");  // bakes are told
+  ::unsetenv("VPSBAKE_CACHE_SIZE");  // each bake gets --cache-size instead
   const auto begin = Clock::now();
   ProgressLine line(jobs.size());
   Observer observer;

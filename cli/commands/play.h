@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A batch with its progress, warnings and table: what the commands batch and run have in common.
+/// @file Runs a batch with its progress, warnings and table, for the commands batch and run.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -14,11 +14,11 @@ namespace vps::cli {
 struct PlayArguments {
   batch::RunOptions run;
   std::string junit, log;        ///< files; empty: none
-  nlohmann::ordered_json asked;  ///< goes into the log: from what jobs are found again
+  nlohmann::ordered_json asked;  ///< goes into the log: inputs from which `explain` finds the jobs again
   bool json = false;
 };
 
-/// --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit.
+/// Adds --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {
@@ -27,10 +27,11 @@ struct Played {
   double seconds = 0;
 };
 
-/// Bakes, says what goes wrong, and writes the files. SIGINT and SIGTERM stop it in an orderly way.
+/// Bakes, reports errors, and writes the JUnit report and the log. On SIGINT, SIGTERM and SIGHUP it kills the running
+/// bakes, starts no more, and still writes both.
 [[nodiscard]] Played play(const std::vector<batch::Job>& jobs, PlayArguments arguments);
 
-/// The table or JSON, after all files: nobody may read it.
+/// Prints the table or JSON. Call it after all files are written: standard output may be a closed pipe.
 void print_played(const std::vector<batch::Job>& jobs, const Played& played, bool json);
 
 }  // namespace vps::cli

@@ -31,7 +31,7 @@ struct RecommendArguments {
   std::string cache;
 };
 
-// A length as parse_length reads it back, to the last digit, in the unit that makes it shortest. [m]
+// The shortest text that parse_length reads back as exactly this length. @param metres  [m]
 std::string exact_length(double metres) {
   std::string shortest;
   for (const auto& [unit, size] : {std::pair{"mm", 1e-3}, {"um", 1e-6}, {"m", 1.0}}) {
@@ -45,7 +45,7 @@ std::string exact_length(double metres) {
   return shortest.empty() ? fmt::format("{}m", metres) : shortest;
 }
 
-// The command that bakes a setting, as a shell takes it.
+// The shell command that bakes this setting.
 std::string command_of(const RecommendArguments& arguments, const Tried& tried) {
   const BakeArguments& bake = arguments.bake;
   const bake::BakeOptions defaults;
@@ -170,7 +170,7 @@ int run_recommend(const RecommendArguments& arguments) {
   });
 }
 
-// At least one is needed.
+// Requires at least one limit.
 int check_and_run(const RecommendArguments& arguments) {
   const lab::Limits& limits = arguments.limits;
   if (limits.error > 0 || limits.microseconds > 0 || limits.bytes > 0) return run_recommend(arguments);

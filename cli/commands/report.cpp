@@ -27,19 +27,19 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
 
-// Of the longest side, where nothing else is asked for.
+// Default number of voxels along the longest side.
 constexpr std::uint32_t kResolution = 200;
 constexpr std::uint32_t kQuickResolution = 64;
-// Of a force's integral; beyond, errors of forces are not told.
+// Most pieces of an exact force's integral. Where they do not suffice, errors of forces are not reported.
 constexpr std::size_t kQuickPieces = 200000;
-constexpr std::size_t kQuickWork = 60000;  // of a pose's search
+constexpr std::size_t kQuickWork = 60000;  // oracle points for one pose
 
 struct ReportArguments {
   std::vector<std::string> meshes;
   BakeArguments bake;  // how meshes are read, and the base setting
   std::string output = "report";
   std::string cache;
-  std::uint32_t poses = 0;  // 0: as `quick` says
+  std::uint32_t poses = 0;  // 0: default, which depends on `quick`
   int rounds = 0;
   std::uint64_t seed = 1;
   bool quick = false;
@@ -99,7 +99,7 @@ lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   return lab::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
-// Base, members of a front and peers that were asked in one way.
+// Rows of the front's way of query: the base setting, members of the front, and other libraries.
 std::vector<std::size_t> rows_to_print(const lab::Measurement& m, const lab::Front& front) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < m.rows.size(); ++i) {
@@ -162,7 +162,8 @@ ordered_json report_head(const ReportArguments& arguments) {
   return out;
 }
 
-// Others at work, before or meanwhile, of which there is this program itself too.
+// Records the load at the end, and whether other programs used the processor before or during the run. The load at the
+// end includes this program.
 void tell_load(ordered_json& report) {
   const double cores = report["machine"]["cores"];
   const double start = report["machine"]["load"];
@@ -173,7 +174,7 @@ void tell_load(ordered_json& report) {
   report["busy"] = start > kBusy * cores || end > kOwn + kBusy * cores;
 }
 
-// One of the files that are written, and what it and no other begins with.
+// An output file, and the first bytes that identify its kind.
 struct ReportOutput {
   const char* ending;
   std::string_view beginning;
@@ -183,7 +184,7 @@ constexpr ReportOutput kJson = {".json", "{\n  \"format\": \"vpsbake report", "a
 constexpr ReportOutput kCsv = {".csv", "mesh,name,series,", "a report's table"};
 constexpr ReportOutput kPage = {".html", "<!doctype html>", "a page"};
 
-// Before minutes are spent on what cannot be written. @return kOk or kIo
+// Refuses unusable outputs. Called before the measurement, which takes minutes. @return kOk or kIo
 int check_outputs(const std::string& name) {
   if (!fs::path(name).has_filename()) return fail(kIo, name, "this is a folder; give a name with -o");
   for (const ReportOutput& output : {kJson, kCsv, kPage}) {
@@ -202,7 +203,7 @@ int write_report(const std::string& name, const ordered_json& report) {
   return code;
 }
 
-// What the truth falls short of.
+// Adds notes where the exact reference is incomplete or not exact enough.
 void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
   const std::size_t(&sought)[3] = truth.options.poses;
   const std::size_t all = sought[0] + sought[1] + sought[2];

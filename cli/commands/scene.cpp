@@ -29,7 +29,7 @@ fs::path output_folder(const SceneArguments& arguments) {
   return folder.replace_extension(".vps");
 }
 
-// Advice of the baker, which speaks of the command line, in the words of a scene.
+// Rewrites the baker's advice for a scene file: command-line options become keys of TOML.
 std::string in_words_of(const Place& place, std::string text) {
   if (fs::path(place.file).extension() != ".toml") return text;
   constexpr std::pair<std::string_view, std::string_view> kWords[] = {
@@ -50,7 +50,7 @@ int fail_output(const RefusedFile& refused) {
 }
 
 void print_scene(SceneRun& run, const std::string& manifest, bool json) {
-  // Of a full bake the plan is what it is compared with.
+  // A full bake is reported as `everything`; the report compares it with the plan.
   if (run.options.full) {
     run.everything = std::move(run.baked);
     run.baked.assign(run.plan.assets.size(), {});
@@ -78,7 +78,7 @@ int run_scene(const SceneArguments& arguments) {
     std::string manifest;
     if (writes) {
       bake_scene(run);
-      // Names change where an asset had to be finer.
+      // The names of assets change where the bake chose finer voxels, so they are checked again.
       if (const auto refused = refused_output(run)) return fail_output(*refused);
       manifest = write_scene(run);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Options to subjects, subjects to cases, results to stdout and files.
+// Makes subjects from the options, runs the cases on them, and writes the results to stdout and files.
 #include "cli/commands/commands.h"
 
 #include <fmt/format.h>
@@ -100,13 +100,14 @@ int write_stress(const StressArguments& arguments, const std::vector<stress::Ass
   return code;
 }
 
-// Peers are made of the mesh that was given, or of the asset's own field.
+// Sets the surface for shapes of other methods: the given mesh, or the zero set of the asset's field where no mesh was
+// given or it has too many triangles.
 void add_meshes(const std::optional<TriangleMesh>& mesh, const Asset& asset, stress::SubjectOptions& options) {
   if (mesh) options.mesh = {*mesh, fmt::format("the mesh that was given, {} triangles", mesh->triangles.size())};
   if (!mesh || mesh->triangles.size() > stress::kMostTriangles) options.zero_set = zero_set(asset);
 }
 
-// One asset through all cases. @return the exit code of what was wrong with it
+// Runs the chosen cases on one asset. @return kOk, or the exit code of its error
 int run_asset(const StressArguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
               std::vector<stress::AssetResult>& results) {
   const auto asset = std::make_shared<Asset>();

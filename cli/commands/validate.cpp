@@ -55,7 +55,7 @@ bool counts(const Check& check, bool strict) {
   return check.result == Result::failed || (strict && check.result != Result::ok);
 }
 
-// What a forged file says goes on one line of its own too.
+// Replaces control characters, so that a text from a forged file stays on one line.
 std::string one_line(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
@@ -91,7 +91,7 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
   std::vector<Check>& checks = validation.checks;
   if (!check_structure(validation.file, asset, checks)) return;
   check_file(validation.file, asset, checks);
-  // Of damaged numbers more checks would only say it again.
+  // More checks of damaged numbers would only repeat the failure.
   const bool sound =
       std::none_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == Result::failed; });
   if (!sound) return;

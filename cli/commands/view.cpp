@@ -21,12 +21,12 @@ namespace {
 struct ViewArguments {
   std::string asset;
   std::string motion;  ///< instead of an asset
-  BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is that of the page
+  BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is the page
 };
 
 constexpr std::string_view kPageBeginning = "<!doctype html>";
 
-// Empty when the mesh is where the asset is.
+// Why the mesh cannot be the asset's; empty when their bounds agree to two voxels.
 std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
   std::array<double, 3> low = mesh.vertices.at(0), high = low;
   for (const auto& p : mesh.vertices) {

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# `cpack` in a build of the preset deb, or `make deb`: vpsbake, the program, and libvps-dev, the libraries.
+# The Debian packages vpsbake, the program, and libvps-dev, the libraries: run `cpack` in a build of the preset deb, or `make deb`.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME vpsbake)
 set(CPACK_PACKAGE_VENDOR "The vpsbake authors")
 set(CPACK_PACKAGE_CONTACT "The vpsbake authors <vpsbake@packages.invalid>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
-# What lintian and dpkg expect, whatever the umask.
+# Permissions that lintian and dpkg expect, for any umask.
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_PRE_BUILD_SCRIPTS ${CMAKE_CURRENT_LIST_DIR}/debian_documents.cmake)
@@ -28,7 +28,7 @@ penetration, distances and forces, in Bullet or on their own (libvps-dev).")
 
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_NAME libvps-dev)
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SECTION libdevel)
-# The libraries are static: programs link what they need, which CMake finds by pkg-config.
+# The libraries are static: programs also link their dependencies, which CMake finds by pkg-config.
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libhwy-dev, libstdc++-12-dev | libstdc++-dev, pkg-config")
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, cmake")
 set(CPACK_DEBIAN_LIBVPS_DEV_DESCRIPTION "collision queries on assets that vpsbake bakes

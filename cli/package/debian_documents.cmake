@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Run by CPack between installing and packing: a Debian package has its documents in share/doc/PACKAGE, a copyright file and a
-# changelog among them, and manual pages and changelogs are compressed, without times.
+# CPack runs it between installing and packing. A Debian package has its documents in share/doc/PACKAGE, with a copyright file and
+# a changelog. Manual pages and changelogs are compressed, without times.
 cmake_policy(VERSION 3.25)
 set(source ${CMAKE_CURRENT_LIST_DIR}/../..)
 
-# compress(FILE): FILE.gz instead
+# compress(FILES...): replaces each FILE by FILE.gz
 function(compress)
   execute_process(COMMAND gzip -9nf ${ARGV} COMMAND_ERROR_IS_FATAL ANY)
 endfunction()
 
-# complete(FOLDER PACKAGE): of what was installed into FOLDER
+# complete(FOLDER PACKAGE): completes the documents of PACKAGE, which was installed into FOLDER
 function(complete folder package)
   set(share ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/${folder}/usr/share)
   if(NOT IS_DIRECTORY ${share})
@@ -19,7 +19,7 @@ function(complete folder package)
     file(RENAME ${share}/doc/vpsbake ${share}/doc/${package})
   endif()
   set(doc ${share}/doc/${package})
-  # All texts are in the copyright file, or in Debian's common-licenses.
+  # The copyright file and Debian's common-licenses have all texts of licences.
   file(GLOB licences ${source}/LICENSES/*.txt)
   foreach(licence IN LISTS licences)
     cmake_path(GET licence FILENAME name)
@@ -40,6 +40,6 @@ endfunction()
 complete(vpsbake vpsbake)
 set(zsh ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/vpsbake/usr/share/zsh)
 if(IS_DIRECTORY ${zsh})
-  file(RENAME ${zsh}/site-functions ${zsh}/vendor-completions) # where Debian's zsh looks
+  file(RENAME ${zsh}/site-functions ${zsh}/vendor-completions) # where Debian's zsh finds them
 endif()
 complete(libvps_dev libvps-dev)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The baker's libraries for other programs, the component baker: vps::bake, vps::store and vps::tools.
+# Installs the baker's libraries as the component baker: vps::bake, vps::store and vps::tools.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME baker)
 set(headers FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES)
 target_sources(vps_hdf5 PUBLIC ${headers} ${PROJECT_SOURCE_DIR}/formats/hdf5/hdf5_writer.h ${PROJECT_SOURCE_DIR}/formats/triangle_mesh.h)

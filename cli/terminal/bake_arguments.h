@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a command line says about one bake.
+/// @file Command-line arguments of one bake.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ struct BakeArguments {
   std::string mesh;
   std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
   double unit = 1;                               ///< metres per unit of the mesh's numbers
-  double max_error = 0;                          ///< choose the voxel size by this; 0: as `options` says. [m]
+  double max_error = 0;                          ///< choose the voxel size for this error; 0: as in `options`. [m]
   double scale = 1;                              ///< factor on the mesh, besides the unit
   std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};
@@ -26,17 +26,17 @@ struct BakeArguments {
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
   std::string depfile;          ///< to write for make or ninja; empty: none
   bool json = false;
-  bool dry_run = false;  ///< only says what would be baked
+  bool dry_run = false;  ///< bake nothing, print what would be baked
   unsigned threads = 0;  ///< 0: all cores
 };
 
 /// Reads the mesh in metres. @throw ImportError
 [[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
 
-/// What the arguments ask for.
+/// The settings that the arguments give.
 [[nodiscard]] bake::BakeSettings complete_settings(const BakeArguments& arguments);
 
-/// The record of the mesh's asset, baked with any options; empty when the mesh cannot be read.
+/// @return a function from bake options to the record of the asset; the record is empty when the mesh cannot be read
 [[nodiscard]] std::function<bake::BakeRecord(const bake::BakeOptions&)> record_maker(const BakeArguments& arguments);
 
 }  // namespace vps::cli

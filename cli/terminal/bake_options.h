@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The options that say how a mesh is baked: those of the command without a name, and of batches.
+/// @file The options of a bake, for `vpsbake MESH` and for batches.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,10 +8,10 @@
 
 namespace vps::cli {
 
-/// All that decides an asset's bytes besides the mesh, and the limits of reading it.
+/// Adds every option that affects an asset's bytes, and the limits of reading the mesh.
 void add_bake_options(CLI::App& app, BakeArguments& arguments);
 
-/// What CLI11 cannot check: the grid is given, and no option is about a part that is not baked.
+/// Checks what CLI11 cannot: the grid is given, and no option concerns a part that is not baked.
 /// @throw CLI::ParseError
 void require_bakeable(const CLI::App& app, const BakeArguments& bake);
 

@@ -63,7 +63,7 @@ std::string description_of(const CLI::Option& option) {
   if (!is_flag(option) || option.get_excludes().empty()) return option.get_description();
   std::vector<std::string> others;
   for (const CLI::Option* const other : option.get_excludes()) others.push_back(other->get_name());
-  std::sort(others.begin(), others.end());  // they come in the order of their addresses
+  std::sort(others.begin(), others.end());  // CLI11 keeps them in order of their addresses
   return option.get_description() + " (not with " + CLI::detail::join(others, ", ") + ")";
 }
 
@@ -78,7 +78,7 @@ std::vector<std::string> usages(const CLI::App& app, const std::string& name) {
   const bool commands = !commands_of(app).empty();
   std::string words = name;
   for (const CLI::Option* const one : positionals(app)) {
-    // Either it or a command.
+    // Required unless a command is given, so without brackets.
     words += " " + (one->get_required() || commands ? value_name(*one) : "[" + value_name(*one) + "]");
   }
   std::vector<std::string> lines = {words + " [OPTIONS]"};

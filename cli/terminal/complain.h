@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The one line that goes with an exit code.
+/// @file The line on stderr that goes with an exit code.
 #pragma once
 
 #include <cctype>
@@ -15,7 +15,7 @@ namespace vps::cli {
 /// Prints `vpsbake: KIND: FILE: reason` to stderr, on terminals an error red and a warning yellow.
 inline void complain(const char* kind, const std::string& file, const std::string& reason) {
   std::string line = file + ": " + reason;
-  // One line whatever the name holds.
+  // A control character in a name must not break the line.
   for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
   if (takes_colour(STDERR_FILENO)) {
     const std::string_view what = kind;

@@ -12,10 +12,10 @@ namespace {
 
 enum class Kind : std::uint8_t { flag, words, list, files, folders, anything };
 
-// What completes a value.
+// How a value is completed.
 struct Completion {
   Kind kind = Kind::anything;
-  std::string words;  // of the list, or extensions of files; separated by spaces; no extensions: any file
+  std::string words;  // values, or extensions of files, separated by spaces; no extension: any file
 };
 
 Completion completion_of(const CLI::Option& option) {
@@ -41,8 +41,7 @@ std::vector<std::string> names(const CLI::Option& option) {
   return CLI::detail::split(option.get_name(false, true), ',');
 }
 
-// What a command takes, in order. A command of commands is one whose first word is theirs, and whose options are all of
-// theirs.
+// The options of a command, in order, and those of its sub-commands. The root has only its own.
 std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   std::vector<const CLI::App*> apps = {&app};
   if (app.get_parent() != nullptr) {
@@ -74,7 +73,7 @@ void for_commands(const CLI::App& app, const Visit& visit) {
   visit("", app);
 }
 
-// The call of the script's helper.
+// The call of the helper function in the bash script.
 std::string bash_call(const Completion& completion) {
   switch (completion.kind) {
     case Kind::words:
@@ -127,7 +126,7 @@ _vpsbake() {
   [[ $previous == = ]] && previous=${COMP_WORDS[COMP_CWORD-2]}
 )";
 
-// Quoted for zsh within '...'; colons and brackets are _arguments' own.
+// Escapes a text within '...' for zsh; colons and brackets have a meaning for _arguments.
 std::string zsh_text(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -154,7 +153,7 @@ std::string zsh_action(const Completion& completion, const std::string& value) {
   }
 }
 
-// The names that must not be there already: its own, and what it excludes.
+// The options that exclude this one when they are already given: itself, and those that it excludes.
 std::string zsh_exclusions(const CLI::Option& option) {
   std::string out = CLI::detail::join(names(option), " ");
   for (const CLI::Option* const other : option.get_excludes()) {
@@ -199,7 +198,7 @@ std::string bash_completion(const CLI::App& app) {
   std::string arguments = "  case \"$command\" in\n";
   for_commands(app, [&](const std::string& name, const CLI::App& command) {
     std::string words;
-    std::map<std::string, std::string> patterns;  // by what completes them
+    std::map<std::string, std::string> patterns;  // by the call that completes them
     for (const CLI::Option* const option : options_of(command)) {
       const Completion completion = completion_of(*option);
       for (const std::string& one : names(*option)) {

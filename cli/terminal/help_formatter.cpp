@@ -12,7 +12,7 @@
 namespace vps::cli {
 namespace {
 
-// Where lines end, and where descriptions begin.
+// Width of a line, and the column where descriptions begin.
 struct Layout {
   std::size_t width = std::size_t(std::clamp(columns_of(STDOUT_FILENO), 40, 100));
   std::size_t column = width < 60 ? 8 : 28;
@@ -34,7 +34,7 @@ std::string wrapped(const std::string& text, std::size_t width, std::size_t inde
   return out + "\n";
 }
 
-// A name, and from a column on, or on the next line, what it means.
+// A name and its description, which starts at a fixed column of this line or of the next.
 std::string entry(const std::string& name, const std::string& text, const Layout& layout) {
   std::string out = "  " + name;
   if (text.empty()) return out + "\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How --help is laid out.
+/// @file Layout of --help.
 #pragma once
 
 #include <CLI/CLI.hpp>

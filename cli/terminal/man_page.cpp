@@ -15,7 +15,7 @@ namespace {
 constexpr std::string_view kExample = "Example: ";
 constexpr std::string_view kExit = "Exit codes: ";
 
-// As roff prints it unchanged: a bare hyphen may become another character, and a leading dot is a request.
+// Escapes a text for roff: a bare hyphen may print as another character, and a leading dot is a request.
 std::string plain(const std::string& text) {
   std::string out = text.starts_with('.') || text.starts_with('\'') ? "\\&" : "";
   for (const char c : text) out += c == '-' ? "\\-" : c == '\\' ? "\\e" : std::string(1, c);
@@ -69,7 +69,7 @@ std::string commands(const CLI::App& app) {
   return out.empty() ? "" : ".SH COMMANDS\n" + out;
 }
 
-// The footer: what is no example and no list of codes belongs to the description.
+// The description, and the lines of the footer that are neither examples nor exit codes.
 std::string description(const CLI::App& app) {
   std::string out = ".SH DESCRIPTION\n" + plain(app.get_description()) + ".\n";
   if (out.ends_with("..\n")) out.erase(out.size() - 2, 1);

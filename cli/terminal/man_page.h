@@ -7,7 +7,7 @@
 
 namespace vps::cli {
 
-/// Its file's name without the section: "vpsbake-check".
+/// The page's file name without the section: "vpsbake-check".
 [[nodiscard]] std::string page_name(const CLI::App& app);
 
 /// The page of one command, in the language of man(7), section 1.

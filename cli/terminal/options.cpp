@@ -100,7 +100,7 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group) {
-  if (const char* const name = std::getenv("VPSBAKE_CACHE")) folder = name;  // options win
+  if (const char* const name = std::getenv("VPSBAKE_CACHE")) folder = name;  // options override it
   auto* const cache = app.add_option("--cache", folder,
                                      "Take what was baked before from this folder, and keep there what is new "
                                      "[default: the environment's VPSBAKE_CACHE, or none]");

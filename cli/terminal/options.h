@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Options that several commands take. What is wrong is thrown as CLI::ValidationError, with words that say what
-/// to write instead.
+/// @file Options that several commands take. A wrong value throws CLI::ValidationError; its message says what to write
+/// instead.
 #pragma once
 
 #ifndef VPS_TERMINAL
@@ -20,7 +20,7 @@ namespace vps::cli {
 /// Title of the options of add_grid_options.
 inline constexpr const char* kGridGroup = "Grid (one of these)";
 
-/// A sub-command, and what runs when it was given.
+/// A sub-command, and the function that runs it.
 struct Command {
   CLI::App* app = nullptr;
   std::function<int()> run;  ///< @return the exit code of the program
@@ -31,7 +31,7 @@ struct Command {
 CLI::Option* add_text_option(CLI::App& app, const char* name, std::function<void(const std::string&)> take,
                              const char* description);
 
-/// An option that takes plain decimal digits: CLI11 would take 010 for 8.
+/// An integer option in plain decimal digits. CLI11's own would read 010 as octal 8.
 template <class Integer>
 CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int low, int high, const char* description) {
   return app.add_option_function<std::string>(
@@ -51,7 +51,7 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
-/// What a mesh's numbers mean: --unit and --scale.
+/// Unit of a mesh's numbers: --unit and --scale.
 void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// How to read and repair a mesh.
 void add_surface_options(CLI::App& app, BakeArguments& arguments);
@@ -67,8 +67,8 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments);
 /// --cache, --cache-size and --no-cache, with VPSBAKE_CACHE as the default of the folder.
 /// @param bytes  0: no limit
 void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group);
-/// The limit of the environment, where --cache-size was not given. After the command line, so that what is wrong with
-/// the environment is said by those who use it alone. @throw CLI::ValidationError
+/// Reads the limit from VPSBAKE_CACHE_SIZE where --cache-size was not given. Call it after parsing, so that only a
+/// command that uses the limit reports an error in it. @throw CLI::ValidationError
 void read_cache_size(const CLI::App& app, std::size_t& bytes);
 
 }  // namespace vps::cli

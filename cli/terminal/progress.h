@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a long command is doing, for people who wait.
+/// @file Shows the progress of a long command.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,13 +11,14 @@
 
 namespace vps::cli {
 
-/// One line on a terminal, rewritten in place and cut to its width; nothing where stderr takes none. For one thread.
+/// One line on a terminal, rewritten in place and cut to its width. Shows nothing where stderr takes no escape
+/// sequences. Not thread-safe.
 class Progress {
  public:
   /// @param fraction  done, 0 to 1
   void show(const std::string& stage, double fraction) const {
     if (!terminal_) return;
-    // A line that wraps could not be taken back.
+    // A line that wraps could not be erased.
     const auto width = static_cast<std::size_t>(columns_of(STDERR_FILENO) - 1);
     fmt::print(stderr, "\r\033[K{}", fmt::format("{:>3.0f} % {}", 100 * fraction, stage).substr(0, width));
   }

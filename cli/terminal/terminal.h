@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What may be printed to a terminal besides text.
+/// @file What a terminal supports: escape sequences, colours, its width.
 #pragma once
 
 #ifndef VPS_TERMINAL
@@ -14,7 +14,7 @@
 
 namespace vps::cli {
 
-/// Whether a stream is a terminal that understands escape sequences: not one of TERM=dumb.
+/// Whether a stream is a terminal that understands escape sequences; TERM=dumb does not.
 [[nodiscard]] inline bool takes_escapes(int fd) {
   const char* const term = std::getenv("TERM");
   return ::isatty(fd) != 0 && term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
@@ -26,7 +26,7 @@ namespace vps::cli {
   return (refused == nullptr || *refused == '\0') && takes_escapes(fd);
 }
 
-/// Columns of the terminal; the environment's COLUMNS where the stream is none, or 80.
+/// Columns of the terminal. Where the stream is no terminal: COLUMNS of the environment, or 80.
 [[nodiscard]] inline int columns_of(int fd) {
   winsize size{};
   if (::ioctl(fd, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;

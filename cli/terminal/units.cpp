@@ -12,7 +12,7 @@
 namespace vps::cli {
 namespace {
 
-// Units are named in every message, for a wrong one is the commonest mistake.
+// The message lists the units, because a wrong unit is the most common mistake.
 double unit_size(const std::string& unit, const std::map<std::string, double>& units) {
   const auto it = units.find(unit);
   if (it != units.end()) return it->second;

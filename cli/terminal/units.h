@@ -8,7 +8,7 @@
 
 namespace vps::cli {
 
-/// A text that means nothing where it stands. `what()` says what to write instead.
+/// An invalid text. `what()` says what to write instead.
 struct UsageError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Writes files and says so.
+/// @file Writes output files and reports the result.
 #pragma once
 
 #include <filesystem>
@@ -7,11 +7,11 @@
 
 namespace vps::cli {
 
-/// Writes the text whole or not at all; what is wrong is said in one line. @return kOk or kIo
+/// Writes the text whole or not at all; prints an error in one line. @return kOk or kIo
 [[nodiscard]] int write_quietly(const std::filesystem::path& output, std::string_view bytes);
 
-/// Writes the text whole or not at all, and prints its name and size; what is wrong is said in one line. @return kOk or
-/// kIo
+/// Writes the text whole or not at all, and prints the file's name and size, or an error in one line.
+/// @return kOk or kIo
 [[nodiscard]] int write_output(const std::filesystem::path& output, std::string_view bytes);
 
 }  // namespace vps::cli

@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// As GCC's -MD: backslashes count twice before a space alone.
+// Escapes as GCC's -MD does: backslashes are doubled only before a space.
 std::string escaped(const std::string& name) {
   std::string out;
   std::size_t backslashes = 0;
@@ -40,7 +40,7 @@ bool is_depfile(const fs::path& file) {
   return line.ends_with(".vps.hdf:") || line.ends_with("vpsbake.json:");
 }
 
-// What make cannot have in a name; empty: nothing.
+// What make does not allow in this name; empty: the name is allowed.
 std::string_view unlistable(const fs::path& file) {
   const std::string name = file.string();
   if (name.find('\n') != std::string::npos) return "line breaks";
@@ -53,7 +53,7 @@ std::string_view unlistable(const fs::path& file) {
 }  // namespace
 
 std::string depfile_text(const fs::path& target, std::vector<fs::path> files) {
-  // For what is not there make and ninja would do it again each time.
+  // For a missing file, make and ninja would run the rule every time.
   std::erase_if(files, [](const fs::path& file) {
     std::error_code ignored;
     return !fs::exists(file, ignored);
@@ -61,7 +61,7 @@ std::string depfile_text(const fs::path& target, std::vector<fs::path> files) {
   std::string out = escaped(target.string()) + ":";
   for (const fs::path& file : files) out += " \\\n  " + escaped(file.string());
   out += '\n';
-  // Rules without a recipe, so that make goes on when one of them is removed.
+  // Rules without a recipe, so that make continues when one of the files is removed.
   for (const fs::path& file : files) out += escaped(file.string()) + ":\n";
   return out;
 }

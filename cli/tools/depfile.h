@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Which files an asset was made of, as make and ninja read it.
+/// @file Depfiles: the files that an asset was made of, for make and ninja.
 #pragma once
 
 #include <filesystem>
@@ -9,12 +9,12 @@
 namespace vps::cli {
 
 /// "target: file file", escaped as compilers do it.
-/// @param files  what is not there is left out
+/// @param files  missing files are left out
 [[nodiscard]] std::string depfile_text(const std::filesystem::path& target, std::vector<std::filesystem::path> files);
 
-/// Why a depfile cannot be written, as far as that can be told before the bake; empty when it can.
-/// @param targets  that are written; the first is the rule's
-/// @param files    that it would list; a depfile replaces none of them, nor the targets
+/// Why a depfile cannot be written, checked before the bake; empty when it can.
+/// @param targets  files that are written; the first is the rule's target
+/// @param files    files that it would list; a depfile replaces neither these nor the targets
 [[nodiscard]] std::string depfile_refusal(const std::filesystem::path& depfile,
                                           const std::vector<std::filesystem::path>& targets,
                                           const std::vector<std::filesystem::path>& files);

@@ -87,7 +87,7 @@ std::vector<std::pair<std::string, std::string>> record_values(const Asset& asse
     if (space == std::string::npos) continue;
     const std::string name = line.substr(0, space);
     std::string value = line.substr(space + 1);
-    // Numbers stand there in hexadecimal, which loses nothing.
+    // The record holds numbers in hexadecimal, which is exact.
     if (value.starts_with("0x") || value.starts_with("-0x")) {
       value = fmt::format("{:.12g}", std::strtod(value.c_str(), nullptr));
     }
@@ -132,7 +132,7 @@ std::string info_to_text(const AssetInfo& info) {
                                 bake::format_length(info.bounds_max[0] - info.bounds_min[0]),
                                 bake::format_length(info.bounds_max[1] - info.bounds_min[1]),
                                 bake::format_length(info.bounds_max[2] - info.bounds_min[2]));
-  // What is left of zero after rounding would only distract.
+  // A rounding error of zero is printed as 0.
   const double size = info.bounds_max[0] - info.bounds_min[0] + info.bounds_max[1] - info.bounds_min[1];
   const auto tidy = [&](double x) { return std::abs(x) < 1e-9 * size ? 0.0 : x; };
   out += fmt::format("mass        volume {:.6g} m^3, centre ({:.6g}, {:.6g}, {:.6g}) m\n", info.volume,

@@ -14,14 +14,14 @@ namespace vps::cli {
 /// Lengths in metres, as in the file. Keys are the field names of AssetInfo.
 [[nodiscard]] nlohmann::ordered_json info_to_json(const AssetInfo& info);
 
-/// The settings and hashes of an asset's record by name, in its order; numbers in decimal. A second line of a name goes
-/// on in the first one's. Empty when it has no record.
+/// The settings and hashes of an asset's record by name, in its order; numbers in decimal. Values of the same name are
+/// joined by spaces. Empty when it has no record.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> record_values(const Asset& asset);
 
 /// The file, its format, size and hash, `info_to_json`, the record and the sections: what `vpsbake info --json` prints.
 [[nodiscard]] nlohmann::ordered_json asset_to_json(const std::string& path, const Asset& asset);
 
-/// Of a forged file texts may hold anything: at most 100 characters of it, each printable.
+/// At most 100 characters of the text, each printable: texts of a forged file may hold anything.
 [[nodiscard]] std::string printable(const std::string& text);
 
 /// Two spaces of indentation; bytes that are not UTF-8 are replaced.

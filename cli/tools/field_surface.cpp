@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Surface nets (S. Gibson, Constrained Elastic Surface Nets, 1998) with a vertex for each sheet of a cell, so that
-// sheets that pass through one cell stay apart.
+// two sheets in one cell stay separate.
 #include "cli/tools/field_surface.h"
 
 #include <algorithm>
@@ -15,19 +15,19 @@ namespace {
 
 constexpr std::int64_t kBlock = 16;  // cells along a block's edge
 constexpr double kMostSteps = 1024;  // along the longest side
-constexpr std::size_t kEdges = 12;   // of a cell: number 4 axis + place among the four along that axis
+constexpr std::size_t kEdges = 12;   // of a cell, numbered 4 axis + index among the four along that axis
 
 using Index = std::array<std::int64_t, 3>;
 using Point = std::array<double, 3>;
 
-// Corner of a cell: x + 2 y + 4 z. The edge from `corner` along `axis`, `corner` being its lower end.
+// Number of the edge from `corner` along `axis`; `corner` is its lower end. Corner numbers are x + 2 y + 4 z.
 constexpr std::size_t edge_from(std::size_t corner, std::size_t axis) {
   const std::size_t u = (axis + 1) % 3;
   const std::size_t v = (axis + 2) % 3;
   return 4 * axis + (corner >> u & 1) + 2 * (corner >> v & 1);
 }
 
-// Which vertex of the cell each of its edges belongs to.
+// The vertex of the cell that each of its edges belongs to.
 struct CellSheets {
   std::uint32_t first_vertex = 0;
   std::array<std::uint8_t, kEdges> sheet{};
@@ -37,7 +37,7 @@ class SurfaceNets {
  public:
   SurfaceNets(const VoxelmapView& map, double step) : map_(map), step_(step) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      // Beyond the mesh's bounds all is outside, but for layers: voxels that the surface touches.
+      // All is outside beyond the mesh's bounds, except with layers: voxels that touch the surface reach farther.
       const double margin = 1.5 * step + 2 * double(map.voxel_size);
       const double low = double(map.bounds_min[axis]) - margin;
       const double length = double(map.bounds_max[axis]) + margin - low;
@@ -59,7 +59,7 @@ class SurfaceNets {
   }
 
  private:
-  // A grid edge from inside to outside or back: four cells meet there.
+  // A grid edge that crosses the surface; four cells share it.
   struct Crossing {
     Index low;
     std::size_t axis;
@@ -69,7 +69,7 @@ class SurfaceNets {
   [[nodiscard]] Point place(const Index& i) const {
     return {origin_[0] + step_ * double(i[0]), origin_[1] + step_ * double(i[1]), origin_[2] + step_ * double(i[2])};
   }
-  // Layers ask for a normal: without one they are those of voxel centres.
+  // Layers need a normal; with a zero normal V is that of the voxel's centre.
   [[nodiscard]] double value(const Point& p) const {
     return penetration(map_, {float(p[0]), float(p[1]), float(p[2])}, Vec3{});
   }
@@ -78,7 +78,7 @@ class SurfaceNets {
   }
 
   void visit_block(const Index& low) {
-    // |V| is nowhere more than the distance, but for the field's error.
+    // |V| exceeds the distance by at most the field's error.
     const Point middle = place({low[0] + kBlock / 2, low[1] + kBlock / 2, low[2] + kBlock / 2});
     const double reach = std::sqrt(3.0) / 2 * kBlock * step_ + double(map_.error) + 2 * double(map_.voxel_size);
     if (std::abs(value(middle)) > reach) return;
@@ -129,8 +129,8 @@ class SurfaceNets {
     }
   }
 
-  // The edges that the surface crosses, joined face by face. Where all four edges of a face are crossed its inside
-  // corners stay apart: both cells of the face see it the same way.
+  // The sheet of each edge that the surface crosses. Two crossed edges of a face join into one sheet. Where all four
+  // are crossed, the two inside corners of the face stay separate, in the same way for both cells of the face.
   static std::array<std::uint8_t, kEdges> sheets(unsigned inside) {
     std::array<std::uint8_t, kEdges> root;
     std::iota(root.begin(), root.end(), std::uint8_t{0});
@@ -172,7 +172,7 @@ class SurfaceNets {
     return sheet;
   }
 
-  // Onto V = 0 along the field's normal, within the cell. @param part  of the cell, 0 to 1
+  // Moves a point onto V = 0 along the field's normal, within the cell. @param part  place in the cell, 0 to 1
   [[nodiscard]] Point settle(const Index& cell, const Point& part) const {
     const Point low = place(cell);
     Point p = {low[0] + step_ * part[0], low[1] + step_ * part[1], low[2] + step_ * part[2]};
@@ -243,7 +243,7 @@ FieldSurface make_field_surface(const VoxelmapView& map, double step) {
 }
 
 double step_for(const AssetInfo& info, double triangles) {
-  // A surface meets about 1.5 grid edges for each square of the grid, and each gives two triangles.
+  // A surface crosses about 1.5 grid edges for each square of the grid, and each edge gives two triangles.
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);

@@ -9,18 +9,19 @@ namespace vps::cli {
 
 struct FieldSurface {
   TriangleMesh mesh;
-  double step = 0;      ///< edge of the cells that it was made in. [m]
+  double step = 0;      ///< edge of the cells of its grid. [m]
   double residual = 0;  ///< largest |V| at its vertices and in the middle of its triangles [m]; add the field's error
 };
 
-/// Dual surface of V = 0 (surface nets, one vertex for each sheet in a cell): closed whatever the field, every directed
-/// edge as often as its reverse; wound counter-clockwise seen from outside. Vertices are moved onto V = 0 but for
-/// Field::layers, whose steps they average. Details thinner than a step are lost. Same field and step, same mesh.
+/// Dual surface of V = 0 (surface nets, one vertex for each sheet in a cell). It is closed for any field: every
+/// directed edge occurs as often as its reverse. Triangles are counter-clockwise seen from outside. Vertices are moved
+/// onto V = 0, except with Field::layers, where they average its steps. Details thinner than a step are lost. The same
+/// field and step give the same mesh.
 /// @param step  [Limits: value >= voxel_size / 4] [Units: m]
 /// @throw std::invalid_argument for a smaller one
 [[nodiscard]] FieldSurface make_field_surface(const VoxelmapView& map, double step);
 
-/// The step, no less than a voxel nor a 1024th of the longest side, with which about `triangles` come out, or fewer.
+/// The step that gives about `triangles` triangles or fewer; at least a voxel, and at least 1/1024 of the longest side.
 /// [m]
 [[nodiscard]] double step_for(const AssetInfo& info, double triangles);
 

@@ -9,10 +9,10 @@
 
 namespace vps::cli {
 
-/// What the reports start with, so that nothing else is replaced by one.
+/// First bytes of a report. An existing file that begins otherwise is not overwritten.
 inline constexpr const char* kJUnitBeginning = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n";
 
-/// One thing that passed, failed or was skipped. Texts may hold any bytes: what XML cannot hold is replaced.
+/// A test that passed, failed or was skipped. Texts may hold any bytes: those that XML cannot hold are replaced.
 struct JUnitCase {
   struct Failure {
     std::string message;  ///< one line
@@ -22,7 +22,7 @@ struct JUnitCase {
   std::string name;
   std::optional<double> seconds;       ///< nothing: not measured. [s]
   std::optional<Failure> failure;      ///< nothing: it did not fail
-  std::optional<std::string> skipped;  ///< why; nothing: it was not
+  std::optional<std::string> skipped;  ///< why; nothing: not skipped
   std::string output;
 };
 
@@ -32,7 +32,7 @@ struct JUnitSuite {
   std::vector<JUnitCase> cases;
 };
 
-/// @param provenance  becomes the properties of each suite: "machine.processor" and what is beside it
+/// @param provenance  becomes the properties of each suite, such as "machine.processor"
 [[nodiscard]] std::string to_junit(const std::vector<JUnitSuite>& suites, const nlohmann::ordered_json& provenance);
 
 }  // namespace vps::cli

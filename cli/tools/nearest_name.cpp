@@ -25,7 +25,7 @@ std::size_t edits_between(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& names) {
-  constexpr std::size_t kLongest = 100;  // nobody mistypes what is longer
+  constexpr std::size_t kLongest = 100;  // a longer text is no mistyped name
   if (mistyped.size() > kLongest) return std::nullopt;
   const auto nearest = std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
     return edits_between(mistyped, a) < edits_between(mistyped, b);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What someone meant who mistyped a name.
+/// @file The most likely name for a mistyped one.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace vps::cli {
 
-/// The name that takes the fewest edits (Levenshtein 1966); of several the first, so that the most usual go first.
-/// @return nothing when all of them would take too many to be meant
+/// The name with the fewest edits (Levenshtein 1966); of several the first, so list common names first.
+/// @return nothing when every name needs too many edits
 [[nodiscard]] std::optional<std::string> nearest_name(std::string_view mistyped, const std::vector<std::string>& names);
 
 }  // namespace vps::cli

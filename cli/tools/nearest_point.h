@@ -12,7 +12,7 @@ namespace vps::cli {
 
 class NearestPoint {
  public:
-  /// @param spacing  about the distance of neighbours. [Limits: value > 0] [Units: m]
+  /// @param spacing  approximate distance between neighbours. [Limits: value > 0] [Units: m]
   NearestPoint(const PointshellView& shell, double spacing) : shell_(shell), cell_(spacing), grid_(spacing) {
     for (std::uint32_t i = 0; i < shell.points; ++i) grid_.insert(at(i), i);
   }
@@ -27,7 +27,7 @@ class NearestPoint {
       const double distance = (at(i) - p).norm();
       if (distance < best.distance) best = {i, distance};
     };
-    constexpr int kWidest = 64;  // farther away all points are looked at
+    constexpr int kWidest = 64;  // [cells]; farther away all points are tested
     for (int reach = 1; reach <= kWidest; reach *= 4) {
       grid_.for_each_near(p, reach, offer);
       if (best.distance <= reach * cell_) return best;

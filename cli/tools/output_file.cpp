@@ -21,7 +21,7 @@ std::string output_refusal(const fs::path& output, std::string_view beginning, c
   if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
   if (!fs::exists(output, ignored)) return "";
   if (!fs::is_regular_file(output, ignored)) return "this is not a regular file; choose another output";
-  // Not the input itself, nor a buffer or material that it refers to.
+  // Protects the input, and the buffers and materials that it refers to.
   std::ifstream file(output, std::ios::binary);
   std::string start(beginning.size(), '\0');
   if (file.read(start.data(), std::streamsize(start.size())) && start == beginning) return "";

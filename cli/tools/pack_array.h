@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Arrays and triangles in a form that pages take: little-endian bytes as base64.
+/// @file Arrays and triangles for pages: little-endian bytes as base64.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -21,8 +21,8 @@ template <class Number>
 /// `origin`, `step` [m], `positions` (u16 codes: x, y, z of each vertex) and `triangles` (u32).
 [[nodiscard]] nlohmann::ordered_json pack_mesh(const TriangleMesh& mesh);
 
-/// The mesh with the vertices of each cell of a grid as one, cells as small as leaves no more than so many triangles;
-/// unchanged when it has no more. @param cell  the edge of the cells; 0: unchanged. [m]
+/// Merges the vertices in each cell of a grid, whose cells grow until at most `triangles` triangles are left. A mesh
+/// with no more is returned unchanged. @param cell  receives the edge of the cells; 0: unchanged. [m]
 [[nodiscard]] TriangleMesh coarsened(TriangleMesh mesh, std::size_t triangles, double& cell);
 
 }  // namespace vps::cli

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a field holds at a point, for pictures: queries may claim less distance where nothing is stored. And
-/// where pictures look.
+/// @file For pictures: the stored values of a field, and the range of slices. Queries may return less than the distance
+/// where nothing is stored.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace vps::cli {
 
-/// V, where it is stored, of layers those of the voxel; elsewhere infinite with the right sign. [m]
+/// V where it is stored, with layers that of the voxel; elsewhere infinite with the right sign. [m]
 inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
   const float v = penetration(map, point, Vec3{});
   bool stored = false;
@@ -32,21 +32,21 @@ inline int layer_at(const VoxelmapView& map, std::uint32_t brick, std::size_t vo
                                         : static_cast<const std::int16_t*>(map.values)[at];
 }
 
-/// Places along an axis that slices are drawn at: the body and the band round it, asset frame. [m]
+/// Range of slices along an axis: the body and the band around it, asset frame. [m]
 struct SliceRange {
   double low = 0, high = 0;
-  double middle = 0;  ///< of the body: where a slice is drawn when no place is said
+  double middle = 0;  ///< of the body: the default place of a slice
 };
 [[nodiscard]] inline SliceRange slice_range(const AssetInfo& info, std::size_t axis) {
   const double low = info.bounds_min[axis], high = info.bounds_max[axis];
   return {low - info.band_outer, high + info.band_outer, (low + high) / 2};
 }
 
-/// As the command line and docs/format.md call it.
+/// Name of a field, as on the command line and in docs/format.md.
 [[nodiscard]] inline const char* field_name(Field field) {
   return field == Field::real ? "real" : field == Field::scaled ? "scaled" : "layers";
 }
-/// The other way; Field::none, the finest stored, for an empty name.
+/// The field of a name; for an empty name Field::none, the finest stored.
 [[nodiscard]] inline Field field_of(const std::string& name) {
   return name == "layers"   ? Field::layers
          : name == "scaled" ? Field::scaled

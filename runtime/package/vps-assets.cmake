@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Zlib
-# vpsbake_add_assets: bakes meshes as part of a build. docs/cmake.md
+# vpsbake_add_assets bakes meshes as part of a build. docs/cmake.md
 include_guard(GLOBAL)
 cmake_policy(VERSION 3.20) # the first with depfiles for Makefiles, too
 
 # vpsbake_add_assets(TARGET FILES mesh... [VOXEL length] [OUTPUT_DIRECTORY folder] [CACHE folder] [OPTIONS option...])
 #
-# Adds TARGET to the build, which bakes every mesh into NAME.vps.hdf below OUTPUT_DIRECTORY [the current binary folder], again when
-# the mesh, a buffer of it, an option or the program changes. Meshes are relative to the current source folder, folders to the
-# current binary one. OPTIONS go to vpsbake, such as `--unit mm`, and hold --resolution or --max-error where VOXEL is absent.
-# The target's property VPS_ASSETS lists the assets.
+# Adds TARGET to the build. It bakes every mesh into NAME.vps.hdf below OUTPUT_DIRECTORY [default: the current binary folder]. It bakes
+# again when the mesh, one of its buffers, an option or the program changes. Meshes are relative to the current source folder, folders
+# to the current binary folder. OPTIONS are passed to vpsbake, such as `--unit mm`; without VOXEL they must hold --resolution or
+# --max-error. The target's property VPS_ASSETS lists the assets.
 function(vpsbake_add_assets target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "VOXEL;OUTPUT_DIRECTORY;CACHE" "FILES;OPTIONS")
   if(arg_UNPARSED_ARGUMENTS OR arg_KEYWORDS_MISSING_VALUES OR NOT arg_FILES)

@@ -23,7 +23,7 @@ bool is_same_section(const Asset& a, const Section& of_a, const Asset& b, const 
          std::memcmp(a.bytes().data() + of_a.offset, b.bytes().data() + of_b.offset, of_a.bytes) == 0;
 }
 
-// Sections of `a` that `b` lacks or has otherwise.
+// Adds the sections of `a` that `b` lacks and, unless `lacking_alone`, those that differ in `b`.
 void compare_sections(const Asset& a, const Asset& b, bool lacking_alone, std::vector<std::string>& differing) {
   for (std::uint32_t i = 0; i < a.directory().section_count; ++i) {
     const Section& section = a.directory().sections[i];
@@ -58,7 +58,8 @@ Values facts_of(const Asset& asset) {
   return values;
 }
 
-// Up to where both fields are exact: samples nearer to the band's ends than half a voxel's diagonal may be clamped.
+// The part of the band where both fields are exact. Samples within half a voxel's diagonal of the band's ends may be
+// clamped.
 struct Band {
   double outer = 0, inner = 0;  ///< [m]
 };
@@ -93,7 +94,7 @@ FieldDifference compare_field(const VoxelmapView& a, const VoxelmapView& b) {
     }
     const double clamped_a = std::clamp(of_a, -band.outer, band.inner);
     const double clamped_b = std::clamp(of_b, -band.outer, band.inner);
-    if (clamped_a == clamped_b && clamped_a != of_a) continue;  // beyond it in both
+    if (clamped_a == clamped_b && clamped_a != of_a) continue;  // both are beyond the common band
     const double difference = std::abs(clamped_a - clamped_b);
     if (differences.empty() || difference > result.max) {
       result.max = difference;
@@ -147,7 +148,7 @@ std::optional<ShellDifference> compare_shells(const Asset& a, const Asset& b) {
   return result;
 }
 
-// But for the name of the program.
+// Whether all facts are the same, except the generator's name.
 bool have_same_info(const Comparison& comparison) {
   return std::all_of(comparison.facts.begin(), comparison.facts.end(),
                      [](const ValueDifference& fact) { return fact.name == "generator"; });

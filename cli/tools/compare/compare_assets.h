@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file By how much two assets of one frame differ, as their users would see it.
+/// @file How much two assets in the same frame differ, in quantities that users see.
 #pragma once
 
 #include <array>
@@ -21,13 +21,13 @@ struct ValueDifference {
 struct FieldDifference {
   Field field{};
   std::size_t points = 0;  ///< that both store
-  std::size_t only_a = 0;  ///< points of the same choice that only one stores
+  std::size_t only_a = 0;  ///< random points that only one stores
   std::size_t only_b = 0;
   double max = 0, rms = 0, p99 = 0;  ///< of the difference of V; 0 without points. [m]
   std::array<double, 3> at{};        ///< where `max` was found. [m]
 };
 
-/// From the points of one shell to the nearest of the other.
+/// From the points of one shell to the nearest points of the other.
 struct ShellDistance {
   double max = 0, rms = 0;               ///< [m]
   double angle_max = 0, angle_mean = 0;  ///< of the normals there. [rad]
@@ -53,7 +53,7 @@ struct Comparison {
   std::optional<ShellDifference> shell;   ///< when both have one and `same` is nothing
 };
 
-/// Both in their own frames, which are taken for one: a moved or turned asset differs everywhere.
+/// Compares two assets as if their frames were the same: a moved or rotated asset differs everywhere.
 [[nodiscard]] Comparison compare_assets(const Asset& a, const Asset& b);
 
 }  // namespace vps::cli

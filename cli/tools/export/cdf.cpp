@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little);
 
 using CellIndex = std::array<std::int64_t, 3>;
 constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
-constexpr double kMostCorners = 67108864;  // 64 Mi: 800 MB while it is made
+constexpr double kMostCorners = 67108864;  // 64 Mi: 800 MB of memory
 constexpr double kMostBytes = 2147483647;  // Bullet counts them in an int
 constexpr std::uint32_t kFarSeed = 0xFFFFFFFFu;
 
@@ -34,7 +34,7 @@ struct Node {
   int third;
 };
 
-// As Bullet's shape functions number the nodes of a cell.
+// The nodes of a cell, in the order of Bullet's shape functions.
 std::array<Node, 32> cell_nodes(const CellIndex& cell) {
   std::array<Node, 32> nodes;
   std::size_t n = 0;
@@ -91,7 +91,7 @@ class Cells {
     return {float(p[0]), float(p[1]), float(p[2])};
   }
 
-  // V where it is exact, else infinite with its sign: nearer to the band's ends samples may be clamped.
+  // V where it is exact, otherwise infinite with the sign of V: near the band's ends samples may be clamped.
   [[nodiscard]] float exact_depth(const CellIndex& corner, std::size_t axis, int third) const {
     const float v = stored_penetration(map_, place(corner, axis, third));
     const float margin = 0.867F * map_.voxel_size;
@@ -105,8 +105,9 @@ class Cells {
     for (std::size_t n = 0; n < depth_.size(); ++n) depth_[n] = exact_depth(corner_of(n), 0, 0);
   }
 
-  // Depths beyond the band on one side (1 inside, -1 outside), each by way of the corner in the band that gives the
-  // shortest: off by little, and as steep as distances are.
+  // Fills in V beyond the band on one side (1: inside, -1: outside). |V| of a corner is |V| of a corner in the band
+  // plus the straight distance to it, for the corner that gives the least. The error is small, and the slope is that of
+  // a distance.
   void fill(int sign) {
     using Entry = std::pair<float, std::uint32_t>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
@@ -159,7 +160,7 @@ class Cells {
     if (!wanted) return;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
       depths[n] = depth_of(nodes[n]);
-      if (std::isinf(depths[n])) return;  // no surface at all
+      if (std::isinf(depths[n])) return;  // the field has no surface
     }
     std::array<std::uint32_t, 32> numbers;
     for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -172,7 +173,7 @@ class Cells {
     cells_kept_.push_back(numbers);
   }
 
-  // Infinite where there is none.
+  // V of a node, interpolated between corners where it is not exact. Infinite where there is none.
   [[nodiscard]] float depth_of(const Node& node) const {
     const float low = depth_[number(node.corner)];
     if (node.third == 0 || std::isinf(low)) return low;

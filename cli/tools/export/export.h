@@ -11,7 +11,7 @@
 
 namespace vps::cli {
 
-/// What cannot be exported: "reason; what to do".
+/// The export is not possible. `what()` is "reason; what to do".
 struct ExportError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -22,7 +22,7 @@ struct ExportError : std::runtime_error {
 /// Scalars, sections, points and tree as JSON; docs/schemas/asset.schema.json.
 [[nodiscard]] std::string to_json_text(const std::string& path, const Asset& asset);
 
-/// The surface V = 0 as OBJ. @param step  edge of the cells that it is made in. [Limits: value >= voxel_size / 4] [m]
+/// The surface V = 0 as OBJ. @param step  edge of the cells of its grid. [Limits: value >= voxel_size / 4] [m]
 [[nodiscard]] std::string to_obj(const VoxelmapView& map, double step);
 
 struct CdfOptions {
@@ -31,15 +31,15 @@ struct CdfOptions {
 };
 
 /// Discregrid's format, as Bullet's btSdfCollisionShape::initializeSDF reads it: signed distance, negative inside, in
-/// cells of 32 nodes, left out beyond the reach. Farther than the band distances are sums of the stored ones and
-/// straight ways between nodes.
+/// cells of 32 nodes. Cells beyond the reach are left out. Beyond the band, a distance is the sum of a stored one and
+/// the length of the straight line between the two nodes.
 /// @throw ExportError for layers, and when there are too many cells or the file would be too large for Bullet
 [[nodiscard]] std::string to_cdf(const VoxelmapView& map, const CdfOptions& options);
 
-/// The field on a regular grid as VTKHDF ImageData: penetration, stored, and with layers layer.
-/// @param step  between points, the first being the centre of voxel (0,0,0). [m]
+/// The field on a regular grid as VTKHDF ImageData, in the arrays penetration, stored and, with layers, layer.
+/// @param step  between points; the first is the centre of voxel (0,0,0). [m]
 /// @return the size of the file. [bytes]
-/// @throw ExportError for more points than 64 Mi; WriteError
+/// @throw ExportError for more than 64 Mi points; WriteError
 std::size_t write_vtkhdf_field(const Asset& asset, const VoxelmapView& map, double step,
                                const std::filesystem::path& output);
 

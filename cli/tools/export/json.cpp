@@ -10,7 +10,7 @@
 namespace vps::cli {
 namespace {
 
-// As few digits as give the same float again.
+// The decimal number with the fewest digits that gives the same float.
 double short_number(float x) {
   return std::strtod(fmt::format("{}", x).c_str(), nullptr);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Polygon File Format (G. Turk, 1994), binary little-endian, points alone.
+// Polygon File Format (G. Turk, 1994), binary little-endian, points only.
 #include <fmt/format.h>
 
 #include <bit>
@@ -21,7 +21,7 @@ void append(std::string& text, Number value) {
   text.append(bytes, sizeof value);
 }
 
-// The node of a level that each point lies below.
+// For each point its node at a level of the tree.
 std::vector<std::uint32_t> nodes_of_points(const PointshellView& shell, std::uint32_t level) {
   std::vector<std::uint32_t> nodes(shell.points);
   for (std::uint32_t node = shell.level_offsets[level - 1]; node < shell.level_offsets[level]; ++node) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A dense grid of the field for ParaView: assets are sparse, so its size is limited.
+// A dense grid of the field for ParaView. Its size is limited, because assets are sparse.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ ImageGrid grid_of(const AssetInfo& info, double step) {
   double points = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double voxels = info.dims[axis] - 1;
-    // A step of whole voxels ends on a voxel in spite of rounding.
+    // 1e-6 absorbs rounding: a step of whole voxels ends on the last voxel.
     grid.points[axis] = 1 + static_cast<std::uint64_t>(voxels * info.voxel_size / step + 1e-6);
     grid.origin[axis] = info.origin[axis] + info.voxel_size / 2;
     points *= double(grid.points[axis]);
@@ -33,7 +33,7 @@ ImageGrid grid_of(const AssetInfo& info, double step) {
   return grid;
 }
 
-// Far voxels have the largest number, with their sign.
+// The layer of the voxel at a point. Voxels far from the surface have +-32767.
 std::int16_t stored_layer(const VoxelmapView& map, Vec3 p) {
   constexpr std::int16_t kFar = 32767;
   const detail::Voxel voxel = detail::find_voxel(map, p);

@@ -10,7 +10,7 @@
 namespace vps::cli {
 namespace {
 
-// Seven rows of five pixels, the leftmost is 16.
+// Seven rows of five pixels; the leftmost has the value 16.
 struct Glyph {
   char letter;
   std::uint8_t rows[7];

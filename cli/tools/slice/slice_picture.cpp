@@ -14,7 +14,7 @@ namespace {
 
 constexpr Colour kLineInk = {20, 22, 26};
 constexpr int kLine = 22;                                           // from a line of text to the next. [px]
-constexpr int kTop = 108, kLeft = 108, kRight = 160, kBottom = 58;  // round the plot, for words and numbers. [px]
+constexpr int kTop = 108, kLeft = 108, kRight = 160, kBottom = 58;  // margins around the plot. [px]
 constexpr int kLeastRows = 120, kMostRows = 3000;
 constexpr int kLeastLegend = 200, kMostLegend = 400;  // [px]
 
@@ -27,7 +27,7 @@ double nice_step(double x) {
   return 10 * power;
 }
 
-// At most `most` letters, those in the middle left out.
+// At most `most` letters; those in the middle are left out.
 std::string shortened(const std::string& text, std::size_t most) {
   if (text.size() <= most) return text;
   const std::size_t half = (most - 2) / 2;
@@ -46,7 +46,7 @@ class SliceDrawing {
         low_{slice_range(info, right_).low, slice_range(info, up_).low},
         extent_{slice_range(info, right_).high - low_[0], slice_range(info, up_).high - low_[1]},
         columns_(options.width - kLeft - kRight),
-        // A tall body is drawn narrower, and of a flat one the numbers still have room.
+        // A tall body is drawn narrower. A flat one gets enough rows for the numbers.
         step_(std::max(extent_[0] / columns_, extent_[1] / kMostRows)),
         rows_(std::clamp(static_cast<int>(std::ceil(extent_[1] / step_)), kLeastRows, kMostRows)),
         legend_(std::clamp(rows_, kLeastLegend, kMostLegend)),
@@ -75,7 +75,7 @@ class SliceDrawing {
     p[up_] = float(low_[1] + step_ * (rows_ - row - 0.5));
     return stored_penetration(map_, {p[0], p[1], p[2]});
   }
-  // One for each voxel of distance. Of layers V is a multiple of the voxel, but for rounding.
+  // One colour for each voxel of distance. With layers V is a multiple of the voxel size, except for rounding.
   [[nodiscard]] Colour colour(double v) const {
     constexpr double kRounding = 1e-3;  // [vx]
     const double layer = std::clamp(std::floor(v / voxel_ + kRounding), -double(layers_), layers_ - 1.0);
@@ -106,7 +106,7 @@ class SliceDrawing {
   }
 
   void draw_head() {
-    const LengthUnit unit(layers_ * voxel_);  // that of the legend
+    const LengthUnit unit(layers_ * voxel_);  // as in the legend
     const std::string voxel = fmt::format(", voxel {} {}", unit.number(voxel_), unit.name());
     const auto letters = std::size_t(options_.width - 2 * kMargin) / std::size_t(Picture::width_of(" "));
     picture_.write(kMargin, 10, shortened(options_.name, letters - voxel.size()) + voxel);
@@ -114,14 +114,14 @@ class SliceDrawing {
     picture_.write(kMargin, 10 + 2 * kLine, no_line());
   }
 
-  // Multiples of `tick` within so many pixels from `low`. [m]
+  // Multiples of `tick` within `pixels` pixels from `low`. [m]
   [[nodiscard]] std::vector<double> ticks(double low, int pixels, double tick) const {
     std::vector<double> out;
     const double first = std::ceil(low / tick);
     for (int i = 0; (first + i) * tick < low + pixels * step_ && i < pixels; ++i) out.push_back((first + i) * tick);
     return out;
   }
-  // Far enough apart for their numbers.
+  // Ticks far enough apart for their numbers.
   [[nodiscard]] std::vector<double> ticks_across(const LengthUnit& unit) const {
     for (double apart = 70;; apart *= 1.25) {
       const std::vector<double> out = ticks(low_[0], columns_, nice_step(apart * step_));
@@ -150,7 +150,7 @@ class SliceDrawing {
     picture_.write(kMargin, kTop - 26, label(up_));
   }
 
-  // "inside", the colours with their numbers, "outside", of `legend_` rows together.
+  // Draws "inside", the colours with their numbers, and "outside", in `legend_` rows.
   void draw_legend() {
     const int x = kLeft + columns_ + 24;
     const int bands = 2 * layers_;

@@ -13,7 +13,7 @@ namespace vps::cli {
 class LengthUnit {
  public:
   explicit LengthUnit(double length);
-  /// The length's number in this unit, of six digits.
+  /// The length in this unit, with six digits.
   [[nodiscard]] std::string number(double length) const;
   [[nodiscard]] const char* name() const { return name_; }
 
@@ -23,8 +23,8 @@ class LengthUnit {
 };
 
 struct SliceOptions {
-  std::string name;      ///< of the asset, for the picture's head
-  std::size_t axis = 2;  ///< that the slice lies across: 0 is x
+  std::string name;      ///< of the asset, for the heading
+  std::size_t axis = 2;  ///< normal to the slice: 0 is x
   double at = 0;         ///< [Limits: slice_range] [Units: m]
   int width = 900;       ///< of the picture [Limits: 600 <= value <= 8000] [Units: px]
 };

@@ -16,9 +16,9 @@ namespace vps::cli {
 struct Check {
   enum class Result : std::uint8_t {
     ok,
-    warning,  ///< the asset can be used, but something is not as this program would have made it
+    warning,  ///< the asset is usable, but this program would write something differently
     skipped,  ///< it could not be checked
-    failed,   ///< the asset is unusable, or says what is not true
+    failed,   ///< the asset is unusable, or a statement in it is false
   };
   std::string name;
   Result result = Result::ok;
@@ -26,13 +26,13 @@ struct Check {
   nlohmann::ordered_json figures;  ///< SI; null when there are none
 };
 
-/// Opens a file as a runtime does: check `structure`. @return false when the asset cannot be opened
+/// Check `structure`: opens a file as the runtime does. @return false when the asset cannot be opened
 bool check_structure(const std::filesystem::path& file, Asset& asset, std::vector<Check>& checks);
 
-/// `hashes`, `hdf5`: what the file says of itself.
+/// `hashes`, `hdf5`: whether the file agrees with its hashes, and its HDF5 part with its directory.
 void check_file(const std::filesystem::path& file, const Asset& asset, std::vector<Check>& checks);
 
-/// `values`, `spheres`, `areas`: what sections promise, without the mesh.
+/// `values`, `spheres`, `areas`: properties of the sections that need no mesh.
 void check_contents(const Asset& asset, std::vector<Check>& checks);
 
 /// `format`, `generator`, `record`, `sections`: warnings at most.
@@ -43,7 +43,7 @@ struct MeshCheckOptions {
   std::uint64_t seed = 1;  ///< of the points
 };
 
-/// Against the mesh, by an oracle that shares no code with the bake (CGAL): `mesh`, `mass`, `field NAME`, `far`,
+/// Checks against the mesh, by an oracle that shares no code with the bake (CGAL): `mesh`, `mass`, `field NAME`, `far`,
 /// `coarse layers`, `covering`, `points`, `normals`.
 /// @param mesh  as the bake closed it
 void check_against_mesh(const Asset& asset, const TriangleMesh& mesh, const MeshCheckOptions& options,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an asset says of its mesh, against CGAL's distances and sides at random points.
+// Compares an asset with its mesh: CGAL's distances and sides at random points.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -60,7 +60,7 @@ class SurfacePoints {
 
  private:
   const TriangleMesh& mesh_;
-  std::vector<double> areas_;  // of all triangles up to each
+  std::vector<double> areas_;  // cumulative: of all triangles up to this one
 };
 
 class MeshChecks {
@@ -99,13 +99,13 @@ class MeshChecks {
   }
   static Result passed(bool good) { return good ? Result::ok : Result::failed; }
 
-  // How a figure stands to what the asset allows, for people.
+  // A measured length against the allowed one, for people.
   static std::string against(double found, double allowed) {
     return fmt::format("{} of {} ({:.0f} %)", bake::format_length(found), bake::format_length(allowed),
                        allowed > 0 ? 100 * found / allowed : 0);
   }
 
-  // The bytes that were baked, or others that describe the same surface.
+  // Whether the mesh has the bytes that were baked. Others may describe the same surface.
   void check_mesh() {
     const std::uint64_t parts[2] = {hash_bytes(std::as_bytes(std::span(mesh_.vertices))),
                                     hash_bytes(std::as_bytes(std::span(mesh_.triangles)))};
@@ -120,7 +120,7 @@ class MeshChecks {
     bake::Vector moment = bake::Vector::Zero();
     bake::Vector low = bake::Vector::Constant(std::numeric_limits<double>::infinity()), high = -low;
     for (const auto& [a, b, c] : mesh_.triangles) {
-      // Tetrahedra from a corner of the bounds lose least to rounding.
+      // Tetrahedra with an apex at a corner of the bounds keep rounding small.
       const bake::Vector origin = vector(info_.bounds_min);
       const bake::Vector p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
                          r = vector(mesh_.vertices[c]) - origin;
@@ -152,7 +152,7 @@ class MeshChecks {
          {"bounds_off", bounds_off}});
   }
 
-  // A random point as a query takes it, within `reach` of the surface.
+  // A random point within `reach` of the surface, rounded to float as in a query.
   Point near_surface(lab::Random& random, double reach) const {
     Point p = surface_.next(random);
     const std::array<double, 9> turn = random.rotation();  // its first row: a random direction
@@ -167,7 +167,7 @@ class MeshChecks {
     const FieldCertificate& certificate = field == Field::layers   ? info_.layers_error
                                           : field == Field::scaled ? info_.scaled_error
                                                                    : info_.real_error;
-    const double margin = std::sqrt(0.75) * info_.voxel_size;  // the certificate leaves this out at the band's ends
+    const double margin = std::sqrt(0.75) * info_.voxel_size;  // excluded from the certificate at the band's ends
     lab::Random random(options_.seed);
     double worst = 0, squares = 0;
     Point worst_at{};
@@ -177,7 +177,7 @@ class MeshChecks {
       const Point p = near_surface(random, std::max(info_.band_inner, info_.band_outer));
       const double truth = oracle.penetration(p);
       if (truth > info_.band_inner - margin || truth < margin - info_.band_outer) continue;
-      Vec3 normal;  // of a shell that touches flat, for Eq. (4)
+      Vec3 normal;  // of a shell in flat contact, for Eq. (4)
       if (field == Field::layers) {
         const detail::Voxel voxel = detail::find_voxel(map, to_float(p));
         Point centre = p;
@@ -209,7 +209,8 @@ class MeshChecks {
          {"above_bound", above}});
   }
 
-  // docs/bounds.md, Layers: proven of every voxel, while the bound of layers is the largest error that was found.
+  // Whether a voxel's layer allows this distance, see docs/bounds.md, Layers. It does for every voxel by proof, while
+  // the bound in the certificate of layers is only the largest measured error.
   [[nodiscard]] bool layer_allows(const VoxelmapView& map, const detail::Voxel& voxel, double truth) const {
     const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
     if (brick == kNoBrick) return false;
@@ -218,7 +219,7 @@ class MeshChecks {
            std::abs(truth) <= std::sqrt(3.0) * (layer + 1) * info_.voxel_size + slack_;
   }
 
-  // Where nothing is stored a query has the right sign and claims no more distance than there is.
+  // Where nothing is stored, a query must give the right sign and at most the true distance.
   void check_far(const lab::Oracle& oracle) {
     VoxelmapView map;
     if (asset_.voxelmap(map) != Status::ok) return;
@@ -295,7 +296,7 @@ class MeshChecks {
         {{"samples", options_.samples}, {"max", worst}, {"at", worst_at}, {"covering_radius", info_.covering_radius}});
   }
 
-  // Calls visit(number of a point) for all points of the shell, or a random choice of them.
+  // Calls visit(index of a point) for all points of the shell, or for random ones. @return the number of calls
   template <class Visit>
   int for_some_points(const Visit& visit) const {
     lab::Random random(options_.seed + 4);
@@ -316,7 +317,7 @@ class MeshChecks {
   }
 
   void check_normals(const lab::Oracle& oracle) {
-    // Steps along the normal that the rounding of positions cannot turn round.
+    // Length of a step along the normal, longer than the rounding of positions.
     const double step = std::max(8 * info_.position_step, 1e-3 * info_.voxel_size) + slack_;
     int turned = 0;
     const int count = for_some_points([&](std::uint32_t i) {
@@ -325,7 +326,7 @@ class MeshChecks {
       const bake::Vector in = p + step * n, out = p - step * n;
       if (oracle.penetration({in.x(), in.y(), in.z()}) <= oracle.penetration({out.x(), out.y(), out.z()})) ++turned;
     });
-    // A wall thinner than the step, or a needle's tip, has no inside to point to.
+    // Up to 1 % may fail: a wall thinner than the step, or a needle's tip, has no inside at that distance.
     add("normals", passed(turned <= count / 100),
         fmt::format("{} of {} do not point into the body", turned == 0 ? "none" : std::to_string(turned), count),
         {{"samples", count}, {"turned", turned}});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What can be checked without the mesh.
+// The checks that need no mesh.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 
 using Result = Check::Result;
 
-// libhdf5 has crashed on forged files, and hashes keep no forger away: it reads them in a child.
+// Runs libhdf5 in a child process. It has crashed on forged files, and a forger can write valid hashes.
 struct ChildAnswer {
   bool finished = false;
   std::vector<std::string> lines;
@@ -69,7 +69,7 @@ void check_values(const Asset& asset, std::vector<Check>& checks) {
                     {{"not_finite", bad}}});
 }
 
-// The points below each node, first and one past the last: they follow each other in tree order.
+// The points below each node, first and one past the last. They are contiguous in tree order.
 std::vector<std::pair<std::uint32_t, std::uint32_t>> point_ranges(const PointshellView& shell) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges(shell.nodes);
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
@@ -84,7 +84,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> point_ranges(const Pointshe
 void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
   const auto ranges = point_ranges(shell);
   std::size_t outside = 0, tests = 0;
-  double worst = 0;  // beyond the sphere. [m]
+  double worst = 0;  // distance outside of a sphere. [m]
   for (std::uint32_t node = 0; node < shell.nodes; ++node) {
     const Vec3 centre{shell.sphere[0][node], shell.sphere[1][node], shell.sphere[2][node]};
     for (std::uint32_t i = ranges[node].first; i < ranges[node].second; ++i, ++tests) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Files that are part of the program, so that it needs none of them where it runs: see vps_embed in
-/// CMakeLists.txt.
+/// @file Files embedded in the program, so that they need not be installed: see vps_embed in CMakeLists.txt.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,7 @@ extern const Embedded kThree;          ///< three.js
 extern const Embedded kOrbitControls;  ///< of three.js
 extern const Embedded kMotionPage;
 extern const Embedded kStressPage;
-extern const Embedded kView3d;       ///< what pages with a three-dimensional view share
+extern const Embedded kView3d;       ///< script of pages with a three-dimensional view
 extern const Embedded kView3dStyle;  ///< their style
 extern const Embedded kViewPage;
 extern const Embedded kReportPage;  ///< cli/tools/view/pages/report.html

@@ -26,8 +26,8 @@ constexpr double kDrawnTriangles = 1.5e6;  // of all bodies together
 constexpr double kLeastTriangles = 100;    // of a surface
 constexpr double kFarthest = 1e12;         // [m]
 constexpr double kFrameBytes = 9e6;        // of poses and contacts on the page, before base64
-constexpr double kLongPath = 3;            // times the bodies' box at the start: longer ones are followed
-constexpr std::size_t kListed = 12;        // surfaces whose making is told
+constexpr double kLongPath = 3;            // times the bodies' box at the start; the view follows longer ones
+constexpr std::size_t kListed = 12;        // surfaces with a note in the facts
 
 [[noreturn]] void refuse(const std::string& reason) {
   throw ImportError(ImportError::Kind::bad_input, reason + "; see docs/motion.md");
@@ -47,7 +47,7 @@ const Json& member(const Json& object, const char* key, Json::value_t type) {
   return *found;
 }
 
-// A key that nobody knows is a slip of the pen.
+// An unknown key is probably mistyped.
 void refuse_unknown(const Json& object, const std::string& what, const std::vector<std::string>& known) {
   for (const auto& [key, value] : object.items()) {
     if (std::find(known.begin(), known.end(), key) == known.end())
@@ -79,7 +79,7 @@ struct Box {
   }
 };
 
-// A body's shape: a sphere that holds it, for the camera, in its own frame.
+// A body's bounding sphere in its own frame, for the camera.
 struct Body {
   std::array<double, 3> centre{};
   double radius = 0;
@@ -199,7 +199,7 @@ class Reader {
     for (std::size_t k = 0; k < 7; ++k) poses_.push_back(static_cast<float>(k < 3 ? p[k] : p[k] / length));
   }
 
-  // In the world.
+  // Centre of a body in a frame of the motion, world frame. [m]
   [[nodiscard]] std::array<double, 3> centre_of(std::size_t body, std::size_t frame) const {
     const Eigen::Map<const Eigen::Matrix<float, 7, 1>> pose(&poses_[7 * (frame * bodies_.size() + body)]);
     const Eigen::Vector3d position = pose.head<3>().cast<double>();
@@ -208,7 +208,8 @@ class Reader {
     return {at.x(), at.y(), at.z()};
   }
 
-  // Round the bodies in so many frames; boxes that stay are mostly floors and walls, and count only when all are.
+  // Bounds of the bodies in the first `frames` frames. Fixed boxes, mostly floors and walls, count only when there is
+  // nothing else.
   [[nodiscard]] Box box_of(std::size_t frames) const {
     Box all, seen;
     for (std::size_t f = 0; f < frames; ++f) {
@@ -221,7 +222,8 @@ class Reader {
     return seen.is_empty() ? all : seen;
   }
 
-  // On a way much longer than the bodies they would be tiny: they are shown at the start then, and followed.
+  // Sets the box that the page shows: the whole path, or only the start where the path is much longer than the bodies,
+  // which would be tiny. The view then follows them.
   void frame_view() {
     const Box start = box_of(1), path = box_of(times_.size());
     const bool is_long = path.diagonal() > kLongPath * start.diagonal();
@@ -247,7 +249,7 @@ class Reader {
     }
   }
 
-  // Every frame, or every n-th and the last, so that the page stays small.
+  // Packs every frame, or every n-th and the last, to keep the page small.
   void pack_frames() {
     const double bytes = double(poses_.size() + contacts_.size()) * sizeof(float);
     stride_ = static_cast<std::size_t>(std::ceil(bytes / kFrameBytes));

@@ -8,7 +8,7 @@
 namespace vps::cli {
 
 /// Reads a motion and the assets that it names, and makes their surfaces.
-/// @throw ImportError that says what is wrong where
+/// @throw ImportError that names the fault and its place
 [[nodiscard]] nlohmann::ordered_json motion_data(const std::filesystem::path& motion);
 
 }  // namespace vps::cli

@@ -12,7 +12,7 @@ void replace_mark(std::string& page, std::string_view mark, std::string_view tex
   page.replace(at, mark.size(), text);
 }
 
-// A script ends at the first end tag, wherever it stands.
+// Escapes every <: a script ends at the first end tag, even inside a JSON text.
 std::string without_tags(std::string json) {
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at))
     json.replace(at, 1, "\\u003c");
@@ -22,7 +22,7 @@ std::string without_tags(std::string json) {
 }  // namespace
 
 std::string make_page(std::string_view page, std::span<const Embedded> libraries, const nlohmann::ordered_json& data) {
-  // three.js has no notice of its own.
+  // The file of three.js has no copyright notice.
   std::string scripts =
       "<!-- Libraries: Chart.js, (c) Chart.js Contributors, and three.js, (c) three.js authors; MIT License -->\n";
   for (const Embedded& library : libraries) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Pages that need nothing but a browser: a template of cli/tools/view/pages with libraries and data inlined. No
-/// network.
+/// @file Pages that need only a browser and no network: a template of cli/tools/view/pages with libraries and data
+/// inlined.
 #pragma once
 
 #include <nlohmann/json.hpp>

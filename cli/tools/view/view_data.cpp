@@ -18,10 +18,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kPageCells = 1.5e6;  // of the volumes of layers and of V
+constexpr double kPageCells = 1.5e6;  // of the grids of layers and of V
 constexpr std::uint32_t kPagePoints = 150'000;
 constexpr std::uint32_t kPageSpheres = 20'000;  // of a level
-constexpr std::uint32_t kPageSegments = 1'000;  // of a level, whose points are told apart by colour
+constexpr std::uint32_t kPageSegments = 1'000;  // nodes of a level that has its points coloured by node
 constexpr std::int8_t kNone = -128;
 
 Json missing(const char* reason) {
@@ -61,13 +61,13 @@ bool has_field(const Asset& asset, Field field) {
   return asset.voxelmap(map, field) == Status::ok;
 }
 
-// Stored layers of a brick's voxels, or those that the distances of their centres give.
+// Layers of voxels: the stored ones, or those derived from the distances of voxel centres.
 class Layers {
  public:
   Layers(const Asset& asset, bool stored) : info_(asset.info()), stored_(stored) {
     (void)asset.voxelmap(map_, stored ? Field::layers : Field::none);
   }
-  /// Far from the surface no voxel of the brick has a layer.
+  /// Whether the brick is so far from the surface that none of its voxels has a layer.
   [[nodiscard]] bool is_empty(std::size_t brick) const {
     if (stored_) return map_.brick_index[brick] == kNoBrick;
     const double reach = std::max(map_.band_inner, map_.band_outer) / map_.voxel_size;
@@ -163,7 +163,7 @@ Json pack_field(const Asset& asset) {
           {"places", places}, {"values", pack_array(out)}};
 }
 
-// For each level of few nodes the first drawn point of every node: the points below a node follow each other.
+// For each level of few nodes: the first drawn point of every node. The points below a node are contiguous.
 Json pack_segments(const PointshellView& shell, const std::vector<std::uint32_t>& drawn_before) {
   std::vector<std::uint32_t> first(shell.nodes);
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
@@ -183,7 +183,7 @@ Json pack_segments(const PointshellView& shell, const std::vector<std::uint32_t>
 }
 
 Json pack_points(const PointshellView& shell) {
-  // The level at which a point first stands for a node; those that never do come last.
+  // The first level at which a point is the parent point of a node; `levels` for points that never are.
   std::vector<std::uint8_t> level(shell.points, static_cast<std::uint8_t>(shell.levels));
   for (std::uint32_t l = shell.levels; l-- > 0;) {
     for (std::uint32_t node = shell.level_offsets[l]; node < shell.level_offsets[l + 1]; ++node)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What cli/tools/view/pages/view.html shows of an asset, small enough for a page.
+/// @file The data of an asset for cli/tools/view/pages/view.html, reduced to fit a page.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,18 +10,18 @@
 
 namespace vps::cli {
 
-/// Triangles of a surface on a page, at most or about.
+/// Triangles of a surface on a page: at most for a given mesh, approximately for the surface of a field.
 inline constexpr std::size_t kPageTriangles = 120'000;
 
 /// `name`, `about` (a sentence), `facts` (pairs of texts), bounds, and an object for each of surface, voxels, field,
 /// points and spheres: its arrays and a `note` that says how they were made, or `missing` with the reason.
-/// @param mesh  that the asset was baked from; null: the surface is made from the field
+/// @param mesh  the mesh that the asset was baked from; null: the surface is made from the field
 [[nodiscard]] nlohmann::ordered_json view_data(const Asset& asset, const std::string& name, const TriangleMesh* mesh);
 
-/// What a page's numbers come from: the program's version, and the command that makes the page again; pairs of texts.
+/// Origin of a page's numbers: the program's version, and the command that makes the page again; pairs of texts.
 [[nodiscard]] nlohmann::ordered_json origin_facts();
 
-/// The surface of the field for a page, as `pack_mesh` has it, with `flat` and `note`; or `missing` with the reason.
+/// The surface of the field for a page: the members of `pack_mesh`, `flat` and `note`; or `missing` with the reason.
 [[nodiscard]] nlohmann::ordered_json pack_field_surface(const Asset& asset, std::size_t triangles);
 
 }  // namespace vps::cli

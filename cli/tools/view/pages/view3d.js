@@ -1,4 +1,4 @@
-// What the pages with a three-dimensional view share: the view itself, its labels, arrays, lengths, colours.
+// Shared by the pages with a three-dimensional view: the view itself, its labels, arrays, lengths, colours.
 'use strict';
 
 // Typed array from base64, little-endian.
@@ -21,7 +21,7 @@ function lengthText(metres, digits) {
   return metres === 0 ? '0' : `${unit.number(metres, digits)} ${unit.name}`;
 }
 
-// Units and signs as they are printed.
+// The text with typographic units and signs.
 const tidyText = text => text.replace(/(\d) um\b/g, '$1 µm').replace(/ x /g, ' × ');
 const countText = n => n.toLocaleString('en');
 
@@ -37,7 +37,7 @@ function mixStops(stops, t) {
   const i = Math.min(Math.floor(at), stops.length - 2);
   return stops[i].map((low, k) => low + (at - i) * (stops[i + 1][k] - low));
 }
-// Outside blue, surface white, inside red: told apart with every common colour blindness.
+// Outside blue, surface white, inside red: distinct with every common colour blindness.
 const kDiverging = [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
 const kSequential = [[253, 200, 39], [237, 121, 83], [189, 55, 134], [128, 40, 190], [70, 84, 214]];
 const cssColour = c => `rgb(${c.map(Math.round).join(',')})`;
@@ -112,7 +112,7 @@ class View {
     this.resize();
   }
 
-  // The box that is in the picture from the next look on.
+  // Sets the box that the next call of `look` fits into the picture.
   frame(low, high) {
     this.low = new THREE.Vector3(...low);
     this.high = new THREE.Vector3(...high);
@@ -127,14 +127,14 @@ class View {
     this.camera.up.set(up === 'x' ? 1 : 0, up === 'y' ? 1 : 0, up === 'z' ? 1 : 0);
     this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     this.controls.enableKeys = false;
-    // It tells of changes only from a millimetre on.
+    // Paints after every update: OrbitControls reports only changes of a millimetre or more.
     const update = this.controls.update;
     this.controls.update = () => { update(); this.paint(); };
     this.controls.addEventListener('start', () => this.moved = true);
     this.look({x: [0.2, 0.3, 1], y: [0.5, 0.35, 1], z: [0.55, -1, 0.4]}[up]);
   }
 
-  // From this side, the whole of the box in the picture, with room for labels.
+  // Looks from this side and fits the whole box into the picture, with room for labels.
   look(from) {
     this.from = from;
     this.moved = false;
@@ -206,7 +206,7 @@ class View {
     });
   }
 
-  // The box round everything with its lengths, and the axes at its lowest corner.
+  // Adds the bounding box with its lengths, and the axes at its lowest corner.
   addFrame(colour) {
     const {low, high, size} = this;
     const box = new THREE.Box3Helper(new THREE.Box3(low, high), colour);
@@ -217,7 +217,7 @@ class View {
     for (const [i, [name, axisColour]] of axes.entries()) {
       const direction = new THREE.Vector3().setComponent(i, 1);
       const reach = Math.max(high.getComponent(i) - low.getComponent(i), 0.1 * size);
-      // Made of length 1: it draws none shorter than a tenth of a millimetre.
+      // Made with length 1 and scaled: ArrowHelper draws none shorter than a tenth of a millimetre.
       const length = reach * 1.12;
       const arrow = new THREE.ArrowHelper(direction, low, 1, axisColour, 0.04 * size / length, 0.02 * size / length);
       arrow.scale.setScalar(length);
@@ -254,12 +254,12 @@ function unpackSurface(data) {
   return geometry;
 }
 
-// True where WebGL works; where it does not, says so in the view's place.
+// Whether WebGL works. Where it does not, a message takes the view's place.
 function canShow(holder) {
   try {
     const canvas = document.createElement('canvas');
     if (canvas.getContext('webgl2') || canvas.getContext('webgl')) return true;
-  } catch (error) { /* the same as none */ }
+  } catch (error) { /* no WebGL */ }
   holder.innerHTML = '<p class="none">This browser shows no three-dimensional graphics (WebGL): switch on hardware ' +
       'acceleration, or read the numbers here.</p>';
   return false;
