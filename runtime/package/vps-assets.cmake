@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Zlib
 # vpsbake_add_assets: bakes meshes as part of a build. docs/cmake.md
 include_guard(GLOBAL)
-cmake_policy(VERSION 3.20) # the first with depfiles for Makefiles, too
+cmake_policy(VERSION 3.20) # the first that supports depfiles for Makefiles, too
 
 # vpsbake_add_assets(TARGET FILES mesh... [VOXEL length] [OUTPUT_DIRECTORY folder] [CACHE folder] [OPTIONS option...])
 #
-# Adds TARGET to the build, which bakes every mesh into NAME.vps.hdf below OUTPUT_DIRECTORY [the current binary folder], again when
-# the mesh, a buffer of it, an option or the program changes. Meshes are relative to the current source folder, folders to the
-# current binary one. OPTIONS go to vpsbake, such as `--unit mm`, and hold --resolution or --max-error where VOXEL is absent.
+# Adds TARGET to the build. It bakes every mesh into NAME.vps.hdf below OUTPUT_DIRECTORY [the current binary folder]. It bakes again
+# when the mesh, a buffer of it, an option or the program changes. Meshes are relative to the current source folder, folders to the
+# current binary one. OPTIONS go to vpsbake, such as `--unit mm`. They hold --resolution or --max-error if VOXEL is absent.
 # The target's property VPS_ASSETS lists the assets.
 function(vpsbake_add_assets target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "VOXEL;OUTPUT_DIRECTORY;CACHE" "FILES;OPTIONS")
