@@ -49,7 +49,7 @@ enum {
   vps_no_memory = 1000  ///< C only: an allocation failed
 };
 
-/// One sentence without a full stop, for messages. Never NULL, whatever the number.
+/// One sentence without a full stop, for messages. Never NULL, for any number.
 const char* vps_status_text(VpsStatus status);
 
 /// An asset, mapped from a file or in memory.

@@ -133,7 +133,7 @@ class Asset {
   /// Alignment of the widest numbers in an asset. [Units: bytes]
   static constexpr std::size_t kMemoryAlignment = alignof(double);
 
-  /// Compares all section hashes with the bytes; reads the whole asset, whatever its use.
+  /// Compares all section hashes with the bytes; reads the whole asset for any use.
   [[nodiscard]] Status verify() const noexcept;
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Analytic fields point by point, and what they share with the vector kernels. Internal.
+/// @file Analytic fields point by point, and the parts that the vector kernels share. Internal.
 #pragma once
 
 #include <cmath>

@@ -6,7 +6,7 @@
 ///   field_facts.cpp          properties of a field besides its values
 ///   take_hits.cpp            hits become contacts, force and torque: Eqs. (2) and (3)
 ///   descend_in_blocks.cpp    Algorithm 1, as far as the budget allows
-///   represent.cpp            points that represent nodes: levels of detail, and what a budget left out
+///   represent.cpp            points that represent nodes: levels of detail, and parts that a budget left out
 ///   remembered_points.cpp    the list of a ContactCache
 ///   segments.cpp             the segmented traverse of Sec. 2.4
 /// traverse.cpp calls them.
