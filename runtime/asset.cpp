@@ -28,7 +28,7 @@ const T* section_data(const std::byte* data, const Section* section) noexcept {
   return section == nullptr ? nullptr : reinterpret_cast<const T*>(data + section->offset);
 }
 
-// What has to be in use for a section to be read.
+// The uses that read a section.
 Use readers_of(SectionKind kind) noexcept {
   switch (kind) {
     case SectionKind::brick_index:
@@ -63,8 +63,8 @@ const std::byte* map_whole(int fd, std::size_t bytes) noexcept {
   return mapped == MAP_FAILED ? nullptr : static_cast<const std::byte*>(mapped);
 }
 
-// Linux maps up to 2 MB round a page that is read, where the file's cache has it in one piece. Ranges with advice of
-// their own are left out of that, so that what nobody reads takes no memory of the process.
+// Linux maps up to 2 MB around a page that is read, if the page cache holds it in one piece. It leaves out ranges that
+// have their own advice, so that unused sections take no memory of the process.
 void keep_apart(const std::byte* data, std::size_t bytes, const Directory& directory, Use use) noexcept {
 #ifdef MADV_NOHUGEPAGE
   std::array<const Section*, kMaxSections> used{};
@@ -79,7 +79,7 @@ void keep_apart(const std::byte* data, std::size_t bytes, const Directory& direc
     const std::uint64_t next = i < count ? used[i]->offset : bytes;
     const std::uint64_t first = (end + page - 1) / page * page;
     const std::uint64_t last = next / page * page;
-    // Without the kernel's help there is no harm done: pages are mapped that nobody asks for.
+    // A failure is harmless: it only means that unused pages are mapped.
     if (first < last) (void)::madvise(const_cast<std::byte*>(data) + first, last - first, MADV_NOHUGEPAGE);
     if (i < count) end = used[i]->offset + used[i]->bytes;
   }
@@ -137,7 +137,7 @@ Status Asset::open(const char* path, Asset& out, Use use) noexcept {
   asset.use_ = use;
   if (const Status status = decode_directory(asset.bytes(), asset.directory_); status != Status::ok) return status;
   if (use != Use::everything) {
-    // Afresh: the directory's page may have brought others with it.
+    // Maps the file again, because reading the directory may have mapped other pages, too.
     ::munmap(const_cast<std::byte*>(asset.data_), bytes);
     asset.data_ = map_whole(file.fd, bytes);
     asset.owns_mapping_ = asset.is_open();

@@ -8,7 +8,7 @@ namespace vps {
 
 Status check_pose(const Pose& pose) noexcept {
   constexpr double kTolerance = 1e-3;
-  constexpr double kFarthest = 1e12;  // counted in micrometres its square is a float
+  constexpr double kFarthest = 1e12;  // in micrometres its square still fits a float
   const double* const r = pose.rotation;
   for (int i = 0; i < 3; ++i) {
     if (!(std::abs(pose.translation[i]) <= kFarthest)) return Status::bad_pose;

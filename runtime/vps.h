@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Zlib */
-/// @file The runtime in C (C99): maps baked assets and answers contact queries. The C++ of it is vps_runtime.h.
+/// @file The runtime in C (C99): maps baked assets and answers contact queries. The C++ interface is vps_runtime.h.
 ///
 ///     VpsAsset* asset = NULL;
 ///     const VpsPointshell* shell = NULL;
@@ -12,9 +12,9 @@
 /// penetration is positive inside, and 0 counts as contact.
 /// Every function that can fail returns a status; none throws. NULL where a pointer is needed, numbers that are not
 /// finite and values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay
-/// as they were. A handle that was closed is not detected. Any number of threads may read an asset and
-/// its views; a scratch serves one thread at a time. Link the static library with a C++ linker, or with what
-/// `pkg-config --libs vps` says.
+/// as they were. Closed handles are not detected. Any number of threads may read an asset and its views; only one
+/// thread at a time may use a scratch. Link the static library with a C++ linker, or with the output of
+/// `pkg-config --libs vps`.
 #pragma once
 
 #include <stddef.h>
@@ -49,7 +49,7 @@ enum {
   vps_no_memory = 1000  ///< C only: an allocation failed
 };
 
-/// One sentence without a full stop, for messages. Never NULL, whatever the number.
+/// One sentence without a full stop, for messages. Never NULL, for any number.
 const char* vps_status_text(VpsStatus status);
 
 /// An asset, mapped from a file or in memory.
@@ -62,35 +62,35 @@ typedef struct VpsScratch VpsScratch;
 
 /// Maps a file read-only and checks its directory and every index. On failure *asset is NULL.
 VpsStatus vps_asset_open(const char* path, VpsAsset** asset);
-/// What of an asset will be asked for: bits.
+/// The parts of an asset that will be used: bits.
 typedef int32_t VpsUse;
 enum {
   vps_use_layers = 1,
   vps_use_scaled = 2,
   vps_use_real = 4,
-  vps_use_voxelmap = 7,  ///< whichever fields there are
+  vps_use_voxelmap = 7,  ///< all stored fields
   vps_use_pointshell = 8,
   vps_use_everything = 15
 };
-/// As vps_asset_open; sections that only the rest needs are never read, so that they take no memory, and the rest is
-/// `vps_missing_part`. Bits that mean nothing are `vps_bad_argument`.
+/// As vps_asset_open, for the given parts. Sections that only other parts need are never read and take no memory;
+/// requests for these parts return `vps_missing_part`. Unknown bits are `vps_bad_argument`.
 VpsStatus vps_asset_open_for(const char* path, VpsUse use, VpsAsset** asset);
-/// As vps_asset_open_for, of an asset in memory: the `count` bytes of a whole file, which are not copied. They must
-/// outlive the asset and its views, and must not change meanwhile. They start at a multiple of 8; other addresses are
-/// `vps_bad_argument`.
+/// As vps_asset_open_for, for an asset in memory: the `count` bytes of a whole file, which are not copied. They must
+/// outlive the asset and its views, and must not change meanwhile. Their address is a multiple of 8; other addresses
+/// are `vps_bad_argument`.
 VpsStatus vps_asset_open_memory(const void* bytes, size_t count, VpsUse use, VpsAsset** asset);
-/// Unmaps the file; of an asset in memory the bytes may go then. NULL is allowed.
+/// Unmaps the file. The bytes of an asset in memory may be freed afterwards. NULL is allowed.
 VpsStatus vps_asset_close(VpsAsset* asset);
 /// Compares all hashes with the bytes: reads the whole asset.
 VpsStatus vps_asset_verify(const VpsAsset* asset);
 
 /// Error of one field against the mesh, sampled in the narrow band when the asset was baked. All 0 when absent.
 typedef struct VpsCertificate {
-  double max;          ///< largest absolute error that was found. [m]
+  double max;          ///< largest absolute error found. [m]
   double rms;          ///< root mean square. [m]
-  double p99;          ///< 99 % of the samples are no worse. [m]
+  double p99;          ///< 99 % of the samples have at most this error. [m]
   double worst_at[3];  ///< where `max` was found, asset frame. [m]
-  double bound;        ///< the error that queries allow for: no less than `max`. [m]
+  double bound;        ///< error that queries allow for; at least `max`. [m]
 } VpsCertificate;
 
 /// The facts of an asset, asset frame.
@@ -111,9 +111,9 @@ typedef struct VpsAssetInfo {
   uint64_t points;           ///< of the pointshell; 0 without one
   uint32_t levels;           ///< of its tree, root = 1
   uint32_t branching;        ///< children of a node at most
-  double spacing;            ///< least distance of points that sampling aimed at. [m]
-  double covering_radius;    ///< every surface point has a shell point no farther than this. [m]
-  double normal_error_mean;  ///< of the shell's normals off sharp edges. [rad]
+  double spacing;            ///< least distance between points that sampling aims at. [m]
+  double covering_radius;    ///< every surface point has a shell point within this distance. [m]
+  double normal_error_mean;  ///< of the shell's normals, away from sharp edges. [rad]
   double normal_error_max;   ///< [rad]
   VpsCertificate layers_error;
   VpsCertificate scaled_error;
@@ -126,7 +126,7 @@ VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info);
 /// Which stored field of a voxelmap answers.
 typedef int32_t VpsField;
 enum {
-  vps_field_finest,  ///< the first stored of real, scaled, layers
+  vps_field_finest,  ///< the first stored one of real, scaled, layers
   vps_field_layers,
   vps_field_scaled,
   vps_field_real
@@ -149,7 +149,7 @@ VpsStatus vps_choose_roles(const VpsAsset* first, const VpsAsset* second, VpsShe
 typedef struct VpsPoint {
   float position[3];       ///< [m]
   float inward_normal[3];  ///< into the body, unit length. [-]
-  float area;              ///< surface that the point stands for. [m^2]
+  float area;              ///< surface area that the point represents. [m^2]
 } VpsPoint;
 /// @param index  [Limits: value < VpsAssetInfo::points]
 VpsStatus vps_pointshell_point(const VpsPointshell* shell, uint32_t index, VpsPoint* point);
@@ -164,10 +164,10 @@ typedef struct VpsPose {
 } VpsPose;
 /// `vps_bad_pose` when not finite, translated by more than 1e12 m or farther than 1e-3 from orthonormal.
 VpsStatus vps_check_pose(const VpsPose* pose);
-/// first^-1 * second: takes second's body frame to first's. `out` may be one of them. Queries check what comes out.
+/// first^-1 * second: takes second's body frame to first's. `out` may be one of them. Queries check the result.
 VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose* out);
 
-// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact.
+// Analytic fields: each can replace a voxelmap and has its own frame. Their penetration is exact.
 typedef struct VpsBox {
   float half_extents[3];  ///< centred on the origin. [Limits: value >= 0] [Units: m]
 } VpsBox;
@@ -205,8 +205,8 @@ static inline VpsFieldRef vps_half_space_ref(const VpsHalfSpace* half_space) {
   return ref;
 }
 
-/// Penetration of a point into a field. Beyond the narrow band of a voxelmap the value has the right sign and never
-/// claims more distance than there is.
+/// Penetration of a point into a field. Beyond the narrow band of a voxelmap the sign is right, and the distance is
+/// never more than the true one.
 /// @param point          the field's frame. [m]
 /// @param inward_normal  unit length, into the pointshell's body, the field's frame. Only `vps_field_layers` uses it;
 ///                       NULL is allowed for fields that are no voxelmap. [-]
@@ -223,8 +223,8 @@ typedef struct VpsContact {
   float penetration;       ///< [m]
   float area;              ///< [m^2]
   uint32_t point;          ///< index of the point: stable from step to step
-  uint32_t node;           ///< segmented traverse: the segment's node. Where the point stands for a node, that node.
-                           ///< Otherwise the leaf's
+  uint32_t node;           ///< segmented traverse: the segment's node. If the point represents a node: that node.
+                           ///< Otherwise: the point's leaf
 } VpsContact;
 
 /// How the sums of force and torque weigh a point.
@@ -234,8 +234,9 @@ enum {
   vps_per_point  ///< the paper's: force [m], torque [m^2]; they grow with the number of points
 };
 
-/// What a pair remembers from one query to the next, so that a body at rest tests only the points that can touch. One
-/// for each pair of a shell and a field, for one thread at a time. Contacts are the same without it.
+/// The points of a pair that can touch while the pair moves little. Queries of a resting body test only these points.
+/// The contacts are the same as without a cache. Use one cache for each pair of a shell and a field, in one thread at a
+/// time.
 typedef struct VpsContactCache VpsContactCache;
 VpsStatus vps_contact_cache_create(VpsContactCache** cache);
 /// NULL is allowed.
@@ -246,34 +247,35 @@ typedef struct VpsQueryOptions {
   float contact_distance;  ///< points with penetration >= -contact_distance are contacts. [Limits: value >= 0] [m]
   VpsWeight weight;
   uint32_t segment_level;  ///< 0: every contact. l >= 1: the deepest contact of each cluster of the tree's level l
-  uint32_t level;          ///< 0: all points. l >= 1: those that stand for the nodes of the tree's level l, with the
-                           ///< areas below them; not together with segment_level
-  uint32_t max_tests;      ///< of spheres and points; 0: no limit. Points that stand for unvisited nodes are contacts
-  float max_microseconds;  ///< may be passed by a block of 128 tests; 0: no limit. [Limits: value >= 0]
-  VpsContactCache* cache;  ///< may be NULL; used by regular queries of all points without a budget
+  uint32_t level;          ///< 0: all points. l >= 1: those that represent the nodes of the tree's level l, with the
+                           ///< areas below these nodes; not together with segment_level
+  uint32_t max_tests;  ///< tests of spheres and points; 0: no limit. Points that represent unvisited nodes are contacts
+  float max_microseconds;  ///< may be exceeded by a block of 128 tests or one wide node; 0: no limit.
+                           ///< [Limits: value >= 0]
+  VpsContactCache* cache;  ///< may be NULL; used only by regular queries of all points without a budget
 } VpsQueryOptions;
 
 typedef struct VpsQueryResult {
   double delta;        ///< largest penetration of the points tested; negative: minus the separation. When every sphere
                        ///< was rejected before a point was tested: an upper bound, "at least this far apart". [m]
-  double delta_bound;  ///< no point of the shell penetrates deeper, by the field. [m]
+  double delta_bound;  ///< upper bound of the penetration of all points of the shell. [m]
   double force[3];     ///< on the pointshell's body, map frame. Units: see VpsWeight
   double torque[3];    ///< about the pointshell's centre of mass, map frame
-  uint32_t contacts;   ///< found; more than were written when the status is `vps_output_full`
+  uint32_t contacts;   ///< contacts found; more than were written when the status is `vps_output_full`
   uint32_t nodes_tested;
   uint32_t points_tested;
-  uint32_t complete;  ///< 0: a budget ran out; delta_bound holds for what was not visited, too
+  uint32_t complete;  ///< 0: a budget ran out; delta_bound holds for unvisited points, too
 } VpsQueryResult;
 
 VpsStatus vps_scratch_create(VpsScratch** scratch);
 /// NULL is allowed.
 VpsStatus vps_scratch_destroy(VpsScratch* scratch);
-/// Makes room for queries of a shell with a buffer of `capacity` contacts: they allocate nothing then. Without it they
-/// grow the scratch when they need to.
+/// Makes room for queries of a shell with a buffer of `capacity` contacts, which then allocate nothing. Without this
+/// call queries grow the scratch when needed.
 VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity);
 
-/// Points of a shell in contact with a field. Force and torque sum every point with penetration >= 0, whatever the
-/// buffer can hold and whatever the segmentation.
+/// Points of a shell in contact with a field. Force and torque sum every point with penetration >= 0, for any size of
+/// the buffer and any segmentation.
 /// @param shell_to_field  takes the shell's asset frame to the field's: vps_relative_pose(field's body, shell's body)
 /// @param options         NULL: all zero
 /// @param contacts        written in tree order; NULL is allowed with capacity 0
@@ -283,7 +285,7 @@ VpsStatus vps_traverse(const VpsPointshell* shell, VpsFieldRef field, const VpsP
                        const VpsQueryOptions* options, VpsScratch* scratch, VpsContact* contacts, size_t capacity,
                        VpsQueryResult* result);
 
-// Of contacts. The C++ of it is vps_contacts.h.
+// Functions of contacts. The C++ interface is vps_contacts.h.
 
 /// Pressure on the shell's surface: stiffness * penetration - damping * (speed out of the field), never less than 0.
 typedef struct VpsPenaltyLaw {
@@ -301,12 +303,12 @@ typedef struct VpsWrench {
   double force[3];   ///< [N]
   double torque[3];  ///< about VpsTwist::centre. [N m]
 } VpsWrench;
-/// How a wrench changes: rows are force x, y, z, torque x, y, z; columns the same of the change.
+/// Gradient of a wrench. Rows are force x, y, z, torque x, y, z. Columns are in the same order, see each field.
 typedef struct VpsWrenchGradient {
-  double pose[36];   ///< by translation, then by rotation about `centre`, which goes along. [N/m, N, N m]
+  double pose[36];   ///< by translation, then by rotation about `centre`, which moves with the body. [N/m, N, N m]
   double twist[36];  ///< by linear, then by angular velocity. [N s/m, N s, N m s]
 } VpsWrenchGradient;
-/// Force and torque of contacts in newtons, whatever the number of points that a body was sampled with.
+/// Force and torque of contacts in newtons, independent of the number of points of the shell.
 /// @param contacts  NULL is allowed with count 0, here and below
 VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const VpsPenaltyLaw* law, const VpsTwist* twist,
                              VpsWrench* wrench);
@@ -314,30 +316,31 @@ VpsStatus vps_penalty_wrench(const VpsContact* contacts, size_t count, const Vps
 VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_normals, size_t count,
                                const VpsPenaltyLaw* law, const VpsTwist* twist, VpsWrenchGradient* gradient);
 
-/// What a reduction lost: the length of the difference of force or torque over the sum of the lengths of its terms.
+/// Residuals of a reduction: the length of the difference of force or torque, divided by the sum of the lengths of its
+/// terms.
 typedef struct VpsReduction {
   uint32_t kept;
   double force_residual;   ///< [-]
   double torque_residual;  ///< about `centre`. [-]
 } VpsReduction;
-/// Few contacts in the place of many: the deepest and others far apart, with areas that keep force and torque.
-/// @param centre    about which the torque's residual is meant, map frame. [m]
+/// Replaces many contacts by few: the deepest and others far apart, with areas that keep force and torque.
+/// @param centre    reference point of the torque's residual, map frame. [m]
 /// @param kept      room for `capacity` contacts
-/// @param capacity  how many to keep. [Limits: value >= 1]
+/// @param capacity  how many to keep at most. [Limits: value >= 1]
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction);
 /// All zero is a good start.
 typedef struct VpsSeparationOptions {
-  float tolerance;  ///< the search may end while a point deeper by no more is left. [Limits: value >= 0] [m]
-  uint32_t guess;   ///< a point to start from, as the last result's. [Limits: value < points]
+  float tolerance;  ///< the search may miss a point that is deeper by at most this. [Limits: value >= 0] [m]
+  uint32_t guess;   ///< point to start from, such as that of the last result. [Limits: value < points]
 } VpsSeparationOptions;
 
 typedef struct VpsSeparation {
-  double delta;  ///< penetration of the shell's deepest point; negative: minus the distance. Beyond the map's band
-                 ///< by the length of a walk from the point to the map's surface, where there is one. [m]
-  double delta_bound;  ///< no point of the shell penetrates deeper, by the field. [m]
-  double lower;        ///< the largest penetration of the true surface, not of its samples, is no less [m]
-  double upper;        ///< and no more. [m]
+  double delta;  ///< penetration of the shell's deepest point; negative: minus the distance. Beyond the map's band its
+                 ///< size is the length of a walk from the point to the map's surface, if the walk arrives. [m]
+  double delta_bound;  ///< upper bound of the penetration of all points of the shell. [m]
+  double lower;        ///< lower bound of the largest penetration of the true surface, not of its samples. [m]
+  double upper;        ///< upper bound of the same. [m]
   float position[3];   ///< of the deepest point, map frame. [m]
   float direction[3];  ///< out of the map there, unit length; zero where the field has none. [-]
   uint32_t point;      ///< index of the deepest point
@@ -345,13 +348,14 @@ typedef struct VpsSeparation {
   uint32_t points_tested;
 } VpsSeparation;
 
-/// The deepest point of a shell, with bounds for the true surfaces.
+/// Finds the deepest point of a shell, with bounds for the true surfaces.
 /// @param shell_to_field  as for vps_traverse
 /// @param options         NULL: all zero
 VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
                          const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result);
 
-/// A shell that moves with constant velocities, in the field's frame: its centre of mass on a line, the body about it.
+/// Motion of a shell with constant velocities, in the field's frame: its centre of mass moves along a line, and the
+/// body turns about it.
 typedef struct VpsSweep {
   VpsPose start;               ///< shell_to_map at time 0
   double velocity[3];          ///< of the centre of mass. [m/s]
@@ -361,7 +365,7 @@ typedef struct VpsSweep {
 /// shell_to_map at a time. [s]
 VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose);
 
-/// What must not reach the field before VpsImpactResult::time.
+/// The part of the shell's body that does not reach the field before VpsImpactResult::time.
 typedef int32_t VpsContactor;
 enum {
   vps_contactor_surface,  ///< the body's true surface: impacts are reported up to a covering radius early
@@ -369,26 +373,27 @@ enum {
 };
 
 typedef struct VpsImpactOptions {
-  float distance;   ///< at which an impact counts as such. [Limits: value >= 0] [m]
-  float tolerance;  ///< an impact is reported when no more than this is left to `distance`. [Limits: value > 0] [m]
+  float distance;   ///< distance between the bodies that counts as an impact. [Limits: value >= 0] [m]
+  float tolerance;  ///< an impact is reported when the gap to `distance` is at most this. [Limits: value > 0] [m]
   VpsContactor contactor;
-  uint32_t max_iterations;  ///< of advancement: each is one separation query. [Limits: value >= 1]
+  uint32_t max_iterations;  ///< steps of advancement; each is one separation query. [Limits: value >= 1]
 } VpsImpactOptions;
 
 typedef int32_t VpsImpact;
 enum {
-  vps_impact_none,       ///< not before the sweep's end
-  vps_impact_hit,        ///< the bodies may be at the distance asked for
-  vps_impact_unfinished  ///< max_iterations were not enough: no impact before `time`
+  vps_impact_none,       ///< none before the sweep's end
+  vps_impact_hit,        ///< the bodies may be at VpsImpactOptions::distance
+  vps_impact_unfinished  ///< max_iterations were not enough; there is no impact before `time`
 };
 typedef struct VpsImpactResult {
   VpsImpact impact;
-  double time;               ///< no impact before. [Limits: 0 <= value <= duration] [s]
-  VpsSeparation separation;  ///< the last one asked for; at `time` with vps_impact_hit
+  double time;               ///< there is no impact before it. [Limits: 0 <= value <= duration] [s]
+  VpsSeparation separation;  ///< the last one computed; at `time` with vps_impact_hit
   uint32_t iterations;
 } VpsImpactResult;
 
-/// When a moving shell first comes as near to a field as asked for; never later than it does.
+/// Finds when a moving shell first comes as near to a field as VpsImpactOptions::distance. The result is never later
+/// than the true time.
 /// @param options  NULL: distance 0, tolerance 1e-4 m, the surface, 256 iterations
 VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
                              const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result);
@@ -405,26 +410,26 @@ typedef struct VpsRayHit {
   float outward_normal[3];  ///< there, unit length; zero where the field has none. [-]
   uint32_t steps;
 } VpsRayHit;
-/// The first place along a ray where the penetration is >= 0. `vps_missing_part` with `vps_field_layers`.
-/// @param tolerance_vx  how closely it is found. [Limits: value > 0] [vx]
+/// Finds the first place along a ray where the penetration is >= 0. `vps_missing_part` with `vps_field_layers`.
+/// @param tolerance_vx  accuracy of the place along the ray. [Limits: value > 0] [vx]
 VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result);
 
 typedef struct VpsClosestPointOptions {
-  float tolerance_vx;       ///< |penetration| at the point that is found. [Limits: value > 0] [vx]
-  uint32_t max_iterations;  ///< steps. [Limits: value >= 1]
+  float tolerance_vx;       ///< the walk ends where |penetration| is at most this. [Limits: value > 0] [vx]
+  uint32_t max_iterations;  ///< steps of the walk. [Limits: value >= 1]
 } VpsClosestPointOptions;
-/// `lower` and `upper` hold whether the walk converged or not; nothing else does then.
+/// `inside`, `lower` and `upper` hold even if the walk did not converge; the other results do not.
 typedef struct VpsClosestPoint {
   int32_t converged;
-  int32_t inside;           ///< whether the point that was asked for is
+  int32_t inside;           ///< whether the query point is inside
   float position[3];        ///< on the surface, map frame. [m]
   float outward_normal[3];  ///< there, unit length; zero where the field has none. [-]
   float distance;           ///< from the point to `position`. [m]
   float residual;           ///< |penetration| at `position`. [m]
-  float lower;              ///< the true distance to the surface is no less [m]
-  float upper;              ///< and no more. [m]
+  float lower;              ///< lower bound of the true distance to the surface. [m]
+  float upper;              ///< upper bound of the true distance to the surface. [m]
 } VpsClosestPoint;
-/// The surface point that a walk from a point finds: a local minimum of the distance. `vps_missing_part` with
+/// Finds a surface point by a walk from a point: a local minimum of the distance. `vps_missing_part` with
 /// `vps_field_layers`.
 /// @param options  NULL: 0.01 voxels, 256 steps
 VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,

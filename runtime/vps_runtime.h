@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 /// @file Maps baked assets into memory and answers contact queries between a pointshell and a voxelmap.
 ///
-/// Frames: a query runs in the frame of the asset that plays the voxelmap ("map frame") in float; poses and their
+/// Frames: a query computes in float, in the frame of the asset that plays the voxelmap ("map frame"). Poses and their
 /// difference are double. Signs: `penetration` is the paper's V(P), positive inside, V = 0 counts as contact.
 /// All queries are const on shared assets, allocate nothing once their Scratch has grown, and never throw.
 #pragma once
@@ -39,12 +39,12 @@ enum class Field : std::uint8_t { none, layers, scaled, real };
 
 /// Read-only view of an asset's voxelmap. Lives as long as its Asset.
 struct VoxelmapView {
-  Field field = Field::none;                   ///< finest one stored, unless Asset::voxelmap was asked for another
+  Field field = Field::none;                   ///< the finest stored one, unless Asset::voxelmap requested another
   ElementType element{};                       ///< element type of `values`
   const void* values = nullptr;                ///< the field's bricks: [n,8,8,8] with Field::layers, else [f,128]
   const float* gradients = nullptr;            ///< with Field::real: [f,128,3], metres per voxel step
   const std::uint32_t* brick_index = nullptr;  ///< with Field::layers
-  const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as the two below
+  const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as field_nodes and field_bricks
   const std::uint32_t* field_nodes = nullptr;
   std::uint32_t root_dims[3] = {};  ///< blocks of 16x16x16 cells along x, y, z
   std::uint32_t field_bricks = 0;   ///< f
@@ -55,7 +55,7 @@ struct VoxelmapView {
   float voxel_size = 0;                  ///< s. [m]
   float lambda = 0;                      ///< step of Field::scaled; twice that in bricks of level 1. [m]
   float band_inner = 0, band_outer = 0;  ///< [m]
-  float error = 0;                       ///< of the field: its certificate's bound. [m]
+  float error = 0;                       ///< error bound of the field, from its certificate. [m]
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
 };
@@ -79,7 +79,7 @@ struct PointshellView {
   float covering_radius = 0;                     ///< [m]
 };
 
-/// Position of a point, asset frame. The bounding spheres enclose these very floats. [m]
+/// Position of a point, asset frame. The bounding spheres enclose exactly these floats. [m]
 [[nodiscard]] inline Vec3 point_position(const PointshellView& shell, std::uint32_t i) noexcept {
   const auto coordinate = [&](int axis) {
     return decode_coordinate(shell.position[axis][i], shell.position_origin[axis], shell.position_step);
@@ -93,7 +93,7 @@ struct PointshellView {
   return {x, y, z};
 }
 
-/// Surface area that a point stands for. [m^2]
+/// Surface area that a point represents. [m^2]
 [[nodiscard]] inline float point_area(const PointshellView& shell, std::uint32_t i) noexcept {
   return decode_area(shell.area[i], shell.area_step);
 }
@@ -102,8 +102,8 @@ struct PointshellView {
 /// @param areas  one for each node of the shell; another size is a bad_argument
 [[nodiscard]] Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept;
 
-/// Level of the tree whose number of clusters is nearest to the wished number, by their ratio: the segmentation level
-/// of Sec. 2.4, where the paper takes about 15 segments.
+/// Segmentation level (Sec. 2.4): the level of the tree whose number of clusters is nearest to `segments`, by ratio.
+/// The paper uses about 15 segments.
 /// @return 0, the regular traverse, when `segments` is 0 or the shell empty
 [[nodiscard]] std::uint32_t segment_level_for(const PointshellView& shell, std::uint32_t segments) noexcept;
 
@@ -120,20 +120,20 @@ class Asset {
 
   /// Maps a file read-only and validates its directory and every index before it returns. Payload hashes are checked
   /// only by `verify`. On failure `out` is left empty.
-  /// @param use  what will be asked for: sections that only the rest needs are never read, so that they take no memory,
-  /// and the asset answers `missing_part` for it
+  /// @param use  the parts that will be used. Sections that only other parts need are never read and take no memory;
+  /// requests for these parts return `missing_part`
   [[nodiscard]] static Status open(const char* path, Asset& out, Use use = Use::everything) noexcept;
 
   /// Opens an asset in memory: the bytes of a whole file. Checks what `open` checks for a file, and copies nothing.
-  /// @param bytes  must outlive the asset and its views, and must not change meanwhile. They start at a multiple of
+  /// @param bytes  must outlive the asset and its views, and must not change meanwhile. Their address is a multiple of
   /// kMemoryAlignment; other addresses are a `bad_argument`
   [[nodiscard]] static Status open(std::span<const std::byte> bytes, Asset& out, Use use = Use::everything) noexcept;
-  /// The asset would outlive its bytes.
+  /// Deleted: the asset would outlive its bytes.
   static Status open(std::vector<std::byte>&& bytes, Asset& out, Use use = Use::everything) = delete;
-  /// What the widest numbers of an asset need. [Units: bytes]
+  /// Alignment of the widest numbers in an asset. [Units: bytes]
   static constexpr std::size_t kMemoryAlignment = alignof(double);
 
-  /// Compares all section hashes with the bytes; reads the whole asset, whatever its use.
+  /// Compares all section hashes with the bytes; reads the whole asset for any use.
   [[nodiscard]] Status verify() const noexcept;
 
   [[nodiscard]] bool is_open() const noexcept { return data_ != nullptr; }
@@ -144,8 +144,8 @@ class Asset {
   [[nodiscard]] bool has_voxelmap() const noexcept;
   [[nodiscard]] bool has_pointshell() const noexcept;
 
-  /// Fills `out`; `Field::none` picks the finest stored and in use (real, scaled, layers). `missing_part` when there is
-  /// none.
+  /// Fills `out`. `Field::none` picks the finest field that is stored and in use: real, then scaled, then layers.
+  /// `missing_part` when there is none.
   [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none) const noexcept;
   [[nodiscard]] Status pointshell(PointshellView& out) const noexcept;
 
@@ -161,12 +161,13 @@ class Asset {
 /// Which body of a pair plays the pointshell; the other plays the voxelmap.
 enum class ShellRole : std::uint8_t { first, second };
 
-/// The body with fewer points plays the pointshell (Sec. 3.2), the first if they are equal; if it cannot, the other.
+/// The body with fewer points plays the pointshell (Sec. 3.2), or the first body if the numbers are equal. If that body
+/// cannot, the other one does.
 /// @return missing_part when neither can; `role` is `first` then
 [[nodiscard]] Status choose_roles(const Asset& first, const Asset& second, ShellRole& role) noexcept;
 
-// Analytic stand-ins for a voxelmap, each in its own frame. Their penetration is exact outside and inside, but for
-// polytopes.
+// Analytic fields: each can replace a voxelmap and has its own frame. Their penetration is exact outside and inside,
+// except for polytopes.
 struct BoxField {
   Vec3 half_extents;  ///< centred on the origin. [m]
 };
@@ -183,19 +184,20 @@ struct RevolvedField {
   Profile profile = Profile::cylinder;
   float radius = 0;       ///< [m]
   float half_height = 0;  ///< of a capsule: half its axis, without the caps. [m]
-  float rounding = 0;     ///< added all round. [m]
+  float rounding = 0;     ///< added on every side. [m]
 };
-/// Where all half spaces meet: a convex polytope, exact inside. Outside it is the distance to the farthest plane, never
-/// more than there is; more planes that touch the body, at edges and corners, bring it closer.
+/// Intersection of half spaces: a convex polytope. Its penetration is exact inside. Outside, the distance is that to
+/// the farthest plane, which is never more than the true distance. Extra planes that touch the body at edges and
+/// corners make it more accurate.
 struct PolytopeField {
-  std::span<const HalfSpaceField> planes;  ///< not copied; a ContactCache ends with them
+  std::span<const HalfSpaceField> planes;  ///< not copied; a ContactCache must be dropped with them
 };
 
-/// Refers to a field of any kind: a voxelmap or one of its analytic stand-ins. Each converts to it, and every query
-/// takes it. It does not own the field, which must live until the query returns; a temporary in the call does.
+/// Refers to a field of any kind: a voxelmap or an analytic field. Each kind converts to it. It does not own the field,
+/// which must live until the query returns; a temporary in the call does.
 class FieldRef {
  public:
-  /// The one list of kinds.
+  /// The list of all kinds.
   using Pointers = std::variant<const VoxelmapView*, const BoxField*, const SphereField*, const HalfSpaceField*,
                                 const RevolvedField*, const PolytopeField*>;
 
@@ -219,9 +221,9 @@ class FieldRef {
 
 /// Penetration of a point into a field.
 ///
-/// Of a voxelmap: Paper, Sec. 2.2. For layers by Eq. (4); for scaled and real trilinear between the eight samples round
-/// the point, where the paper's Eqs. (4) and (5) extrapolate from one. Beyond the narrow band the value has the right
-/// sign and never claims more distance than there is.
+/// Voxelmap: Paper, Sec. 2.2. Layers use Eq. (4). Scaled and real interpolate trilinearly between the eight samples
+/// round the point; the paper's Eqs. (4) and (5) extrapolate from one sample. Beyond the narrow band the sign is right,
+/// and the distance is never more than the true one.
 /// @param point          P, the field's frame. [m]
 /// @param inward_normal  n, unit length, into the pointshell's body, the field's frame. Only Field::layers uses it. [-]
 /// @return V(P) [m], >= 0 inside or on the surface; infinite for a polytope of no planes.
@@ -229,15 +231,15 @@ class FieldRef {
 /// A map of layers needs the normal.
 float penetration(const VoxelmapView& map, Vec3 point) = delete;
 
-/// Upper bound of the true penetration at a point, also far outside the grid: what a sphere test needs. [m]
+/// Upper bound of the true penetration at a point, also far outside the grid. Sphere tests need it. [m]
 [[nodiscard]] float penetration_bound(const VoxelmapView& map, Vec3 point) noexcept;
 
 /// Direction out of a field, of unit length.
 ///
-/// Of a voxelmap: minus the gradient of V, stored (Eq. 5) or from the samples; beyond the band, and for Field::layers,
-/// roughly from the layers. The zero vector beyond the grid and where the field has no slope, as in the middle of a
-/// wall. Of analytic fields: exact everywhere; one of several where several are nearest; of a polytope that of the
-/// plane whose distance `penetration` is, and z if it has no planes.
+/// Voxelmap: minus the gradient of V, which is stored (Eq. 5) or comes from the samples. Beyond the band, and for
+/// Field::layers, it is estimated from the layers. It is the zero vector beyond the grid and where the field has no
+/// slope, as in the middle of a wall. Analytic fields: exact everywhere; where several directions are nearest, it is
+/// one of them. Polytope: the normal of the plane whose distance `penetration` gives, or z without planes.
 /// @param point  the field's frame. [m]
 [[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
@@ -248,8 +250,8 @@ struct Contact {
   float penetration = 0;    ///< V(P). [m]
   float area = 0;           ///< [m^2]
   std::uint32_t point = 0;  ///< index of the point: stable from step to step
-  std::uint32_t node = 0;   ///< segmented traverse: the segment's node. Where the point stands for a node (see
-                            ///< QueryOptions::level and max_tests), that node. Otherwise the leaf's
+  std::uint32_t node = 0;   ///< segmented traverse: the segment's node. If the point represents a node (see
+                            ///< QueryOptions::level and max_tests): that node. Otherwise: the point's leaf
 };
 
 /// How Eqs. (2) and (3) weigh a point.
@@ -258,14 +260,14 @@ enum class Weight : std::uint8_t {
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
 };
 
-/// What a pair remembers from one query to the next: the points that can be in contact while it moves little, so that
-/// a body at rest tests these alone (a Verlet list). The contacts are the same as without it. One for each pair of a
-/// shell and a field, for one thread at a time, to be dropped with their assets; the arrays grow with the contacts.
+/// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body
+/// test only these points. The contacts are the same as without a cache. Use one cache for each pair of a shell and a
+/// field, in one thread at a time, and drop it with their assets. Its arrays grow with the contacts.
 struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
-  std::vector<float> codes[3];  ///< of their positions
-  Pose reference, last;         ///< of the last full traverse, and of the last query
-  double reach = 0;             ///< the points have V >= -reach at `reference`; 0: holds nothing. [m]
+  std::vector<float> codes[3];  ///< of the positions of `points`
+  Pose reference, last;         ///< poses of the last full traverse, and of the last query
+  double reach = 0;             ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
   std::uint64_t field = 0;
@@ -276,32 +278,32 @@ struct QueryOptions {
   Weight weight = Weight::per_area;
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
-  ContactCache* cache = nullptr;  ///< may be null; not used by the segmented traverse, with a level or a budget, nor
-                                  ///< with voxelmaps that answer by layers or real
+  ContactCache* cache = nullptr;  ///< may be null; ignored by the segmented traverse, with a level or a budget, and
+                                  ///< for Field::layers and real
 
-  /// Level of detail. 0: all points. l >= 1: the points that stand for the nodes of level l, with the areas below them;
-  /// not together with segment_level.
+  /// Level of detail. 0: all points. l >= 1: the points that represent the nodes of level l, with the areas below these
+  /// nodes; not together with segment_level.
   std::uint32_t level = 0;
-  /// From the function of this name; empty: none. With a level they are needed. When a budget runs out the points that
-  /// stand for unvisited nodes are contacts with these areas; without them they only count for QueryResult::delta.
+  /// Areas from the function of this name, or empty. A level requires them. When a budget runs out, the points that
+  /// represent unvisited nodes become contacts with these areas; without areas they only count for QueryResult::delta.
   std::span<const float> node_areas = {};
 
-  // Budgets. What does not fit is left out, breadth first, or segment by segment.
-  std::uint32_t max_tests = 0;  ///< of spheres and points; 0: no limit
+  // Budgets. The traverse goes breadth first, or segment by segment, and leaves out the rest when a budget runs out.
+  std::uint32_t max_tests = 0;  ///< tests of spheres and points; 0: no limit
   float max_microseconds =
-      0;  ///< may be passed by a block of 128 tests or one wide node; 0: no limit. [Limits: value >= 0]
+      0;  ///< may be exceeded by a block of 128 tests or one wide node; 0: no limit. [Limits: value >= 0]
 };
 
 struct QueryResult {
   double delta = 0;        ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
                            ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
-  double delta_bound = 0;  ///< no point of the shell has a larger V, by the field: at least `delta`. [m]
+  double delta_bound = 0;  ///< upper bound of V over all points of the shell; at least `delta`. [m]
   double force[3] = {};    ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
   double torque[3] = {};   ///< Eq. (3), about the pointshell's centre of mass, map frame
-  std::uint32_t contacts = 0;  ///< found; more than were written when the status is output_full
+  std::uint32_t contacts = 0;  ///< contacts found; more than were written when the status is output_full
   std::uint32_t nodes_tested = 0;
   std::uint32_t points_tested = 0;
-  bool complete = true;  ///< false: a budget ran out; `delta_bound` holds for what was not visited, too
+  bool complete = true;  ///< false: a budget ran out; `delta_bound` holds for unvisited points, too
 };
 
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
@@ -312,7 +314,7 @@ struct Scratch {
 };
 
 /// Algorithm 1 of the paper (Sec. 2.3), or its segmented form (Sec. 2.4).
-/// Force and torque sum every point with V >= 0, whatever `out` can hold and whatever the segmentation.
+/// Force and torque sum every point with V >= 0, for any size of `out` and any segmentation.
 /// Uses the machine's widest vectors. The same query on the same machine gives the same bits; penetrations of different
 /// instruction sets agree within 1e-4 voxel.
 /// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)

@@ -51,7 +51,7 @@ void add(const double (&from)[n], double (&to)[n]) {
   for (std::size_t i = 0; i < n; ++i) to[i] += from[i];
 }
 
-// As vps_traverse, with a field that may be used.
+// As vps_traverse, with a checked field.
 VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose, const VpsQueryOptions* options,
                    VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
   if (shell == nullptr || pose == nullptr || result == nullptr) return vps_bad_argument;
@@ -117,7 +117,7 @@ VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
 
 const char* vps_status_text(VpsStatus status) {
   if (status == vps_no_memory) return "an allocation failed";
-  // Numbers that Status cannot hold must not wrap round to another one.
+  // Numbers outside the range of Status must not wrap round to another status.
   return vps::describe(static_cast<vps::Status>(status < 0 || status > 255 ? 255 : status));
 }
 

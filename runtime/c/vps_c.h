@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file What the sources of the C interface share: handles, conversions, checks of arguments. Internal.
+/// @file Shared by the sources of the C interface: handles, conversions, checks of arguments. Internal.
 #pragma once
 
 #include <algorithm>
@@ -75,7 +75,7 @@ inline vps::HalfSpaceField to_cpp(const VpsHalfSpace& half_space) {
   return {to_vec3(half_space.outward_normal), half_space.offset};
 }
 
-// Calls run(FieldRef) with a field of C in C++, if it may be used: the one place that knows all kinds.
+// Checks a field of the C interface, converts it and calls run(FieldRef). Only this function lists all kinds.
 template <class Run>
 VpsStatus with_field(VpsFieldRef ref, const Run& run) {
   const auto convert = [&]<class Analytic>(const Analytic* field) -> VpsStatus {

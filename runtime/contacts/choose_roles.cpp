@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Who plays the pointshell in a pair. Paper: Sec. 3.2.
+// Chooses which body of a pair plays the pointshell. Paper: Sec. 3.2.
 #include "runtime/vps_runtime.h"
 
 namespace vps {

@@ -36,7 +36,7 @@ void rotation_vector(const double (&r)[9], double* out) noexcept {
   }
 }
 
-// What takes `from` to `to`: translation, then rotation about the centre of mass.
+// The motion from `from` to `to`: translation, then rotation about the centre of mass.
 Six difference(const PointshellView& tool, const Pose& from, const Pose& to) noexcept {
   Six out{};
   double turn[9];
@@ -64,7 +64,7 @@ double length(const double* v) noexcept {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// Of all points about the centre of mass, which need not be near the root sphere's centre. [m]
+// Upper bound of the points' distance from the centre of mass, which need not be near the root sphere's centre. [m]
 double turning_radius(const PointshellView& tool) noexcept {
   double apart[3];
   for (int i = 0; i < 3; ++i) apart[i] = double{tool.sphere[i][0]} - double{tool.centre_of_mass[i]};
@@ -89,7 +89,7 @@ VirtualTool::VirtualTool(const PointshellView& tool, const VoxelmapView& map, co
 
 Status VirtualTool::find_constraints(HapticCycle& cycle, double& free_way) noexcept {
   QueryOptions query;
-  // What may be met on the way of one iteration.
+  // Finds all contacts that one iteration may reach.
   query.contact_distance = map_->voxel_size;
   query.max_microseconds = options_.max_microseconds;
   query.cache = options_.max_microseconds > 0 ? nullptr : &cache_;
@@ -112,7 +112,7 @@ Status VirtualTool::find_constraints(HapticCycle& cycle, double& free_way) noexc
   return status;
 }
 
-// The move nearest to `wish`, as the spring measures it, with V <= 0 at each contact to first order.
+// The move nearest to `wish`, measured by the spring's energy, that keeps V <= 0 at each contact to first order.
 VirtualTool::Vector6 VirtualTool::constrained(const Six& wish, HapticCycle& cycle) noexcept {
   const double stiffness[2] = {options_.linear_stiffness, options_.angular_stiffness};
   Six move = wish;
@@ -133,7 +133,8 @@ VirtualTool::Vector6 VirtualTool::constrained(const Six& wish, HapticCycle& cycl
     }
     if (worst < fine) break;
   }
-  // Sweeps may end early where a turn is far softer than a shift: as far as no contact gets deeper.
+  // Sweeps may end before they converge if rotation is far softer than translation. The move is then shortened so that
+  // no contact gets deeper.
   double share = 1;
   for (const Constraint& c : constraints_) {
     const double deeper = -dot(c.out, move);
@@ -160,7 +161,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
     }
     if (cycle.iterations == options_.max_iterations) break;
     Six move = constrained(difference(*tool_, pose_, device), cycle);
-    // No farther than where contacts were looked for.
+    // Not beyond the distance in which contacts were searched.
     const double way = length(move.data()) + length(move.data() + 3) * turning_radius(*tool_);
     if (way > free_way) {
       for (double& x : move) x *= free_way / way;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// What the nodes of a point-sphere tree stand for. Paper: Secs. 2.1.2 and 2.4.
+// Areas of a point-sphere tree's nodes, and its segmentation level. Paper: Secs. 2.1.2 and 2.4.
 #include <cmath>
 
 #include "runtime/vps_runtime.h"

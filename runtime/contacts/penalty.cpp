@@ -18,10 +18,10 @@ Status check(const PenaltyLaw& law, const Twist& twist) noexcept {
   return good ? Status::ok : Status::bad_argument;
 }
 
-// How a contact presses.
+// Force of one contact.
 struct Press {
   Vec3 arm, velocity;
-  double force = 0;  // 0: it does not. [N]
+  double force = 0;  // 0: it does not press. [N]
 };
 
 Press press(const Contact& contact, const PenaltyLaw& law, const Twist& twist) noexcept {
@@ -33,7 +33,7 @@ Press press(const Contact& contact, const PenaltyLaw& law, const Twist& twist) n
   return p;
 }
 
-// Force and torque of a force of 1 along a line, which also say how far a motion goes along it.
+// Force and torque of a unit force along a line. Their product with a motion is its displacement along the line.
 std::array<double, 6> line(Vec3 arm, Vec3 along) noexcept {
   const Vec3 moment = cross(arm, along);
   return {along.x, along.y, along.z, moment.x, moment.y, moment.z};
@@ -68,7 +68,7 @@ Status penalty_gradient(std::span<const Contact> contacts, std::span<const Vec3>
     const Vec3 normal = contacts[c].inward_normal;
     const std::array<double, 6> along = line(p.arm, normal);
     const std::array<double, 6> off = line(p.arm, outward_normals.empty() ? normal : outward_normals[c]);
-    // A turn of the body turns the normal and moves the arm: both change the speed along the normal.
+    // A rotation of the body turns the normal and moves the arm. Both change the speed along the normal.
     const Vec3 turned = cross(normal, p.velocity) + cross(p.arm, cross(normal, twist.angular));
     const double by_turn[6] = {0, 0, 0, turned.x, turned.y, turned.z};
     for (std::size_t column = 0; column < 6; ++column) {
@@ -79,7 +79,7 @@ Status penalty_gradient(std::span<const Contact> contacts, std::span<const Vec3>
         out.twist[6 * row + column] += by_twist * along[row];
       }
     }
-    // Force and torque turn with the body: their change is the angle's cross product with them.
+    // Force and torque turn with the body: their change is the cross product of the rotation vector and them.
     for (std::size_t half = 0; half < 6; half += 3) {
       for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;

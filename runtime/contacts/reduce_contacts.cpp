@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Few contacts that push like many: pressures are weighed by areas (Eqs. 2 and 3), so areas can make up for what is
-// left out.
+// Reduces contacts to few with the same force and torque. Pressures are weighed by areas (Eqs. 2 and 3), so the areas
+// of kept contacts can compensate for dropped contacts.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 
 using namespace detail;
 
-// Force and torque of a contact's area 1.
+// Force and torque of a contact per unit of area.
 Six wrench_of(const Contact& contact, Vec3 centre) noexcept {
   const double v = std::max(contact.penetration, 0.0F);
   const Vec3 n = contact.inward_normal;
@@ -38,7 +38,7 @@ struct Sums {
   }
 };
 
-// Solves the symmetric positive definite a x = b by Cholesky factors; what is above the diagonal is not read.
+// Solves the symmetric positive definite a x = b by Cholesky factors. Entries above the diagonal are not read.
 Six solve(std::array<Six, 6>& a, Six b) noexcept {
   for (std::size_t j = 0; j < 6; ++j) {
     for (std::size_t k = 0; k < j; ++k) a[j][j] -= a[j][k] * a[j][k];
@@ -59,11 +59,10 @@ Six solve(std::array<Six, 6>& a, Six b) noexcept {
   return b;
 }
 
-// Least squares for non-negative areas by their dual, which has six unknowns whatever the number of contacts: areas are
-// a_i max(0, 1 + g_i . y), g_i the contact's wrench, and y the one where
+// Least squares for non-negative areas by the dual problem, which has six unknowns for any number of contacts. The
+// areas are a_i max(0, 1 + g_i . y), g_i is the contact's wrench, and y minimizes
 //   phi(y) = sum a_i max(0, 1 + g_i . y)^2 / 2 + mu |y|^2 / 2 - wanted . y
-// is least: convex and quadratic in pieces, so that Newton's steps end. mu weighs the change of areas against the
-// residual.
+// phi is convex and piecewise quadratic, so Newton's steps end. mu weighs the change of areas against the residual.
 class Correction {
  public:
   Correction(std::span<Contact> kept, const Sums& wanted, Vec3 centre) noexcept
@@ -75,7 +74,7 @@ class Correction {
 
   void run() noexcept {
     Six best{};
-    // From coarse to fine: at once, steps would go far beyond where contacts come and go.
+    // mu falls in stages. With the least mu at once, steps would go far beyond the places where contacts become active.
     for (mu_ = 1e-2; mu_ > kLeastMu; mu_ *= 1e-2) {
       Six y = best;
       constexpr int kSteps = 30;
@@ -89,14 +88,14 @@ class Correction {
  private:
   static constexpr double kLeastMu = 1e-9;
 
-  // One of Newton's steps; false when there is nothing left to gain.
+  // One Newton step; false when phi cannot fall further.
   bool descend(Six& y) const noexcept {
     const Six slope = slope_at(y);
     std::array<Six, 6> curvature = curvature_at(y);
     const Six way = solve(curvature, slope);
     const double fall = dot(slope, way);
     if (!(fall > 1e-20)) return false;
-    // phi is convex: it has fallen where the way still leads down.
+    // phi is convex: it has fallen if it still falls along the step at the step's end.
     constexpr double kOvershoot = 0.1;
     for (double part = 1; part > 1e-9; part /= 2) {
       const Six next = moved(y, way, part);
@@ -112,7 +111,7 @@ class Correction {
     for (std::size_t i = 0; i < 6; ++i) out[i] = y[i] - part * way[i];
     return out;
   }
-  // Without units: penetrations over the mean penetration, arms over the mean arm.
+  // The contact's wrench without units: penetrations over the mean penetration, arms over the mean arm.
   Six scaled(const Contact& contact) const noexcept {
     Six g = wrench_of(contact, centre_);
     for (std::size_t i = 0; i < 6; ++i) g[i] /= mean_penetration_ * (i < 3 ? 1 : length_);
@@ -158,8 +157,8 @@ class Correction {
   Six wanted_{};
 };
 
-// The deepest, then each time the one whose penetration times squared distance from those before is largest. Contacts
-// without penetration carry no force: they come last.
+// Keeps the deepest contact, then repeatedly the one with the largest product of penetration and squared distance from
+// the nearest kept contact. Contacts without penetration carry no force and come last.
 std::uint32_t choose(std::span<const Contact> all, std::span<Contact> kept, ReductionScratch& scratch) noexcept {
   std::uint32_t next = 0;
   for (std::uint32_t i = 1; i < all.size(); ++i) {
@@ -175,7 +174,7 @@ std::uint32_t choose(std::span<const Contact> all, std::span<Contact> kept, Redu
     for (std::uint32_t i = 0; i < all.size(); ++i) {
       const Vec3 apart = all[i].position - kept[count].position;
       const float distance = detail::dot(apart, apart);
-      // Written so that NaN belongs to one of them, too.
+      // Written so that a contact with NaN is assigned, too.
       if (!(distance >= scratch.distances[i])) {
         scratch.distances[i] = distance;
         scratch.nearest[i] = count;

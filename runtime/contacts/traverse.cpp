@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // Hierarchical and segmented traverse of the point-sphere tree. Paper: Algorithm 1 (Sec. 2.3) and Sec. 2.4.
-// Checks a query, and puts the parts in contacts/traverse/ together.
+// Checks a query and calls the parts in contacts/traverse/.
 #include <algorithm>
 #include <cmath>
 #include <type_traits>
@@ -88,7 +88,7 @@ Status check_query(const PointshellView& shell, const Pose& pose, const QueryOpt
   return check_pose(pose);
 }
 
-// Sec. 3.2: whether the root sphere is out of reach of the map's bounds, which is cheap, and the answer then.
+// Sec. 3.2: whether the root sphere is out of reach of the map's bounds. If so, fills the result. This test is cheap.
 bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Pose& pose, float contact_distance,
                   QueryResult& result) noexcept {
   double squared = 0;
@@ -100,7 +100,7 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
     const double gap = std::max({map.bounds_min[axis] - at, at - map.bounds_max[axis], 0.0});
     squared += gap * gap;
   }
-  // For rounding, and for what check_pose lets pass.
+  // For rounding, and for rotations that check_pose accepts.
   constexpr double kStretch = 1 + 1e-3;
   const double apart = std::sqrt(squared) - kStretch * shell.sphere[3][0] - map.error - 1e-6 * size;
   if (!(apart > contact_distance)) return false;
@@ -112,9 +112,9 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
 }  // namespace
 
 void Scratch::reserve(const PointshellView& shell) {
-  // The segmented traverse keeps a list of segments in front of the queue of one of them.
+  // The segmented traverse keeps the list of segments in front of one segment's queue.
   const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
-  // Nodes can have points of their own tested, and there can be more nodes than points.
+  // The points that represent nodes can be hits, too, and there can be more nodes than points.
   const std::size_t points = std::size_t{std::max(shell.points, shell.nodes)} + detail::kLanePadding;
   if (queue.size() < nodes) queue.resize(nodes);
   if (bounds.size() < nodes) bounds.resize(nodes);

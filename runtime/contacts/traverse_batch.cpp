@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Many pairs over many threads. Each pair is a query of its own, so that answers do not depend on who gives them.
+// Queries many pairs with many threads. Each pair is a separate query, so the answers do not depend on the threads.
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -19,7 +19,7 @@ class BatchWork {
 
  private:
   void work(std::uint32_t worker) noexcept {
-    // Pairs that are apart cost less than a turn at the counter.
+    // Blocks of pairs, because a pair that is apart costs less than an access to the shared counter.
     constexpr std::size_t kBlock = 16;
     for (std::size_t at = next_.fetch_add(kBlock); at < queries_.size(); at = next_.fetch_add(kBlock)) {
       for (std::size_t i = at; i < std::min(at + kBlock, queries_.size()); ++i) answer(i, workers_[worker]);
@@ -44,7 +44,7 @@ class BatchWork {
 };
 
 void run_on_threads(void*, std::uint32_t workers, Executor::Task task, void* batch) {
-  // Workers take what is left to do: where threads cannot be had, fewer do it all.
+  // Workers share all pairs that are left. If threads cannot be started, fewer workers do all the work.
   std::vector<std::thread> threads;
   std::uint32_t started = 1;
   try {
@@ -68,7 +68,7 @@ Executor thread_executor(std::uint32_t workers) noexcept {
 Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> answers, BatchScratch& scratch,
                       const Executor& executor) noexcept {
   if (queries.size() != answers.size() || executor.workers == 0) return Status::bad_argument;
-  // More workers than pairs have nothing to do.
+  // More workers than pairs would have nothing to do.
   const auto workers =
       static_cast<std::uint32_t>(std::min<std::size_t>(executor.workers, std::max<std::size_t>(queries.size(), 1)));
   if (scratch.workers.size() < workers) scratch.workers.resize(workers);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Analytic stand-ins for voxelmaps: V and the way out, point by point.
+// Analytic fields: V and the outward normal, point by point.
 #include "runtime/fields/analytic_fields.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace vps::detail {
 namespace {
 
-// In the half plane through the axis of a solid of revolution.
+// V and the normal in a half plane through the axis of a solid of revolution.
 struct InProfile {
   float v = 0;
   float normal_r = 0, normal_z = 1;  // outward

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Analytic fields point by point, and what they share with the vector kernels. Internal.
+/// @file Analytic fields point by point, and the parts that the vector kernels share. Internal.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace vps::detail {
 
-/// `penetration` and `outward_normal` of each analytic field. A new one needs these two, its lanes
+/// `penetration` and `outward_normal` of each analytic field. A new field needs these two, its lanes
 /// (fields/field_lanes-inl.h), and a place in KernelFields and in FieldRef.
 float value_at(const BoxField& field, Vec3 point) noexcept;
 float value_at(const SphereField& field, Vec3 point) noexcept;
@@ -21,7 +21,7 @@ Vec3 normal_at(const HalfSpaceField& field, Vec3 point) noexcept;
 Vec3 normal_at(const RevolvedField& field, Vec3 point) noexcept;
 Vec3 normal_at(const PolytopeField& field, Vec3 point) noexcept;
 
-/// The side of a cone, in its plane: r from the axis, down from the tip.
+/// The side of a cone, in a plane through its axis: r is the distance from the axis, `down` that below the tip.
 struct ConeSlant {
   float normal_r, normal_z;  ///< outward, unit: r and upwards
   float along_r, along_z;    ///< (r, down) times these: 0 at the tip, 1 at the rim

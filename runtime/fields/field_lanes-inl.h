@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file Fields and rows of the tree in vector lanes, compiled once per instruction set. Internal: for sources that
-/// Highway includes again for each (`hwy/foreach_target.h`), inside which this header's guard toggles.
+/// @file Fields and rows of the tree in vector lanes, compiled once per instruction set. Internal. Highway includes a
+/// source again for each instruction set (`hwy/foreach_target.h`); the guard of this header toggles each time.
 #if defined(VPS_RUNTIME_FIELD_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef VPS_RUNTIME_FIELD_LANES_INL_H_
 #undef VPS_RUNTIME_FIELD_LANES_INL_H_
@@ -59,7 +59,7 @@ constexpr bool in_halves = kPaired&& HWY_MAX_BYTES >= 64;
 template <bool kPaired>
 using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
 
-// Consecutive nodes or points of one parent, no more than fill a chunk of lanes.
+// Consecutive nodes or points of one parent, at most as many as a chunk has lanes.
 struct ChunkRange {
   std::uint32_t first = 0, count = 0, parent = 0;
 };
@@ -89,8 +89,8 @@ HWY_INLINE M valid_lanes(const Batch& batch) {
   }
 }
 
-// What a field says of points: V, and an upper bound of the true V less the field's error. The same in a certified
-// band.
+// V at points (for PlainMap a lower bound of the true V), and an upper bound of the true V less the field's error. Both
+// are the same in the certified band of a sampled field and in analytic fields.
 struct Penetrations {
   F value, highest;
 };
@@ -102,8 +102,8 @@ struct Everywhere {
   }
 };
 
-// Each of these gives V and, for spheres, an upper bound of V that holds where a sphere asks for it: V + reach >= 0
-// wherever the true V + reach is.
+// Each of these has value(), which is V, and bound() for sphere tests: bound + reach >= 0 wherever the true V + reach
+// is.
 struct BoxLanes : Everywhere {
   const BoxField& box;
   HWY_INLINE F value(const Points& p, const Batch&, M) const {
@@ -267,7 +267,7 @@ HWY_INLINE PlainLanes lanes_of(const PlainMap& field, const PointshellView& shel
   return {{}, field, shell};
 }
 
-// The element type's chunk from `at`, of a row that ends `available` elements later.
+// Loads a vector from `from`, where the row ends after `available` elements. Lanes beyond the end are 0.
 template <class D>
 HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available) {
   if (HWY_LIKELY(available >= hn::Lanes(d))) return hn::LoadU(d, from);

@@ -9,7 +9,8 @@
 namespace vps {
 namespace {
 
-// Falling layers from `low` to `high`, places in a grid of such shape; places beyond it count as the nearest in it.
+// Decrease of the layers along each axis from `low` to `high`, the neighbours of a place in a grid of this shape.
+// Neighbours beyond the grid are replaced by the nearest place in it.
 template <class Layer>
 void layer_slopes(const std::int64_t (&at)[3], const std::uint32_t (&shape)[3], Layer layer, float (&out)[3]) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -21,7 +22,8 @@ void layer_slopes(const std::int64_t (&at)[3], const std::uint32_t (&shape)[3], 
   }
 }
 
-// Where no samples are stored: from the layers of the neighbouring voxels, or deep inside from those of the bricks.
+// Normal without samples: from the layers of the neighbouring voxels or, where no layers are stored, from those of the
+// neighbouring bricks.
 Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   const detail::Voxel found = detail::find_voxel(map, point);
   if (!found.in_grid) return {};
@@ -33,7 +35,7 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   const std::int64_t brick[3] = {b % map.brick_dims[0], b / map.brick_dims[0] % map.brick_dims[1],
                                  b / map.brick_dims[0] / map.brick_dims[1]};
   float out[3];
-  float least = kBrickEdge;  // half of what distances fall over two bricks
+  float least = kBrickEdge;  // half of the decrease of a distance over two bricks
   if (map.field == Field::layers && map.brick_index[found.brick] != kNoBrick) {
     const auto v = static_cast<std::int64_t>(found.voxel);
     const std::int64_t voxel[3] = {brick[0] * kEdge + v % kEdge, brick[1] * kEdge + v / kEdge % kEdge,
@@ -103,7 +105,7 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
     }
   }
   const float slope = detail::length({out[0], out[1], out[2]});
-  constexpr float kLeastSlope = 0.5F;  // a distance field has slope 1 but on its ridges
+  constexpr float kLeastSlope = 0.5F;  // a distance field has slope 1 except on its ridges
   if (!(slope > kLeastSlope)) return {};
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }

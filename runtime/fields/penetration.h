@@ -74,7 +74,7 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   return found;
 }
 
-/// What a map's octree has for a cell of a voxel's size.
+/// Entry of a map's octree for a cell of a voxel's size.
 inline octree::Found find_entry(const VoxelmapView& map, const std::uint32_t (&cell)[3]) noexcept {
   return octree::find_entry(map.field_roots, map.field_nodes, map.root_dims, cell);
 }
@@ -82,7 +82,7 @@ inline octree::Found find_entry(const VoxelmapView& map, const std::uint32_t (&c
 /// Where a point lies between the samples of a field brick.
 struct FieldCell {
   std::uint32_t entry = kFarOutside;  ///< of the octree; kFarOutside beyond the grid too
-  bool in_grid = false;               ///< of the samples
+  bool in_grid = false;               ///< the point lies in the grid of samples
   std::size_t first = 0;              ///< number of the cell's lowest sample in `values`
   float part[3] = {};                 ///< [0, 1] along x, y, z
   float edge = 0;                     ///< of the cell. [m]
@@ -161,12 +161,12 @@ inline float distance_to_bounds(const VoxelmapView& map, Vec3 point) noexcept {
   return std::sqrt(sum);
 }
 
-/// Interval of the distance to the surface beyond the band: the coarse layer at the brick's centre, which is up to
-/// three voxels below it, moved to the point by the triangle inequality (a distance field is 1-Lipschitz), and the
-/// band, beyond which the nearest voxel's centre lies.
 struct Interval {
   float low, high;
 };
+/// Interval of the distance to the surface beyond the band. The coarse layer is up to three voxels below the distance
+/// at the brick's centre. The triangle inequality moves this bound to the point (a distance field is 1-Lipschitz). The
+/// lower end also uses the band, beyond which the nearest voxel's centre lies.
 inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float band) noexcept {
   const auto layer = static_cast<float>(std::abs(map.coarse_layers[found.brick]));
   const float reach = length(found.to_brick_centre);
@@ -203,13 +203,13 @@ inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inwa
 // docs/bounds.md has the proof.
 inline constexpr float kHalfDiagonalSquared = 0.75F;
 
-/// Least true signed distance where interpolation says D. [m]
+/// Lower bound of the true signed distance where interpolation gives `interpolated`. [m]
 inline float least_distance(float interpolated, float h) noexcept {
   const float squared = interpolated * interpolated - kHalfDiagonalSquared * h * h;
   return interpolated > 0 && squared > 0 ? std::sqrt(squared) : interpolated - std::sqrt(kHalfDiagonalSquared) * h;
 }
 
-/// How far a sample's rounding and interpolation lead away from the true V in the band, by the certificate. [m]
+/// Error bound of the interpolated V in the band, from the certificate; rounding of samples included. [m]
 inline float field_error(const VoxelmapView& map) noexcept {
   return map.field == Field::real ? map.error : std::max(map.lambda, map.error);
 }
@@ -244,7 +244,7 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
   return inside ? far_interval(map, found, map.band_inner).high : -far_interval(map, found, map.band_outer).low;
 }
 
-/// Interpolation is within field_error of the true V where it says -outer < V < inner. [m]
+/// The interpolated V is within field_error of the true V where -outer < V < inner. [m]
 struct CertifiedBand {
   float inner, outer;
 };
@@ -256,8 +256,9 @@ inline CertifiedBand certified_band(const VoxelmapView& map) noexcept {
   return std::min(band.inner, band.outer) > 0 ? band : CertifiedBand{kNever, kNever};
 }
 
-/// Interval of the distance to the surface anywhere, from the coarse layers. Of a point beyond the grid it is that of
-/// the nearest point in it, over the gap: what lies in a box is at a right angle or more. [m]
+/// Interval of the distance to the surface at any point, from the coarse layers. For a point beyond the grid it is
+/// that of the nearest point in the grid, extended by the gap between them. The angle at the nearest point to any point
+/// of the grid is at least a right one. [m]
 inline Interval coarse_interval(const VoxelmapView& map, Vec3 point) noexcept {
   const float p[3] = {point.x, point.y, point.z};
   float nearest[3];
@@ -291,7 +292,7 @@ inline Interval layer_interval(const VoxelmapView& map, const Voxel& found, Inte
   return signed_interval(coarse, layer > 0);
 }
 
-/// Interval of the true V, anywhere: docs/bounds.md. In the band by the certificate. [m]
+/// Interval of the true V at any point: docs/bounds.md. In the certified band it comes from the certificate. [m]
 inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
   const float error = field_error(map);
   FieldCell cell;
@@ -316,7 +317,7 @@ inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexce
     return signed_interval(far, map.coarse_layers[found.brick] > 0);
   }
   const bool inside = cell.entry == kFarInside;
-  // Samples were left out for the voxel's centre.
+  // There are no samples because the voxel's centre lies beyond the band.
   if (cell.in_grid) far.low = std::max(far.low, (inside ? map.band_inner : map.band_outer) - length(found.to_centre));
   return signed_interval(far, inside);
 }

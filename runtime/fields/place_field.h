@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Fields as the vector kernels see them, and where a shell lies in one. Internal.
+/// @file Fields in the form that the vector kernels use, and the place of a shell in a field. Internal.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace vps::detail {
 
-/// Entries that a buffer for the kernels must have beyond its last one.
+/// Entries that a buffer for the kernels must have beyond its last used one.
 inline constexpr std::uint32_t kLanePadding = 16;
 
 /// p_field = rotation * p + translation, in the field's unit of length.
@@ -42,20 +42,20 @@ struct SampledMap {
 struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
 struct SampledMap16 : SampledMap {};  ///< samples of 16 bits
 
-/// Fields that are looked up one point after the other.
+/// A voxelmap that is looked up one point after the other.
 struct PlainMap {
   const VoxelmapView* map = nullptr;
   const float* rotation = nullptr;  ///< of the shell's normals, row-major
 };
 
-/// The solid is z <= 0: `Affine` takes the shell there.
+/// The half space z <= 0. `Affine` takes the shell to its frame.
 struct SolidBelow {};
 
 /// Every kind of field that the kernels know. Each has lanes: lanes_of in fields/field_lanes-inl.h.
 using KernelFields =
     std::tuple<BoxField, SphereField, RevolvedField, PolytopeField, SolidBelow, PlainMap, SampledMap8, SampledMap16>;
 
-/// A kind's place in KernelFields. A field that is not there does not compile.
+/// Index of a kind in KernelFields. Other types do not compile.
 template <class Field, std::size_t at = 0>
 constexpr std::size_t kernel_kind() noexcept {
   if constexpr (std::is_same_v<Field, std::tuple_element_t<at, KernelFields>>) {
@@ -81,13 +81,13 @@ struct Transform {
   Vec3 apply(Vec3 v) const noexcept { return rotate(v) + t; }
 };
 
-/// Where a field's own coordinates lie: p_field = (p - origin) / unit.
+/// A field's own coordinates: p_field = (p - origin) / unit.
 struct Frame {
   double origin[3] = {0, 0, 0};
   double unit = 1;
 };
 
-/// p -> ((pose p) - origin) / unit for p = start + scale q, put together in double.
+/// p -> ((pose p) - origin) / unit for p = start + scale q, computed in double.
 inline Affine affine(const Pose& pose, const Frame& frame, const float (&start)[3], double scale) noexcept {
   Affine a;
   for (int i = 0; i < 3; ++i) {
@@ -101,7 +101,7 @@ inline Affine affine(const Pose& pose, const Frame& frame, const float (&start)[
   return a;
 }
 
-/// The frame in which a sampled map counts: voxels from the centre of voxel (0,0,0).
+/// Frame of a sampled map: in voxels, from the centre of voxel (0,0,0).
 inline Frame voxel_frame(const VoxelmapView& map) noexcept {
   Frame frame;
   frame.unit = map.voxel_size;
@@ -135,7 +135,7 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   return map;
 }
 
-/// Takes a shell to SolidBelow instead of a half space: only z = n . p - offset counts there.
+/// The pose that takes a shell to SolidBelow instead of a half space. Only z = n . p - offset matters there.
 inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) noexcept {
   Pose down;
   const double n[3] = {field.outward_normal.x, field.outward_normal.y, field.outward_normal.z};
@@ -148,8 +148,8 @@ inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) 
   return down;
 }
 
-/// Calls run(field, frame, error [m], pose) with a field as the kernels see it: `pose` takes the shell there, and
-/// `error` is what the kernel leaves out of its upper bounds.
+/// Calls run(field, frame, error [m], pose) with a field in the form that the kernels use. `pose` takes the shell to
+/// that field. `error` is the field's error, which the kernel's upper bounds do not include.
 template <class Run>
 Status in_kernel_form(const VoxelmapView& map, const Pose& shell_to_map, const Run& run) noexcept {
   // Offsets into samples are 32 bits wide in the kernel.
@@ -167,14 +167,14 @@ template <class Run>
 Status in_kernel_form(const HalfSpaceField& field, const Pose& shell_to_field, const Run& run) noexcept {
   return run(SolidBelow(), Frame(), 0.0F, pose_above(field, shell_to_field));
 }
-/// The kernels know every other analytic field as it is.
+/// The kernels use every other analytic field unchanged.
 template <class Analytic, class Run>
 Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const Run& run) noexcept {
   return run(field, Frame(), 0.0F, shell_to_field);
 }
 
-/// How far off a shell's coordinates in a field may be: they are rounded at the size of the shell and of its distance.
-/// In the field's unit.
+/// Largest rounding error of a shell's coordinates in a field, which grows with the shell's size and distance. In the
+/// field's unit.
 inline float rounding(const PointshellView& shell, const Affine& nodes, float unit) noexcept {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -185,7 +185,7 @@ inline float rounding(const PointshellView& shell, const Affine& nodes, float un
   return kRounding * largest;
 }
 
-/// No point of the shell lies farther at one pose than this from where it is at the other. [m]
+/// Upper bound of the distance that any point of the shell moves from one pose to the other. [m]
 inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
   double turned = 0;
   double moved = 0;
@@ -198,7 +198,7 @@ inline double largest_displacement(const PointshellView& shell, const Pose& from
     }
     moved += along * along;
   }
-  // The difference of two rotations stretches by its Frobenius norm over sqrt(2).
+  // The difference of two rotations stretches a vector by its Frobenius norm over sqrt(2).
   constexpr double kRounding = 1 + 1e-6;
   return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell.sphere[3][0]);
 }

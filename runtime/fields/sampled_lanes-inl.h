@@ -25,7 +25,7 @@ struct SampledLanes : Everywhere {
     F cell;   // edge of the cell there
     M sampled;
     M far_inside;  // beyond the band, inside
-    Points grid;   // the point, in the grid
+    Points grid;   // the point; 0 beyond the grid
     M in_grid;
   };
 
@@ -71,15 +71,14 @@ struct SampledLanes : Everywhere {
     return {{gx, gy, gz}, in_grid, ix, iy, iz, hn::GatherIndex(i32, map.roots, root)};
   }
 
-  // Octants of 2^kShift cells and below, of one walk or of two at a time: a walk waits for memory at each node.
+  // Descends from octants of 2^kShift cells, with one walk or two at a time. A walk waits for memory at each node.
   template <int kShift, class... Walks>
   HWY_INLINE void go_down(Walks&... walks) const {
     if ((hn::AllFalse(i32, is_node(walks.entry)) && ...)) return;
     (enter<kShift>(walks), ...);
     if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
   }
-  // octree::is_node and is_brick: as signed numbers, nodes lie below the two codes of no brick, -1 and -2, and bricks
-  // from 0 on.
+  // octree::is_node for signed numbers: nodes lie below -2 and -1, the two codes of no brick. Bricks lie from 0 on.
   static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
   template <int kShift>
   HWY_INLINE void enter(Walk& walk) const {
@@ -164,8 +163,8 @@ struct SampledLanes : Everywhere {
 
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 
-  // What a brick's coarse layer says of a point of the grid: |layers| - reach <= |V| < |layers| + kCoarseLayerSlack +
-  // reach.
+  // Bounds that a brick's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +
+  // kCoarseLayerSlack + reach.
   struct Coarse {
     F layers, reach;
   };
@@ -179,7 +178,7 @@ struct SampledLanes : Everywhere {
                         hn::Set(i32, map.brick_dims[0])),
                 hn::ShiftRight<3>(vx));
     static_assert(kBrickEdge == 8);
-    // Two layers to a word: the words lie in the file, which was checked.
+    // A word has two layers. All words lie in the file, which was checked.
     const I pair =
         hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
     const I odd = hn::And(brick, hn::Set(i32, 1));
@@ -193,7 +192,8 @@ struct SampledLanes : Everywhere {
     return {layers, hn::Sqrt(hn::Add(hn::Add(from_centre(g.x, vx), from_centre(g.y, vy)), from_centre(g.z, vz)))};
   }
 
-  // The band's end less the way to the voxel's centre, for which it was decided whether the point lies beyond.
+  // Lower bound of the distance beyond the band: the band's end less the distance to the voxel's centre. The centre
+  // decides whether a voxel lies beyond the band.
   HWY_INLINE F beyond_band(const Looked& found) const {
     const F half = set(0.5F);
     const auto from_voxel = [&](F g) {
@@ -233,8 +233,7 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElse(found.sampled, found.value, beyond);
   }
 
-  // The true distance is no less than the interpolated one by more than the slack for the distance asked for: see
-  // least_distance.
+  // Where the true distance is at most `reach`, the interpolated one is at most reach + slack: see least_distance.
   HWY_INLINE F bound(const Points& p, F reach) const { return bound_of(p, reach, look_up(p)); }
   HWY_INLINE F bound_of(const Points& p, F reach, const Looked& found) const {
     const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
@@ -256,7 +255,8 @@ struct SampledLanes : Everywhere {
   }
   HWY_NOINLINE Penetrations penetrations_beyond(const Points& p, const Looked& found) const {
     const F zero = hn::Zero(f32);
-    // Of a point beyond the grid, the nearest in it: what lies in a box is at a right angle or more.
+    // For a point beyond the grid: the nearest point in it. The angle there to any point of the grid is at least a
+    // right one.
     const auto clamped = [&](F a, int axis) { return hn::Min(hn::Max(a, zero), set(map.top[axis])); };
     const Points nearest = {clamped(p.x, 0), clamped(p.y, 1), clamped(p.z, 2)};
     const Coarse coarse = coarse_at(nearest);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Zlib
 # vpsbake_add_assets bakes meshes as part of a build. docs/cmake.md
 include_guard(GLOBAL)
-cmake_policy(VERSION 3.20) # the first with depfiles for Makefiles, too
+cmake_policy(VERSION 3.20) # the first that supports depfiles for Makefiles, too
 
 # vpsbake_add_assets(TARGET FILES mesh... [VOXEL length] [OUTPUT_DIRECTORY folder] [CACHE folder] [OPTIONS option...])
 #

@@ -11,7 +11,7 @@
 
 namespace vps::detail {
 
-/// What a query may cost, and what it has.
+/// Limits of a query's tests and time.
 class Budget {
  public:
   explicit Budget(const QueryOptions& options) noexcept
@@ -21,7 +21,7 @@ class Budget {
     if (microseconds_ > 0) start_ = Clock::now();
   }
   bool limited() const noexcept { return limited_; }
-  /// How many more tests fit, when `tests` were made and `waiting` will be made in any case.
+  /// How many more tests fit after `tests` tests, if `waiting` more will be made in any case.
   std::uint64_t left(std::uint64_t tests, std::uint64_t waiting) const noexcept {
     if (tests + waiting >= tests_) return 0;
     if (microseconds_ > 0) {
@@ -38,7 +38,8 @@ class Budget {
   static constexpr std::uint64_t kBlock = 128;
 
  private:
-  // What waits are single points all over the shell, many of them contacts: each counts as several of the tests so far.
+  // Waiting tests are single points all over the shell, many of them contacts. Each may cost as much as several earlier
+  // tests.
   static constexpr double kCostWaiting = 4;
   using Clock = std::chrono::steady_clock;
   const std::uint64_t tests_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Rays against a sampled field: from cube to cube of its octree, and from cell to cell in its bricks.
+// Casts rays in a sampled field: from cube to cube of its octree, and from cell to cell in its bricks.
 #include <cmath>
 
 #include "runtime/fields/penetration.h"
@@ -10,11 +10,11 @@ namespace {
 
 using namespace detail;
 
-// Along a line trilinear interpolation is a cubic; here in Bernstein form, whose values lie between its coefficients.
+// Along a line, trilinear interpolation is a cubic. In Bernstein form its values lie between its coefficients.
 struct Cubic {
   double b[4];
 
-  // By its values at 0, 1/3, 2/3 and 1.
+  // The cubic with these values at 0, 1/3, 2/3 and 1.
   static Cubic through(const double (&f)[4]) noexcept {
     return {{f[0], (-5 * f[0] + 18 * f[1] - 9 * f[2] + 2 * f[3]) / 6, (2 * f[0] - 9 * f[1] + 18 * f[2] - 5 * f[3]) / 6,
              f[3]}};
@@ -46,12 +46,12 @@ double first_root(const Cubic& cubic, double from, double width, double toleranc
   return root < kNoRoot ? root : first_root(high, from + width / 2, width / 2, tolerance);
 }
 
-// A ray in voxels from the centre of voxel (0,0,0), by the way along it.
+// A ray in voxels, from the centre of voxel (0,0,0). `way` is the distance along it.
 struct GridRay {
   double origin[3];
   double direction[3];
   [[nodiscard]] double at(int axis, double way) const noexcept { return origin[axis] + way * direction[axis]; }
-  // Shortens [begin, end] to what lies between two planes.
+  // Shortens [begin, end] to the part between two planes.
   void clip(int axis, double low, double high, double& begin, double& end) const noexcept {
     if (direction[axis] == 0) {
       if (!(origin[axis] >= low && origin[axis] <= high)) end = -1;
@@ -64,13 +64,13 @@ struct GridRay {
   }
 };
 
-// One cube of the octree that has no node, or one cell of a brick: where the ray leaves it.
+// Steps along a ray. A step crosses one cube of the octree that has no node, or one cell of a brick.
 class March {
  public:
   March(const VoxelmapView& map, const GridRay& ray, double tolerance) noexcept
       : map_(map), ray_(ray), tolerance_(tolerance) {}
 
-  // Whether V >= 0 somewhere between `way` and where the next step starts; `way` becomes that place.
+  // Whether V >= 0 somewhere in this step. If so, `way` becomes that place, else the start of the next step.
   bool step(double& way, double end) const noexcept {
     // A face belongs to the cell that the ray enters.
     constexpr double kBeyond = 1e-7;
@@ -160,7 +160,7 @@ Status cast_ray(const VoxelmapView& map, const Ray& ray, const RayOptions& optio
     grid.direction[axis] = direction[axis];
     grid.clip(axis, 0, map.dims[axis] - 1, way, end);
   }
-  // Counted from where the ray meets the grid: short ways lose nothing in rounding.
+  // Distances count from where the ray enters the grid: short ones are rounded less.
   const double before = way;
   for (int axis = 0; axis < 3; ++axis) grid.origin[axis] = grid.at(axis, before);
   end -= before;

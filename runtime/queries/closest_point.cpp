@@ -19,7 +19,7 @@ class SurfaceWalk {
   SurfaceWalk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
       : map_(map), tolerance_(options.tolerance_vx * map.voxel_size), left_(options.max_iterations) {}
 
-  // Newton steps where there are samples; before, from brick to brick towards the surface.
+  // Takes Newton steps where there are samples. Elsewhere it goes from brick to brick towards the surface.
   bool to_surface(Vec3& at, float& residual) noexcept {
     for (; left_ > 0; --left_) {
       const FieldCell cell = find_cell(map_, at);
@@ -38,8 +38,8 @@ class SurfaceWalk {
   }
 
  private:
-  // Without a slope to follow, as beyond the band: to where the surface is nearer by the layers, or |V| is less than
-  // `residual`; false where none is.
+  // For points without a slope to follow, as beyond the band. Goes into the mesh's bounds, to a brick nearer to the
+  // surface by its layer, or to a sample with |V| less than `residual`. False where there is no such place.
   bool approach(Vec3& at, float residual) const noexcept {
     const float* const low = map_.bounds_min;
     const float* const high = map_.bounds_max;
@@ -62,7 +62,7 @@ class SurfaceWalk {
       rest /= map_.brick_dims[axis];
     }
     int least = std::abs(map_.coarse_layers[found.brick]);
-    float way = 0;  // to the best so far; of bricks as good as the point's own, none
+    float way = 0;  // to the best brick so far; 0: bricks with the same layer as the point's own are not better
     Vec3 next = at;
     for_each_neighbour([&](std::int64_t x, std::int64_t y, std::int64_t z) {
       const std::int64_t b[3] = {brick[0] + x, brick[1] + y, brick[2] + z};
@@ -84,7 +84,7 @@ class SurfaceWalk {
     return found_one;
   }
 
-  // Where the band is closer than the next brick's centre.
+  // For points to which the band is closer than the next brick's centre.
   bool to_smaller_sample(Vec3& at, float residual) const noexcept {
     constexpr float kProbes[] = {1, 2, 4, 8};  // [vx]
     for (const float probe : kProbes) {
@@ -123,8 +123,8 @@ class SurfaceWalk {
   std::uint32_t left_;
 };
 
-// The closest point's normal leads to the point asked for: from a place on the surface to the foot of the point on its
-// tangent plane, and back to the surface, while that brings it nearer.
+// Moves along the surface towards the query point, as the closest point's normal leads to it. A step goes to the foot
+// of the query point on the tangent plane, then back to the surface. Steps repeat while they shorten the distance.
 void slide(const VoxelmapView& map, Vec3 point, SurfaceWalk& walk, ClosestPoint& result) noexcept {
   const float least_gain = 1e-3F * map.voxel_size;
   const Vec3 extent{map.bounds_max[0] - map.bounds_min[0], map.bounds_max[1] - map.bounds_min[1],
@@ -160,13 +160,13 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
                      ClosestPoint& result) noexcept {
   result = {};
   if (map.field == Field::none || map.field == Field::layers) return Status::missing_part;
-  constexpr float kFarthest = 1e15F;  // squares of it are floats
+  constexpr float kFarthest = 1e15F;  // its square fits a float
   if (!is_within(point, kFarthest)) return Status::bad_argument;
   if (!(options.tolerance_vx > 0 && std::isfinite(options.tolerance_vx)) || options.max_iterations == 0) {
     return Status::bad_argument;
   }
   const Interval at_point = penetration_interval(map, point);
-  // Float coordinates are rounded, and so are differences of them.
+  // Float coordinates and their differences are rounded.
   const float rounding = 1e-6F * (std::abs(point.x) + std::abs(point.y) + std::abs(point.z));
   result.inside = at_point.low + at_point.high >= 0;
   result.lower = std::max(std::max(at_point.low, -at_point.high) - rounding, 0.0F);

@@ -17,7 +17,7 @@ namespace vps::detail::HWY_NAMESPACE {
 struct Spheres {
   Points centre;
   F radius;
-  F reach;  // the contact distance included
+  F reach;  // radius + contact distance
 };
 template <class Lanes>
 HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
@@ -30,7 +30,7 @@ HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch&
   return {field.place(d.nodes, stored), radius, hn::Add(radius, set(d.contact_distance))};
 }
 
-// Which spheres touch, by what the field's bound at their centres is.
+// Which spheres may touch, from the field's bound at their centres.
 template <class Lanes>
 HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
   return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
@@ -49,13 +49,13 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   return touch;
 }
 
-// Hands out what the nodes of a queue hold, in chunks.
+// Returns the children of a queue's nodes in chunks.
 template <bool kPaired>
 class Chunks {
  public:
   Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
 
-  // The next chunk of a node below `last`, if the queue up to `tail` has one.
+  // Gets the next chunk of a node with a number below `last`, if the queue up to `tail` has one.
   HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, ChunkRange& range) {
     if (left_ == 0) {
       if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
@@ -89,7 +89,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
   Chunks<Lanes::kPaired> chunks(d, d.begin);
   std::uint32_t tail = d.end;
   const auto next = [&](std::uint32_t last, Batch& batch) {
-    batch.high = {};  // a number of a node is none of a point
+    batch.high = {};  // it may hold nodes, and their numbers are not valid for points
     if (!chunks.next(tail, last, batch.low)) return false;
     if constexpr (kTwo) (void)chunks.next(tail, last, batch.high);
     return true;
@@ -120,7 +120,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
     d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
   };
 
-  // Look-ups in an octree wait for memory again and again: two vectors at a time wait together.
+  // Look-ups in an octree wait for memory at each node. Two vectors at a time wait together.
   Batch batch;
   Batch other;
   while (next(last_inner, batch)) {
@@ -138,7 +138,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
     }
     take_spheres(batch, spheres, field.bound(spheres.centre, spheres.reach));
   }
-  // Behind the inner nodes there are only leaves.
+  // After the inner nodes the queue has only leaves.
   const auto points_of = [&](const Batch& of) {
     return field.place(d.points, load_points<Lanes::kPaired>(*d.shell, of));
   };
@@ -187,7 +187,7 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
 template <class Lanes>
 void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std::uint32_t to) {
   const Words u32;
-  // One after the other for fields that ask for the point's number.
+  // One point at a time for fields that need the point's number.
   const std::size_t most = std::is_same_v<Lanes, PlainLanes> ? 1 : hn::Lanes(f32);
   const F limit = set(-d.contact_distance);
   F deepest = set(d.deepest);
@@ -214,7 +214,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 
-// The loops with their field's type taken away.
+// The loops with a type-erased field.
 template <class Field>
 struct Kernels {
   static auto lanes(const void* field, const Descent& d) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file The innermost loops of every query: nodes and points of a shell against a field, many at once. Internal.
+/// @file The innermost loops of traverse: nodes and points of a shell against a field, many at once. Internal.
 #pragma once
 
 #include <cstddef>
@@ -9,26 +9,26 @@
 
 namespace vps::detail {
 
-/// One way down the tree: what it needs, and what it found. Lengths are in the field's unit: voxels for SampledMap,
-/// else metres.
+/// One descent of the tree: its input, and its results. Lengths are in the field's unit: voxels for SampledMap, else
+/// metres.
 struct Descent {
   const PointshellView* shell = nullptr;
   Affine nodes{};   ///< takes sphere centres to the field
   Affine points{};  ///< takes codes of positions to the field
   float unit = 1;   ///< metres in the field's unit
   float contact_distance = 0;
-  float slack = 0;                 ///< added to every radius: the field's error, rounding
+  float slack = 0;                 ///< added to every radius: the field's error and rounding
   std::uint32_t* queue = nullptr;  ///< entries [begin, end) are nodes whose spheres touch, of one level
   std::uint32_t begin = 0, end = 0;
-  std::uint32_t last_node = 0;      ///< nodes from this one on are left in the queue
-  std::uint32_t stop = UINT32_MAX;  ///< and so are entries of the queue from this one on
-  float* bounds = nullptr;          ///< null, or: upper bounds of V below the nodes of the queue, entry for entry
+  std::uint32_t last_node = 0;      ///< nodes from this one on stay in the queue
+  std::uint32_t stop = UINT32_MAX;  ///< entries of the queue from this one on stay, too
+  float* bounds = nullptr;          ///< if not null: upper bounds of V below the nodes of the queue, entry for entry
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V
   std::uint32_t hit_count = 0;
   float deepest = 0;   ///< max V of the points tested
-  float rejected = 0;  ///< upper bound of V below all spheres that were rejected
+  float rejected = 0;  ///< upper bound of V below all rejected spheres
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };
 
@@ -47,7 +47,7 @@ struct DescentKernels {
   void (*test_list)(const void* field, Descent& descent, const PointList& list);
   void (*test_parents)(const void* field, Descent& descent, std::uint32_t first, std::uint32_t last);
 };
-/// @param kind  its place in KernelFields
+/// @param kind  index in KernelFields
 const DescentKernels& descent_kernels(std::size_t kind) noexcept;
 
 /// A field with its loops, found once for a query. It does not own the field.
@@ -60,11 +60,11 @@ class DescentField {
   /// Whether a node's sphere may touch the field.
   bool touches(Descent& descent, std::uint32_t node) const noexcept { return kernels_.touches(field_, descent, node); }
   /// Algorithm 1 of the paper (Sec. 2.3) from the nodes in the queue, breadth first. Afterwards [begin, end) are the
-  /// nodes that were left; what lies before `begin` are the nodes that were gone into.
+  /// nodes that are left; the nodes before `begin` were expanded.
   void descend(Descent& descent) const noexcept { kernels_.descend(field_, descent); }
   /// Tests listed points. `hits` and `leaves` become those of the list.
   void test_list(Descent& descent, const PointList& list) const noexcept { kernels_.test_list(field_, descent, list); }
-  /// Tests the points that stand for nodes: [first, last) of the queue. `leaves` become those nodes.
+  /// Tests the points that represent nodes: [first, last) of the queue. `leaves` become those nodes.
   void test_parents(Descent& descent, std::uint32_t first, std::uint32_t last) const noexcept {
     kernels_.test_parents(field_, descent, first, last);
   }

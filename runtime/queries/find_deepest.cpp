@@ -33,8 +33,7 @@ HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32
   }
 }
 
-// The nodes whose spheres may hold a deeper point go on top of the stack, which ends at `top`; those that may hold the
-// deepest are last.
+// Pushes the nodes whose spheres may hold a deeper point on the stack, which ends at `top`. @return its new end
 template <class Lanes>
 HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint32_t top, DeepestSearch& s) {
   const Words u32;
@@ -54,6 +53,7 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
   return top + store_packed(f32, bound, open, s.bounds + top);
 }
 
+// Sorts the stack's entries [first, last) so that the largest bound is last.
 inline void sort_rising(std::uint32_t first, std::uint32_t last, DeepestSearch& s) {
   for (std::uint32_t i = first + 1; i < last; ++i) {
     const float bound = s.bounds[i];
@@ -96,7 +96,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   }
 }
 
-// The search with its field's type taken away.
+// The search with a type-erased field.
 template <class Field>
 void search_field(const void* field, DeepestSearch& s) {
   find_deepest_lanes(lanes_of(*static_cast<const Field*>(field), *s.shell), s);

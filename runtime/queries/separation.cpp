@@ -21,9 +21,9 @@ Status check_separation(const PointshellView& shell, const Pose& pose, const Sep
   return check_pose(pose);
 }
 
-// What a field says of the deepest point.
+// Values of a field at the deepest point.
 struct DeepestPoint {
-  bool walked = false;  // outside, from the point to `surface`
+  bool walked = false;  // the point is outside, and a walk led from it to `surface`
   Vec3 surface;
   float v = 0;       // [m]
   Interval truth{};  // of V. [m]
@@ -35,7 +35,7 @@ DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal)
   out.v = voxelmap_penetration(map, point, inward_normal);
   out.truth = penetration_interval(map, point);
   out.direction = normal_at(map, point);
-  // Beyond the band a way to the surface says more than the layers.
+  // Beyond the band, a walk to the surface gives a more accurate distance than the layers.
   const CertifiedBand certified = certified_band(map);
   if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
   ClosestPoint closest;
@@ -63,7 +63,7 @@ DeepestPoint deepest_at(const Analytic& field, Vec3 p, Vec3) noexcept {
 }
 DeepestPoint deepest_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
   DeepestPoint out = deepest_at<PolytopeField>(field, p, inward_normal);
-  // Exact where the nearest place of the farthest plane is a place of the body.
+  // V is exact if the nearest point of the farthest plane lies on the body.
   const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
   if (out.v < 0 && value_at(field, on_plane) < 1e-5F * out.v) {
     out.truth.low = -std::numeric_limits<float>::infinity();
@@ -71,7 +71,7 @@ DeepestPoint deepest_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) 
   return out;
 }
 
-// How far a field's V may be off. [m]
+// Error bound of a field's V. [m]
 float value_error(const VoxelmapView& map) noexcept {
   return map.field == Field::layers ? 0 : field_error(map);
 }
@@ -80,7 +80,7 @@ float value_error(const Field&) noexcept {
   return 0;
 }
 
-// What one query is about.
+// Arguments of one query.
 template <class Field>
 struct SeparationQuery {
   const PointshellView& shell;
@@ -90,7 +90,7 @@ struct SeparationQuery {
   Scratch& scratch;
 };
 
-// @param pose   takes the shell to the field as kernels see it
+// @param pose   takes the shell to the field in kernel form
 // @param guess  the point to start from
 template <class Field>
 DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame, const Pose& pose,
@@ -115,8 +115,8 @@ DeepestPoint deepest_of(const SeparationQuery<Field>& query, std::uint32_t point
   return deepest_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
 }
 
-// Beyond the band the layers may prefer another point than the closest: from where the walk has met the surface to the
-// shell's closest point, and back, while that is shorter.
+// Beyond the band, the deepest point by the layers may not be the closest. Searches the shell's point that is closest
+// to the end of the walk, and walks from it to the surface. Repeats this while the distance shrinks.
 DeepestPoint come_closer(const SeparationQuery<VoxelmapView>& query, DeepestPoint deepest,
                          SeparationResult& result) noexcept {
   constexpr int kRounds = 4;
@@ -143,9 +143,9 @@ DeepestPoint come_closer(const SeparationQuery<Field>&, const DeepestPoint& deep
   return deepest;
 }
 
-// @param kernel_field  the field as kernels see it
+// @param kernel_field  the field in kernel form
 // @param kernel_pose   takes the shell to it
-// @param error         that its kernel leaves out of its upper bounds. [m]
+// @param error         the field's error, which the kernel's upper bounds do not include. [m]
 template <class Field, class KernelField>
 Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field, const Frame& frame,
             const Pose& kernel_pose, float error, SeparationResult& result) noexcept {
@@ -153,7 +153,7 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   query.scratch.reserve(shell);
   const auto unit = static_cast<float>(frame.unit);
   DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
-  // The field may say too much at a point, and too little at its sphere's centre.
+  // V may be too large at a point, and too small at the centre of its sphere.
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
   find_deepest(kernel_field, search);
 
@@ -162,8 +162,8 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   result.points_tested = search.points_tested;
   const DeepestPoint deepest = come_closer(query, deepest_of(query, search.point, result.position), result);
   const double slack = double{search.slack} * unit;
-  // Points lie within their code's rounding of the surface, and are closer to each point of it than the covering
-  // radius.
+  // Points lie on the surface, apart from the rounding of their codes. Every point of the surface is within the
+  // covering radius of one of them.
   const double off_surface = std::sqrt(0.75) * shell.position_step + slack;
   result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
   result.delta = std::min<double>(deepest.v, result.delta_bound);

@@ -12,7 +12,7 @@ double norm(const double (&v)[3]) noexcept {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-// No point of the shell is faster. [m/s]
+// Upper bound of the speed of the body's points. [m/s]
 double largest_speed(const PointshellView& shell, const Sweep& sweep) noexcept {
   double arm[3];
   for (int axis = 0; axis < 3; ++axis) arm[axis] = double{shell.sphere[axis][0]} - shell.centre_of_mass[axis];
@@ -83,7 +83,7 @@ Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& 
         result.impact = Impact::hit;
         return Status::ok;
       }
-      // The bound may be that of spheres which a rough search left out.
+      // The bound may come from spheres that a rough search skipped.
       search.tolerance = 0;
       continue;
     }
@@ -93,7 +93,7 @@ Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& 
       return Status::ok;
     }
     result.time += step;
-    constexpr double kRough = 0.1;  // of the way that was gone
+    constexpr double kRough = 0.1;  // of the last step's gap
     search.tolerance = static_cast<float>(kRough * gap);
   }
   result.impact = Impact::unfinished;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Algorithm 1 of the paper (Sec. 2.3) from one node, in blocks of work that a budget can end between.
+// Algorithm 1 of the paper (Sec. 2.3) from one node, in blocks of work. The budget is checked between blocks.
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -18,9 +18,9 @@ std::uint32_t end_of_block(const TraverseQuery& query) noexcept {
   for (; at < d.end; ++at) {
     const std::uint32_t node = d.queue[at];
     const std::uint64_t children = shell.children[2 * std::size_t{node} + 1];
-    // In the end the own points of the nodes that are left are tested.
+    // At the end, the points that represent the remaining nodes are tested, too.
     const std::uint64_t cost = node < leaves ? 2 * children : children;
-    // One node fits any block, however many children it has.
+    // One node fits into any block, however many children it has.
     if (cost > left || (cost > block && at > d.begin)) break;
     left -= cost;
     block -= std::min(cost, block);

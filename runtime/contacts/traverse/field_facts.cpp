@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// What a traverse knows of a field besides its values, and where the shell lies in it. Paper: Sec. 2.3.
+// Properties of a field besides its values, and the shell's place in the field. Paper: Sec. 2.3.
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"

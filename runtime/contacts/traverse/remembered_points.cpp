@@ -2,8 +2,8 @@
 // The list of a ContactCache: points that can be in contact while a pair moves little, as the neighbour lists of Verlet
 // 1967. A traverse of these points alone finds what Algorithm 1 (Sec. 2.3) does.
 //
-// A distance field changes by no more than the way that a point goes. A point with V < -reach at the reference pose
-// cannot be in contact before the body has gone reach - contact distance, less the field's error at both places.
+// V changes by at most the distance that a point moves. A point with V < -reach at the reference pose cannot be in
+// contact before it has moved by reach - contact distance, less the field's error at both places.
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -65,7 +65,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   cache.shell_points = shell.points;
   cache.field = query.facts.id;
   cache.reference = query.pose;
-  // Room for some steps like the last one. A fast body would only drag a long list along.
+  // The list suffices for some steps like the last one. A fast body gets none, because it would be long.
   constexpr double kSteps = 8;
   const double least = 0.05 * shell.covering_radius;
   const double most = 0.5 * shell.covering_radius;

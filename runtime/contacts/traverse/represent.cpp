@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Nodes stand for what is below them, by the point that represents each: P_1 of Eq. (6). Used for levels of detail, for
-// what a budget left out, and for the distance of bodies that do not touch.
+// Represents each node by one point: P_1 of Eq. (6). Used for levels of detail, for parts that a budget left out, and
+// for the distance of bodies that do not touch.
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"

@@ -6,7 +6,7 @@
 namespace vps::detail {
 namespace {
 
-// Entry `segment` of the queue alone. The queue of its own begins at entry `room`.
+// Traverses one segment: entry `segment` of the queue. The segment's own queue begins at entry `room`.
 void traverse_segment(TraverseQuery& query, std::uint32_t segment, std::uint32_t room) noexcept {
   Descent& d = query.descent;
   const std::uint32_t node = d.queue[segment];
@@ -43,7 +43,7 @@ void traverse_segments(TraverseQuery& query) noexcept {
     traverse_segment(query, segment, last);
   }
   query.waiting = 0;
-  // The budget did not reach the others.
+  // The segments that the budget did not reach.
   represent(query, segment, last);
   sharpen_distance(query, 0, query.end_of_inner_nodes(0, first));
 }

@@ -20,7 +20,7 @@ Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsA
   return contact;
 }
 
-// Eqs. (2) and (3), in registers while the hits of a block are taken.
+// Eqs. (2) and (3). The sums stay in registers while the hits of a block are taken.
 class ForceSum {
  public:
   explicit ForceSum(const TraverseQuery& query) noexcept
@@ -55,7 +55,7 @@ class ForceSum {
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   const bool dropped = hits == HitsAre::nodes && query.options.node_areas.empty();
   const std::uint32_t count = dropped ? 0 : query.descent.hit_count;
-  // Copies: for all that the compiler knows, writing a contact could change the originals.
+  // Copies, because the compiler must assume that writing a contact changes the originals.
   const Transform transform = query.transform;
   const std::span<Contact> out = query.out;
   std::uint32_t found = query.result.contacts;

@@ -3,13 +3,13 @@
 /// Internal.
 ///
 /// Each part is a source of its own:
-///   field_facts.cpp          what a traverse knows of a field besides its values
+///   field_facts.cpp          properties of a field besides its values
 ///   take_hits.cpp            hits become contacts, force and torque: Eqs. (2) and (3)
 ///   descend_in_blocks.cpp    Algorithm 1, as far as the budget allows
-///   represent.cpp            nodes stand for what is below them: levels of detail, and what a budget left out
+///   represent.cpp            points that represent nodes: levels of detail, and parts that a budget left out
 ///   remembered_points.cpp    the list of a ContactCache
 ///   segments.cpp             the segmented traverse of Sec. 2.4
-/// traverse.cpp puts them together.
+/// traverse.cpp calls them.
 #pragma once
 
 #include <limits>
@@ -20,14 +20,14 @@
 
 namespace vps::detail {
 
-/// What a traverse knows of a field besides its values.
+/// Properties of a field that a traverse needs besides its values.
 struct FieldFacts {
   Frame frame;
   std::uint64_t id = 0;     ///< differs between the fields that a cache may meet
   float error = 0;          ///< [m]
   bool takes_lists = true;  ///< the kernels can test listed points without their numbers
-  /// V at a sphere's centre, where the sphere touches, is at most `excess` above the bound that the sphere's test gave,
-  /// as long as that sum is less than `known`. V is at most `most` anywhere. [m]
+  /// Let b be the bound of V that a sphere's test gives at the sphere's centre. If the sphere touches and b < `known`,
+  /// V at the centre is at most b + `excess`. V is at most `most` anywhere. [m]
   float excess = 0;
   float known = std::numeric_limits<float>::max();
   float most = std::numeric_limits<float>::max();
@@ -67,13 +67,13 @@ struct TraverseQuery {
   QueryResult& result;
   const Vec3 centre_of_mass;  ///< map frame. [m]
   Descent descent;
-  Contact* segment = nullptr;  ///< null, or: only the deepest contact is kept, here
-  std::uint32_t waiting = 0;   ///< segments to come, which the budget must reach
+  Contact* segment = nullptr;  ///< if not null, only the deepest contact is kept, and stored here
+  std::uint32_t waiting = 0;   ///< segments that are not begun, for which the budget must suffice
 };
 
-/// What the hits of a descent are: points, or points that stand for the nodes in `Descent::leaves`.
+/// Kind of a descent's hits: points, or points that represent the nodes in `Descent::leaves`.
 enum class HitsAre : std::uint8_t { points, nodes };
-/// Takes the hits of the descent into the answer, and forgets them. Points that stand for nodes have the areas of
+/// Adds the descent's hits to the result, and clears them. Points that represent nodes have the areas of
 /// QueryOptions::node_areas; without these they are dropped.
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept;
 /// Writes a contact, or only counts it where the buffer is full.
@@ -82,18 +82,20 @@ inline void write_contact(TraverseQuery& query, const Contact& contact) noexcept
   ++query.result.contacts;
 }
 
-/// Goes down from a node, which is entry `at` of the queue, to nodes from `last_node` on, and takes the hits.
-/// Afterwards entries [begin, end) of the queue are left.
+/// Goes down from a node, which becomes entry `at` of the queue, to nodes from `last_node` on. With a budget it takes
+/// the hits of each block; otherwise the caller takes them. Afterwards entries [begin, end) of the queue are left.
 /// @return false when the budget ran out
 bool descend_in_blocks(TraverseQuery& query, std::uint32_t node, std::uint32_t at, std::uint32_t last_node) noexcept;
 
-/// Lets nodes, entries [from, to) of the queue, stand for what is below them: by their bounds and by their own points.
+/// Represents unvisited parts of the tree by their top nodes, entries [from, to) of the queue: adds the bounds of these
+/// nodes and tests the points that represent them.
 void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
-/// Where no tested point touches, tests the own points of nodes that were gone into, entries [from, to) of the queue:
-/// they give a closer distance.
+/// If no tested point touches, tests the points that represent expanded nodes, entries [from, to) of the queue. They
+/// give a more accurate distance.
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
 
-/// Finds all hits, from the points that the cache remembers where these suffice. Else it remembers new ones.
+/// Finds all hits. Tests only the points in the cache if these suffice. Otherwise traverses the tree and stores new
+/// points.
 /// @return how many inner nodes lie at the front of the queue
 std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept;
 
