@@ -81,7 +81,7 @@ std::optional<stress::PeerMesh> zero_set(const Asset& asset) {
       if (is_last) return std::nullopt;
       continue;
     }
-    // Large cells lose thin parts, so these checks ask for smaller cells.
+    // Large cells lose thin parts: then a smaller step is tried.
     const bake::Extent extent = bake::measure_extent(surface.mesh);
     if (!is_last && (is_off(extent.volume, info, 0.1) || bounds_off(extent, info) > 2 * step)) continue;
     std::string from = fmt::format("the asset's zero set, {} triangles in cells of {}", surface.mesh.triangles.size(),
