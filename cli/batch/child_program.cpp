@@ -24,7 +24,7 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-// Memory that a child writes to: unlike a pipe it never fills.
+// Memory for a child's output. Unlike a pipe it never fills.
 class Text {
  public:
   Text() : fd_(::memfd_create("output", MFD_CLOEXEC)) {}
@@ -46,7 +46,7 @@ class Text {
   int fd_;
 };
 
-// In the child, between fork and exec: nothing but system calls.
+// Runs in the child between fork and exec, with system calls only.
 [[noreturn]] void become(char* const* arguments, pid_t parent, int out, int err) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -63,14 +63,14 @@ class Text {
   ::_exit(127);
 }
 
-// True when it ended by itself.
+// Waits for the child. Returns true when it ended by itself.
 bool wait_for(pid_t child, double timeout, const std::atomic<bool>& stop, ProgramResult& result) {
   const auto begin = Clock::now();
-  // As a system call: glibc 2.36 declares the function for C alone.
+  // A system call, because glibc 2.36 declares the function only for C.
   const auto process = static_cast<int>(::syscall(SYS_pidfd_open, child, 0));
   bool ended = false;
   while (!ended) {
-    constexpr int kLook = 100;  // how soon `stop` is seen. [ms]
+    constexpr int kLook = 100;  // interval at which `stop` is checked. [ms]
     const double left = timeout > 0 ? std::max(0.0, 1000 * (timeout - seconds_since(begin))) : kLook;
     pollfd waiting{process, POLLIN, 0};
     ended = process >= 0 && ::poll(&waiting, 1, static_cast<int>(std::min<double>(left + 1, kLook))) > 0;
@@ -105,7 +105,7 @@ ProgramResult run_program(const std::vector<std::string>& words, double timeout,
     result.code = errno;
     return result;
   }
-  ::setpgid(child, child);  // whoever is first
+  ::setpgid(child, child);  // in both processes: either may run first
   if (!wait_for(child, timeout, stop, result)) ::kill(-child, SIGKILL);
   int status = 0;
   rusage usage{};

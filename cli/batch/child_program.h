@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Runs this program as a child: what crashes, hangs or eats memory there stops nothing here.
+/// @file Runs this program as a child process, so that a crash, a hang or too much memory there does no harm here.
 #pragma once
 
 #include <atomic>
@@ -12,13 +12,13 @@ namespace vps::cli::batch {
 struct ProgramResult {
   enum class End { exited, killed, timed_out, stopped, cannot_start };
   End end = End::cannot_start;
-  int code = 0;  ///< of the exit, the signal, or the error
+  int code = 0;  ///< exit code, signal, or errno when it cannot start
   std::string out, err;
   double seconds = 0;
-  std::size_t peak_memory_bytes = 0;  ///< resident, of the largest of its processes
+  std::size_t peak_memory_bytes = 0;  ///< largest resident size of any of its processes
 };
 
-/// Runs `vpsbake WORDS...` in a process group of its own. It is killed, with all its children, when the time is over,
+/// Runs `vpsbake WORDS...` in a process group of its own. It is killed with all its children when the time is over,
 /// when `stop` becomes true, or when the calling thread ends.
 /// @param timeout  0: none. [s]
 [[nodiscard]] ProgramResult run_program(const std::vector<std::string>& words, double timeout,

@@ -17,7 +17,7 @@ fs::path absolute(const std::string& path) {
   return fs::absolute(path).lexically_normal();
 }
 
-// vpsbake run, but for the share.
+// The command vpsbake run, without the share.
 std::string run_words(const ScriptOptions& options) {
   std::string line = "vpsbake run " + quoted_word(absolute(options.file).string());
   if (!options.cache.empty()) line += " --cache " + quoted_word(absolute(options.cache).string());
@@ -58,7 +58,7 @@ std::string parallel(const ScriptOptions& options) {
       options.tasks, quoted_word(run_words(options)), merge_words(options));
 }
 
-// A mark per share: Snakemake goes on where it was, and merge tells what is missing.
+// One mark file per share, so that Snakemake resumes. The merge lists what is missing.
 std::string snakemake(const ScriptOptions& options) {
   const auto braces_doubled = [](const std::string& text) {
     std::string out;

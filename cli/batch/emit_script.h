@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The thin script that hands shares of a jobs file to an engine.
+/// @file The script that runs the shares of a jobs file on an engine.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@ namespace vps::cli::batch {
 struct ScriptOptions {
   std::string engine;     ///< slurm, snakemake or parallel
   std::string file;       ///< jobs.jsonl; the script stands beside it
-  std::size_t tasks = 1;  ///< shares
+  std::size_t tasks = 1;  ///< number of shares
   std::string cache;      ///< empty: none
   std::string memory;     ///< of a task, as given; empty: the engine's default
 };
@@ -20,10 +20,10 @@ struct ScriptOptions {
 
 [[nodiscard]] std::string script_text(const ScriptOptions& options);
 
-/// What every script for the engine begins with.
+/// The first bytes of every script for the engine.
 [[nodiscard]] std::string script_beginning(const ScriptOptions& options);
 
-/// How it is started, for people.
+/// The command that starts the script, for people.
 [[nodiscard]] std::string start_line(const ScriptOptions& options);
 
 }  // namespace vps::cli::batch

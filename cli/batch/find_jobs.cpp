@@ -20,9 +20,9 @@ namespace fs = std::filesystem;
 constexpr const char* kSettings = "vpsbake.toml";
 constexpr const char* kAsset = ".vps.hdf";
 
-// A vpsbake.toml and the folder that it is about, from the folder that was given.
+// A vpsbake.toml and its folder, relative to the given folder.
 struct Layer {
-  std::string folder;  // with a slash behind; empty: the given one itself
+  std::string folder;  // with a slash at the end; empty: the given folder itself
   FolderSettings settings;
 };
 
@@ -31,7 +31,7 @@ bool any_matches(const std::vector<std::string>& globs, const std::string& path)
 }
 
 void overlay(const OptionTexts& on_top, OptionTexts& out) {
-  // Three ways to say the same: the nearer one alone holds.
+  // These three set the same: one of them on top replaces all of them below.
   for (const char* const grid : {"voxel", "resolution", "max-error"}) {
     if (on_top.count(grid) == 0) continue;
     for (const char* const other : {"voxel", "resolution", "max-error"}) out.erase(other);
@@ -68,7 +68,7 @@ class Finder {
   }
 
  private:
-  // @param below  the folder from `root`, with a slash behind
+  // @param below  the folder relative to `root`, with a slash at the end
   void search(const fs::path& root, const std::string& below) {
     const fs::path folder = root / below;
     std::error_code failed;
@@ -122,7 +122,7 @@ class Finder {
       if (entry.skip.value_or(false)) continue;
       const fs::path mesh(entry.mesh);
       Job job{file.parent_path() / mesh, inputs_.folder, entry.output, common, {}, {}};
-      // Below the folder of assets as it is below the list's, where it is.
+      // The asset's path below the folder of assets is the mesh's path below the list's folder, or else its name.
       const bool outside = mesh.is_absolute() || *mesh.lexically_normal().begin() == "..";
       const fs::path place = outside ? mesh.filename() : mesh.lexically_normal();
       if (job.output.empty()) job.output = fs::path(place).replace_extension(kAsset).generic_string();
@@ -131,14 +131,14 @@ class Finder {
     }
   }
 
-  // @param path  from the given folder; of a folder with a slash behind: all that is below it
+  // @param path  relative to the given folder; with a slash at the end it means all below that folder
   [[nodiscard]] bool is_excluded(const std::string& path) const {
     return any_matches(inputs_.exclude, path) || std::any_of(layers_.begin(), layers_.end(), [&](const Layer& layer) {
              return any_matches(layer.settings.exclude, path.substr(layer.folder.size()));
            });
   }
 
-  // @param path  from `root`
+  // @param path  relative to `root`
   void add(const fs::path& root, const std::string& path) {
     if (is_excluded(path)) return;
     if (!inputs_.include.empty() && !any_matches(inputs_.include, path)) return;
@@ -169,7 +169,7 @@ class Finder {
     jobs_.erase(std::unique(jobs_.begin(), jobs_.end(), same), jobs_.end());
   }
 
-  // Options that do not go together are told before anything is baked.
+  // Refuses options that do not go together, before anything is baked.
   void read_options() {
     std::map<OptionTexts, bake::BakeSettings> known;
     for (Job& job : jobs_) {
@@ -196,7 +196,7 @@ class Finder {
 
   const Inputs& inputs_;
   const OptionReader& reader_;
-  std::vector<Layer> layers_;  // of the folders on the way down
+  std::vector<Layer> layers_;  // of the folders from the given one to the present one
   std::vector<Job> jobs_;
   std::vector<fs::path> settings_;
 };

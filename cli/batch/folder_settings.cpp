@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
   throw BatchError(fmt::format("{}:{}", file.string(), place.begin.line), reason);
 }
 
-// A value as its option takes it: a text, a number, or a list of texts.
+// The text of an option's value, which may be a text, a number, or a list of texts.
 std::string option_text(const fs::path& file, const std::string& key, const toml::node& node) {
   if (const auto text = node.value_exact<std::string>()) return *text;
   if (const auto number = node.value_exact<std::int64_t>()) return std::to_string(*number);
@@ -62,7 +62,7 @@ bool is_option(const std::string& key, const OptionReader& reader) {
   return std::find(reader.names.begin(), reader.names.end(), key) != reader.names.end();
 }
 
-// Checks a value as the command line would, so that the line can be named.
+// Checks one value as the command line does, so that an error names its line.
 void take_option(const fs::path& file, const std::string& key, const toml::node& node, const OptionReader& reader,
                  OptionTexts& out) {
   Job probe;
@@ -149,7 +149,7 @@ FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind, con
 bool glob_matches(const std::string& glob, const std::string& path) {
   if (glob.ends_with('/')) return glob_matches(glob + '*', path);
   if (glob.find('/') != std::string::npos) {
-    // With a slash in front, a leading **/ means the folder itself as well.
+    // The path with a slash in front lets a leading **/ match the folder itself, too.
     return ::fnmatch(glob.c_str(), path.c_str(), 0) == 0 || ::fnmatch(glob.c_str(), ('/' + path).c_str(), 0) == 0;
   }
   std::istringstream names(path);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file One bake of a batch, as data: what the commands batch, plan, run, merge and explain hand to each other.
+/// @file One bake of a batch as data, shared by the commands batch, plan, run, merge and explain.
 #pragma once
 
 #include <filesystem>
@@ -23,21 +23,21 @@ struct BatchError : std::runtime_error {
       : std::runtime_error(message), file(std::move(file_in)), code(code_in) {}
 };
 
-/// Options of a bake as on its command line, without dashes: "voxel" to "5mm".
+/// Options of a bake as on its command line, without dashes: key "voxel", value "5mm".
 using OptionTexts = std::map<std::string, std::string>;
 
-/// Understands options as the command line does, which hands this in: the library knows none of them.
+/// Reads options like the command line, which provides this: the library itself knows no option.
 struct OptionReader {
-  std::vector<std::string> names;                                  ///< that options may have, the most usual first
+  std::vector<std::string> names;                                  ///< all names of options, the most usual first
   std::function<bake::BakeSettings(const OptionTexts&)> settings;  ///< @throw UsageError
 };
 
 struct Job {
   std::filesystem::path mesh;
-  std::filesystem::path folder;  ///< of the whole batch's assets
-  std::string output;            ///< the asset below `folder`, with slashes
+  std::filesystem::path folder;  ///< for all assets of the batch
+  std::string output;            ///< the asset's path below `folder`, with slashes
   OptionTexts options;
-  bake::BakeSettings settings;  ///< what `options` decide; not read where there is a refusal
+  bake::BakeSettings settings;  ///< read from `options`; not set where there is a refusal
   std::string refusal;          ///< why it cannot be baked, known before the bake; empty otherwise
   [[nodiscard]] std::filesystem::path asset() const { return folder / output; }
 };
@@ -45,10 +45,10 @@ struct Job {
 /// Arguments of `vpsbake` for these options, each as --name=value.
 [[nodiscard]] std::vector<std::string> command_words(const OptionTexts& options);
 
-/// What a job's options decide. @throw BatchError naming the job's mesh
+/// Reads the settings from a job's options. @throw BatchError with the job's mesh
 [[nodiscard]] bake::BakeSettings read_settings(const Job& job, const OptionReader& reader);
 
-/// A file's path from a folder; links in the way are followed, but not that of the file itself.
+/// A file's path relative to a folder. Links to folders are followed, but not a link that is the file itself.
 [[nodiscard]] std::string path_from(const std::filesystem::path& file, const std::filesystem::path& folder);
 
 }  // namespace vps::cli::batch

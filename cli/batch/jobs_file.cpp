@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-// Empty for the folder where the command runs.
+// The file's folder; empty when it is the current one.
 fs::path folder_of(const fs::path& file) {
   return file.parent_path();
 }
 
 Job to_job(const Json& json, const fs::path& folder) {
   Job job;
-  // Not made shorter: a folder before .. may be a link.
+  // Not normalised, because a folder before .. may be a link.
   job.mesh = folder / json.at("mesh").get<std::string>();
   job.folder = folder / json.at("folder").get<std::string>();
   job.output = json.at("output");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file jobs.jsonl: one bake per line, for other machines. docs/schemas/job.schema.json
+/// @file Reads and writes jobs.jsonl: one bake per line, for other machines. docs/schemas/job.schema.json
 #pragma once
 
 #include <filesystem>
@@ -10,13 +10,13 @@
 
 namespace vps::cli::batch {
 
-/// Refuses jobs whose names no line can hold.
+/// Gives a refusal to jobs whose names are not UTF-8, which no line can hold.
 void refuse_unwritable(std::vector<Job>& jobs);
 
-/// Paths in it are relative to the file's folder, where meshes and assets are on the same tree.
+/// The lines of the file. Paths are relative to its folder, where meshes and assets are in the same tree.
 [[nodiscard]] std::string to_lines(const std::vector<Job>& jobs, const std::filesystem::path& file);
 
-/// @throw BatchError that names the line
+/// @throw BatchError with the line
 [[nodiscard]] std::vector<Job> read_jobs(const std::filesystem::path& file, const OptionReader& reader);
 
 /// The jobs of share i of n, 1 <= i <= n: i, i + n, i + 2 n and so on.

@@ -27,15 +27,15 @@ std::string read_text(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The settings of a record are those of a job, whatever the mesh was.
+// Whether a record has the settings of a job. The mesh is not compared.
 bool has_settings_of(const bake::BakeRecord& record, const Job& job) {
   return record.text.starts_with(bake::describe_settings(job.settings));
 }
 
-// Null when the asset is missing.
+// Null when the asset is missing or has other settings.
 Json item_of(const fs::path& folder, const Job& job, Checking checking) {
   Asset asset;
-  // Its header alone, which has the hashes of all else: whoever baked it has compared them.
+  // Reads only the header, which has the hashes of the rest. The bake compared them.
   if (!job.refusal.empty() || Asset::open(job.asset().c_str(), asset, Use{}) != Status::ok) return nullptr;
   if (checking == Checking::everything && asset.verify() != Status::ok) return nullptr;
   const bake::BakeRecord record = bake::record_of(asset);

@@ -12,11 +12,11 @@ namespace {
 std::optional<std::size_t> number_in(const std::string& file) {
   std::ifstream in(file);
   std::size_t number = 0;
-  if (in >> number) return number;  // "max" is none
+  if (in >> number) return number;  // "max" means no limit
   return std::nullopt;
 }
 
-// 0 when the system does not say.
+// Bytes of inactive file cache; 0 when the system does not say.
 std::size_t file_cache(const std::string& file) {
   std::ifstream in(file);
   std::size_t number = 0;
@@ -26,19 +26,19 @@ std::size_t file_cache(const std::string& file) {
   return 0;
 }
 
-// Of version 2, which containers of today have; version 1 shows the host's memory.
+// For cgroup version 2, which containers of today have. With version 1 the host's memory counts.
 std::optional<std::size_t> left_in_cgroup() {
   std::ifstream file("/proc/self/cgroup");
   std::optional<std::size_t> least;
   for (std::string line; std::getline(file, line);) {
     if (!line.starts_with("0::")) continue;
-    // Limits hold for everything below: in a container its own is at the root.
+    // A limit holds for everything below it. In a container its own limit is at the root.
     for (std::string path = line.substr(3);; path.resize(path.find_last_of('/'))) {
       while (path.ends_with('/')) path.pop_back();
       const std::string folder = "/sys/fs/cgroup" + path;
       const auto limit = number_in(folder + "/memory.max");
       if (limit) {
-        // What it has read of files is given back when it is wanted.
+        // The system frees file cache when memory is needed, so it does not count as used.
         const std::size_t all = number_in(folder + "/memory.current").value_or(0);
         const std::size_t used = all - std::min(all, file_cache(folder + "/memory.stat"));
         least = std::min(least.value_or(*limit), *limit > used ? *limit - used : 0);
@@ -61,7 +61,7 @@ std::size_t available_memory() {
     if (name == "MemAvailable:") bytes = kilobytes * 1024;
   }
   if (const auto left = left_in_cgroup()) bytes = std::min(bytes, *left);
-  constexpr std::size_t kLeast = 100'000'000;  // of the smallest bakes
+  constexpr std::size_t kLeast = 100'000'000;  // what the smallest bakes need
   return std::max(kLeast, bytes - bytes / 10);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Memory that bakes share: each takes what it will need, and waits until that is there.
+/// @file Memory that bakes share. Each takes the memory that it will need, and waits until it is free.
 #pragma once
 
 #include <condition_variable>
@@ -9,12 +9,12 @@
 
 namespace vps::cli::batch {
 
-/// In the order in which they ask, so that a large one is not kept waiting by small ones for ever.
+/// Serves requests in their order, so that small ones cannot keep a large one waiting for ever.
 class MemoryBudget {
  public:
   explicit MemoryBudget(std::size_t bytes) : free_(bytes), total_(bytes) {}
 
-  /// What was taken, until it is destroyed.
+  /// Waits for memory and holds it until destruction. Takes at most the whole budget.
   class Share {
    public:
     Share(MemoryBudget& budget, std::size_t bytes)
@@ -46,8 +46,8 @@ class MemoryBudget {
   std::uint64_t tickets_ = 0, served_ = 0;
 };
 
-/// Most that may be used now: what the system says is available, no more than the process's cgroup allows, less a
-/// tenth. [bytes]
+/// Memory that may be used now: what the system has available, at most what the process's cgroup allows, less a tenth.
+/// At least 100 MB. [bytes]
 [[nodiscard]] std::size_t available_memory();
 
 }  // namespace vps::cli::batch

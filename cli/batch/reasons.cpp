@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 enum class Form { text, hash, number, voxels, length, unit, flag };
 
-// How a line of a record is said: by the option that sets it.
+// How a line of a record is printed: with the name of the option that sets it.
 struct Spelling {
   const char* name;
   const char* said;
@@ -96,7 +96,7 @@ std::vector<std::string> differences(const bake::BakeRecord& had, const bake::Ba
   const auto add = [&](std::string sentence) {
     if (out.empty() || out.back() != sentence) out.push_back(std::move(sentence));
   };
-  // Lines come in one order; only buffers may be more or fewer.
+  // Lines have a fixed order. Only the number of buffers may differ.
   for (std::size_t i = 0; i < std::max(before.size(), after.size()); ++i) {
     const RecordLine none;
     const RecordLine& old = i < before.size() ? before[i] : none;

@@ -26,7 +26,7 @@ std::string size_text(std::size_t bytes) {
   return bytes == 0 ? "" : bake::format_bytes(static_cast<double>(bytes));
 }
 
-// On a terminal no name may do anything.
+// Removes control characters, so that no name acts on a terminal.
 std::string plain(std::string text) {
   for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
   return text;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a batch did, for people, programs and CI.
+/// @file Reports the results of a batch, for people, programs and CI.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,8 +11,8 @@
 
 namespace vps::cli::batch {
 
-/// A line for each job that is not unchanged, with its reason in a dry run, and a line that counts.
-/// @param seconds  that all took together
+/// A line for each job that is not unchanged, with the reasons to bake, and a line with the counts.
+/// @param seconds  time of the whole batch
 [[nodiscard]] std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds);
 
 /// docs/schemas/batch.schema.json
@@ -21,8 +21,8 @@ namespace vps::cli::batch {
 /// JUnit XML: a test case for each job.
 [[nodiscard]] std::string to_junit(const std::vector<Job>& jobs, const std::vector<JobResult>& results);
 
-/// What the last batch did, in its folder of assets, for `vpsbake explain`: `to_json`, and `cwd`, from where its paths
-/// go.
+/// Name of the last batch's log in its folder of assets, for `vpsbake explain`: the object of `to_json`, with `cwd`,
+/// the folder that its paths are relative to.
 inline constexpr const char* kLog = ".vpsbake-run.json";
 
 [[nodiscard]] bool any_failed(const std::vector<JobResult>& results);

@@ -34,7 +34,7 @@ JobResult failure(int code, std::string error) {
   return result;
 }
 
-// What a child complained of, without the name of the program and of the file.
+// The first error or warning of a child, without the names of the program and of the file.
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
   const std::string start = "vpsbake: " + kind + ": ";
@@ -47,7 +47,7 @@ std::string complaint(const std::string& err, const std::string& kind, const std
   return {};
 }
 
-// Memory for reading a mesh, before anything else is known of it; docs/batch.md has what was seen.
+// Memory for reading a mesh, estimated from the sizes of its files. docs/batch.md has the measurements.
 std::size_t import_memory(const fs::path& mesh, const ImportOptions& limits) {
   std::error_code failed;
   std::uintmax_t bytes = 0;
@@ -76,7 +76,7 @@ class Runner {
     try {
       for (std::size_t i = 1; i < count; ++i) workers.emplace_back([this] { work(); });
     } catch (const std::system_error&) {
-      // No more threads are to be had; those that there are do it.
+      // No more threads can be started. The present ones do all jobs.
     }
     work();
     for (std::thread& worker : workers) worker.join();
@@ -103,7 +103,7 @@ class Runner {
     call();
   }
 
-  // What goes wrong with one item is its result.
+  // An error of one job becomes its result.
   template <class Call>
   static std::optional<JobResult> guarded(const Call& call) {
     try {
@@ -119,7 +119,7 @@ class Runner {
     }
   }
 
-  // False when the job waits for its twin: whoever bakes that completes it.
+  // False when the job waits for its twin: the worker that bakes the twin completes it.
   bool finish_job(std::size_t i, std::vector<std::size_t>& twins) {
     std::string key;
     std::optional<JobResult> result = guarded([&] { return run_job(i, key); });
@@ -133,7 +133,7 @@ class Runner {
     return true;
   }
 
-  // Nothing when another worker bakes the same: it settles this job, too.
+  // Nothing when another worker bakes the same asset: it completes this job, too.
   std::optional<JobResult> run_job(std::size_t i, std::string& key) {
     const Job& job = jobs_[i];
     if (stop_) return failure(kIo, "stopped before it was baked; run the batch again");
@@ -195,7 +195,7 @@ class Runner {
   JobResult copy_of(std::size_t first, std::size_t twin) {
     JobResult result = results_[twin];
     const JobResult& done = results_[first];
-    // Where it could not be written another may.
+    // The first asset could not be written, but this one may be.
     if (done.state == State::failed && done.code == kIo) return bake(jobs_[twin], std::move(result));
     result.notes = done.notes;
     result.code = done.code;
@@ -224,7 +224,7 @@ class Runner {
     return asset_refusal(output);
   }
 
-  // Bakes several sizes, whose memory is known when it is at them.
+  // Whether the bake tries several voxel sizes. Their memory is known only during the search.
   static bool searches(const Job& job) { return job.options.count("max-error") > 0; }
 
   [[nodiscard]] std::vector<std::string> words_for(const Job& job) const {
@@ -240,7 +240,7 @@ class Runner {
 
   // @return the child's JSON, or why there is none in `result`
   std::optional<Json> ask(const Job& job, std::vector<std::string> words, JobResult& result) {
-    constexpr double kLeast = 1e-3;  // of no time is none
+    constexpr double kLeast = 1e-3;  // a timeout of 0 would mean none. [s]
     const double left = options_.timeout > 0 ? std::max(kLeast, options_.timeout - result.seconds) : 0;
     const ProgramResult run = run_program(words, left, stop_);
     result.seconds += run.seconds;
@@ -287,7 +287,8 @@ class Runner {
     }
     std::vector<std::string> words = words_for(job);
     std::size_t predicted = options_.memory_bytes;
-    // Alone, a bake refuses by itself what does not fit; what a search for the voxel size needs, only the search tells.
+    // A bake that runs alone refuses by itself what does not fit. The memory of a search for the voxel size is unknown
+    // before the search.
     const bool alone = options_.jobs == 1 || searches(job);
     if (options_.dry_run || !alone) {
       std::vector<std::string> plan = words;
@@ -326,8 +327,8 @@ class Runner {
   std::atomic<std::size_t> next_ = 0;
   std::mutex observing_, planning_;
   std::set<std::string> warnings_;
-  std::map<std::string, std::size_t> first_;                 // by key: who bakes or has it
-  std::map<std::string, std::vector<std::size_t>> waiting_;  // by key: who wants the same
+  std::map<std::string, std::size_t> first_;                 // by key: the job that bakes or has it
+  std::map<std::string, std::vector<std::size_t>> waiting_;  // by key: jobs that wait for it
   std::set<std::string> finished_;
 };
 

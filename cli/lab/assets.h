@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Assets to measure, baked anew.
+/// @file Bakes assets to measure, without a cache.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,8 @@
 
 namespace vps::lab {
 
-/// The record that a bake with these options puts into its asset, so that what is measured is as large.
+/// Makes the record that a bake with these options stores in its asset. With it a measured asset has the size of a
+/// user's.
 using RecordOf = std::function<bake::BakeRecord(const bake::BakeOptions&)>;
 
 struct BakedFile {
@@ -21,18 +22,18 @@ struct BakedFile {
   std::shared_ptr<const Asset> asset;
 };
 
-/// Bakes, writes and opens again.
+/// Bakes an asset, writes it to `path` and opens that file.
 /// @throw BakeError, std::runtime_error
 [[nodiscard]] BakedFile bake_file(const TriangleMesh& mesh, const bake::BakeOptions& options,
                                   const std::filesystem::path& path);
 
-/// Bakes and opens without a file.
-/// @param record  may be empty: the asset has none
+/// Bakes an asset and opens it in memory, without a file.
+/// @param record  may be empty: then the asset has no record
 /// @throw BakeError, WriteError
 [[nodiscard]] std::shared_ptr<const Asset> bake_in_memory(const TriangleMesh& mesh, const bake::BakeOptions& options,
                                                           const RecordOf& record = {});
 
-/// The mesh with its origin at the asset's centre of mass, where all peers have it.
+/// Moves the mesh so that its origin is the asset's centre of mass, as all compared libraries need it.
 [[nodiscard]] TriangleMesh centred(TriangleMesh mesh, const Asset& asset);
 
 }  // namespace vps::lab

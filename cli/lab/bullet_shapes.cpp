@@ -31,7 +31,7 @@ std::string refusal_of(const btConvexHullShape& hull) {
   }
   if (points.cols() < 4) return fmt::format("a hull has {} vertices and no volume", points.cols());
   points.colwise() -= points.rowwise().mean().eval();
-  // Along the axes of inertia of its vertices.
+  // The extents along the principal axes of the vertices.
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(points * points.transpose());
   const Eigen::Matrix3Xd turned = axes.eigenvectors().transpose() * points;
   const Eigen::Vector3d extent = turned.rowwise().maxCoeff() - turned.rowwise().minCoeff();
@@ -56,7 +56,7 @@ std::string hull_refusal(const BulletShape& hulls) {
 
 BulletShape hull_of_42(const TriangleMesh& body, double margin) {
   btConvexHullShape all;
-  all.setMargin(0);  // otherwise in every vertex
+  all.setMargin(0);  // the reduced hull's vertices would include a margin
   for (const auto& v : body.vertices) all.addPoint(vector3(v), false);
   all.recalcLocalAabb();
   btShapeHull reduced(&all);

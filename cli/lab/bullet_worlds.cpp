@@ -10,7 +10,7 @@
 namespace vps::lab {
 namespace {
 
-// Times the whole narrowphase: every pair, from its algorithm to its manifolds.
+// Times the whole narrowphase of all pairs, until their manifolds are filled.
 class TimedDispatcher final : public btCollisionDispatcher {
  public:
   explicit TimedDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
@@ -39,7 +39,7 @@ class TimedDispatcher final : public btCollisionDispatcher {
 class BulletPair final : public PairPeer {
  public:
   explicit BulletPair(BulletShape shape) : shape_(std::move(shape)) {
-    // Static against static is not asked.
+    // Bullet skips pairs of two static objects, so neither is static.
     for (btCollisionObject* object : {&first_, &second_}) {
       object->setCollisionShape(shape_.shape.get());
       object->setCollisionFlags(0);
@@ -52,7 +52,7 @@ class BulletPair final : public PairPeer {
     world_.removeCollisionObject(&second_);
   }
   PairAnswer query(const Pose& first_in_second) override {
-    // Contacts of the pose before would be refreshed, and told again.
+    // Clears the contacts of the last pose: Bullet would keep and refresh them.
     for (int m = 0; m < dispatcher_.getNumManifolds(); ++m) dispatcher_.getManifoldByIndexInternal(m)->clearManifold();
     btTransform transform;
     const double* const r = first_in_second.rotation;
@@ -69,7 +69,7 @@ class BulletPair final : public PairPeer {
     answer.contacts = dispatcher_.for_each_contact([&](const btManifoldPoint& p, const btPersistentManifold& manifold) {
       if (-double(p.getDistance()) <= deepest) return;
       deepest = -double(p.getDistance());
-      // Bullet's normal leads from its body B to A, either of which may be the first.
+      // Bullet's normal points from its body B to its body A. Either of them may be the first body.
       const bool is_a = manifold.getBody0() == &first_;
       const btVector3 position = is_a ? p.getPositionWorldOnA() : p.getPositionWorldOnB();
       const btVector3 direction = is_a ? p.m_normalWorldOnB : -p.m_normalWorldOnB;

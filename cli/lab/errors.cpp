@@ -15,7 +15,7 @@ Vector3d vector(const std::array<double, 3>& v) {
   return {v[0], v[1], v[2]};
 }
 
-// NaN where one has no direction.
+// Returns NaN when a vector is zero.
 double degrees_between(const Vector3d& a, const Vector3d& b) {
   if (!(a.norm() > 0) || !(b.norm() > 0)) return kNotTold;
   return std::atan2(a.cross(b).norm(), a.dot(b)) * 180 / M_PI;
@@ -29,7 +29,7 @@ bool misses(const PairAnswer& answer) {
   return answer.contacts == 0 || answer.depth < 0;
 }
 
-// Who tells no contact tells a depth of nothing.
+// An answer without a contact and without a depth counts as depth 0.
 double depth_error(const PairAnswer& answer, double exact) {
   const double depth = std::isnan(answer.depth) && answer.contacts == 0 ? 0 : answer.depth;
   return std::abs(depth - exact);
@@ -45,7 +45,7 @@ void add(const GroundTruth& truth, const TruePose& pose, const PairAnswer& answe
   const Vector3d force = vector(answer.force);
   const Vector3d exact = vector(pose.wrench.force);
   lists.force.push_back(100 * (force - exact).norm() / typical);
-  // Pressed from two sides, a body has a force of nearly nothing, in any direction.
+  // A body pressed from two sides has a force near zero, whose direction means nothing.
   constexpr double kOneSided = 0.1;
   if (exact.norm() > kOneSided * pose.wrench.pressure) lists.force_direction.push_back(degrees_between(force, exact));
   lists.torque.push_back(100 * (vector(answer.torque) - vector(pose.wrench.torque)).norm() /

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How far answers are from the truth. docs/report.md defines each number for readers.
+/// @file Errors of answers against the exact truth. docs/report.md defines each number.
 #pragma once
 
 #include <span>
@@ -10,46 +10,46 @@
 
 namespace vps::lab {
 
-/// Over the poses of one range that overlap.
+/// Errors over one range of overlapping poses.
 struct ContactErrors {
-  /// |told depth - exact depth|; the whole depth where there is a contact and none was told. [m]
+  /// |answered depth - exact depth|; the whole exact depth for an answer with neither contact nor depth. [m]
   Spread penetration;
-  std::size_t missed = 0;  ///< of them: told to be apart, or told no contact
-  Spread normal;  ///< between the direction told at the deepest contact and the exact one at that place. [degrees]
-  Spread force;   ///< |force told - exact|, over the RMS of the range's exact forces. [%]
-  Spread force_direction;  ///< between force told and exact force. [degrees]
-  Spread torque;           ///< |torque told - exact|, over that RMS times half the body's longest side. [%]
+  std::size_t missed = 0;  ///< poses whose answer has no contact or a negative depth
+  Spread normal;  ///< angle between the answered direction at the deepest contact and the exact one there. [degrees]
+  Spread force;   ///< |answered force - exact force|, over the RMS of the range's exact forces. [%]
+  Spread force_direction;  ///< angle between the answered and the exact force. [degrees]
+  Spread torque;           ///< |answered - exact torque|, over the RMS of the forces times half the longest side. [%]
 };
 
-/// Of answers to "contacts".
+/// Errors of answers to contact queries, in the two overlapping ranges.
 struct Errors {
   ContactErrors contact;
   ContactErrors deep;
 };
 
-/// Of force and torque none is told where the truth's wrenches are not exact.
+/// Errors of force and torque are not given where the truth's wrenches are not exact.
 /// @param answers       one for each pose of the truth
-/// @param longest_side  of the body. [m]
+/// @param longest_side  longest side of the body's bounds. [m]
 [[nodiscard]] Errors contact_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, double longest_side);
 
-/// ContactErrors::penetration alone. @param range  not `apart`
+/// Only ContactErrors::penetration. @param range  not `apart`
 [[nodiscard]] Spread penetration_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
-/// ContactErrors::missed alone.
+/// Only ContactErrors::missed.
 [[nodiscard]] std::size_t count_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
 
-/// |told distance - exact distance| over the poses apart. [m]
+/// |answered distance - exact distance| over the poses apart. [m]
 [[nodiscard]] Spread distance_errors(const GroundTruth& truth, std::span<const PairAnswer> answers);
 
-/// Poses for which a bound held.
+/// Number of poses for which a bound holds.
 struct Held {
   std::size_t asked = 0;
   std::size_t held = 0;
 };
-/// [lower, upper] held the exact depth, within the oracle's tolerance.
+/// Counts the answers whose interval [lower, upper] contains the exact depth, within the oracle's tolerance.
 [[nodiscard]] Held bounds_held(const GroundTruth& truth, std::span<const PairAnswer> answers);
 
-/// No point that was left out is deeper than `delta_bound`: of answers under a budget or at a coarser level, against
-/// those of all points.
+/// Counts the answers under a budget or at a coarser level whose `delta_bound` is at least the depth over all points.
+/// @param all_points  answers to the same poses without budget and level
 [[nodiscard]] Held budget_held(std::span<const PairAnswer> answers, std::span<const PairAnswer> all_points);
 
 }  // namespace vps::lab

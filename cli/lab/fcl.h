@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The peer that tests triangles against triangles: FCL, boxes of type OBBRSS.
+/// @file Collision of triangles against triangles by FCL, with bounding boxes of type OBBRSS.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,10 @@
 
 namespace vps::lab {
 
-/// All contacts of all pairs of triangles. Its depth is that of the deepest pair, not of the bodies.
+/// Finds all contacts of all pairs of triangles. The depth is that of the deepest pair, not of the bodies.
 [[nodiscard]] std::unique_ptr<PairPeer> fcl_collide(const TriangleMesh& body);
 
-/// Distance; tells none where the bodies overlap.
+/// Finds the distance; the answer has none where the bodies overlap.
 [[nodiscard]] std::unique_ptr<PairPeer> fcl_distance(const TriangleMesh& body);
 
 }  // namespace vps::lab

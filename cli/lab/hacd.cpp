@@ -15,7 +15,7 @@ namespace vps::lab {
 namespace {
 
 std::vector<Hull> decompose(const TriangleMesh& mesh, const HacdOptions& options) {
-  // HACD scales the points it is given.
+  // Copies, since HACD scales the points in place.
   std::vector<HACD::Vec3<HACD::Real>> points;
   for (const auto& v : mesh.vertices) points.emplace_back(v[0], v[1], v[2]);
   std::vector<HACD::Vec3<long>> triangles;
@@ -47,7 +47,7 @@ std::vector<Hull> decompose(const TriangleMesh& mesh, const HacdOptions& options
   return hulls;
 }
 
-// HACD works in units of its own: hulls must have come back to the mesh's.
+// Checks that the hulls are in the mesh's units again: HACD scales its points.
 void check_place(const std::vector<Hull>& hulls, const TriangleMesh& mesh) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double low[2];
@@ -77,7 +77,7 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
   const double key[] = {double(options.hulls), double(options.vertices_per_hull), options.concavity,
                         options.compacity_weight};
   const std::filesystem::path file = folder.empty() ? folder : cache_file(folder, "hacd", mesh, key);
-  // Per hull the number of its vertices, then their coordinates.
+  // The file has, for each hull, the number of its vertices and then their coordinates.
   if (const auto numbers = read_numbers(file)) {
     std::vector<Hull> hulls;
     for (std::size_t at = 0; at < numbers->size();) {

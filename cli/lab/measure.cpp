@@ -145,7 +145,7 @@ class Run {
     row.field_bound = std::max({info.layers_error.bound, info.scaled_error.bound, info.real_error.bound});
     row.bake_seconds = baked->seconds;
     contacts_.push_back(contacts_side(setting, baked->asset));
-    // Neither a level nor a budget nor another reading changes what `separation` does.
+    // A level, a budget or another reading does not change the result of `separation`.
     Contender distance;
     if (!asks_base(setting) && setting.reading == Reading::queries) {
       distance = {setting.name, [asset = baked->asset] { return our_separation(asset); }};
@@ -154,7 +154,7 @@ class Run {
     out_.rows.push_back(std::move(row));
   }
 
-  // Voxels and spacings again, as the peers in Bullet are asked.
+  // Repeats the base and the rows of voxel sizes and spacings in Bullet, like the other libraries.
   void add_in_bullet() {
     for (std::size_t i = 0, ours = out_.rows.size(); i < ours; ++i) {
       const Setting& setting = *out_.rows[i].setting;
@@ -188,7 +188,7 @@ class Run {
     }
   }
 
-  // What all sides with a `make` answer, by row.
+  // Queries all sides that have a `make`. The results are by row.
   std::vector<ContenderResult> ask_all(const std::vector<Contender>& sides, const std::vector<Pose>& poses,
                                        const char* what) {
     std::vector<Contender> asked;
@@ -224,20 +224,20 @@ class Run {
         row.budget_held = budget_held(contacts[i].answers, contacts.front().answers);
       }
       if (!distances_[i].make) {
-        // Contacts in Bullet may be apart.
+        // Bullet also makes contacts of bodies that are apart.
         if (row.way == Way::bullet) row.distance = distance_errors(out_.truth, contacts[i].answers);
         continue;
       }
       row.distances = distances[i].times;
-      if (!row.setting) continue;  // FCL, which is the judge of distances
-      // Those apart come first.
+      if (!row.setting) continue;  // FCL itself gives the exact distances
+      // The poses apart come first.
       std::vector<PairAnswer> all = ask_every(distances_[i], distances[i].answers, poses);
       row.distance = distance_errors(out_.truth, all);
       if (std::isfinite(all.front().upper)) row.separation_held = bounds_held(out_.truth, all);
     }
   }
 
-  // Bounds are told of overlaps too: once, not timed.
+  // Adds the answers at overlapping poses, untimed, since `separation` gives bounds there too.
   static std::vector<PairAnswer> ask_every(const Contender& side, std::vector<PairAnswer> apart,
                                            const std::vector<Pose>& poses) {
     const std::unique_ptr<PairPeer> peer = side.make();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Numbers that take long to compute, kept in a text file named after what they were computed from.
+/// @file Keeps numbers that take long to compute in a text file. Its name has a hash of their inputs.
 #pragma once
 
 #include <filesystem>
@@ -12,15 +12,15 @@
 
 namespace vps::lab {
 
-/// `folder`/`name`_HASH.txt, with the hash of the mesh and the options. Without a folder empty: nothing is read or
-/// written.
+/// `folder`/`name`_HASH.txt, with the hash of the mesh and the options. Empty when `folder` is empty: then nothing is
+/// read or written.
 [[nodiscard]] std::filesystem::path cache_file(const std::filesystem::path& folder, const std::string& name,
                                                const TriangleMesh& mesh, std::span<const double> options);
 
 /// All numbers of the file; nothing when there is none.
 [[nodiscard]] std::optional<std::vector<double>> read_numbers(const std::filesystem::path& file);
 
-/// Whole or not at all: an interrupted run leaves nothing half done.
+/// Writes the file whole or not at all.
 /// @throw MeasureError
 void write_numbers(const std::filesystem::path& file, std::span<const double> numbers);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The only test source with CGAL's mesh processing: it takes long to compile.
+// A source of its own, because CGAL's mesh processing takes long to compile.
 #include "cli/lab/oracle.h"
 
 #include <CGAL/AABB_face_graph_triangle_primitive.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Independent truth about a mesh, by CGAL: distance, side, and exact triangle-cube overlap.
+/// @file Reference answers about a mesh by CGAL: distance, side, and exact triangle-cube overlap.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace vps::lab {
 
-/// What cannot be measured: "reason; what to do".
+/// A measurement that is not possible. `what()` is "reason; what to do".
 struct MeasureError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -27,9 +27,10 @@ class Oracle {
   [[nodiscard]] int side(const std::array<double, 3>& p) const;
   /// The paper's V: positive inside. [m]
   [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
-  /// Direction of least V at p, the way out of the body: unit; on the surface, where it has none, zero. [-]
+  /// Direction in which V falls fastest at p, out of the body. Unit length; zero on the surface. [-]
   [[nodiscard]] std::array<double, 3> outward_normal(const std::array<double, 3>& p) const;
-  /// No point of a triangle that is inside is deeper: the distance to one face is convex, and largest at a corner. [m]
+  /// An upper bound on the depth of all points of a triangle: the largest distance of its corners to one face of the
+  /// mesh. The distance to a face is convex, so its maximum is at a corner. [m]
   [[nodiscard]] double depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const;
 
  private:
@@ -37,12 +38,12 @@ class Oracle {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Distance to triangles of any quality and connection, in double.
+/// Distance to triangles in double. The triangles may be degenerate and need not be connected.
 class SoupOracle {
  public:
   explicit SoupOracle(const TriangleMesh& mesh);
   ~SoupOracle();
-  /// [m]
+  /// Unsigned distance. [m]
   [[nodiscard]] double distance(const std::array<double, 3>& p) const;
   /// A point of the triangles nearest to p.
   [[nodiscard]] std::array<double, 3> closest(const std::array<double, 3>& p) const;
@@ -52,12 +53,12 @@ class SoupOracle {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Distance to the mesh in rational arithmetic, rounded once at the end: the judge when two answers in double differ.
+/// Distance to the mesh in rational arithmetic, rounded once at the end. It decides when two answers in double differ.
 /// Triangles whose boxes are farther than `at_most` are left out. [m]
 /// @return infinity when no triangle is within `at_most`
 [[nodiscard]] double exact_distance(const TriangleMesh& mesh, const std::array<double, 3>& p, double at_most);
 
-/// Overlap of a closed triangle and a closed cube in rational arithmetic: no rounding at all.
+/// Whether a closed triangle and a closed cube overlap, in rational arithmetic without rounding.
 [[nodiscard]] bool touches_exactly(const std::array<std::array<double, 3>, 3>& triangle,
                                    const std::array<double, 3>& low, double edge);
 

@@ -42,7 +42,7 @@ double from_nearest(const VoxelmapView& map, const detail::FieldCell& cell, cons
   return value - dot({double(g[0]), double(g[1]), double(g[2])}, to_sample) / double(map.voxel_size);
 }
 
-// Between voxel centres; false where a voxel's layer is not stored.
+// Interpolates layers between voxel centres. Returns false where a voxel's layer is not stored.
 bool between_centres(const VoxelmapView& map, const Point& p, double& out) {
   std::array<std::uint32_t, 3> low;
   Point part;

@@ -21,7 +21,7 @@ Pose in_asset_frame(const Asset& asset, Pose pose) {
 
 namespace {
 
-// Both parts of an asset, and where its contacts go.
+// Both parts of an asset, ready for queries.
 struct Parts {
   PointshellView shell;
   VoxelmapView map;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The library itself, past Bullet.
+/// @file Queries of this library without Bullet, and the time to open an asset.
 #pragma once
 
 #include <filesystem>
@@ -9,24 +9,24 @@
 
 namespace vps::lab {
 
-/// `traverse` alone, all contacts: the asset's pointshell against its voxelmap.
-/// @param options  without `cache`; `node_areas` are found where a level or a budget needs them
-/// @throw std::runtime_error when the asset lacks one of them
+/// Times `traverse` of the asset's pointshell against its voxelmap, with all contacts.
+/// @param options  without `cache`; `node_areas` are computed where a level or a budget needs them
+/// @throw std::runtime_error when the asset has no pointshell or no voxelmap
 [[nodiscard]] std::unique_ptr<PairPeer> our_traverse(std::shared_ptr<const Asset> asset, QueryOptions options = {});
 
-/// `separation`, exact: the same asset against itself.
-/// @throw std::runtime_error when the asset lacks one of them
+/// Times an exact `separation` (tolerance 0) of the asset against itself.
+/// @throw std::runtime_error when the asset has no pointshell or no voxelmap
 [[nodiscard]] std::unique_ptr<PairPeer> our_separation(std::shared_ptr<const Asset> asset);
 
-/// A pose of bodies about their centres of mass, for an asset's own frame.
+/// Converts a pose between bodies whose origins are their centres of mass to one between asset frames.
 [[nodiscard]] Pose in_asset_frame(const Asset& asset, Pose pose);
 
 struct Opening {
-  double open_us = 0;   ///< map and validate
-  double query_us = 0;  ///< the same, and a first query with fresh working memory
+  double open_us = 0;   ///< to map and validate the file
+  double query_us = 0;  ///< `open_us` and a first query with fresh working memory
 };
 
-/// Opens a file anew and asks it once.
+/// Opens a file and runs one query.
 /// @throw std::runtime_error
 [[nodiscard]] Opening open_once(const std::filesystem::path& asset, const Pose& first_in_second);
 

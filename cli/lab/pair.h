@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file One query of two bodies at a pose, as every peer answers it.
+/// @file One query of two bodies at a pose, with the same answer for every library.
 #pragma once
 
 #include <array>
@@ -26,20 +26,20 @@ inline void require_ok(Status status) {
 inline constexpr double kNotTold = std::numeric_limits<double>::quiet_NaN();
 
 struct PairAnswer {
-  double microseconds = 0;                                  ///< NaN: there is nothing to time
-  double depth = kNotTold;                                  ///< negative: minus the distance. NaN: not told. [m]
-  double lower = -std::numeric_limits<double>::infinity();  ///< the true depth is told to be no less [m]
-  double upper = std::numeric_limits<double>::infinity();   ///< and no more. [m]
+  double microseconds = 0;                                  ///< NaN: not timed
+  double depth = kNotTold;                                  ///< negative: minus the distance. NaN: none. [m]
+  double lower = -std::numeric_limits<double>::infinity();  ///< lower bound on the true depth. [m]
+  double upper = std::numeric_limits<double>::infinity();   ///< upper bound on the true depth. [m]
   std::size_t contacts = 0;
   std::array<double, 3> position{};   ///< of the deepest contact, on the first body, second's frame. [m]
-  std::array<double, 3> direction{};  ///< there, out of the second, unit; zero: not told
-  /// On the first body, about its centre of mass, second's frame, over the foundation's stiffness. NaN: not told.
+  std::array<double, 3> direction{};  ///< normal there, out of the second body, unit; zero: none
+  /// On the first body, about its centre of mass, second's frame, over the foundation's stiffness. NaN: none.
   /// [m^3], [m^4]
   std::array<double, 3> force{kNotTold, kNotTold, kNotTold}, torque{kNotTold, kNotTold, kNotTold};
   double delta_bound = kNotTold;  ///< of QueryResult. [m]
 };
 
-/// Two copies of a body. The bodies' frames lie at their centres of mass.
+/// Queries two copies of a body. The origins of the bodies' frames are their centres of mass.
 class PairPeer {
  public:
   virtual ~PairPeer() = default;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The settings that no other one beats in both of two numbers.
+/// @file The Pareto front of candidates by cost and error.
 #pragma once
 
 #include <cmath>
@@ -9,20 +9,20 @@
 
 namespace vps::lab {
 
-/// What it costs and what it errs; NaN: not known, and not on the front.
+/// A candidate with NaN as cost or error is not on the front.
 struct Candidate {
   double cost = 0;
   double error = 0;
   double noise = 0;  ///< of the cost
 };
 
-/// Another measurement may have them the other way round.
+/// Whether the costs differ by no more than their noise: another measurement may order them the other way.
 [[nodiscard]] inline bool within_noise(const Candidate& a, const Candidate& b) {
   return std::abs(a.cost - b.cost) <= a.noise + b.noise;
 }
 
-/// Numbers of the candidates that none other has as little or less of both and less of one: by cost, from the cheapest.
-/// Of equal ones, the first.
+/// Indices of the candidates that no other dominates, from the cheapest. A candidate dominates another when its cost
+/// and error are no larger and one of them is smaller. Of equal candidates the first is taken.
 [[nodiscard]] std::vector<std::size_t> pareto_front(std::span<const Candidate> candidates);
 
 }  // namespace vps::lab

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The triangles of a body's surface, in a tree of balls, for searches by the oracle.
+/// @file A tree of bounding balls over the triangles of a body's surface, for searches by the oracle.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ inline Point moved(const Pose& pose, const Point& p) {
   return out;
 }
 
-/// A triangle, and a ball round it.
+/// A triangle and its bounding ball.
 struct Patch {
   std::array<Point, 3> corners{};
   Point centre{};
@@ -41,7 +41,7 @@ struct Patch {
     for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] = (c[0][axis] + c[1][axis] + c[2][axis]) / 3;
     for (const Point& corner : c) radius = std::max(radius, distance(centre, corner));
   }
-  /// Cut across the longest side, so that slivers lose their length first.
+  /// Two halves, cut at the middle of the longest side, so that slivers get shorter first.
   [[nodiscard]] std::array<Patch, 2> halves() const {
     std::size_t at = 0;
     for (std::size_t i = 1; i < 3; ++i) {
@@ -58,7 +58,8 @@ struct Patch {
   [[nodiscard]] double side(std::size_t i) const { return distance(corners[i], corners[(i + 1) % 3]); }
 };
 
-/// Balls round groups of triangles, halved down to single ones. Ball 0 holds the body.
+/// Each ball bounds a group of triangles and its two children the halves of the group, down to single triangles. Ball 0
+/// bounds the whole body.
 class PatchTree {
  public:
   struct Ball {

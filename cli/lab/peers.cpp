@@ -14,7 +14,7 @@
 namespace vps::lab {
 namespace {
 
-// Bullet adds the margins of both hulls to every depth: whoever gives them knows to take them off.
+// Bullet adds the margins of both hulls to every depth. This subtracts them again, as a user would.
 class WithoutMargins final : public PairPeer {
  public:
   WithoutMargins(std::unique_ptr<PairPeer> peer, double margin) : peer_(std::move(peer)), margin_(margin) {}
@@ -78,7 +78,7 @@ class PeerMaker {
            std::function<std::unique_ptr<PairPeer>()> make) {
     out_.peers.push_back({name, series, remark, Way::bullet, DepthOf::hulls, {series, std::move(make)}, {}});
   }
-  // With margins a pair is mostly told by GJK, without by EPA.
+  // Adds hulls without and with a margin: Bullet mostly uses GJK with margins, and EPA without.
   template <class Make>
   void add_hulls(const std::string& name, const std::string& series, const std::string& remark, Make shape_with) {
     for (const double margin : {0.0, options_.margin}) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The peers of a report by name.
+/// @file The other collision libraries and shapes of a report, by name.
 #pragma once
 
 #include <cstdint>
@@ -13,19 +13,19 @@
 
 namespace vps::lab {
 
-/// "hull", "hacd", "gimpact", "fcl": what may be left out.
+/// "hull", "hacd", "gimpact", "fcl": the names that --without takes.
 [[nodiscard]] const std::vector<std::string>& peer_names();
 
-/// What is timed, and answers: only rows asked alike compare.
+/// The call that a row times. Only rows with the same one are comparable.
 enum class Way : std::uint8_t {
   query,   ///< one call of a library, with all contacts
   bullet,  ///< Bullet's whole narrowphase of a pair, down to a manifold of at most four contacts
 };
 
-/// What a depth that is told is the depth of.
+/// The objects whose overlap an answered depth measures.
 enum class DepthOf : std::uint8_t {
   bodies,     ///< the deepest point of one body below the other's surface
-  hulls,      ///< a pair of hulls, along the way that parts them soonest
+  hulls,      ///< a pair of hulls, along the shortest translation that separates them
   triangles,  ///< a pair of triangles
 };
 
@@ -36,7 +36,7 @@ struct Peer {
   Way way = Way::bullet;
   DepthOf depth_of = DepthOf::hulls;
   Contender contacts;
-  Contender distance;  ///< without `make`: it has none
+  Contender distance;  ///< without `make`: no distance query
 };
 
 struct LeftOut {
@@ -46,11 +46,11 @@ struct LeftOut {
 
 struct Peers {
   std::vector<Peer> peers;
-  std::vector<LeftOut> left_out;  ///< as asked, or since they cannot be asked
+  std::vector<LeftOut> left_out;  ///< by an option, or because they cannot be queried
 };
 
 struct PeerOptions {
-  double margin = 0;                    ///< a voxel of the base: what a user would give hulls and GImpact. [m]
+  double margin = 0;                    ///< of hulls and GImpact: a voxel of the base, as a user would choose. [m]
   std::vector<std::string> without;     ///< names
   std::filesystem::path folder;         ///< where HACD's hulls are kept
   std::function<void()> announce_hacd;  ///< called before it takes minutes; may be empty

@@ -17,35 +17,35 @@
 namespace vps::lab {
 namespace {
 
-// The deepest point of a body's surface in a copy of it: balls round groups of triangles, halved down to single ones,
-// which are halved in turn.
+// Finds the deepest point of a body's surface in a copy of the body: a search down a tree of balls to single triangles,
+// which are halved further.
 class DeepestPoint {
  public:
   /// @param most_work  of PoseOptions
   DeepestPoint(const TriangleMesh& body, std::size_t most_work)
       : oracle_(body), distance_(fcl_distance(body)), tree_(body), most_work_(most_work) {}
-  /// A depth that there is; the greatest is at most `tolerance` more. Bodies without a common point must not lie in
-  /// each other. [m]
+  /// The depth of a point of the surface; the greatest depth is at most `tolerance` more. Neither body may lie inside
+  /// the other without a common point of their surfaces. [m]
   [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) {
-    constexpr std::size_t kDistance = 1000;  // takes about as long
+    constexpr std::size_t kDistance = 1000;  // one distance query takes as long as so many points
     work_ += kDistance;
     if (const double apart = distance_->query(first_in_second).depth; apart < 0) return apart;
     Search search{first_in_second, tolerance};
     visit(0, penetration(tree_.ball(0).centre, first_in_second), search);
     return search.best;
   }
-  /// Radius of a ball round the origin that holds the body. [m]
-  /// For the next pose.
+  /// Resets the count of work for the next pose.
   void start() { work_ = 0; }
-  /// What `depth` said is less than there is.
+  /// Whether the work is used up: the last `depth` may then be too small.
   [[nodiscard]] bool exhausted() const { return most_work_ > 0 && work_ >= most_work_; }
+  /// Radius of a ball round the origin that holds the body. [m]
   [[nodiscard]] double reach() const { return distance(tree_.ball(0).centre, {}) + tree_.ball(0).radius; }
 
  private:
   struct Search {
     const Pose& pose;
     double tolerance = 0;
-    double best = 0;  // at the surfaces' common points
+    double best = 0;  // the depth at the surfaces' common points
     [[nodiscard]] bool worth(double bound) const { return bound > best + tolerance; }
   };
 
@@ -79,7 +79,7 @@ class DeepestPoint {
   void visit(const Patch& patch, double at_centre, Search& search) {
     search.best = std::max(search.best, at_centre);
     if (exhausted()) return;
-    // Of flat faces the ball alone leaves far too much.
+    // The ball alone gives a far too large bound for flat faces.
     if (!search.worth(at_centre + patch.radius) || !search.worth(depth_bound(patch, search.pose))) return;
     const std::array<Patch, 2> halves = patch.halves();
     const double values[2] = {penetration(halves[0].centre, search.pose), penetration(halves[1].centre, search.pose)};
@@ -94,7 +94,7 @@ class DeepestPoint {
   std::size_t work_ = 0;
 };
 
-// One approach; false when it does not get there, or only by many steps because it grazes.
+// Tries one approach. Returns false when it does not reach the depth, or not within `kSteps`, as where it grazes.
 bool approach(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
   constexpr int kSteps = 60;
   const std::array<double, 9> rotation = random.rotation();
@@ -112,7 +112,7 @@ bool approach(DeepestPoint& deepest, double wanted, const PoseOptions& options, 
   return false;
 }
 
-// Whether some approach gets there.
+// Tries approaches until one reaches the depth; false when none does.
 bool place(DeepestPoint& deepest, double wanted, const PoseOptions& options, Random& random, PairPose& out) {
   constexpr int kApproaches = 200;
   deepest.start();
@@ -123,7 +123,7 @@ bool place(DeepestPoint& deepest, double wanted, const PoseOptions& options, Ran
 }
 
 std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
-  constexpr int kInARow = 5;  // where so many are left out the rest of the range is not sought
+  constexpr int kInARow = 5;  // after so many poses left out in a row, the rest of the range is left out
   DeepestPoint deepest(body, options.most_work);
   Random random(options.seed);
   std::vector<PairPose> poses;
@@ -148,7 +148,7 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
       }
       if (options.progress) options.progress(++asked);
     }
-    if (range.count > 0 && poses.size() == before) break;  // nor would deeper ones be found
+    if (range.count > 0 && poses.size() == before) break;  // deeper poses would not be found either
   }
   return poses;
 }

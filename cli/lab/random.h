@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Deterministic numbers, the same on every machine.
+/// @file Deterministic pseudo-random numbers, the same on every machine.
 #pragma once
 
 #include <array>

@@ -17,15 +17,15 @@
 namespace vps::lab {
 namespace {
 
-// Half a voxel's diagonal: certificates end so far from the band's ends. [vx]
+// Half a voxel's diagonal: certificates end at this distance from the band's ends. [vx]
 const double kHalfDiagonal = std::sqrt(3.0) / 2;
-// Of a file, about, with its share of the tree.
+// Approximate bytes of a file per point, the tree included.
 constexpr double kBytesPerPoint = 14;
 constexpr double kAlphas[] = {4, 2.8, 2, 1.4142135623730951, 1, 0.7, 0.5};
 constexpr std::size_t kDefaultAlpha = 3;
 const double kStep = std::pow(2.0, 0.25);  // from voxel size to voxel size
 
-// Three digits of millimetres, downwards: what is measured is what the command line says.
+// Rounds down to three digits of millimetres, so that the command line shows exactly the measured value.
 double rounded(double metres) {
   const int power = int(std::floor(std::log10(1000 * metres))) - 2;
   const double digits = std::floor(1000 * metres / std::pow(10.0, power) + 1e-6);
@@ -63,7 +63,7 @@ class Search {
   void search_by_error() {
     const double coarsest = find_coarsest();
     plan(coarsest);
-    // Contacts as deep as the certificate of a default band goes: who asks for a finer error has shallower ones.
+    // Limits the poses' depths to the range of the certificate of a default band: finer limits get shallower contacts.
     const double certified = (bake::BakeOptions{}.band_inside - kHalfDiagonal) * coarsest;
     truth_.options.contact = std::min(truth_.options.contact, certified);
     truth_.options.gap = std::min(truth_.options.gap, certified);
@@ -85,10 +85,10 @@ class Search {
     }
   }
 
-  // The coarsest voxels, about, with which the field is off by no more, by its certificate.
+  // Finds about the largest voxel size whose certified field error keeps the limit.
   double find_coarsest() {
     const double limit = options_.limits.error;
-    constexpr double kUsual = 0.23;  // bound of a field, over the voxel size
+    constexpr double kUsual = 0.23;  // usual error bound of a field, over the voxel size
     constexpr int kTrials = 10;
     const double most = longest_ / 8;
     double good = 0;
@@ -97,7 +97,7 @@ class Search {
     double least_seen = bad;
     for (int n = 0; n < kTrials; ++n) {
       const std::optional<std::size_t> tried = bake_once(rounded(voxel), kAlphas[kDefaultAlpha]);
-      if (!tried) {  // too fine for a crack
+      if (!tried) {  // the voxels may be too fine to close a crack
         if (good > 0 || refused_by_plan_ || voxel >= most) break;
         voxel = std::min(1.3 * voxel, most);
         continue;
@@ -121,10 +121,10 @@ class Search {
                             refusal_.empty() ? "" : ": " + refusal_));
   }
 
-  // From a spacing on, coarser while the error is met, or finer until it is. Where a file within the limits is known
-  // already only coarser ones than its: finer voxels with as many points make a larger file.
-  // @param alpha  number in kAlphas to begin with; then the one that was found, or the finest
-  // @return whether it can be baked
+  // Searches a spacing: coarser ones while the error limit is kept, or finer ones until it is. Where a setting within
+  // the limits is known, only coarser spacings are tried, since finer voxels with as many points make a larger file.
+  // @param alpha  index into kAlphas to begin with; set to the one found, or to the last one tried
+  // @return whether the first setting can be baked
   bool find_alpha(double voxel, std::size_t& alpha) {
     const bool known = smallest_within() < std::numeric_limits<double>::infinity();
     std::size_t at = known && alpha > 0 ? alpha - 1 : alpha;
@@ -158,8 +158,8 @@ class Search {
     return smallest;
   }
 
-  // Whether a file with finer voxels and points a step further apart, half as many, may be smaller than the smallest
-  // that keeps within the limits.
+  // Whether finer voxels with points a step further apart, half as many, may give a smaller file than the smallest one
+  // within the limits.
   [[nodiscard]] bool finer_may_help(double voxel) const {
     double map = std::numeric_limits<double>::infinity();
     double points = 0;  // of the smallest
@@ -184,13 +184,13 @@ class Search {
       return;
     }
     while (at > 0 && !try_alphas(voxels[at - 1])) --at;
-    // Fewer points take less time and fewer bytes: until no grid is so coarse.
+    // Fewer points take less time and fewer bytes. This goes on until the plan refuses so coarse a grid.
     double voxel = voxels[0];
     while (at == 0 && !refused_by_plan_ && !try_alphas(voxel = rounded(voxel * std::sqrt(2.0)))) {
     }
   }
 
-  // Whether one of the usual spacings keeps within the limits.
+  // Whether one of the usual spacings keeps the limits.
   bool try_alphas(double voxel) {
     bool within = false;
     for (const double alpha : {1.0, kAlphas[kDefaultAlpha], 2.0}) {
@@ -202,10 +202,10 @@ class Search {
     return within;
   }
 
-  // --- what both need
+  // --- used by both searches
 
-  // The mesh that the truth is of: closed for the first voxel size that can close it. Those that are tried close it
-  // anew, as the bakes of whoever follows the recommendation do.
+  // Makes the closed mesh for the truth, with the first voxel size that can close it. Each trial closes the mesh again,
+  // as a later bake by the user does.
   void plan(double voxel) {
     bake::BakeOptions base = options_.base;
     base.voxel_size = voxel;
@@ -218,7 +218,7 @@ class Search {
         if (base.voxel_size > longest_ / 8) throw;
       }
     }
-    // The pointshell is not needed to know the centre, nor a fine grid.
+    // The centre of mass needs neither a pointshell nor a fine grid.
     base.voxel_size = std::max(base.voxel_size, longest_ / 32);
     base.pointshell = false;
     closed_ = centred(std::move(closed_), *bake_in_memory(closed_, base));
@@ -237,14 +237,14 @@ class Search {
     std::copy(std::begin(truth_.found), std::end(truth_.found), out_.poses);
   }
 
-  // One of `tried`, where it can be baked.
+  // Bakes a setting once. @return its index in `tried`; nothing when it cannot be baked
   std::optional<std::size_t> bake_once(double voxel, double alpha) {
     Tried tried;
     tried.bake = options_.base;
     tried.bake.voxel_size = voxel;
     tried.bake.resolution = 0;
     tried.bake.alpha = alpha;
-    // The band has to hold the depths that are asked for.
+    // The band must contain the depths of the truth's poses.
     const double band = std::ceil(2 * (truth_.options.contact / voxel + kHalfDiagonal) - 0.01) / 2;
     tried.bake.band_inside = std::clamp(band, tried.bake.band_inside, 8.0);
     for (std::size_t i = 0; i < out_.tried.size(); ++i) {
@@ -274,7 +274,7 @@ class Search {
     return out_.tried.size() - 1;
   }
 
-  // Those that have not been measured yet.
+  // Measures the trials that have not been measured yet.
   void measure() {
     std::vector<Pose> poses;
     for (const TruePose& p : truth_.poses) poses.push_back(p.pose.first_in_second);
@@ -295,7 +295,7 @@ class Search {
     }
   }
 
-  // By how much a setting exceeds a limit at most; up to 1: by nothing.
+  // The largest ratio of a measured value to its limit; up to 1: no limit is exceeded.
   [[nodiscard]] double excess(const Tried& t) const {
     const Limits& limits = options_.limits;
     double most = 0;

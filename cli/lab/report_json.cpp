@@ -152,7 +152,7 @@ std::string csv_cell(const ordered_json& value) {
   return out + "\"";
 }
 
-// Where a row has null, another may have an object: columns are those of a row with everything.
+// The columns of a row that has all values. Other rows may have null in the place of an object.
 ordered_json all_columns() {
   Row row;
   row.setting.emplace();

@@ -19,16 +19,16 @@ struct ReportedMesh {
   lab::Measurement measured;
 };
 
-/// What each measure means, with its unit: for pages and readers of the file.
+/// The meaning and unit of each measure, for the page and for readers of the file.
 [[nodiscard]] nlohmann::ordered_json measure_definitions();
 
 [[nodiscard]] nlohmann::ordered_json mesh_to_json(const ReportedMesh& mesh);
 
-/// One line per row of every mesh of a whole report; keys of nested objects are joined by points. What is not told is
-/// empty.
+/// One line per row of every mesh of a whole report. Keys of nested objects are joined by points. Cells without a value
+/// are empty.
 [[nodiscard]] std::string rows_to_csv(const nlohmann::ordered_json& report);
 
-/// "Pareto front of ...: A (1.2 us, 0.03 mm); ~ B ...": the tilde where B's time is within the noise of A's.
+/// "Pareto front, ...: A (1.2 us, 0.03 mm); ~ B ...". The tilde marks a time within the noise of the one before.
 [[nodiscard]] std::string front_line(const lab::Measurement& measured, const lab::Front& front);
 
 }  // namespace vps::cli

@@ -8,7 +8,7 @@
 namespace vps::lab {
 namespace {
 
-// Why a row's numbers do not compare; empty: they do.
+// Why a row cannot be on a front; empty when it can.
 std::string refusal_of(const Row& row, Cost cost) {
   if (row.setting && !row.setting->repeatable()) return "a clock decides what it answers: another time another depth";
   const Spread& off = row.errors.contact.penetration;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The rows of a report, and which of them no other beats.
+/// @file The rows of a report, and their Pareto fronts.
 #pragma once
 
 #include <cstdint>
@@ -14,39 +14,38 @@
 
 namespace vps::lab {
 
-/// One point of the plots: a setting of ours, or a peer.
+/// One point of the plots: a setting of this library, or another library.
 struct Row {
   std::string name;
   std::string series;
-  std::string knob;    ///< of Setting; "bullet": a setting of another row, asked in Bullet; "peer"
-  std::string remark;  ///< what the row is; may be empty
+  std::string knob;    ///< of Setting; "bullet": another row's setting, queried in Bullet; "peer": another library
+  std::string remark;  ///< describes the row; may be empty
   Way way = Way::query;
   DepthOf depth_of = DepthOf::bodies;
-  std::optional<Setting> setting;  ///< nothing: a peer
-  std::size_t bytes = 0;           ///< of the asset's file; 0: there is none
+  std::optional<Setting> setting;  ///< nothing: another library
+  std::size_t bytes = 0;           ///< of the asset's file; 0: no asset
   std::size_t points = 0;
-  double field_bound = 0;      ///< of the certificate. [m]
+  double field_bound = 0;      ///< error bound of the field's certificate. [m]
   double covering_radius = 0;  ///< [m]
   double bake_seconds = 0;     ///< without the import; 0: not baked
-  Times contacts;              ///< of all poses
-  Times distances;             ///< of the poses apart
+  Times contacts;              ///< contact queries, over all poses
+  Times distances;             ///< distance queries, over the poses apart
   Errors errors;
-  Spread distance;       ///< error; of none asked: tells no distance in this row
+  Spread distance;       ///< error of the distance; `asked` is 0 where the row has no distance
   Held separation_held;  ///< bounds of `separation`, over all poses
-  Held budget_held;      ///< delta_bound, with a level or a budget
+  Held budget_held;      ///< `delta_bound`, for rows with a level or a budget
 };
 
 enum class Cost : std::uint8_t { time, bytes };
 
-/// Of the rows that are asked in one way: what no other has as little or less of in both RMS error of penetration in
-/// contact and cost.
+/// The Pareto front of the rows that are queried in one way, by cost and RMS error of penetration in contact.
 struct Front {
   struct Member {
     std::size_t row = 0;
-    bool tied = false;  ///< its cost and that of the member before are within the noise of both
+    bool tied = false;  ///< its cost differs from that of the member before by no more than the noise
   };
   Way way = Way::query;
-  Cost cost = Cost::time;         ///< the median time of a query, or the file
+  Cost cost = Cost::time;         ///< the median time of a query, or the file's size
   std::vector<Member> members;    ///< from the cheapest
   std::vector<LeftOut> left_out;  ///< rows of this way that were not compared
 };

@@ -59,7 +59,7 @@ class Sweep {
     if (std::none_of(settings_.begin(), settings_.end(), same)) settings_.push_back(setting);
   }
 
-  // The base asset, asked otherwise.
+  // Adds another query of the base asset.
   Setting& add_query(const char* knob, const std::string& more) {
     Setting setting = settings_.front();
     setting.name += ", " + more;
@@ -108,7 +108,8 @@ class Sweep {
     }
   }
 
-  // Steps of 10^-p m from the coarsest that may be stored to the finest that 16 bits hold, no more than four.
+  // Adds steps of 10^-p m, from the coarsest that may be stored to the finest that fits 16 bits: at most four, or one
+  // in a quick sweep.
   void precisions() {
     const double s = base_.voxel_size;
     const double band = std::max(base_.band_inside, base_.band_outside) * s;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a report sweeps: settings of the bake and of the query, round a base. Deterministic.
+/// @file The settings of bakes and queries that a report sweeps, around a base. Deterministic.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,22 @@ namespace vps::lab {
 
 /// One point of a plot.
 struct Setting {
-  std::string name;    ///< unique in a sweep: what differs from the base
-  std::string series;  ///< of plots: "scaled", "real", "layers" ...
-  std::string
-      knob;  ///< that was turned: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests, time
+  std::string name;    ///< unique in a sweep: the settings in words
+  std::string series;  ///< in plots: "scaled", "real", "layers" ...
+  /// The setting that differs from the base: base, voxel, alpha, voxel_alpha, field, precision, branching, level, tests
+  /// or time.
+  std::string knob;
   bake::BakeOptions bake;  ///< with one field
   Reading reading = Reading::queries;
-  std::uint32_t level = 0;  ///< of QueryOptions; as the two below
+  std::uint32_t level = 0;  ///< of QueryOptions, as are the next two
   std::uint32_t max_tests = 0;
   float max_microseconds = 0;
 
-  /// No clock decides what it answers.
+  /// Whether the answers do not depend on a clock.
   [[nodiscard]] bool repeatable() const { return max_microseconds == 0; }
 };
 
-/// How much is swept.
+/// The size of a sweep.
 enum class SweepSize : std::uint8_t { full, quick };
 
 /// "layers", "scaled" or "real".

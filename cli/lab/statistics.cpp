@@ -8,7 +8,7 @@ namespace vps::lab {
 
 double percentile(std::vector<double> values, double part) {
   std::sort(values.begin(), values.end());
-  // Not one too far where the product is whole but for its last digit.
+  // The 1e-9 keeps a rounding error of the product from raising the rank by one.
   const double rank = std::ceil(part * double(values.size()) - 1e-9);
   return values[static_cast<std::size_t>(std::clamp(rank, 1.0, double(values.size()))) - 1];
 }
@@ -44,7 +44,7 @@ Times times_of(const std::vector<std::vector<double>>& rounds) {
   }
   const auto fill = [&](double part, double& value, double& noise) {
     value = percentile(medians, part);
-    // Whatever rounds agree on, another run may differ by a twentieth: other pages of memory, another clock rate.
+    // Another run may differ by a twentieth even where the rounds agree: other pages of memory, another clock rate.
     noise = value / 20;
     for (const auto& round : rounds) noise = std::max(noise, 2 * std::abs(percentile(round, part) - value));
   };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What many numbers come to.
+/// @file Percentiles of errors and times, and the noise of times.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace vps::lab {
 
-/// The smallest of them that at least `part` of them do not exceed. @pre not empty
+/// The smallest of the values that a share of at least `part` of them does not exceed. @pre not empty
 [[nodiscard]] double percentile(std::vector<double> values, double part);
 
-/// Errors over poses: of `asked` poses `told` had an answer; the rest is about these. All 0 when none had.
+/// Errors over `asked` poses, of which `told` had an answer. The other numbers are over these; 0 when there are none.
 struct Spread {
   std::size_t asked = 0;
   std::size_t told = 0;
@@ -20,11 +20,12 @@ struct Spread {
   double p99 = 0;
   double max = 0;
 };
-/// @param errors  at least 0; NaN: not told
+/// @param errors  at least 0; NaN: no answer
 [[nodiscard]] Spread spread_of(std::span<const double> errors);
 
-/// Times over poses, each the median of its rounds, and their noise: twice what a single round is off at most, at least
-/// a twentieth. Of two runs on one machine each is within the noise of both.
+/// Times over poses and their noise. A pose's time is the median of its rounds. The noise is twice the largest
+/// deviation of a single round, and at least a twentieth of the value. Two runs on one machine differ by no more than
+/// the sum of their noises.
 struct Times {
   std::size_t rounds = 0;  ///< 0: not timed
   double p50 = 0, p99 = 0, max = 0;

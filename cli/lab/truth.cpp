@@ -52,7 +52,7 @@ void integrate(const TriangleMesh& body, GroundTruth& truth, const Progress& pro
 
 void add_wrenches(const TriangleMesh& body, GroundTruth& truth, const std::filesystem::path& folder,
                   const Progress& progress) {
-  // The poses themselves are the key.
+  // The file's key has the poses themselves.
   std::vector<double> key{truth.options.wrench.tolerance, truth.options.wrench.widest,
                           double(truth.options.wrench.most_pieces)};
   for (const TruePose& p : truth.poses) {

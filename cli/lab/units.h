@@ -15,11 +15,11 @@ struct LengthUnit {
   double size = 1;  ///< [m]
   /// Four digits at most, without the unit.
   [[nodiscard]] std::string number(double metres) const { return fmt::format("{:.4g}", metres / size); }
-  /// With it.
+  /// Four digits at most, with the unit.
   [[nodiscard]] std::string text(double metres) const { return number(metres) + " " + name; }
 };
 
-/// In which the middle one of the lengths is at least 0.1; of none, or where nothing is positive, metres.
+/// The largest unit in which the median of the positive lengths is at least 0.1. Metres when no length is positive.
 [[nodiscard]] inline LengthUnit unit_for(std::vector<double> lengths) {
   std::erase_if(lengths, [](double length) { return !(length > 0); });
   if (lengths.empty()) return {};

@@ -32,8 +32,8 @@ struct Piece {
   Vector3d inward = Vector3d::Zero();  // unit
   double area = 0;
   double longest = 0;   // side
-  double pressure = 0;  // integral of V where it is positive, by the middles: exact where V is a quadratic function
-  double error = 0;     // estimate
+  double pressure = 0;  // integral of V where positive, by the values at the middles: exact for a quadratic V
+  double error = 0;     // estimated error of `pressure`
 };
 
 class Integral {
@@ -88,7 +88,8 @@ class Integral {
 
   void push(Piece piece) {
     piece.longest = longest_side(piece.corners);
-    // No point of a triangle is farther from all corners than this, and V changes no faster than one goes.
+    // No point of the triangle is farther than this from its nearest corner, and V changes by no more than the
+    // distance.
     const double most = *std::max_element(piece.at_corners.begin(), piece.at_corners.end());
     if (most + piece.longest / std::sqrt(3.0) <= 0) return;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -111,14 +112,14 @@ class Integral {
     const auto [low_middle, high_middle] = std::minmax_element(piece.at_middles.begin(), piece.at_middles.end());
     const double least = std::min(*low_corner, *low_middle);
     const double most = std::max(*high_corner, *high_middle);
-    // Of the four triangles between the six places.
+    // The same bound for the four triangles between the six sampled points.
     const double unseen = piece.longest / 2 / std::sqrt(3.0);
     piece.pressure = piece.area * positive(piece.at_middles) / 3;
     if (most + unseen <= 0) return;
-    // The rules by the corners and by the middles agree where V is linear. Where V changes its sign neither is right.
+    // The quadratures by corners and by middles agree where V is linear. Where V changes its sign both are wrong.
     piece.error = std::abs(piece.area * positive(piece.at_corners) / 3 - piece.pressure);
     if (least < 0) piece.error = std::max(piece.error, piece.area * std::max(most, 0.0) / 4);
-    // What six places cannot tell.
+    // Here six samples are too few for an estimate, so this is a bound.
     if (most <= 0 || piece.longest > widest_) piece.error = std::max(piece.error, piece.area * (most + unseen));
   }
 

@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the folder cannot be written, as far as a check beforehand shows; empty when it can.
+// Why the folder cannot be written, as far as a check beforehand shows; empty when it can.
 std::string folder_refusal(const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored) && !fs::is_directory(folder, ignored)) return "this is a file; name a folder with -o";
@@ -71,7 +71,7 @@ BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::
   }
 }
 
-// How much finer an asset has to be for its share of the wished error; 1 when it is fine enough.
+// Factor by which an asset must be finer to keep the wished error; 1 when it is fine enough.
 double lacking(const PlannedAsset& asset, const AssetInfo& info, double error) {
   double worst = 1;
   if (asset.options.voxelmap) worst = std::max(worst, info.scaled_error.bound / (kFieldShare * error));
@@ -110,7 +110,7 @@ void plan_run(SceneRun& run) {
   for (PlannedAsset& asset : run.plan.assets) name_asset(run, asset);
 }
 
-// Files of these names may be there when they are the program's.
+// Files with these names may exist if this program wrote them.
 std::optional<RefusedFile> refused_output(const SceneRun& run) {
   const fs::path& folder = run.options.folder;
   if (const std::string reason = folder_refusal(folder); !reason.empty()) return RefusedFile{folder, reason};
@@ -127,7 +127,7 @@ std::optional<RefusedFile> refused_output(const SceneRun& run) {
   return std::nullopt;
 }
 
-// What a cache has is good, and the first bake begins with this check.
+// Skips assets in the cache, which were baked before, and the first asset to bake, whose bake begins with this check.
 void check_meshes(const SceneRun& run) {
   bool is_first = !run.options.dry_run;
   for (const PlannedAsset& asset : run.plan.assets) {

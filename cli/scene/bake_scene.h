@@ -13,11 +13,11 @@
 namespace vps::cli {
 
 struct SceneBakeOptions {
-  std::filesystem::path scene;   ///< file
-  std::filesystem::path folder;  ///< of the assets and the manifest
+  std::filesystem::path scene;   ///< the scene's file
+  std::filesystem::path folder;  ///< for the assets and the manifest
   std::string cache;             ///< folder of an AssetCache; empty: none
-  bool full = false;             ///< everything: both parts and all fields
-  bool compare = false;          ///< what is usual and everything as well
+  bool full = false;             ///< bakes both parts and all fields
+  bool compare = false;          ///< also bakes ordinary and full assets, to compare
   bool dry_run = false;
   std::function<void(const std::string& warning)> warn;  ///< of the cache, without a full stop; may be empty
 };
@@ -32,7 +32,7 @@ struct SceneRun {
   std::vector<std::string> removed = {};  ///< assets of an earlier plan
 };
 
-/// A file that cannot be written, and why: "reason; what to do".
+/// A file that cannot be written. `reason` is "reason; what to do".
 struct RefusedFile {
   std::filesystem::path file;
   std::string reason;
@@ -44,14 +44,16 @@ void plan_run(SceneRun& run);
 /// The first output that cannot be written, as far as a check beforehand shows; nothing when all can.
 [[nodiscard]] std::optional<RefusedFile> refused_output(const SceneRun& run);
 
-/// Meshes that cannot be baked are refused before anything is, also in a dry run. @throw SceneError
+/// Refuses meshes that cannot be baked, before the first bake and in a dry run. @throw SceneError
 void check_meshes(const SceneRun& run);
 
-/// Bakes, or takes from the cache, and refines assets until the wished error holds. @throw SceneError, WriteError
+/// Bakes the assets or takes them from the cache, and refines them until they keep the wished error.
+/// @throw SceneError, WriteError
 void bake_scene(SceneRun& run);
 
-/// The manifest comes last: where it is, its assets are. Those that only its predecessor had go with it.
-/// @return the manifest's name
+/// Writes the assets and then the manifest, so that a manifest's assets always exist. Removes assets that only the
+/// former manifest lists.
+/// @return the manifest's path
 /// @throw SceneError, WriteError
 std::string write_scene(SceneRun& run);
 

@@ -38,7 +38,7 @@ std::vector<std::string> remove_unlisted(const fs::path& folder, const std::set<
   for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
     if (entry->path().filename().string().ends_with(".vps.json")) listed.merge(assets_of(entry->path()));
   }
-  if (failed) return removed;  // nobody knows who else needs them
+  if (failed) return removed;  // manifests that were not read may list them
   for (const std::string& name : former) {
     const fs::path file = folder / name;
     const bool is_asset = fs::is_regular_file(file, failed) && asset_refusal(file).empty();

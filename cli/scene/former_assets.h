@@ -13,8 +13,8 @@ namespace vps::cli {
 /// other folders are left out.
 [[nodiscard]] std::set<std::string> assets_of(const std::filesystem::path& manifest);
 
-/// Removes those of `former` that no manifest (*.vps.json) in the folder lists. What is not an asset is left alone.
-/// @return names of the removed
+/// Removes those of `former` that no manifest (*.vps.json) in the folder lists. Only removes assets.
+/// @return the names of the removed files
 [[nodiscard]] std::vector<std::string> remove_unlisted(const std::filesystem::path& folder,
                                                        const std::set<std::string>& former);
 

@@ -16,21 +16,21 @@
 namespace vps::cli {
 namespace {
 
-// Voxels along a body's longest side where nothing is wished, and the fewest that are sensible.
+// Default number of voxels along a body's longest side, and the smallest sensible one.
 constexpr double kUsualResolution = 200;
 constexpr double kLeastResolution = 32;
 
-// What a wished error asks for: see docs/decisions.md.
-constexpr double kFieldBound_vx = 0.24;    // of certificates: 0.22 where samples were laid for 0.1 voxel
+// For planning with a wished error: see docs/decisions.md.
+constexpr double kFieldBound_vx = 0.24;    // certificates' bound: 0.22 where samples were placed for 0.1 voxel
 constexpr double kCoverPerSpacing = 1.12;  // covering radius: 1.05 for the bunny
 
-// Narrowphase of a pair that is in touch, on the machine of docs/benchmarks/query.md: 99 % of 400 poses of two bunnies,
-// of 36,296 and 74,236 points, took less than 31.6 and 48.7 us, and of their steps on a plane less than 3 us.
+// Narrowphase time of a pair in contact, on the machine of docs/benchmarks/query.md. 99 % of 400 poses of two bunnies,
+// of 36,296 and 74,236 points, took less than 31.6 and 48.7 us. 99 % of their steps on a plane took less than 3 us.
 constexpr double kPair = 5e-6;
 constexpr double kPairPerRootPoint = 0.16e-6;
 constexpr double kPrimitive = 1e-6;
 constexpr double kPrimitivePerRootPoint = 0.01e-6;
-constexpr std::size_t kNeighbours = 12;  // that bodies of about the same size touch at once
+constexpr std::size_t kNeighbours = 12;  // number of bodies of about the same size that touch one at once
 
 // A single manifold keeps the paper's bunny on its plane down to 30 Hz, segments down to 10 Hz (Sec. 4).
 constexpr double kLongStep = 1.0 / 30;
@@ -62,7 +62,7 @@ void find_pairs(const Scene& scene, ScenePlan& plan) {
         plan.partners[a].push_back(b);
         plan.partners[b].push_back(a);
       } else if (first.motion != Motion::fixed || second.motion != Motion::fixed) {
-        plan.apart.emplace_back(a, b);  // of two static bodies Bullet knows it
+        plan.apart.emplace_back(a, b);  // Bullet never collides two static bodies
       }
     }
   }
@@ -89,7 +89,7 @@ void choose_grid(const Scene& scene, const SceneShape& shape, double longest, do
   options.alpha = std::clamp(spacing / options.voxel_size, kLeastAlpha, defaults.alpha);
 }
 
-// Bands of the asset's voxelmap: what moves slowly comes no farther in or out than it moves in a step.
+// Chooses the bands of the asset's voxelmap. A slow body enters or leaves it by no more than its travel in a step.
 void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, bake::BakeOptions& options) {
   double travel = 0;
   bool bounces = false;
@@ -112,8 +112,8 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
   }
   if (!known || !meets) return;
   const bake::BakeOptions defaults;
-  // Contacts ahead hold bodies at the surface, but where restitution is wanted. Beyond the band they are followed by
-  // the closest point.
+  // Speculative contacts hold bodies at the surface, except with restitution. Beyond the band the closest point is
+  // used.
   options.band_inside = std::clamp(travel, 2.0, bounces ? 8.0 : defaults.band_inside);
   options.band_outside = std::clamp(travel, 2.0, defaults.band_outside);
 }
@@ -132,7 +132,8 @@ std::uint64_t points_of(const ScenePlan& plan, const PlannedShape& shape) {
   return plan.assets[shape.asset].predicted_everything.predicted_points;
 }
 
-// Of two meshes the one with fewer points gives the pointshell, as at run time; against Bullet's own shapes the mesh.
+// Of two meshes the one with fewer points uses its pointshell, as at run time. Against Bullet's own shapes the mesh
+// uses its pointshell.
 void choose_parts(const Scene& scene, ScenePlan& plan) {
   const auto add = [&](PlannedShape& shape, Use part) { shape.parts = shape.parts | part; };
   for (PlannedShape& shape : plan.shapes) {
@@ -154,9 +155,9 @@ void choose_parts(const Scene& scene, ScenePlan& plan) {
   });
 }
 
-// Seconds of baking, fitted to 60 bakes of ten meshes on two cores: three in four within a factor of 1.5, the
-// worst 4.4.
-// @param all  with every part and field: scaled samples are a byte of 22 of its voxelmap
+// Seconds of baking, fitted to 60 bakes of ten meshes on two cores. Three in four are within a factor of 1.5, the worst
+// is at 4.4.
+// @param all  plan with both parts and all fields, whose voxelmap takes 22 bytes for each scaled sample
 double predict_seconds(const bake::BakePlan& all, const bake::BakeOptions& options, std::size_t triangles) {
   if (!options.voxelmap && !options.pointshell) return 0;
   const auto points = static_cast<double>(all.predicted_points);
@@ -180,7 +181,7 @@ bake::BakePlan predict(const Scene& scene, const SceneMesh& mesh, const PlannedA
   }
 }
 
-// Assets for the shapes, one for each mesh and way of baking it.
+// Lists the shapes and their assets, one for each mesh and set of options.
 void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution, ScenePlan& plan) {
   std::map<std::tuple<std::size_t, double, bake::Repair, double>, std::size_t> known;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -268,7 +269,7 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
 }  // namespace
 
 ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
-  bool is_free = scene.error.value == 0;  // to be made coarser
+  bool is_free = scene.error.value == 0;  // whether the plan may choose coarser voxels
   if (is_free) {
     is_free = false;
     for (const SceneBody& body : scene.bodies) {
@@ -303,11 +304,11 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
 std::string asset_file(const SceneMesh& mesh, const bake::BakeOptions& options) {
   bake::BakeSettings settings;
   settings.options = options;
-  constexpr std::size_t kLongest = 100;  // names of files have limits
+  constexpr std::size_t kLongest = 100;  // file systems limit names
   std::string stem = mesh.file.stem().string();
   if (stem.size() > kLongest) {
     std::size_t end = kLongest;
-    while (end > 0 && (stem[end] & 0xC0) == 0x80) --end;  // not within a character
+    while (end > 0 && (stem[end] & 0xC0) == 0x80) --end;  // does not cut a UTF-8 character
     stem.resize(end);
   }
   return fmt::format("{}-{}.vps.hdf", stem,

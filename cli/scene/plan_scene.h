@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Works out what a scene needs: who can meet whom, who plays which part, and how fine. Bakes nothing.
+/// @file Plans a scene: which bodies can meet, which part each shape uses, and how fine it is. Bakes nothing.
 #pragma once
 
 #include <set>
@@ -13,26 +13,26 @@
 
 namespace vps::cli {
 
-/// Of a wished error, for the bound of the field's certificate; the rest is for the shell's covering radius.
+/// Share of a wished error for the bound of the field's certificate. The rest is for the shell's covering radius.
 inline constexpr double kFieldShare = 0.25;
 
-/// One asset to bake, for all shapes whose mesh is the same and is baked alike.
+/// One asset to bake, shared by all shapes with the same mesh and the same options.
 struct PlannedAsset {
   std::size_t mesh = 0;
-  std::string file;              ///< by asset_file, without folders; empty until the program names it
-  bake::BakeOptions options;     ///< neither voxelmap nor pointshell: nothing is baked
-  bake::BakeOptions ordinary;    ///< both parts with scaled alone, as `vpsbake MESH` bakes, as fine
-  bake::BakeOptions everything;  ///< both parts and all fields, as fine
+  std::string file;              ///< name from asset_file, without folders; empty until it is set
+  bake::BakeOptions options;     ///< without voxelmap and pointshell nothing is baked
+  bake::BakeOptions ordinary;    ///< both parts with field scaled only, like `vpsbake MESH`, as fine as `options`
+  bake::BakeOptions everything;  ///< both parts and all fields, as fine as `options`
   bake::BakePlan predicted, predicted_ordinary, predicted_everything;
   double seconds = 0, seconds_ordinary = 0,
          seconds_everything = 0;  ///< predicted, on a machine as in docs/scene.md. [s]
-  Place place;                    ///< of the first shape
+  Place place;                    ///< of the first shape that uses it
   [[nodiscard]] bool is_needed() const { return options.voxelmap || options.pointshell; }
 };
 
 struct PlannedShape {
   std::size_t body = 0, shape = 0;
-  std::size_t asset = kNone;  ///< kNone: one of Bullet's own
+  std::size_t asset = kNone;  ///< kNone: one of Bullet's own shapes
   Use parts{};                ///< scaled, pointshell, both, or none
   std::uint32_t segments = 0;
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
@@ -40,24 +40,24 @@ struct PlannedShape {
 
 struct ScenePlan {
   std::vector<PlannedAsset> assets;
-  std::vector<PlannedShape> shapes;                        ///< of all bodies, in their order
-  std::vector<std::size_t> first_shape;                    ///< of each body, and the number of all
-  std::set<std::pair<std::size_t, std::size_t>> meeting;   ///< bodies that can ever meet, the smaller number first
-  std::vector<std::pair<std::size_t, std::size_t>> apart;  ///< that Bullet has to be told to keep apart
+  std::vector<PlannedShape> shapes;      ///< of all bodies, in their order
+  std::vector<std::size_t> first_shape;  ///< index of each body's first shape, then the number of all shapes
+  std::set<std::pair<std::size_t, std::size_t>> meeting;   ///< pairs of bodies that can meet, the smaller index first
+  std::vector<std::pair<std::size_t, std::size_t>> apart;  ///< pairs that Bullet would collide and must not
   double seconds_per_step = 0;                             ///< estimated narrowphase. [s]
   std::size_t bytes = 0;                                   ///< predicted, of all assets
-  std::vector<std::vector<std::size_t>> partners;          ///< of each body: whom it can meet
+  std::vector<std::vector<std::size_t>> partners;          ///< for each body, the bodies that it can meet
 };
 
 /// @throw SceneError naming the line of a wish that cannot be met
 [[nodiscard]] ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes);
 
 /// Name of an asset's file, without folders: the mesh's stem, shortened where it is long, and 8 digits of the
-/// cache_key, so that a name means the same bytes wherever it is.
+/// cache_key, so that equal names mean equal bytes.
 [[nodiscard]] std::string asset_file(const SceneMesh& mesh, const bake::BakeOptions& options);
 
-/// Makes an asset finer by what a bake has shown, so that a wished error is met.
-/// @param by  above 1
+/// Makes an asset's voxels finer, after a bake that missed the wished error.
+/// @param by  factor. [Limits: value > 1]
 void refine(PlannedAsset& asset, double by);
 
 }  // namespace vps::cli

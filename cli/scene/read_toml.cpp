@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes in TOML: docs/scene.md has the keys. Whatever is not understood is an error that names its line.
+// Reads scenes in TOML; docs/scene.md has the keys. Unknown keys and values are errors that name their line.
 #include <fmt/format.h>
 
 #include <toml++/toml.h>
@@ -35,14 +35,14 @@ void read_world(Table table, Scene& scene) {
   if (table.quantities("gravity", parse_acceleration, gravity)) scene.gravity = gravity;
 }
 
-// The file that a key names, beside the scene's.
+// The file that a key names, relative to the scene's folder.
 fs::path file_at(Table& table, const char* key, const std::string& scene) {
   const std::string name = table.text(key, "");
   if (!is_file_name(name)) table.refuse(*table.take(key), fmt::format("{} is not the name of a file", key));
   return (fs::path(scene).parent_path() / name).lexically_normal();
 }
 
-// A mesh or a shape of Bullet's; nothing when the body is a URDF's.
+// Reads a mesh or one of Bullet's shapes; nothing when the body comes from a URDF.
 std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
   SceneShape shape;
   shape.place = table.place();
@@ -88,7 +88,7 @@ std::optional<SceneShape> read_shape(Table& table, const std::string& file) {
   return shape;
 }
 
-// How the meshes of a body are baked and used.
+// Reads how the meshes of a body are baked and used.
 void read_baking(Table& table, SceneBody& body) {
   SceneShape as_said;
   table.quantity("voxel", parse_length, as_said.voxel_size);
@@ -116,14 +116,14 @@ void read_baking(Table& table, SceneBody& body) {
   }
 }
 
-// What a TOML body says of how it moves and whom it meets, over what a URDF has said.
+// Reads how a body moves and what it meets. These keys override those of a URDF.
 void read_motion(Table& table, SceneBody& body, bool from_urdf) {
   const bool has_type = table.has("type");
   body.motion = table.choice<Motion>(
       "type", {{"static", Motion::fixed}, {"kinematic", Motion::kinematic}, {"dynamic", Motion::dynamic}}, body.motion);
   const bool has_mass = table.quantity("mass", parse_mass, body.mass);
   if (has_mass && !has_type) body.motion = Motion::dynamic;
-  if (has_mass) body.inertia.reset();  // was of another mass
+  if (has_mass) body.inertia.reset();  // it belonged to another mass
   if (!has_type && !has_mass && !from_urdf) {
     throw SceneError(table.place(), fmt::format("body '{}' needs type = \"static\", or mass = \"0.1kg\"", body.name));
   }
@@ -136,7 +136,7 @@ void read_motion(Table& table, SceneBody& body, bool from_urdf) {
     body.group = 1;
     body.mask = -1;
   } else {
-    // Bullet's own groups: what does not move by forces does not meet its like.
+    // As Bullet's groups: static and kinematic bodies do not meet each other.
     body.group = 2;
     body.mask = ~2;
     body.mass = 0;
@@ -155,7 +155,7 @@ void read_motion(Table& table, SceneBody& body, bool from_urdf) {
 }
 
 void read_body(Table table, const std::string& file, Scene& scene) {
-  // A needed key that is mistyped is not a missing one.
+  // Checked first, so that a mistyped key is not reported as a missing one.
   table.allow_only({"name",     "mesh",  "shape", "urdf",  "type",     "mass",        "size",     "radius",
                     "length",   "unit",  "scale", "voxel", "repair",   "thicken",     "position", "rotation",
                     "velocity", "speed", "group", "mask",  "friction", "restitution", "segments", "keep"});
@@ -233,7 +233,7 @@ Scene read_toml(const fs::path& path) {
     if (node.as_table() == nullptr) top.refuse(node, "write [[body]] for each body");
     read_body(Table(*node.as_table(), file, "[[body]]"), file, scene);
   }
-  std::map<std::string_view, int> lines;  // of the names
+  std::map<std::string_view, int> lines;  // by name
   for (const SceneBody& body : scene.bodies) {
     const auto [known, is_new] = lines.emplace(body.name, body.place.line);
     if (is_new) continue;

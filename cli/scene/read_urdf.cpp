@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes in URDF: the collision geometry of a robot's links at its zero configuration. docs/scene.md has the subset.
+// Reads scenes in URDF: the collision geometry of a robot's links at its zero configuration. docs/scene.md has the
+// subset.
 #include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <urdf_parser/urdf_parser.h>
@@ -17,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// urdfdom prints what it does not like; here its first sentence is the reason of the refusal.
+// Collects urdfdom's error messages, which it would print. The first one becomes the reason of the refusal.
 class Listener final : public console_bridge::OutputHandler {
  public:
   Listener() { console_bridge::useOutputHandler(this); }
@@ -39,7 +40,7 @@ Placement to_placement(const urdf::Pose& pose) {
   return result;
 }
 
-// package://NAME/REST is sought as NAME/REST and REST in the folders above the URDF.
+// Looks for package://NAME/REST as NAME/REST and as REST in the folders above the URDF.
 fs::path find_mesh(const fs::path& urdf, const std::string& name) {
   const fs::path folder = fs::absolute(urdf).lexically_normal().parent_path();
   constexpr const char* kFile = "file://";
@@ -90,15 +91,16 @@ SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, c
   return shape;
 }
 
-// Links that hold together, with their mass summed.
+// Links joined by fixed joints, with the sum of their masses.
 struct Rigid {
   SceneBody body;
-  Triple first_moment{};           // of mass, about the body's origin
+  Triple first_moment{};           // first moment of mass, about the body's origin
   std::array<double, 9> second{};  // inertia about the body's origin, row-major
-  bool fixed = false;              // to the world
+  bool fixed = false;              // whether it is fixed to the world
 };
 
-// Of a solid's inertia, moved from its centre of mass to the origin (Huygens and Steiner), or back with a sign of -1.
+// Adds the parallel-axis term (Huygens and Steiner): moves an inertia from the centre of mass to the origin, or back
+// with a negative mass.
 void add_moved(std::array<double, 9>& inertia, double mass, const Triple& by) {
   const double squares = by[0] * by[0] + by[1] * by[1] + by[2] * by[2];
   for (std::size_t i = 0; i < 3; ++i) {
@@ -139,7 +141,7 @@ class Reader {
                                                               "round in a circle",
                                                               name, root->name));
     }
-    std::map<std::size_t, std::size_t> number;  // of those that can touch anything
+    std::map<std::size_t, std::size_t> number;  // scene's index of each rigid with shapes
     for (std::size_t i = 0; i < rigids_.size(); ++i) {
       if (rigids_[i].body.shapes.empty()) continue;
       number[i] = scene_.bodies.size();
@@ -164,8 +166,8 @@ class Reader {
     return rigids_.size() - 1;
   }
 
-  // @param at     the link in its rigid
-  // @param world  the link in the robot
+  // @param at     pose of the link in its rigid
+  // @param world  pose of the link in the robot
   void visit(const urdf::Link& link, std::size_t rigid, const Placement& at, const Placement& world) {
     constexpr std::size_t kDeepest = 1000;
     // urdfdom lets joints share a child.
@@ -198,7 +200,7 @@ class Reader {
         continue;
       }
       const std::size_t next = start(*child, composed(world, offset), false);
-      // As Bullet's importer has it: parent and child do not collide, grandparents do.
+      // As in Bullet's importer, a link does not collide with its parent but does with its grandparent.
       const bool holds = joint->type != urdf::Joint::FLOATING && !link.collision_array.empty();
       if (holds) joined_.emplace_back(rigid, next);
       visit(*child, next, {}, composed(world, offset));
@@ -234,7 +236,7 @@ class Reader {
   Scene scene_;
   std::vector<Rigid> rigids_;
   std::set<std::string> visited_;  // links
-  std::size_t depth_ = 0;          // of the link that is visited
+  std::size_t depth_ = 0;          // of the visited link
   std::vector<std::pair<std::size_t, std::size_t>> joined_;
 };
 
@@ -251,7 +253,7 @@ Scene read_urdf(const fs::path& file) {
   } catch (const std::exception& error) {
     reason = error.what();
   }
-  // Links own each other: where joints go round in a circle none would ever be freed.
+  // Links own each other. This breaks the cycle where joints go round in a circle, so that they are freed.
   const std::shared_ptr<void> free_links(nullptr, [&model](void*) {
     if (!model) return;
     for (const auto& [name, link] : model->links_) {
@@ -259,7 +261,7 @@ Scene read_urdf(const fs::path& file) {
       link->child_joints.clear();
     }
   });
-  // urdfdom leaves out the geometry that it does not understand.
+  // urdfdom omits geometry that it does not understand and goes on, so its messages count as errors.
   if (reason.empty() && !listener.messages().empty()) reason = listener.messages().front();
   if (reason.empty() && (!model || !model->getRoot())) reason = "it has no links";
   if (!reason.empty()) {

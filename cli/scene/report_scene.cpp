@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// What an asset takes, and what it would take with everything in it.
+// Bytes and baking time of an asset, measured or predicted.
 struct Cost {
   double bytes = 0, seconds = 0;
   bool bytes_measured = false, seconds_measured = false;
@@ -34,11 +34,11 @@ Cost cost_of(const SceneReport& report, std::size_t i) {
   return cost;
 }
 
-// Of more parts and fields than are needed.
+// Predicts the cost of an asset with more parts and fields than are needed.
 Cost predicted_cost(const SceneReport& report, std::size_t i, const bake::BakePlan& predicted, double seconds) {
   const PlannedAsset& asset = report.plan.assets[i];
   const Cost planned = cost_of(report, i);
-  // Voxelmaps are predicted from above; what was baked shows by how much.
+  // The predicted size of a voxelmap is an upper bound. A baked asset shows how much smaller it really is.
   constexpr double kUsually = 0.45;
   const auto shared = static_cast<double>(asset.predicted.predicted_asset_bytes);
   const bool shows = asset.options.voxelmap && report.baked[i].asset != nullptr;
@@ -71,7 +71,7 @@ std::vector<std::string> left_out(const PlannedAsset& asset) {
   return names;
 }
 
-// Of the bodies with an asset, each once.
+// The bodies that use an asset, each once.
 std::vector<std::size_t> users_of(const ScenePlan& plan, std::size_t asset) {
   std::vector<std::size_t> bodies;
   for (const PlannedShape& shape : plan.shapes) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What was planned and baked, and what was saved, for people and for programs.
+/// @file Reports what was planned and baked, and what the plan saves, as text and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,10 +9,10 @@
 
 namespace vps::cli {
 
-/// One asset as it was baked.
+/// One baked asset.
 struct BakedPart {
   std::shared_ptr<const Asset> asset;  ///< null: not baked, as in a dry run
-  double seconds = 0;                  ///< of baking; 0 from a cache
+  double seconds = 0;                  ///< of baking; 0 when it came from the cache
   bool from_cache = false;
   std::vector<std::string> notes;
 };
@@ -28,12 +28,12 @@ struct SceneReport {
   std::vector<std::string> removed;   ///< assets of an earlier plan
 };
 
-/// By docs/schemas/scene_report.schema.json.
+/// As in docs/schemas/scene_report.schema.json.
 [[nodiscard]] nlohmann::ordered_json to_json(const SceneReport& report);
 [[nodiscard]] std::string to_text(const SceneReport& report);
 
-/// The largest error of a distance between surfaces that the certificates and covering radii of assets leave: the
-/// largest sum over the pairs that can meet. [m]
+/// Bound on the error of a distance between surfaces: the largest sum of a field's certified bound and a shell's
+/// covering radius over the pairs that can meet. [m]
 [[nodiscard]] double reached_error(const ScenePlan& plan, const std::vector<BakedPart>& baked);
 
 }  // namespace vps::cli

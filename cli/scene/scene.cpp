@@ -124,7 +124,7 @@ void check_body(const SceneBody& body) {
   for (const SceneShape& shape : body.shapes) check_shape(shape);
 }
 
-// What the runtime would refuse.
+// Checks limits of the runtime, which would refuse the manifest.
 void check_ranges(const Scene& scene) {
   if (scene.bodies.size() > scene_manifest::kMostBodies) {
     throw SceneError(scene.bodies[scene_manifest::kMostBodies].place,

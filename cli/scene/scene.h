@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a scene has in it, as read from a TOML or URDF file, with the lines that say so.
+/// @file A scene as read from a TOML or URDF file, with the lines of its entries.
 #pragma once
 
 #include <array>
@@ -26,13 +26,13 @@ struct Placement {
 /// Rotations about the fixed axes x, y and z, in this order. [rad]
 [[nodiscard]] std::array<double, 4> from_roll_pitch_yaw(const Triple& angles);
 [[nodiscard]] Triple rotated(const std::array<double, 4>& by, const Triple& v);
-/// inner, then outer.
+/// Applies `inner`, then `outer`.
 [[nodiscard]] Placement composed(const Placement& outer, const Placement& inner);
 
-/// Where something is said.
+/// Where an entry stands in a file.
 struct Place {
   std::string file;
-  int line = 0;  ///< 0: nowhere in particular
+  int line = 0;  ///< 0: no particular line
 };
 
 enum class Solid : std::uint8_t { mesh, box, sphere, capsule, cylinder, plane };
@@ -40,11 +40,11 @@ enum class Solid : std::uint8_t { mesh, box, sphere, capsule, cylinder, plane };
 /// One piece of a body: a mesh, or one of Bullet's own shapes, which need no asset.
 struct SceneShape {
   Solid solid = Solid::mesh;
-  std::filesystem::path mesh;  ///< as it can be opened
+  std::filesystem::path mesh;  ///< path to open
   double unit = 1;             ///< metres per unit of the mesh's numbers, a scale included
-  double voxel_size = 0;       ///< 0: as planned. [Units: m]
+  double voxel_size = 0;       ///< 0: the plan chooses it. [Units: m]
   bake::Repair repair = bake::Repair::automatic;
-  double sheet_thickness = 0;  ///< of open surfaces; 0: as `repair` says. [Units: m]
+  double sheet_thickness = 0;  ///< given to open surfaces; 0: as `repair` does. [Units: m]
   Triple half_extents{};       ///< of a box. [m]
   double radius = 0;           ///< [m]
   double half_height = 0;      ///< along z; of a capsule without its caps. [m]
@@ -58,17 +58,17 @@ struct SceneBody {
   std::string name;
   Motion motion = Motion::dynamic;
   double mass = 0;                       ///< of a dynamic body. [kg]
-  std::optional<Triple> centre_of_mass;  ///< body's frame; as the shape says when empty. [m]
-  std::optional<Triple> inertia;         ///< about it, along the body's axes. [kg m^2]
+  std::optional<Triple> centre_of_mass;  ///< body's frame; empty: from the shape. [m]
+  std::optional<Triple> inertia;         ///< about the centre of mass, along the body's axes. [kg m^2]
   Placement pose;
   Triple velocity{};            ///< at the start. [m/s]
-  std::optional<double> speed;  ///< the largest that is expected. [m/s]
-  std::int32_t group = 1;       ///< as Bullet has them
+  std::optional<double> speed;  ///< largest expected speed. [m/s]
+  std::int32_t group = 1;       ///< Bullet's collision group; `mask` likewise
   std::int32_t mask = -1;
   double friction = 0.5;
   double restitution = 0;
   std::optional<std::uint32_t> segments;  ///< wished number of segments (Sec. 2.4)
-  Use keep{};                             ///< parts to bake and use whether a pair needs them or not
+  Use keep{};                             ///< parts to bake and use even if no pair needs them
   std::vector<SceneShape> shapes;
   Place place;
 };
@@ -80,17 +80,17 @@ struct Wish {
 
 struct Scene {
   std::vector<SceneBody> bodies;
-  std::vector<std::pair<std::size_t, std::size_t>> joined;  ///< bodies that a joint holds, which do not collide
-  Wish error;                                               ///< of distances between surfaces. [m]
+  std::vector<std::pair<std::size_t, std::size_t>> joined;  ///< pairs of bodies at a joint, which do not collide
+  Wish error;                                               ///< largest error of distances between surfaces. [m]
   Wish time;                                                ///< for the narrowphase of a step. [s]
-  Wish memory;                                              ///< of all assets. [bytes]
+  Wish memory;                                              ///< for all assets. [bytes]
   double step = 1.0 / 240;                                  ///< [s]
   std::optional<Triple> gravity;                            ///< [m/s^2]
-  std::vector<std::string> notes;                           ///< what is worth knowing, one sentence each
-  std::vector<std::string> assumptions;                     ///< notes on what a URDF leaves open
+  std::vector<std::string> notes;                           ///< one sentence each
+  std::vector<std::string> assumptions;                     ///< notes on what was assumed where a URDF says nothing
 };
 
-/// What is wrong with a scene. `what()` is "reason; what to do".
+/// An error in a scene. `what()` is "reason; what to do".
 struct SceneError : std::runtime_error {
   enum class Kind : std::uint8_t { bad_input, io };  ///< io: a file is missing or cannot be read
   Place place;
@@ -99,11 +99,11 @@ struct SceneError : std::runtime_error {
       : std::runtime_error(reason), place(std::move(place_in)), kind(kind_in) {}
 };
 
-/// By its extension: .toml, or .urdf and .xml. @throw SceneError
+/// Reads a file by its extension: .toml, or .urdf and .xml. @throw SceneError
 [[nodiscard]] Scene read_scene(const std::filesystem::path& file);
 /// @throw SceneError
 [[nodiscard]] Scene read_toml(const std::filesystem::path& file);
-/// Links that fixed joints hold together are one body. @throw SceneError
+/// Links joined by fixed joints become one body. @throw SceneError
 [[nodiscard]] Scene read_urdf(const std::filesystem::path& file);
 /// Whether a scene may name this file: not empty, without control characters.
 [[nodiscard]] bool is_file_name(const std::string& name);

@@ -38,7 +38,7 @@ SceneMesh read_mesh(const SceneShape& shape) {
       one.bounds_max[axis] = std::max(one.bounds_max[axis], p[axis]);
     }
   }
-  constexpr double kSmallest = 1e-6;  // below, inertias are zero to floats
+  constexpr double kSmallest = 1e-6;  // inertias of smaller bodies are zero in float. [m]
   if (!(one.longest() >= kSmallest)) {
     refuse("it is smaller than a thousandth of a millimetre; check its unit and scale", SceneError::Kind::bad_input);
   }
@@ -68,11 +68,11 @@ bool SceneMesh::is_of(const SceneShape& shape) const {
 
 std::vector<SceneMesh> read_meshes(const Scene& scene) {
   std::vector<SceneMesh> meshes;
-  std::map<std::pair<fs::path, double>, std::size_t> known;  // by canonical names
+  std::map<std::pair<fs::path, double>, std::size_t> known;  // by canonical path and unit
   for (const SceneBody& body : scene.bodies) {
     for (const SceneShape& shape : body.shapes) {
       if (shape.solid != Solid::mesh) continue;
-      std::error_code failed;  // the import says what is wrong with a file
+      std::error_code failed;  // the import reports errors of the file
       const fs::path canonical = fs::weakly_canonical(shape.mesh, failed);
       const auto [file, is_new] = known.emplace(std::pair(failed ? shape.mesh : canonical, shape.unit), meshes.size());
       if (is_new) {
@@ -91,7 +91,7 @@ std::vector<SceneMesh> read_meshes(const Scene& scene) {
 }
 
 void doubt_units(Scene& scene, const std::vector<SceneMesh>& meshes) {
-  // Of the box round the mesh: a tenth of the air's, and somewhat more than the densest metal's. [kg/m^3]
+  // Densities of the mesh's bounding box: a tenth of air, and somewhat more than the densest metal. [kg/m^3]
   constexpr double kLightest = 0.1;
   constexpr double kHeaviest = 25'000;
   for (const SceneBody& body : scene.bodies) {

@@ -12,25 +12,25 @@
 
 namespace vps::cli {
 
-/// A mesh of the scene, in metres. Shapes that name the same file, in whatever way, or a file with the same content
-/// share it.
+/// A mesh of the scene, in metres. Shapes share it when they name the same file, by any path, or a file with the same
+/// content.
 struct SceneMesh {
   std::filesystem::path file;  ///< as the first shape names it
   TriangleMesh mesh;
   Triple bounds_min{}, bounds_max{};  ///< [m]
   std::vector<std::string> notes;
-  std::vector<std::pair<std::filesystem::path, double>> spellings;  ///< files and units of the shapes that mean it
+  std::vector<std::pair<std::filesystem::path, double>> spellings;  ///< files and units of the shapes that use it
   [[nodiscard]] double longest() const;
   /// "5.5 mm x 6.351 mm x 1.8 mm"
   [[nodiscard]] std::string size() const;
-  /// Whether a shape with a mesh means this one.
+  /// Whether a shape uses this mesh.
   [[nodiscard]] bool is_of(const SceneShape& shape) const;
 };
 
-/// Reads every mesh. @throw SceneError naming the line that names the mesh
+/// Reads every mesh. @throw SceneError with the line that names the mesh
 [[nodiscard]] std::vector<SceneMesh> read_meshes(const Scene& scene);
 
-/// Adds a note to the scene for each body whose mass is absurd for its size: as a rule its mesh has another unit.
+/// Adds a note to the scene for each body whose mass is implausible for its size. Usually its mesh has another unit.
 void doubt_units(Scene& scene, const std::vector<SceneMesh>& meshes);
 
 }  // namespace vps::cli

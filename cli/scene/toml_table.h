@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A table of a scene in TOML whose keys are taken one by one, with errors that name their lines.
+/// @file Reads a table of a scene in TOML key by key. Errors name their lines.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,12 +15,12 @@
 
 namespace vps::cli {
 
-/// Whatever is not understood, and what nobody took, is a SceneError.
+/// Values that are not understood and keys that were not taken are a SceneError.
 class Table {
  public:
   using Parser = double (*)(const std::string&);
 
-  /// @param name  of the table, for messages
+  /// @param name  the table's name in messages
   Table(const toml::table& table, std::string file, std::string name)
       : table_(table), file_(std::move(file)), name_(std::move(name)) {}
 
@@ -41,7 +41,7 @@ class Table {
 
   /// @param otherwise  when the key is absent
   std::string text(const char* key, const std::string& otherwise);
-  // Of the following each returns false, and does nothing, when the key is absent.
+  // Each of the next four returns false and does nothing when the key is absent.
   bool quantity(const char* key, Parser parse, double& out);
   bool quantities(const char* key, Parser parse, Triple& out);
   bool number(const char* key, double low, double high, double& out);
@@ -72,9 +72,9 @@ class Table {
   }
 
   /// Refuses keys that are not among these.
-  /// @param keys  the most usual first: of those that are equally like a mistyped one, the first is meant
+  /// @param keys  the most usual first: of keys equally similar to a mistyped one, the first is suggested
   void allow_only(const std::vector<std::string>& keys) const;
-  /// Refuses what nobody took: a key that means nothing beside the others.
+  /// Refuses keys that were not taken: they have no meaning together with the other keys.
   void finish() const;
 
  private:

@@ -12,7 +12,7 @@
 namespace vps::cli {
 namespace {
 
-// tinyxml calls itself for each element in an element: a file of nothing but opening tags would exhaust the stack.
+// tinyxml recurses into nested elements: a file of opening tags alone would exhaust the stack.
 void refuse_deep(const std::string& file, const std::string& text) {
   constexpr int kDeepest = 1000;  // a URDF has 6
   int depth = 0;
@@ -25,7 +25,7 @@ void refuse_deep(const std::string& file, const std::string& text) {
   }
 }
 
-// Names of links and meshes go into JSON.
+// Names of links and meshes are written to JSON, which needs UTF-8.
 void refuse_non_utf8(const std::string& file, const std::string& text) {
   int line = 1;
   for (std::size_t i = 0; i < text.size();) {
@@ -35,7 +35,7 @@ void refuse_non_utf8(const std::string& file, const std::string& text) {
     const std::size_t size = lead < 0x80 ? 1 : (lead < 0xC2 ? 0 : (lead < 0xE0 ? 2 : (lead < 0xF0 ? 3 : 4)));
     bool good = size > 0 && lead < 0xF5 && lead != 0;
     for (std::size_t k = 1; k < size; ++k) good = good && (byte(i + k) & 0xC0) == 0x80;
-    // Neither longer than need be, nor a surrogate, nor beyond the last character.
+    // Refuses overlong forms, surrogates and code points above U+10FFFF.
     if (lead == 0xE0) good = good && byte(i + 1) >= 0xA0;
     if (lead == 0xED) good = good && byte(i + 1) < 0xA0;
     if (lead == 0xF0) good = good && byte(i + 1) >= 0x90;
@@ -45,16 +45,16 @@ void refuse_non_utf8(const std::string& file, const std::string& text) {
   }
 }
 
-// What a URDF may have in an element, as far as it decides collisions.
+// The children and attributes that a URDF's element may have, as far as they matter for collisions.
 struct Known {
   const char* name;
   std::vector<std::string> children;
   std::vector<std::string> needed;    // attributes
   std::vector<std::string> optional;  // attributes
-  std::vector<std::string> others;    // children that have nothing to do with collisions
+  std::vector<std::string> others;    // children that do not matter for collisions
 };
 
-// Null: not looked into.
+// Null for elements that are not checked.
 const Known* find_known(const std::string& name) {
   static const std::vector<Known> kElements = {
       {"robot",
@@ -89,12 +89,12 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// Of another program: sim:friction.
+// Names of other programs, such as sim:friction.
 bool has_namespace(const std::string& name) {
   return name.find(':') != std::string::npos || name == "xmlns";
 }
 
-// Goes through the elements of a robot that are looked into.
+// Checks the known elements of a robot.
 class Checker {
  public:
   explicit Checker(const std::string& file) : file_(file) {}

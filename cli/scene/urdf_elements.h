@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The elements of a URDF as they are written: their lines, which urdfdom does not keep, and what it passes over.
+/// @file The XML elements of a URDF: their lines, which urdfdom does not keep, and the elements that it ignores.
 #pragma once
 
 #include <tinyxml.h>
@@ -14,15 +14,15 @@ namespace vps::cli {
 class UrdfElements {
  public:
   /// @throw SceneError when this is not XML in UTF-8, has no robot, lacks an attribute, or has an element or attribute
-  /// whose name is almost that of another
+  /// with a mistyped name
   UrdfElements(std::string file, const std::string& text);
 
   [[nodiscard]] Place of_link(const std::string& name) const;
-  /// @param number  of the collision element in its link
+  /// @param number  index of the collision element in its link
   [[nodiscard]] Place of_geometry(const std::string& link, std::size_t number) const;
-  /// Of the first link or joint that one of urdfdom's messages names; the robot's when none does.
+  /// Place of the first link or joint that urdfdom's messages name; the robot's place when they name none.
   [[nodiscard]] Place of_messages(const std::vector<std::string>& messages) const;
-  /// What of a robot's bodies is left out, one sentence for each kind of element.
+  /// Names the elements that are left out, one sentence for each kind.
   [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
 
  private:

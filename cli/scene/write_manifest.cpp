@@ -77,7 +77,7 @@ Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const
       {"format", "vps-scene"}, {"version", 1}, {"generator", "vpsbake " VPSBAKE_VERSION}, {"step", scene.step}};
   if (scene.gravity) manifest["gravity"] = *scene.gravity;
   manifest["assets"] = Json::array();
-  std::vector<std::size_t> numbers;  // in the manifest
+  std::vector<std::size_t> numbers;  // index of each asset in the manifest
   for (std::size_t i = 0; i < plan.assets.size(); ++i) {
     const PlannedAsset& asset = plan.assets[i];
     numbers.push_back(manifest["assets"].size());

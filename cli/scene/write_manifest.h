@@ -8,10 +8,11 @@
 
 namespace vps::cli {
 
-/// What a manifest's text begins with.
+/// The first bytes of a manifest.
 inline constexpr std::string_view kManifestBeginning = "{\n  \"format\": \"vps-scene\"";
 
-/// By docs/schemas/scene_manifest.schema.json. Meshes that meet nobody become boxes that touch nothing.
+/// As in docs/schemas/scene_manifest.schema.json. Meshes of bodies that meet no other become boxes that collide with
+/// nothing.
 /// @param baked  one for each asset of the plan
 [[nodiscard]] nlohmann::ordered_json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes,
                                                  const ScenePlan& plan, const std::vector<BakedPart>& baked);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What contacts do to a body's energy.
+// Cases on the energy that contacts add to a body.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 namespace vps::stress {
 namespace {
 
-// Largest energy over the first, as a share of `scale`.
+// Largest energy above the initial one, as a share of `scale`.
 struct Gain {
   double most = 0;
   std::vector<double> trace;
@@ -39,7 +39,7 @@ Trial of_gain(const Gain& gain, double limit) {
   return trial;
 }
 
-// Restitution 1 on a plane, 2 s.
+// Bounces on a plane with restitution 1, for 2 s.
 Trial bounce(const Subject& subject, const Column& column, double rate) {
   constexpr double kSeconds = 2;
   Arena arena({column.detection});
@@ -81,7 +81,7 @@ Trial slide(const Subject& subject, const Column& column, double rate, double fr
 
 constexpr double kSpin = 2 * SIMD_PI * 100;  // [rad/s]
 
-// Spins at 100 revolutions a second about an axis of its own and falls on a plane.
+// Spins at 100 revolutions a second about one of the body's axes and falls on a plane.
 Trial spin(const Subject& subject, const Column& column, double rate, int axis) {
   Arena arena({column.detection});
   arena.add_plane();
@@ -97,13 +97,13 @@ Trial spin(const Subject& subject, const Column& column, double rate, int axis) 
   return trial;
 }
 
-// Moments of inertia as a needle or a plate has them, whatever the body looks like.
+// A body with one moment of inertia far below the others, whatever its shape.
 Trial near_singular(const Subject& subject, const Column& column, bool plate, double ratio) {
   Arena arena({column.detection});
   arena.add_plane();
   const double large = 0.1 * subject.mass * subject.size * subject.size;
   btVector3 inertia{btScalar(large), btScalar(large), btScalar(large / ratio)};
-  // A plate's moments add up: no body has one that is more than the two others together.
+  // No moment of a body exceeds the sum of the other two, so two moments are large here as well.
   if (plate) inertia = {btScalar(large / ratio), btScalar(large), btScalar(large)};
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 2), inertia);
   body.setAngularVelocity({1, 2, 3});

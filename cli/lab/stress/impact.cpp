@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies that arrive fast, or start where they should not be.
+// Cases on fast impacts, and on bodies that start in an overlap.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ struct Throw {
   double restitution = 0;
 };
 
-// Thrown squarely at a wall, from where the last step before it ends anywhere within a step's way.
+// Throws a body at right angles to a wall, from distances spread over one step's travel.
 Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   constexpr int kPhases = 4;
@@ -43,14 +43,14 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
     for (int i = 0; i < 60; ++i) {
       if (!arena.step(1 / kRate)) return broken(arena);
     }
-    // Beyond the wall's back.
+    // Distance of the leading point beyond the wall's back.
     const double beyond = -double(half.z()) - lowest(body, column.corners);
     keep_largest(worst, beyond);
     through += beyond > subject.voxel ? 1 : 0;
   }
   Trial trial;
   if (through > 0) trial.remark = fmt::format("through in {} of {} throws", through, kPhases);
-  // A body that has flown off is farther beyond at higher speeds: its own length says enough.
+  // At most the body's length counts: beyond it the distance only shows the speed.
   judge(trial, std::min(worst, subject.size) / subject.voxel, 1);
   return trial;
 }
@@ -84,7 +84,7 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   return trial;
 }
 
-// Two of the asset at one pose, a hair apart or not at all.
+// Two bodies of the asset at one pose, or slightly apart.
 Trial coincident(const Subject& subject, const Column& column, double offset_vx) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   Arena arena({column.detection, 0});

@@ -14,9 +14,9 @@
 namespace vps::cli {
 namespace {
 
-constexpr double kTriangles = 2000;  // with which GImpact takes no longer than a baked asset
+constexpr double kTriangles = 2000;  // with so many GImpact takes no longer than a baked asset
 
-// Largest distance of a side of the mesh's bounds from the asset's. [m]
+// Largest difference between a side of the mesh's bounds and of the asset's. [m]
 double bounds_off(const bake::Extent& extent, const AssetInfo& info) {
   double off = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -31,7 +31,7 @@ bool is_off(double volume, const AssetInfo& info, double tolerance = 0.05) {
   return !(std::abs(volume - info.volume) <= tolerance * info.volume);
 }
 
-// Of the mesh as a bake closes it; the asset's where that says nothing. [m^3]
+// Volume of the mesh as a bake closes it; the asset's volume where the mesh cannot be compared. [m^3]
 double closed_volume(const TriangleMesh& mesh, const AssetInfo& info) {
   constexpr double kPatched = 0.1;
   bake::BakeOptions options;
@@ -61,7 +61,7 @@ std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info) {
     return fmt::format("the mesh's bounds are {} from the asset's; give the mesh that it was baked from",
                        bake::format_length(off));
   }
-  // As it is, or as a bake closes it: that depends on how it was baked.
+  // Either the closed or the unchanged mesh may match: it depends on how the asset was baked.
   const double volume = closed_volume(mesh, info);
   if (is_off(volume, info) && is_off(extent.volume, info)) {
     return fmt::format("the mesh encloses {:.3g} m^3, the asset {:.3g} m^3; give the mesh that it was baked from",
@@ -81,7 +81,7 @@ std::optional<stress::PeerMesh> zero_set(const Asset& asset) {
       if (is_last) return std::nullopt;
       continue;
     }
-    // Large cells lose what is thin.
+    // Large cells lose thin parts: then a smaller step is tried.
     const bake::Extent extent = bake::measure_extent(surface.mesh);
     if (!is_last && (is_off(extent.volume, info, 0.1) || bounds_off(extent, info) > 2 * step)) continue;
     std::string from = fmt::format("the asset's zero set, {} triangles in cells of {}", surface.mesh.triangles.size(),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What the peers of `vpsbake stress` are made of: the mesh that was given, or the asset's own zero set.
+/// @file The mesh for the other collision shapes of `vpsbake stress`: the one given, or the asset's zero set.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@
 
 namespace vps::cli {
 
-/// Why this cannot be the mesh that the asset was baked from, and what to do; empty when it can: its bounds are within
-/// two voxels of the asset's, for repairs may move a vertex, and what it encloses when it is closed as a bake closes it
-/// within 5 % of the asset's volume. Not compared is the volume of what cannot be closed, or where patches over holes
-/// are more than a tenth of the surface: these depend on how it was baked.
+/// Why this cannot be the mesh that the asset was baked from, and what to do; empty when it can. Its bounds must be
+/// within two voxels of the asset's, since repairs may move a vertex. Its volume, as it is or closed as a bake closes
+/// it, must be within 5 % of the asset's. The volume is not compared when the mesh cannot be closed or when patches
+/// over holes are more than a tenth of the surface: it then depends on how the asset was baked.
 [[nodiscard]] std::string mesh_mismatch(const TriangleMesh& mesh, const AssetInfo& info);
 
-/// The surface on which an asset's field is 0, of about 2,000 triangles; of more where the body is too thin for such
-/// large cells. None without a voxelmap, or where the field is nowhere 0.
+/// The surface on which an asset's field is 0, with about 2,000 triangles, or more where the body is too thin for such
+/// large cells. Nothing without a voxelmap, or where the field is nowhere 0.
 [[nodiscard]] std::optional<stress::PeerMesh> zero_set(const Asset& asset);
 
 }  // namespace vps::cli

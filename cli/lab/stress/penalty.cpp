@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The penalty loop beside its theory.
+// Compares the penalty loop with its theory.
 #include "cli/lab/stress/penalty.h"
 
 #include <fmt/format.h>
@@ -17,11 +17,11 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6, Eigen::RowMajor>;
 
-constexpr double kDepth_vx = 0.5;  // to which the body is pressed in
-constexpr double kUnstable = 100;  // growth of a disturbance: more, and contact is lost, which limits it
-// A balance that tips over by itself, whatever the step, may at the bound grow no faster than this. [1/step]
+constexpr double kDepth_vx = 0.5;  // depth to which the body is pressed in
+constexpr double kUnstable = 100;  // growth that counts as unstable; with more, contact is lost, which limits growth
+// Largest growth at the bound of a balance that tips over by itself, whatever the step. [1/step]
 constexpr double kTips = 0.01;
-constexpr std::size_t kPoses = 24;  // that are tried
+constexpr std::size_t kPoses = 24;  // poses that are tried
 
 Eigen::Matrix3d inertia_of(const AssetInfo& info, double mass) {
   const auto& i = info.inertia;  // xx, yy, zz, xy, xz, yz
@@ -84,7 +84,7 @@ void PressedBody::query(const Pose& shell_to_field, std::vector<Contact>& contac
   contacts.resize(result.contacts);
 }
 
-// A pose that stands, pressed in.
+// Presses the body in at a resting pose. Returns false when there is no stable balance.
 bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& corners) {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) rotation_(i, j) = double(rest.rotation[i][j]);
@@ -101,7 +101,7 @@ bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& cor
     normals.push_back(ground_ == Ground::plane ? Vec3{0, 0, 1} : outward_normal(map_, contact.position));
   }
   if (!(area_ > 0)) return false;
-  // Of a foundation of 1: all that follows is proportional to it.
+  // The gradient for a foundation of 1: all that follows is proportional to it.
   Twist still;
   still.centre = to_vec3(position_);
   WrenchGradient gradient;
@@ -112,7 +112,7 @@ bool PressedBody::settle(const RestPose& rest, const std::vector<btVector3>& cor
   const Matrix6 stiffness = -Eigen::Map<const Matrix6>(gradient.pose);
   const Eigen::EigenSolver<Eigen::Matrix<double, 6, 6>> modes(Eigen::Matrix<double, 6, 6>(inverse_mass * stiffness),
                                                               false);
-  double fastest = 0;  // square of a frequency
+  double fastest = 0;  // square of the largest frequency
   for (const auto& square : modes.eigenvalues()) fastest = std::max(fastest, square.real());
   if (!(fastest > 0)) return false;
   effective_mass_ = area_ / fastest;
@@ -156,7 +156,7 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
     w = moments.inverse() * momentum;
     x += options.step * v;
     r = Eigen::Quaterniond(turn(options.step * w) * r).normalized().toRotationMatrix();
-    // Along the ground nothing holds the body, and nothing has to.
+    // Motion along the ground does not count: no contact force acts in these directions.
     const Eigen::AngleAxisd tilt(r * rotation_.transpose());
     const Eigen::Vector3d turned = tilt.angle() * tilt.axis();
     const double off = std::max(std::abs((x - position_).z()), arm * turned.head<2>().norm());
@@ -174,7 +174,7 @@ PressedBody::LoopResult PressedBody::run(const LoopOptions& options) const {
 double PressedBody::bounce(double stiffness, double step) const {
   const PenaltyLaw law{stiffness / area_, 0};
   constexpr int kMostSteps = 100000;
-  // As deep as a voxel, were the area in touch always the same.
+  // With this speed the body gets a voxel deep if the area in contact is constant.
   const double speed = 2 * depth_ * std::sqrt(stiffness / mass_);
   Eigen::Vector3d x = position_ + Eigen::Vector3d(0, 0, depth_);
   Eigen::Matrix3d r = rotation_;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A body in a loop of penalty forces, integrated by symplectic Euler, and where theory says that it ends to be
-/// stable.
+/// @file A body under penalty forces, integrated by symplectic Euler, and its stability limit by theory.
 ///
 /// A mode of the linearised contact with angular frequency w is stable under symplectic Euler while w dt < 2 (e.g.
-/// Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1). With the contact's stiffness k = foundation times
-/// area in touch, and m_eff = k / w_max^2 by the masses, moments and levers in the contact's gradient, that is
-/// k dt^2 < 4 m_eff; a damper c takes 2 c dt of it: k dt^2 + 2 c dt < 4 m_eff.
+/// Hairer, Lubich and Wanner, Geometric Numerical Integration, I.1). The contact's stiffness k is the foundation times
+/// the area in contact, and m_eff = k / w_max^2 contains the masses, moments and levers in the contact's gradient. The
+/// limit is then k dt^2 < 4 m_eff. A damper c takes 2 c dt of it: k dt^2 + 2 c dt < 4 m_eff.
 #pragma once
 
 #include <Eigen/Dense>
@@ -18,18 +17,18 @@
 
 namespace vps::stress {
 
-/// What the body is pressed into.
+/// The ground that the body is pressed into.
 enum class Ground : std::uint8_t { plane, voxelmap };
 
-/// A pose of an asset with a face of its convex hull flat on the ground, pressed in by half a voxel; a constant wrench
-/// holds it in balance there, so that the same equilibrium serves any stiffness.
+/// An asset that lies with a face of its convex hull flat on the ground, pressed in by half a voxel. A constant wrench
+/// balances it there, so that the equilibrium is the same for any stiffness.
 class PressedBody {
  public:
   /// @throw std::runtime_error when a query fails
   PressedBody(const Subject& subject, Ground ground);
-  /// Why there is nothing to measure; empty when there is.
+  /// Why nothing can be measured; empty when it can.
   [[nodiscard]] const std::string& refusal() const { return refusal_; }
-  [[nodiscard]] double area() const { return area_; }                      ///< in touch. [m^2]
+  [[nodiscard]] double area() const { return area_; }                      ///< in contact. [m^2]
   [[nodiscard]] double effective_mass() const { return effective_mass_; }  ///< [kg]
   [[nodiscard]] double depth() const { return depth_; }                    ///< of the deepest point. [m]
 
@@ -38,14 +37,14 @@ class PressedBody {
     double damping = 0;    ///< c, of the whole contact. [N s/m]
     double step = 1e-3;    ///< [s]
     int steps = 300;
-    double disturbance = 1e-3;  ///< of pose, in parts of the depth
+    double disturbance = 1e-3;  ///< of the pose, over the depth
   };
   struct LoopResult {
-    double growth = 0;  ///< largest disturbance over the first; infinite when it is no number
+    double growth = 0;  ///< largest disturbance over the first; infinite from 100 on and for NaN
     std::vector<double> trace;
   };
   [[nodiscard]] LoopResult run(const LoopOptions& options) const;
-  /// Energy that a bounce onto the face leaves over what it had, less 1. [-]
+  /// Energy after a bounce onto the face over the energy before, less 1. [-]
   [[nodiscard]] double bounce(double stiffness, double step) const;
 
  private:
@@ -67,8 +66,8 @@ class PressedBody {
   std::string refusal_;
 };
 
-/// Largest k dt^2 that a loop stands, over 4 m_eff (or what a damper of `damping_share` k dt leaves of it), by
-/// bisection to a thousandth.
+/// Largest stable k dt^2 over its limit by theory, found by bisection to a thousandth. The limit is 4 m_eff, less the
+/// part of a damper of `damping_share` k dt.
 [[nodiscard]] double measured_over_theory(const PressedBody& body, double step, double damping_share);
 
 }  // namespace vps::stress

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies on other bodies, and on springs.
+// Cases on piles of bodies, and on bodies on springs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 namespace vps::stress {
 namespace {
 
-// A body that stands on another, or on a plane.
+// A body in the pose in which it stands on another or on a plane.
 struct Standing {
   lab::BulletShape shape;
   std::vector<btVector3> corners;
   btMatrix3x3 rotation;
 };
 
-// A box of Bullet's as long, wide and high.
+// Bullet's box with the bounds of the standing body.
 Standing box_of(const Standing& body) {
   btVector3 low(1e30F, 1e30F, 1e30F);
   btVector3 high(-low);
@@ -38,19 +38,19 @@ Standing box_of(const Standing& body) {
 }
 
 struct Pile {
-  double between = 0, below = 0;  // largest distance from touching in the second half. [m]
-  bool left = false;              // it walked off the slab
+  double between = 0, below = 0;  // largest gap or overlap in the second half. [m]
+  bool left = false;              // the body moved off the slab
   std::vector<double> trace;
 };
 
 struct PileOptions {
   double upper_mass = 1, lower_mass = 1;  // [kg]
   btVector3 half;                         // of the slab. [m]
-  double start = 0;                       // of the body above the slab. [m]
+  double start = 0;                       // initial height of the body above the slab. [m]
   double seconds = 10;
 };
 
-// One body on a slab that is free on a plane. @return false for NaN
+// One body on a free slab on a plane. @return false when a value is not finite
 bool pile(Arena& arena, const Standing& upper, const lab::BulletShape& slab_shape, const PileOptions& options,
           Pile& out) {
   constexpr double kRate = 240;
@@ -87,13 +87,13 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio, dou
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   const auto poses = rest_poses(subject.corners, 0.5 * subject.voxel, 1);
   if (poses.empty()) return skipped("no pose in which the asset stands");
-  // Wide enough for the body however it turns, and for a few steps aside.
+  // Wide enough for the body in any rotation, and for some sliding.
   btScalar radius = 0;
   for (const btVector3& corner : subject.corners) radius = std::max(radius, corner.length());
   PileOptions options;
   options.half = {btScalar(1.3) * radius, btScalar(1.3) * radius,
                   btScalar(std::max(0.1 * subject.size, 4 * subject.voxel))};
-  // The light one has the mass that was asked for.
+  // The lighter of the two has the wanted mass.
   options.upper_mass = ratio >= 1 ? subject.mass * ratio : subject.mass;
   options.lower_mass = ratio >= 1 ? subject.mass : subject.mass / ratio;
   options.start = subject.voxel;
@@ -121,13 +121,13 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio, dou
 }
 
 struct Fall {
-  double seconds = 0;  // until one was a quarter of its height off, or the end
+  double seconds = 0;  // until a body was a quarter of its height from its place, or until the end
   std::vector<double> trace;
 };
 
 constexpr double kFallen = 0.25;
 
-// Ten of a body. @return false for NaN
+// A stack of ten equal bodies. @return false when a value is not finite
 bool topple(Arena& arena, const StackBody& part, double mass, double rate, double seconds, Fall& out) {
   constexpr int kBodies = 10;
   arena.add_plane();
@@ -143,7 +143,7 @@ bool topple(Arena& arena, const StackBody& part, double mass, double rate, doubl
   Trace trace(steps);
   for (long i = 0; i < steps; ++i) {
     if (!arena.step(1 / rate)) return false;
-    double off = 0;  // over the height
+    double off = 0;  // largest distance from its place, over the height
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const btVector3 moved = bodies[b]->getWorldTransform().getOrigin() - places[b];
       off = std::max(off, double(moved.length()) / part.height);
@@ -162,7 +162,7 @@ struct StackOptions {
   double seconds = 60;
 };
 
-// Ten of the asset, or of a baked cube where it has no two flat faces opposite to each other.
+// Stacks ten bodies of `stack_body`, and Bullet's boxes of the same size to compare.
 Trial stack(const Subject& subject, const Column& column, const StackOptions& options) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   const StackBody part = stack_body(subject, column);
@@ -185,7 +185,7 @@ Trial stack(const Subject& subject, const Column& column, const StackOptions& op
   return trial;
 }
 
-// Springs of Bullet's solver, stiffer than an explicit step would stand.
+// Contacts as springs of Bullet's solver, also stiffer than is stable with explicit steps.
 Trial foundation(const Subject& subject, const Column& column, double rate, double share) {
   if (!column.ours) return skipped("no springs by area");
   const auto poses = rest_poses(subject.corners, 0.5 * subject.voxel, 1);
@@ -194,7 +194,7 @@ Trial foundation(const Subject& subject, const Column& column, double rate, doub
   arena.world().getSolverInfo().m_splitImpulse = 0;
   arena.add_plane();
   const auto shape = std::make_shared<bullet::Shape>(subject.asset);
-  // As an explicit loop's bound has it: k dt^2 = 4 m, for the area of the face.
+  // The bound of an explicit loop for the area of the face: k dt^2 = 4 m.
   const double area = SIMD_PI * poses[0].flat * poses[0].flat;
   const double stiffness = share * 4 * subject.mass * rate * rate / area;
   (void)shape->set_foundation({stiffness, 0.1 * stiffness / rate});
@@ -223,7 +223,7 @@ Trial foundation(const Subject& subject, const Column& column, double rate, doub
 }  // namespace
 
 StackBody stack_body(const Subject& subject, const Column& column) {
-  // A face with another one opposite, as large and level with it.
+  // A face with a flat face opposite and parallel to it.
   for (const RestPose& rest : rest_poses(subject.corners, 0.1 * subject.voxel, 12)) {
     std::vector<btVector3> turned;
     for (const btVector3& corner : subject.corners) turned.push_back(rest.rotation * corner);
@@ -232,7 +232,7 @@ StackBody stack_body(const Subject& subject, const Column& column) {
     const auto high = std::max_element(turned.begin(), turned.end(),
                                        [](const btVector3& a, const btVector3& b) { return a.z() < b.z(); });
     const double height = double(high->z() - low->z());
-    // Corners of the top about the foot of the centre of mass, in eight directions.
+    // How far the top face reaches from the axis through the centre of mass, as the least of eight directions.
     double flat = std::numeric_limits<double>::infinity();
     for (int d = 0; d < 8; ++d) {
       const double angle = double(SIMD_PI) / 4 * d;

@@ -36,10 +36,10 @@ std::string limit_text(const Trial& trial) {
                                     : fmt::format("{:.3g}", trial.limit);
 }
 
-// Of a trial that was run.
+// The value of a trial that was run, with its limit.
 std::string value_text(const Case& asked, const Trial& trial) {
   if (!std::isfinite(trial.value)) return trial.remark;
-  // A number within its limit does not say what broke it.
+  // The number is within its limit, so only the remark says why the trial is broken.
   if (trial.verdict == Verdict::broken && trial.value <= trial.limit && trial.value >= trial.least) return trial.remark;
   if (trial.value < 0 && !asked.below_zero.empty()) {
     return fmt::format("{} {}, limit {}", with_unit(fmt::format("{:.3g}", -trial.value), asked.unit), asked.below_zero,
@@ -125,7 +125,7 @@ ordered_json to_json(const CaseResult& result, Strictness strictness) {
   return j;
 }
 
-// Every trial that breaks the case, a line each.
+// Every trial that breaks the case, one per line.
 std::string failures(const CaseResult& result, Strictness strictness) {
   std::string out;
   for (const Outcome& outcome : result.outcomes) {
@@ -174,14 +174,14 @@ std::string stiffness_part(const AssetResult& result) {
   return fmt::format("{:g} kg in a penalty loop is stable to {}", result.mass, text);
 }
 
-// Rest is to be on the plane, and to stay still there.
+// At rest a body is on the plane and stays still there.
 std::string rest_part(const AssetResult& result) {
   const Outcome* const depth = find_column(result, "rest_depth", "ours");
   const Outcome* const jitter = find_column(result, "rest_jitter", "ours");
   if (depth == nullptr || jitter == nullptr) return "";
   std::vector<double> rests;
   std::vector<double> does_not;
-  double step = 0;  // the largest that holds with all smaller ones. [s]
+  double step = 0;  // largest step that holds together with all smaller ones. [s]
   for (std::size_t i = 0; i < depth->trials.size() && i < jitter->trials.size(); ++i) {
     const bool held = depth->trials[i].verdict == Verdict::held && jitter->trials[i].verdict == Verdict::held;
     const double rate = depth->trials[i].at[0];
@@ -194,7 +194,7 @@ std::string rest_part(const AssetResult& result) {
                      step > 0 ? fmt::format(": up to a step of {:.3g} ms", 1000 * step) : "");
 }
 
-// The thinnest wall at the highest speed, such that all slower and thicker ones hold: what was tried of these.
+// Lists the highest speed and the thinnest wall there for which all slower and thicker trials hold, with those trials.
 std::string impact_part(const AssetResult& result, const char* column, const char* how) {
   const Outcome* const impact = find_column(result, "impact_baked", column);
   if (impact == nullptr) return "";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Bodies that should come to rest, and stay there.
+// Cases on bodies that should come to rest and stay still.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,12 +10,12 @@
 namespace vps::stress {
 namespace {
 
-// What Bullet's solver leaves of a step's fall: with 10 iterations about a hundredth.
+// A voxel, and the part of a step's fall that Bullet's solver leaves: with 10 iterations about a hundredth.
 double rest_limit_vx(const Subject& subject, double dt) {
   return 1 + 0.01 * kGravity * dt * dt / subject.voxel;
 }
 
-// Runs the world and watches one body for the last quarter.
+// Runs the world and measures one body in the last quarter of the time.
 template <class Height>
 Rest settle(Arena& arena, const btRigidBody& body, double rate, double seconds, const Height& height) {
   Rest out;
@@ -34,7 +34,7 @@ Rest settle(Arena& arena, const btRigidBody& body, double rate, double seconds, 
   return out;
 }
 
-// A trial of it, to be judged; broken where it ended in NaN.
+// Makes a trial that is still to be judged; it is broken where the run ended in NaN.
 Trial trial_of(const Rest& rest, double voxel) {
   Trial trial;
   if (!rest.failure.empty()) {
@@ -46,7 +46,7 @@ Trial trial_of(const Rest& rest, double voxel) {
   return trial;
 }
 
-// Played once for both cases that judge it.
+// Runs a drop once for the two cases that judge it.
 const Rest& rest_on_plane(const Subject& subject, const Column& column, double rate) {
   const auto [found, is_new] = subject.rests->try_emplace({column.name, rate});
   if (!is_new) return found->second;
@@ -64,7 +64,7 @@ Trial rest_depth(const Subject& subject, const Column& column, double rate) {
   return trial;
 }
 
-// Over what lifts the body by a voxel.
+// Judges the kinetic energy over the energy that lifts the body by a voxel.
 void judge_jitter(const Subject& subject, const Rest& rest, Trial& trial) {
   judge(trial, rest.kinetic / (subject.mass * kGravity * subject.voxel), 0.1);
 }
@@ -76,7 +76,7 @@ Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
   return trial;
 }
 
-// A V of two slabs whose tops lean by 45 degrees.
+// Drops the body into a V of two slabs at 45 degrees.
 Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   Arena arena({column.detection});
@@ -91,7 +91,7 @@ Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   }
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, 0.6 * subject.size));
   const auto depth = [&] {
-    // Below either face.
+    // Distance of the lowest corner from the nearer face; negative below it.
     double low = 1e30;
     for (const btVector3& corner : column.corners) {
       const btVector3 p = body.getWorldTransform() * corner;
@@ -108,7 +108,7 @@ Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   return trial;
 }
 
-// A needle that is kept upright stands on its tip.
+// Drops a needle that is kept upright onto its tip.
 Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
   std::vector<btVector3> corners;
   const double height = 50 * subject.voxel;

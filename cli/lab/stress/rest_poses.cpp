@@ -12,7 +12,7 @@
 namespace vps::stress {
 namespace {
 
-// Outward, by Newell's sum over the face's corners.
+// Outward normal, by Newell's sum over the face's corners.
 btVector3 normal_of(const btConvexHullComputer& hull, int face) {
   btVector3 sum(0, 0, 0);
   const auto* const first = &hull.edges[hull.faces[face]];
@@ -24,7 +24,7 @@ btVector3 normal_of(const btConvexHullComputer& hull, int face) {
   return sum;
 }
 
-// How far the foot of the centre of mass is from the nearest side of the polygon under the body: negative outside.
+// Distance of the foot of the centre of mass from the nearest side of the support polygon: negative outside.
 double inside(const std::vector<btVector3>& carrying, const btVector3& foot, const btVector3& normal) {
   btVector3 u;
   btVector3 v;

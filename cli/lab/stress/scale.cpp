@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Very small, very large and very far bodies.
+// Cases on very small, very large and very distant bodies.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace vps::stress {
 namespace {
 
-constexpr double kUlp = 0x1p-52;  // of a double, at 1
+constexpr double kUlp = 0x1p-52;  // spacing of doubles at 1
 constexpr int kPosesOfSize = 32;
 
 struct ScaledParts {
@@ -23,7 +23,7 @@ struct ScaledParts {
   bool good;
 };
 
-// Poses of a body of length 1 in another, from the seed: overlapping, by some.
+// Random poses of a body of length 1 in another, from the seed: moved by at most 0.5 along each axis.
 std::vector<Pose> poses_of(const Subject& subject, int count) {
   lab::Random random(subject.seed);
   std::vector<Pose> poses(static_cast<std::size_t>(count));
@@ -48,7 +48,7 @@ Status ask(const ScaledParts& parts, const Pose& pose, std::vector<Contact>& con
   return status;
 }
 
-// Both bodies moved far off: contacts have to stay.
+// Moves both bodies far from the origin: the contacts must stay the same.
 Trial far_queries(const Subject& subject, double distance) {
   const ScaledParts parts(*subject.asset);
   double worst = 0;
@@ -73,7 +73,7 @@ Trial far_queries(const Subject& subject, double distance) {
       return trial;
     }
     contacts += near.size();
-    // In the order of the tree both times.
+    // Both lists are in the order of the tree.
     std::size_t at = 0;
     for (const Contact& contact : near) {
       while (at < far.size() && far[at].point < contact.point) ++at;
@@ -93,7 +93,7 @@ Trial far_queries(const Subject& subject, double distance) {
   return trial;
 }
 
-// At rest on a slab far from the origin, in float.
+// Sets a body down on a slab far from the origin, in float.
 Trial far_world(const Subject& subject, const Column& column, double distance) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   Arena arena({column.detection});
@@ -109,7 +109,7 @@ Trial far_world(const Subject& subject, const Column& column, double distance) {
     if (!arena.step(1.0 / 240)) return broken(arena);
     keep_largest(most, kinetic_energy(body));
   }
-  // A float is good for this much there.
+  // Spacing of floats at that distance.
   const double grain = distance * 0x1p-23;
   Trial trial;
   trial.remark = fmt::format("floats are {:.2g} m apart there", grain);
@@ -117,7 +117,7 @@ Trial far_world(const Subject& subject, const Column& column, double distance) {
   return trial;
 }
 
-// No finer than 100 voxels: four more bakes of a large asset would take longer than all other cases. [m]
+// At most 100 voxels along a body: four more fine bakes of a large asset would take longer than all other cases. [m]
 double voxel_at(const Subject& subject, double size) {
   return std::max(subject.voxel / subject.size, 0.01) * size;
 }
@@ -130,8 +130,8 @@ std::shared_ptr<const Asset> resized(const Subject& subject, double size) {
   return subject.props->baked(mesh, voxel_at(subject, size), Props::Role::mixed);
 }
 
-// Comes from outside along the pose's translation until the deepest point is half a voxel deep: in the band, where
-// depths are distances. @return whether it found one
+// Moves the body in from outside along the pose's translation until its deepest point is half a voxel deep. This is in
+// the band, where depths are distances. @return false when a query is refused
 bool bring_near(const ScaledParts& parts, double voxel, Pose& pose) {
   const double* const t = pose.translation;
   const double length = std::sqrt(t[0] * t[0] + t[1] * t[1] + t[2] * t[2]);
@@ -149,7 +149,7 @@ bool bring_near(const ScaledParts& parts, double voxel, Pose& pose) {
   return true;
 }
 
-// The same queries at another size, relative to the body.
+// Compares queries at another size with those at 1 m, relative to the size.
 Trial size_queries(const Subject& subject, double size) {
   const auto usual = resized(subject, 1);
   const auto other = resized(subject, size);
@@ -175,7 +175,7 @@ Trial size_queries(const Subject& subject, double size) {
   return trial;
 }
 
-// A drop at another size, gravity as large in proportion: the same motion, but for constants in metres.
+// A drop at another size with gravity in proportion: the same motion, except for constants in metres.
 Trial size_world(const Subject& subject, const Column& column, double size) {
   const double shrunk = size / subject.size;
   double voxel = voxel_at(subject, size);
@@ -191,7 +191,7 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
     for (const btVector3& corner : column.corners) corners.push_back(corner * btScalar(shrunk));
   }
   const double mass = subject.mass * shrunk * shrunk * shrunk;
-  // How far the lowest point is from the plane in the end; NaN when anything is no number.
+  // Distance of the lowest point from the plane at the end; NaN when a value is not finite.
   std::string failure;
   const auto rest = [&](const lab::BulletShape& shape, const std::vector<btVector3>& feet) {
     Arena arena({column.detection, kGravity * shrunk});

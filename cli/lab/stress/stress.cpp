@@ -7,11 +7,11 @@
 namespace vps::stress {
 namespace {
 
-// 1: at its limit.
+// How near a trial is to its limit; 1: at the limit.
 double utilisation(const Trial& trial) {
   if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
   if (!std::isfinite(trial.value)) return std::numeric_limits<double>::infinity();
-  // Held where nothing else would have been says nothing of how near it was.
+  // Both limits are equal, as for a value that is cut off there: it does not show how near the trial was.
   if (trial.least == trial.limit && trial.verdict == Verdict::held) return 0;
   const double above = trial.limit > 0 ? trial.value / trial.limit : trial.value - trial.limit;
   double below = 0;
@@ -72,7 +72,7 @@ Outcome run_column(const Case& asked, const Subject& subject, const Column& colu
   for (std::size_t i = 0; i < out.trials.size(); ++i) {
     const Trial& trial = out.trials[i];
     if (utilisation(trial) > utilisation(out.trials[out.worst])) out.worst = i;
-    // The gravest of those that were run.
+    // The worst verdict of the trials that were run.
     const bool first = out.verdict == Verdict::skipped;
     if (trial.verdict != Verdict::skipped && (first || trial.verdict > out.verdict)) out.verdict = trial.verdict;
   }
@@ -105,7 +105,7 @@ void judge(Trial& trial, double value, double limit) {
 
 void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   judge(trial, value, limit);
-  // Ten times as far is more than the solver explains.
+  // The solver does not explain a value more than ten times as large.
   const bool as_boxes =
       std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Who plays the asset, and what it meets.
+// The shapes for the asset in each column, and the props of the cases.
 #include <LinearMath/btConvexHullComputer.h>
 #include <fmt/format.h>
 
@@ -30,7 +30,7 @@ std::vector<btVector3> hull_corners(const Points& points) {
   return corners;
 }
 
-// About the centre of mass.
+// The shell's points about the centre of mass.
 Points shell_points(const Asset& asset) {
   Points points;
   PointshellView shell;
@@ -43,7 +43,7 @@ Points shell_points(const Asset& asset) {
   return points;
 }
 
-// Corners of what the shape is, its margin included where Bullet adds one.
+// Appends a hull's vertices, without its margin, to the corners in `grown_from`.
 std::vector<btVector3> corners_of(const btConvexHullShape& hull, const std::vector<btVector3>& grown_from) {
   std::vector<btVector3> corners = grown_from;
   for (int i = 0; i < hull.getNumPoints(); ++i) corners.push_back(hull.getUnscaledPoints()[i]);
@@ -70,12 +70,12 @@ Column peer_column(const char* name, const Subject& subject, std::string from,
   column.name = name;
   column.from = std::move(from);
   column.resized = std::move(resized);
-  // Bullet's margin lies outside a hull's vertices; a voxel of it would lift the body by one.
+  // Bullet's margin lies outside a hull's vertices. A margin of a voxel would lift the body by a voxel.
   column.body = column.resized(1, 0.1 * subject.voxel);
   return column;
 }
 
-// Of a mesh's points, or of the shell's.
+// A hull of the mesh's vertices, or of the shell's points without a mesh.
 Column hull_column(const Subject& subject, const SubjectOptions& options) {
   const Points points = options.mesh ? subject.mesh->vertices : shell_points(*subject.asset);
   if (points.empty()) return absent("hull", "no mesh and no pointshell to make a hull of");
@@ -88,7 +88,7 @@ Column hull_column(const Subject& subject, const SubjectOptions& options) {
   return column;
 }
 
-// The mesh that was given, or the zero set where that has too many triangles to do.
+// The given mesh, or the zero set where there is no mesh or it has too many triangles.
 const PeerMesh* light_mesh(const SubjectOptions& options) {
   if (options.mesh && (options.mesh->mesh.triangles.size() <= kMostTriangles || !options.zero_set))
     return &*options.mesh;
@@ -109,7 +109,7 @@ Column hacd_column(const Subject& subject, const SubjectOptions& options) {
   } catch (const std::exception& error) {
     return absent("hacd", error.what());
   }
-  // Among HACD's hulls are triangles: they have no inside.
+  // Some of HACD's hulls are flat, without volume. They are left out.
   const auto is_flat = [](const lab::Hull& hull) {
     return !lab::hull_refusal(lab::compound_of({hull}, {}, 0)).empty();
   };
@@ -174,7 +174,7 @@ std::shared_ptr<const Asset> Props::baked(const TriangleMesh& mesh, double voxel
 BulletShape Props::box(const Column& column, const btVector3& half, Role role) {
   if (!column.ours) {
     const auto box = std::make_shared<btBoxShape>(half);
-    // Its margin lies inside; one that is larger than the box is thick would turn it inside out.
+    // Its margin lies inside. A margin larger than the half thickness would turn the box inside out.
     box->setMargin(std::min(box->getMargin(), btScalar(0.1) * half[half.minAxis()]));
     return {{}, box};
   }

@@ -70,7 +70,7 @@ void Arena::watch() {
 
 bool Arena::step(double dt) {
   if (!failure_.empty()) return false;
-  watch();  // what was put in may be no number either
+  watch();  // initial values may be NaN too
   if (!failure_.empty()) return false;
   ++steps_;
   world_.stepSimulation(btScalar(dt), 0);

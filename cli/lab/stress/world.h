@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A stock Bullet world whose bodies are watched at every step.
+/// @file A stock Bullet world that checks its bodies for NaN at every step.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -22,8 +22,8 @@ struct ArenaOptions {
   int iterations = 10;    ///< of the solver; Bullet's default
 };
 
-/// Bodies never sleep; split impulses from 10 um of penetration on and friction along two directions, as the README
-/// sets them.
+/// Bodies never sleep. As in the README, split impulses start at 10 um of penetration and friction acts along two
+/// directions.
 class Arena {
  public:
   explicit Arena(const ArenaOptions& options);
@@ -37,13 +37,13 @@ class Arena {
                    const btVector3& inertia = {0, 0, 0});
   /// The half space below z = 0.
   btRigidBody& add_plane();
-  /// One step, after which every body's pose and velocities are looked at.
-  /// @return false when one is not finite, now or before: `failure` says which, what and when
+  /// Takes one step and then checks every body's pose and velocities.
+  /// @return false when one is not finite, now or before. `failure` names the body, the value and the step
   bool step(double dt);
   [[nodiscard]] const std::string& failure() const { return failure_; }
-  /// Of all bodies that move. [J]
+  /// Of all moving bodies. [J]
   [[nodiscard]] double kinetic_energy() const;
-  /// And by height. [J]
+  /// Kinetic energy and potential energy by height. [J]
   [[nodiscard]] double energy() const;
   [[nodiscard]] btDiscreteDynamicsWorld& world() { return world_; }
 
@@ -71,16 +71,16 @@ class Arena {
 [[nodiscard]] inline double lowest(const btRigidBody& body, const std::vector<btVector3>& corners) {
   return lowest(body.getWorldTransform(), corners);
 }
-/// A pose with its lowest corner at a height. [m]
+/// An unrotated pose whose lowest corner is at a height. [m]
 [[nodiscard]] btTransform standing(const std::vector<btVector3>& corners, double height);
 [[nodiscard]] double kinetic_energy(const btRigidBody& body);
-/// Keeps the larger. A value that is no number stays, whatever comes after it, and breaks the trial.
+/// Keeps the larger value. A NaN stays, whatever comes after it, and breaks the trial.
 inline void keep_largest(double& most, double value) {
   if (!(value <= most) && !std::isnan(most)) most = value;
 }
-/// Broken for the NaN that the arena saw.
+/// A broken trial for a NaN in the arena.
 [[nodiscard]] Trial broken(const Arena& arena);
-/// Every value that a long run gives, thinned to a few hundred.
+/// Values of a run, thinned to at most 200.
 class Trace {
  public:
   explicit Trace(long steps) : every_(steps / 200 + 1) {}
@@ -93,22 +93,23 @@ class Trace {
   long every_, seen_ = 0;
 };
 
-/// Bounces within a time of a ball that falls from a height and loses nothing: after a fall of t = sqrt(2 h / g), and
-/// every 2 t from then on. One at least.
+/// Number of bounces within a time of a ball that falls from a height without loss: one after t = sqrt(2 h / g), and
+/// one every 2 t after it. At least 1.
 [[nodiscard]] int bounces_of_a_ball(double height, double seconds);
-/// Energy that a ball gains, over m g height, when a bounce is seen a step late: it is up to v dt deep then, and lifted
-/// by that.
+/// Energy that a ball gains, over m g height, when a bounce is detected a step late: it is then up to v dt deep, and is
+/// lifted by that.
 [[nodiscard]] double gain_of_a_late_bounce(double height, double rate);
 
-/// What a stack is made of.
+/// One body of a stack.
 struct StackBody {
   lab::BulletShape shape;
   std::vector<btVector3> corners;
-  btTransform at;     ///< of the lowest, on z = 0
+  btTransform at;     ///< pose of the lowest body, on z = 0
   double height = 0;  ///< [m]
   const char* what = "";
 };
-/// The asset, where it has two flat faces opposite to each other, otherwise a baked cube.
+/// The column's shape where the asset has two flat faces opposite to each other. Otherwise a cube: baked in this
+/// project's columns, Bullet's box in the others.
 [[nodiscard]] StackBody stack_body(const Subject& subject, const Column& column);
 
 inline constexpr const char* kTooManyTriangles =
