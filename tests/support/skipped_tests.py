@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 
 def reason(output):
-    """Why a test was skipped, by what it printed."""
+    """The reason that a skipped test printed."""
     if re.search(r"\.\./shared\b", output):
         return "no ../shared"
     # Google Test prints the place, then the reason; a script's last line is the reason.
