@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The libraries below the command line neither print nor know CLI11: cmake -DROOT=DIR -P libraries.cmake
+# Checks that the libraries below the command line neither print nor include CLI11: cmake -DROOT=DIR -P libraries.cmake
 set(libraries bake/store cli/tools cli/scene cli/batch)
 set(wrong)
 set(count 0)

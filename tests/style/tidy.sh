@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # usage: tidy.sh BUILD JOBS [REGEX...]
-# clang-tidy with the checks of .clang-tidy on the sources of bake, cli, formats and runtime, or on those that match a
-# regular expression. BUILD is configured, each source compiled alone. Exit code 1: there are warnings.
+# Runs clang-tidy with the checks of .clang-tidy on the sources of bake, cli, formats and runtime, or on those that match a
+# regular expression. BUILD is configured and compiles each source separately. Exit code 1: there are warnings.
 set -eu
 cd "$(dirname "$0")/../.."
 build=$1 jobs=$2
@@ -11,8 +11,8 @@ shift 2
 log=$(mktemp)
 trap 'rm -f "$log" "$log.colours"' EXIT
 status=0
-# It goes on after errors, so the exit code stands for all files. Counts of suppressed warnings are left out.
-# It colours what it says even in a file.
+# It continues after errors, so that the exit code covers all files. Counts of suppressed warnings are omitted.
+# Its output has colours even in a file.
 run-clang-tidy -quiet -p "$build" -j "$jobs" "$@" 2>/dev/null >"$log.colours" || status=1
 sed 's/\x1b\[[0-9;]*m//g' "$log.colours" >"$log"
 grep -v '^clang-tidy' "$log" || true
