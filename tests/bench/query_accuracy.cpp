@@ -102,7 +102,7 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
 // Errors of one side for the poses of one range.
 struct Errors {
   std::size_t poses = 0;
-  std::vector<double> off;     // |told - oracle's|, where told. [mm]
+  std::vector<double> off;     // |reported - oracle's|, where reported. [mm]
   std::vector<double> widths;  // upper - lower. [mm]
   std::size_t held = 0;        // poses whose bounds hold the oracle's value
 

@@ -37,7 +37,7 @@ class Report {
  public:
   explicit Report(std::vector<Target> targets) : targets_(std::move(targets)) {}
   void add(Series series) { series_.push_back(std::move(series)); }
-  /// Ratios of medians, ours to each peer, with the targets.
+  /// Ratios of this project's medians to those of each peer, with the targets.
   [[nodiscard]] std::string ratio_table() const;
   [[nodiscard]] std::string time_table() const;
   [[nodiscard]] nlohmann::json json() const;

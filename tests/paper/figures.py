@@ -50,7 +50,7 @@ def steps(measured, folder, name, rows, columns):
             axis = axes[row][column]
             for side in sides:
                 for run in pick(measured["bunny"]["runs"], floor=floor, side=side):
-                    # Four digits are what a plot can show.
+                    # A plot cannot show more than four digits.
                     axis.plot(range(1, len(run[key]) + 1), [float(f"{max(v, 1e-12):.4g}") for v in run[key]],
                               label=side, color=COLOURS[side])
             axis.set_yscale(scale)

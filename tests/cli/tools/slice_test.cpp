@@ -21,7 +21,7 @@ constexpr std::array<int, 3> kBlack = {0, 0, 0};
 // The plot within its frame, which is the first dark line from the left and from above.
 struct Plot {
   Image image;
-  std::string out, err;  // what the program said
+  std::string out, err;  // of the program
   std::size_t left = 0, top = 0, right = 0, bottom = 0;
   double pixel = 0;  // [m]
 
