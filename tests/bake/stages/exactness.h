@@ -21,7 +21,7 @@ enum class Truth {
 struct Effort {
   double resolution;
   std::size_t voxels;
-  std::size_t winding_work;  ///< number of solid angles to compute at most
+  std::size_t winding_work;  ///< largest number of solid angles per comparison
 };
 
 struct StoredVoxel {
