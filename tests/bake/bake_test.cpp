@@ -100,7 +100,7 @@ TEST(Bake, TheBandMayBeWiderOnOneSide) {
         exact += scene.field.closest[at] != kNoTriangle;
       }
     }
-    // Bricks beyond the band on one side are not stored, whatever the other side's width.
+    // Exact values fill the band on each side, whatever the other side's width.
     const double volume = 4.0 / 3 * M_PI * (std::pow(0.1 + outside * s, 3) - std::pow(0.1 - inside * s, 3));
     EXPECT_NEAR(static_cast<double>(exact), volume / (s * s * s), 0.03 * volume / (s * s * s));
   }
@@ -130,7 +130,7 @@ TEST(Bake, TheCertificateHoldsTheKnownErrorsOfTheFields) {
   const BakedAsset asset = bake::bake(make_sphere(0.1, 5), all_parts(s));
   const AssetInfo& info = asset.info;
   EXPECT_GT(info.certificate_samples, 5000U);
-  EXPECT_LE(info.real_error.max, 0.2 * s);  // twice what samples are laid for
+  EXPECT_LE(info.real_error.max, 0.2 * s);  // twice the error that samples are placed for
   EXPECT_GT(info.real_error.max, 0.01 * s);
   EXPECT_LE(info.scaled_error.max, info.real_error.max + info.lambda * (1 + 1e-9));
   EXPECT_GT(info.layers_error.max, 0.1 * s);

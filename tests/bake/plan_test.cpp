@@ -65,7 +65,7 @@ TEST(Plan, CreasesAreMeasuredByTheirAngle) {
   const TriangleMesh box = make_box({1, 2, 3});
   EXPECT_NEAR(measure_creases(box).sharp, 4 * (2 + 4 + 6), 1e-12);
   EXPECT_EQ(measure_creases(box).blunt, 0);
-  // The same without common vertices.
+  // The same without shared vertices.
   TriangleMesh soup;
   for (const auto& t : box.triangles) {
     const auto base = static_cast<std::uint32_t>(soup.vertices.size());
@@ -74,14 +74,14 @@ TEST(Plan, CreasesAreMeasuredByTheirAngle) {
   }
   EXPECT_NEAR(measure_creases(soup).sharp, 4 * (2 + 4 + 6), 1e-12);
   EXPECT_EQ(measure_creases(make_sphere(1, 4)).blunt, 0);
-  // A tube of 12 sides, so round that its edges are counted in part: 12 rings with a mean radius of 1.
+  // A tube of 12 sides: its blunt edges count in part. They are 12 rings with a mean radius of 1.
   const Creases ring = measure_creases(make_torus(1, 0.3, 4000, 12));
   EXPECT_NEAR(ring.blunt, 12 * 2 * std::numbers::pi, 0.05 * 12 * 2 * std::numbers::pi);
   EXPECT_EQ(ring.sharp, 0);
 }
 
 TEST(Plan, CreasesAndThinWallsTakeMemory) {
-  // A block, and the same area (bars: 2 % less) as a plate that the band fills and as bars.
+  // A block, a plate that lies wholly in the band, and bars, all of the same area (bars: 2 % less).
   const double block = 0.4;
   const double area = 24 * block * block;
   const double plate = std::sqrt((area - 4 * 2 * 0.4 * 0.01) / 8);

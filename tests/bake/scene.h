@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A mesh taken through the first stages of baking, for tests of the later ones.
+/// @file Runs the first stages of baking on a mesh, for tests of the later stages.
 #pragma once
 
 #include "bake/plan.h"

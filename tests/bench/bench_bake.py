@@ -29,7 +29,7 @@ def run_pairs(arguments, voxel_mm, folder):
     peer = [arguments.peer, arguments.mesh, str(arguments.scale), str(voxel_mm / 1000)]
     pairs = []
     for number in range(arguments.rounds + 1):
-        # Who goes first changes, so that a machine that slows down or warms up favours neither.
+        # The first program alternates, so that a machine that slows down or warms up favours neither.
         if number % 2:
             theirs, ours = measure(peer), measure(bake)
         else:
@@ -115,7 +115,7 @@ def main():
 
     _, (_, peer) = next(iter(pairs_of.values()))[0]
     print(f"{machine()}; {peer['triangles']:,} triangles; {arguments.rounds} rounds, each side in turn.")
-    # Other people's work slows the side that spreads over more cores more.
+    # Other load slows down the program that uses more cores more.
     if load > 0.3 * os.cpu_count():
         print(f"The machine was busy, with a load of {load:.1f} before the first round: not a clean measurement.")
     print()

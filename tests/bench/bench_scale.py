@@ -21,7 +21,7 @@ def machine():
 
 
 def bake(vpsbake, mesh, scale, resolution, folder):
-    # The machine's load before the run, as it is told: others may be at work.
+    # The machine's load before the run, which is printed, as other programs may be running.
     load = os.getloadavg()[0]
     run = measured_run([vpsbake, mesh, "--scale", str(scale), "--resolution", str(resolution), "--json", "-o",
                         os.path.join(folder, "scale.vps.hdf")])

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How late answers under a budget of time are: an asset's shell against its own voxelmap, deep in each other.
+// Measures by how much queries exceed a time budget: an asset's shell against its own voxelmap, in deep penetration.
 //
 //     budget_overrun ASSET [MICROSECONDS [CALLS]]
 #include <sys/resource.h>
@@ -18,7 +18,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// Times that the system took this thread's core away, which no budget can help.
+// How often the system has preempted this thread, which no budget can prevent.
 long interruptions() {
   rusage usage{};
   getrusage(RUSAGE_THREAD, &usage);

@@ -30,7 +30,7 @@ COLUMNS = ("file", "triangles", "verdict", "repair", "notes", "time, s", "asset,
 
 
 def meshes_in(shared):
-    """Paths relative to `shared`, in one order everywhere."""
+    """Paths relative to `shared`, in the same order on every machine."""
     found = []
     for folder in FOLDERS:
         top = os.path.join(shared, folder)
@@ -43,7 +43,7 @@ def meshes_in(shared):
     return sorted(found)
 
 
-# Sentences for one reader, cut down to table cells.
+# Shortens the program's sentences for table cells.
 SHORTER = (
     (r" at \([-+.e\d, ]+\) m", ""),
     (r"^the mesh is open: it leaks through (.*), the longest border of (.*)", r"open: \1, longest border \2"),
@@ -66,13 +66,13 @@ def short(text):
 
 
 def reason_of(run):
-    """Why a command failed, in a few words."""
+    """A short reason why a command failed."""
     if run.timed_out:
         return f"not done in {TIMEOUT_S} s"
     lines = run.err.strip().splitlines()
     if not lines:
         return f"ended with code {run.code} and not a word"
-    # Neither the file's name in front nor the advice behind.
+    # Removes the file's name at the front and the advice at the end.
     return short(re.sub(r"^vpsbake: error: .*?: (?=\S)", "", lines[-1]).rsplit("; ", 1)[0])
 
 
@@ -81,7 +81,7 @@ class Corpus:
         self.vpsbake, self.shared, self.asset = vpsbake, shared, os.path.join(work, "corpus.vps.hdf")
 
     def check(self, name):
-        """What `check` says, or None where the file cannot even be read; and the run."""
+        """The report of `check`, or None if the file cannot be read; and the run."""
         path = os.path.join(self.shared, name)
         run = measured_run([self.vpsbake, "check", "--json", "--resolution", RESOLUTION, path], TIMEOUT_S)
         try:
@@ -117,7 +117,7 @@ class Corpus:
         unit = "mm" if report and "mm" in report["likely_unit"] else "m"
         bake = self.bake(name, unit)
         first = self.row(name, triangles, bake, None)
-        # They take the same way to the same answer; when not, the table is the place to say so.
+        # Check and bake share their code and must agree. If they do not, the table says so.
         if (check.code == 0) != (bake.code == 0):
             first["notes"] = f"CHECK DISAGREES: {reason_of(check) if check.code else 'usable'}; {first.get('notes', '')}"
         yield first
@@ -151,7 +151,7 @@ def main():
                 if number == 0:
                     counts[cells["verdict"].split(":")[0]] += 1
                 print(f"{cells['time, s']:>6} s  {name}: {cells['verdict']}", file=sys.stderr)
-                # A bar inside a cell would begin a new one.
+                # A bar inside a cell would start a new cell.
                 lines.append("| " + " | ".join(cells.get(c, "").replace("|", "\\|") for c in COLUMNS) + " |")
     summary = (f"{len(names)} files: {counts['bakes']} bake, {counts['refused']} are refused, "
                f"{counts['FAILED']} fail otherwise.\n")

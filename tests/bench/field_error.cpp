@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Errors of an asset's fields at places of the narrow band, as a query sees them, against CGAL. Prints Markdown.
+// Compares an asset's fields, as queries read them, with CGAL's distance at points of the narrow band. Prints Markdown.
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <CLI/CLI.hpp>
@@ -28,13 +28,13 @@ struct Options {
   std::size_t samples = 1000000;
 };
 
-// A place in the band, and what CGAL says of it.
+// A point in the band and its penetration by CGAL.
 struct Place {
   Point point;
   double penetration;
 };
 
-// A place of the surface, evenly by area.
+// Draws points of the surface, uniform by area.
 class SurfacePlaces {
  public:
   explicit SurfacePlaces(const TriangleMesh& mesh) : mesh_(mesh) {
@@ -73,8 +73,8 @@ class SurfacePlaces {
   std::vector<double> area_to_;
 };
 
-// All over the band, up to half a voxel's diagonal from its ends as the certificate has it: cells beyond that may be
-// clamped.
+// Random points in the band, at least half a voxel's diagonal from its ends, as in the certificate: cells nearer to the
+// ends may be clamped.
 std::vector<Place> places_in_band(const TriangleMesh& mesh, const AssetInfo& info, std::size_t count) {
   const test::Oracle oracle(mesh);
   const SurfacePlaces surface(mesh);
@@ -117,7 +117,7 @@ bool is_at_edge(const test::SoupOracle& surface, const Place& place, double voxe
       Point other = place.point;
       other[axis] += step * voxel_size;
       const Point there = direction(other);
-      // Across the surface the direction turns round.
+      // Across the surface the direction reverses.
       const double cosine = std::abs(here[0] * there[0] + here[1] * there[1] + here[2] * there[2]);
       if (!(cosine > std::cos(M_PI / 6))) return true;
     }

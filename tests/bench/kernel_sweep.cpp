@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the query's choices cost: width of the tree, width of samples, instruction set, the way through the tree.
-// One body against itself, the poses of query_bench. Prints Markdown.
+// Measures what the query's choices cost: width of the tree, width of samples, instruction set, order of traversal.
+// One body against itself in the poses of query_bench. Prints Markdown.
 #include <fmt/format.h>
 #include <hwy/highway.h>
 #include <CLI/CLI.hpp>
@@ -76,7 +76,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-// Every side in turn in every round; a pose's time is the median of its rounds. The first round warms up.
+// Runs every side in turn in every round. A pose's time is the median of its rounds. The first round warms up.
 void run_table(const std::string& title, std::vector<Side>& sides, const std::vector<PairPose>& poses, int rounds) {
   for (int round = 0; round <= rounds; ++round) {
     for (Side& side : sides) {

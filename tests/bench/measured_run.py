@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Runs a program and says how long it took and how much memory it held."""
+"""Runs a program and measures its time and memory."""
 import contextlib
 import dataclasses
 import os
@@ -23,7 +23,7 @@ class Run:
 
 def measured_run(command, timeout=None):
     """Starts `command`, waits for it, and ends it with all its children after `timeout` seconds."""
-    # Files, not pipes: nobody has to empty them while the clock runs.
+    # Files instead of pipes, which would have to be read during the measurement.
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         expired = threading.Event()
         begin = time.monotonic()
@@ -37,7 +37,7 @@ def measured_run(command, timeout=None):
         timer = threading.Timer(timeout, stop) if timeout else None
         if timer:
             timer.start()
-        # Not child.wait(): only wait4 tells the usage of this child alone.
+        # Not child.wait(), as only wait4 returns the usage of this child alone.
         _, status, usage = os.wait4(child.pid, 0)
         seconds = time.monotonic() - begin
         if timer:

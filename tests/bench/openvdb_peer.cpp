@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OpenVDB's meshToVolume on one mesh, timed: what a bake is measured against. Writes no file.
+// Times OpenVDB's meshToVolume on one mesh, for comparison with a bake. Writes no file.
 //   openvdb_peer MESH SCALE VOXEL_SIZE    (metres per unit of the file, metres)
 #include <fmt/format.h>
 #include <openvdb/openvdb.h>
@@ -28,7 +28,7 @@ int run(const char* path, double scale, double voxel_size) {
   const vps::ImportedMesh mesh = vps::import_mesh(path, options);
   const double import_seconds = seconds_since(import_begin);
 
-  // In voxels, as meshToVolume wants them; not counted against it.
+  // Converts to voxel units, which meshToVolume requires; this is not timed.
   std::vector<openvdb::Vec3s> points;
   points.reserve(mesh.vertices.size());
   for (const auto& v : mesh.vertices) points.emplace_back(v[0] / voxel_size, v[1] / voxel_size, v[2] / voxel_size);

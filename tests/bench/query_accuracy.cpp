@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far the answers of whole queries are from an oracle's, beside those of convex hulls. Prints Markdown.
+// Errors of whole queries against an oracle, beside those of convex hulls. Prints Markdown.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -23,11 +23,11 @@ using namespace lab;
 
 constexpr double kLongestSide = 310 * kVoxelSize;  // [m]
 constexpr double kWideBand = 7;                    // [vx]
-// Bullet would add both to every depth. [m]
+// Margin of the hulls: Bullet adds those of both bodies to every depth. [m]
 constexpr double kHullMargin = 0;
 constexpr double kOracleTolerance = 1e-6;  // [m]
 
-// To where the default band certifies depths: half a voxel's diagonal less than it is deep. [m]
+// Largest depth that the default band certifies: half a voxel's diagonal less than the band's depth. [m]
 const double kBand = (bake::BakeOptions{}.band_inside - std::sqrt(3.0) / 2) * kVoxelSize;
 const std::vector<DepthRange> kRanges{{16, -0.0002, 0}, {17, 0, kBand}, {17, kBand, 0.003}};
 const std::vector<std::string> kRangeNames{"apart", "in the band", "deeper"};
@@ -99,10 +99,10 @@ Body measure(const std::filesystem::path& path, const std::filesystem::path& fol
 
 // --- tables
 
-// What one side told for poses of one range.
+// Errors of one side for the poses of one range.
 struct Errors {
   std::size_t poses = 0;
-  std::vector<double> off;     // |told - oracle's|, where told. [mm]
+  std::vector<double> off;     // |reported - oracle's|, where reported. [mm]
   std::vector<double> widths;  // upper - lower. [mm]
   std::size_t held = 0;        // poses whose bounds hold the oracle's value
 
@@ -110,7 +110,7 @@ struct Errors {
     ++poses;
     if (std::isfinite(told.depth)) off.push_back(1000 * std::abs(told.depth - depth));
     widths.push_back(1000 * (told.upper - told.lower));
-    // The true depth is between the oracle's and its tolerance more.
+    // The true depth lies between the oracle's depth and that plus its tolerance.
     if (told.lower <= depth + kOracleTolerance && depth <= told.upper) ++held;
   }
   [[nodiscard]] std::string errors_cell() const {
@@ -177,7 +177,7 @@ void print_tables(const std::vector<Body>& bodies) {
   }
 }
 
-// Each is a bug: names them, and returns their number.
+// Names the poses whose bounds do not hold, and returns their number. Each is a bug.
 std::size_t missed_bounds(const std::vector<Body>& bodies) {
   std::size_t missed = 0;
   for (const Body& body : bodies) {

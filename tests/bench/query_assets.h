@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The assets that the benchmarks of queries ask, baked anew by every run.
+/// @file The assets of the query benchmarks, baked again in every run.
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@ namespace vps::bench {
 
 inline constexpr double kVoxelSize = 0.0005;  // [m]
 
-/// Both parts. @param options  their voxel size is taken to be `kVoxelSize`
+/// Bakes voxelmap and pointshell. @param options  the voxel size is replaced by `kVoxelSize`
 [[nodiscard]] lab::BakedFile bake_body(const TriangleMesh& mesh, bake::BakeOptions options,
                                        const std::filesystem::path& path);
 
-/// A box round the origin that only plays the voxelmap.
+/// A box centred at the origin, with a voxelmap only.
 [[nodiscard]] lab::BakedFile bake_box(const std::array<double, 3>& half_extents, const std::filesystem::path& path);
 
 }  // namespace vps::bench

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Contact queries beside those of Bullet, HACD, GImpact and FCL: the same bodies, poses and run. Prints Markdown.
+// Contact queries beside those of Bullet, HACD, GImpact and FCL, with the same bodies and poses in one run. Prints
+// Markdown.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -31,11 +32,11 @@ const std::vector<Target> kTargets{
 };
 // GImpact takes tens of milliseconds a query.
 constexpr int kSlowSteps = 20;
-// Bullet's box is so large because the hull of 42 vertices rolls, and because GImpact sinks into it. A baked one has to
-// fit into memory; ours stays on it.
+// Bullet's box is this large because the hull of 42 vertices rolls and GImpact sinks into it. The baked box must fit
+// into memory; the baked body stays on it.
 constexpr std::array<double, 3> kBoxHalfExtents{1.5, 0.5, 1.5};
 constexpr std::array<double, 3> kBakedBoxHalfExtents{0.15, 0.05, 0.15};
-// Spacings over the voxel size: the default, and one that gives the bunny about the paper's 35,000 points.
+// Ratios of point spacing to voxel size: the default, and one that gives the bunny about the paper's 35,000 points.
 constexpr double kAlphas[] = {1.4142135623730951, 2.1};
 
 struct Options {
@@ -128,7 +129,7 @@ std::vector<DropSide> drop_sides(const Bodies& bodies, const std::string& work, 
   return sides;
 }
 
-// Every side in turn, round by round. A drop repeats itself to the bit, so that its steps can be compared.
+// Runs every side in turn in every round. A drop is reproducible to the bit, so that its steps can be compared.
 void run_drops(const Bodies& bodies, const std::string& work, int rounds, Report& report) {
   const std::vector<DropSide> sides = drop_sides(bodies, work, rounds);
   std::vector<std::vector<std::vector<double>>> us(sides.size());
@@ -160,7 +161,7 @@ struct PairSide {
   int rounds = 1;
 };
 
-// Every side in turn, round by round, after a round that only warms up.
+// Runs every side in turn in every round, after one round that only warms up.
 void run_pairs(const std::string& work, std::vector<PairSide> sides, const std::vector<PairPose>& poses,
                Report& report) {
   int rounds = 0;

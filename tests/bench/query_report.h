@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Percentiles, ratios and targets of the benchmarks of queries, as Markdown and as JSON.
+/// @file Percentiles, ratios and targets of the query benchmarks, as Markdown and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,18 +11,18 @@
 namespace vps::bench {
 
 using lab::percentile;
-/// Three digits, which are all that a run repeats.
+/// Formats with three digits, as no more are reproducible.
 [[nodiscard]] std::string number(double value);
-/// Of a Markdown table.
+/// A row of a Markdown table.
 [[nodiscard]] std::string row(const std::vector<std::string>& cells);
 
-/// One side's times of one work.
+/// Times of one side for one kind of work.
 struct Series {
   std::string work;
   std::string side;  ///< "HACD", "ours, 35,000 points" ...
   std::vector<double> microseconds;
-  std::vector<double> contacts;      ///< per query; empty: not told
-  std::vector<double> depth_errors;  ///< |told - oracle's|. Empty: not told. [m]
+  std::vector<double> contacts;      ///< per query; empty: not reported
+  std::vector<double> depth_errors;  ///< |reported - oracle's|; empty: not reported. [m]
   std::string remark;
 };
 
@@ -37,7 +37,7 @@ class Report {
  public:
   explicit Report(std::vector<Target> targets) : targets_(std::move(targets)) {}
   void add(Series series) { series_.push_back(std::move(series)); }
-  /// Ratios of medians, ours to each peer, with the targets.
+  /// Ratios of this project's medians to those of each peer, with the targets.
   [[nodiscard]] std::string ratio_table() const;
   [[nodiscard]] std::string time_table() const;
   [[nodiscard]] nlohmann::json json() const;

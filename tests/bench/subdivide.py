@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cuts every triangle of an OBJ mesh into n^2 equal ones and writes an OFF file: the same solid, of many triangles."""
+"""Divides every triangle of an OBJ mesh into n^2 equal ones and writes an OFF file: the same solid with many triangles."""
 
 
 def read_obj(path):
@@ -24,7 +24,7 @@ def subdivide(vertices, triangles, parts):
     points = []
 
     def number(weights):
-        """Vertex with these weights at the mesh's vertices: the same from whichever triangle it is seen."""
+        """Number of the vertex with these weights at the mesh's vertices; the same for all triangles that share it."""
         key = tuple(sorted((v, w) for v, w in weights if w))
         if key not in numbers:
             numbers[key] = len(points)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What tests of pages ask of every page.
+/// @file Checks that tests apply to every page.
 #pragma once
 
 #include "tests/cli/program.h"
@@ -7,7 +7,7 @@
 
 namespace vps::test {
 
-/// Script: the share of the three-dimensional view, without what lies round it, that is painted.
+/// Script: the painted share of the three-dimensional view, without the controls around it.
 inline constexpr const char* kPaintedShare =
     "(() => {"
     "  const copy = Object.assign(document.createElement('canvas'), {width: 200, height: 200});"
@@ -16,7 +16,7 @@ inline constexpr const char* kPaintedShare =
     "  let n = 0; for (let i = 3; i < data.length; i += 4) n += data[i] > 0; return n / 40000;"
     "})()";
 
-/// The page in a small window; sound.
+/// Visits the page in a small window and expects it to be sound.
 inline PageVisit visit_small(const std::filesystem::path& page, const std::string& script) {
   VisitOptions options;
   options.width = 800;
@@ -27,7 +27,8 @@ inline PageVisit visit_small(const std::filesystem::path& page, const std::strin
   return visit;
 }
 
-/// The page as a desktop in light and a phone in dark show it; sound on both.
+/// Visits the page on a phone in dark and on a desktop in light theme, and expects it to be sound on both.
+/// @return the desktop's visit
 inline PageVisit visit_everywhere(const std::filesystem::path& page, const std::string& script) {
   VisitOptions phone;
   phone.width = 390;

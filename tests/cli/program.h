@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Runs the program as a user does, in a folder of the test's own.
+/// @file Runs the program as a user does, in a temporary folder.
 #pragma once
 
 #include <fcntl.h>
@@ -37,7 +37,7 @@ inline std::string sample(const char* name) {
   return std::string(VPS_SAMPLE_MESHES) + "/" + name + ".obj";
 }
 
-/// One line, the program's name first, and nothing left behind.
+/// Expects one line on stderr that starts with the program's name, and no new files.
 inline void expect_refusal(const TemporaryFolder& folder, const std::string& arguments, int code,
                            const std::string& why) {
   const std::vector<std::string> before = folder.names();
@@ -49,7 +49,7 @@ inline void expect_refusal(const TemporaryFolder& folder, const std::string& arg
   EXPECT_EQ(folder.names().size(), before.size()) << arguments;
 }
 
-/// Starts a bake of a sample with the cache `cache` of the folder, without its output.
+/// Starts a bake of a sample with the folder's cache `cache`, and discards what it prints.
 inline pid_t start_bake(const TemporaryFolder& folder, const std::string& output) {
   const std::string mesh = sample("cube");
   const std::string path = folder / output;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Compares JSON files with the schemas of docs/schemas, by Debian's python3-jsonschema.
+/// @file Validates JSON files against the schemas of docs/schemas with Debian's python3-jsonschema.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every document's links lead somewhere, every file that it names is there, and paper_map.md names functions that exist."""
+"""The targets of all links in the documents exist, the files that they name exist, and so do the functions in paper_map.md."""
 import re
 import sys
 from pathlib import Path
@@ -17,12 +17,12 @@ def documents():
 
 
 def prose(text):
-    """Without blocks of code, whose file names are examples."""
+    """The text without code blocks, whose file names are examples."""
     return re.sub(r"^```.*?^```", "", text, flags=re.M | re.S)
 
 
 def anchors(document):
-    """The headings of a document, as links spell them."""
+    """The headings of a document in the form that links use."""
     headings = re.findall(r"^#+ (.*)", prose(document.read_text()), flags=re.M)
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
@@ -30,7 +30,7 @@ def anchors(document):
 def dead_links(document):
     for link in LINK.findall(prose(document.read_text())):
         if re.match(r"\w+:", link):
-            continue  # of the network
+            continue  # a network address
         name, _, anchor = link.partition("#")
         target = (document.parent / name) if name else document
         if not target.exists():
@@ -40,17 +40,20 @@ def dead_links(document):
 
 
 def missing_files(document):
-    """A quoted name that begins with a folder of ours is a file of ours, from the root."""
+    """Quoted names that start with a folder of the project but name no file of it."""
     for quoted in QUOTED.findall(prose(document.read_text())):
         if not re.fullmatch(rf"({'|'.join(FOLDERS)})/[\w./*-]*", quoted):
             continue
-        # `bake/stages/voxelize` stands for its header and its source.
+        # `bake/stages/voxelize` means its header and its source.
         if not any(ROOT.glob(quoted.rstrip("/"))) and not any(ROOT.glob(quoted.rstrip("/") + ".*")):
             yield f"`{quoted}`: no such file"
 
 
 def missing_functions():
-    """In a cell of paper_map.md names stand before their file; names without a file are anywhere in the code."""
+    """Functions that paper_map.md names but the code lacks.
+
+    In a cell, names precede their file; names without a file may be anywhere in the code.
+    """
     text = {path.relative_to(ROOT).as_posix(): path.read_text() for folder in CODE
             for path in (ROOT / folder).rglob("*") if path.suffix in (".h", ".cpp")}
     everything = "\n".join(text.values())

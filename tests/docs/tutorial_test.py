@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tutorial's commands run, in their order, with an installation of this build, and print the lines that it shows.
+"""Runs the tutorial's commands in order with an installation of this build: they print the lines that the tutorial shows.
 
 usage: tutorial_test.py BUILD
 """
@@ -22,7 +22,7 @@ def run(command, cwd, **environment):
 
 
 def without_digits(text):
-    """Numbers depend a little on the machine, lines do not."""
+    """The lines with numbers replaced, as numbers depend slightly on the machine."""
     return [re.sub(r"[\d.e+-]*\d", "#", " ".join(line.split())) for line in text.splitlines()]
 
 

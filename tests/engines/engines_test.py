@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What an engine bakes by the script of `vpsbake plan --emit` is, byte for byte, what one `vpsbake batch` bakes.
+"""An engine that runs the script of `vpsbake plan --emit` bakes the same bytes as one `vpsbake batch`.
 
 usage: engines_test.py slurm|parallel|snakemake VPSBAKE SAMPLE_MESHES    exit code 77: the engine is not installed
 """
@@ -15,7 +15,7 @@ from slurm_cluster import Cluster, missing, wait_until
 
 SKIPPED = 77
 TASKS = 4
-# Long enough to be ended while they bake. In the order of the jobs, for one task may have both.
+# These bakes last long enough to be ended while they run. They are in the order of the jobs, as one task may have both.
 SLOW = {"icosphere": "0.25mm", "torus": "0.25mm"}
 
 
@@ -38,7 +38,7 @@ def make_meshes(folder, samples):
 
 
 def contents(folder):
-    """Assets and the manifest, without the hidden notes of when a run was."""
+    """Assets and the manifest, without the hidden files that record the time of a run."""
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*")
             if path.is_file() and not path.name.startswith(".")}
 
@@ -72,7 +72,7 @@ def plan(engine, work):
 
 
 def play_slurm(work):
-    """One task is cancelled and one bake killed while they run; submitted again, the array does what is missing."""
+    """Cancels one task and kills one bake while they run. Submitted again, the array bakes the missing assets."""
     (work / "meshes/bad.obj").write_text("junk")
     plan("slurm", work)
     killed, cancelled = SLOW
@@ -114,7 +114,7 @@ def main():
     if absent:
         print(f"skipped: {', '.join(absent)} is not installed")
         return SKIPPED
-    # CTest's time is over: leave by the same doors as always.
+    # On CTest's timeout the program exits normally, so that everything is cleaned up.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     with tempfile.TemporaryDirectory(prefix="vps") as folder:
         work = Path(folder)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A Slurm of one machine, for tests: munged, slurmctld and slurmd with their own keys, ports and folders, gone at the end."""
+"""A Slurm cluster of one machine, for tests: munged, slurmctld and slurmd with temporary keys, ports and folders."""
 import ctypes
 import getpass
 import os
@@ -18,17 +18,17 @@ PR_SET_PDEATHSIG, PR_SET_CHILD_SUBREAPER = 1, 36  # linux/prctl.h
 
 
 def search_path():
-    """Debian's folder of daemons is not in everybody's PATH."""
+    """PATH with Debian's folder of daemons, which ordinary users' PATH lacks."""
     return os.environ.get("PATH", "") + ":/usr/sbin"
 
 
 def missing():
-    """Names of the programs that a Slurm needs and this machine does not have."""
+    """Names of the programs that Slurm needs but this machine lacks."""
     return [name for name in DAEMONS + CLIENTS if shutil.which(name, path=search_path()) is None]
 
 
 def free_ports(count):
-    """TCP ports of 127.0.0.1 that nobody listens on now."""
+    """TCP ports of 127.0.0.1 that are free now."""
     sockets = [socket.socket() for _ in range(count)]
     for one in sockets:
         one.bind(("127.0.0.1", 0))
@@ -39,7 +39,7 @@ def free_ports(count):
 
 
 def wait_until(condition, seconds, what):
-    """Asks `condition` until it is true. Throws when it is not within `seconds`."""
+    """Calls `condition` until it is true. Raises an exception if it is not true within `seconds`."""
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
@@ -48,12 +48,12 @@ def wait_until(condition, seconds, what):
 
 
 def end_with_parent():
-    """A daemon ends even when the test is killed."""
+    """Makes a daemon end with the test, even if the test is killed."""
     LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
 def end_children():
-    """What daemons left behind (a job's slurmstepd detaches itself) has become a child of ours: kills and reaps it."""
+    """Kills and reaps processes that daemons have left, which this process inherits (a job's slurmstepd detaches itself)."""
     children = Path(f"/proc/self/task/{os.getpid()}/children")
     while left := children.read_text().split():
         for pid in map(int, left):
@@ -62,9 +62,9 @@ def end_children():
 
 
 class Cluster:
-    """`with Cluster(folder) as cluster:` the node is idle when the block begins, and nothing runs when it is left.
+    """`with Cluster(folder) as cluster:` the node is idle when the block starts, and nothing runs after the block.
 
-    folder: an empty one, with a short path, for its sockets (Linux allows 107 characters).
+    folder: an empty folder with a short path, as it holds sockets (Linux allows 107 characters).
     """
 
     def __init__(self, folder):
@@ -93,8 +93,8 @@ class Cluster:
             try:
                 wait_until(lambda: not self.queue(), 10, "no job is left")
             except (TimeoutError, subprocess.SubprocessError):
-                pass  # what is left goes below
-        # One after the other: slurmctld asks munged for a credential when it ends.
+                pass  # remaining processes are ended below
+        # One after the other, as slurmctld requests a credential from munged when it ends.
         for process in reversed(self.processes):
             process.terminate()
             try:
@@ -106,7 +106,7 @@ class Cluster:
         end_children()
 
     def ask(self, *command):
-        """What a program of Slurm's prints; nothing when it fails."""
+        """The output of one of Slurm's programs; nothing if it fails."""
         return subprocess.run(command, env=self.environment, check=False, stdout=subprocess.PIPE,
                               stderr=subprocess.DEVNULL, text=True, timeout=30).stdout
 
@@ -121,7 +121,7 @@ class Cluster:
         return self.ask("squeue", "-h", "-r", "-o", "%i %T").splitlines()
 
     def wait(self, seconds):
-        """Until every job has ended."""
+        """Waits until every job has ended."""
         wait_until(lambda: not self.queue(), seconds, "every job has ended")
 
     def print_logs(self):
@@ -135,7 +135,7 @@ class Cluster:
         controller, node = free_ports(2)
         host = socket.gethostname().split(".")[0]
         memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20
-        # No cgroups, which containers and virtual machines may lack, no accounting, and schedule at once.
+        # No cgroups, which containers and virtual machines may lack, no accounting, and immediate scheduling.
         (self.folder / "slurm.conf").write_text(f"""\
 ClusterName=test
 SlurmctldHost={host}(127.0.0.1)

@@ -14,7 +14,7 @@
 namespace vps::test {
 namespace {
 
-// The bytes of an asset, aligned as a mapping is.
+// The bytes of an asset, aligned to 64 bytes.
 class Bytes {
  public:
   explicit Bytes(const TinyAsset& tiny) {
@@ -33,7 +33,7 @@ class Bytes {
     EXPECT_EQ(decode_directory(all(), d), Status::ok);
     return d;
   }
-  // Writes a changed directory with a right hash, and says what the decoder thinks of it.
+  // Writes a changed directory with a correct hash and returns the decoder's status.
   Status with(const Directory& changed) {
     encode_directory(changed, header());
     Directory d;
@@ -285,7 +285,7 @@ TEST(Directory, ReservedBytesMustBeZero) {
 TEST(Directory, EveryChangedByteIsCaughtByTheHashes) {
   Bytes bytes{TinyAsset{}};
   const Directory d = bytes.directory();
-  // Sections and HDF5's own bytes alike.
+  // In sections and in HDF5's own bytes.
   for (std::size_t at = kUserBlockBytes; at < bytes.all().size(); ++at) {
     bytes.all()[at] ^= std::byte{0x10};
     ASSERT_EQ(verify_hashes(bytes.all(), d), Status::corrupt_payload) << at;
@@ -314,7 +314,7 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, entry), Status::bad_index);
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::bad_index);
   }
-  // A node below itself.
+  // A node that is its own child.
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, kNodeFlag), Status::bad_index);
   for (std::size_t i = 0; i < 6; ++i) {
     for (const std::uint32_t bad : {0U, 1U, 2U, 3U, 4U, 5U, 0x80000000U, 0xFFFFFFFFU}) {

@@ -32,7 +32,7 @@ TEST(Hdf5Writer, TheSameAssetGivesTheSameBytesAnyTime) {
   const TinyAsset tiny;
   const std::size_t bytes = write_asset(folder / "a.vps.hdf", tiny.info, tiny.sections);
   EXPECT_EQ(bytes, std::filesystem::file_size(folder / "a.vps.hdf"));
-  ::sleep(1);  // time stamps have seconds
+  ::sleep(1);  // time stamps have a resolution of one second
   write_asset(folder / "b_with_another_name.vps.hdf", tiny.info, tiny.sections);
   EXPECT_EQ(read_file(folder / "a.vps.hdf"), read_file(folder / "b_with_another_name.vps.hdf"));
 }
@@ -102,7 +102,7 @@ TEST(Hdf5Writer, AFileRewrittenByAnotherToolIsNamed) {
 
 TEST(Hdf5Writer, TemporaryNamesThatAnotherProcessTookAreLeftAlone) {
   const TemporaryFolder folder;
-  // As a process of the same number in another container would leave them.
+  // Names that a process with the same id in another container has taken.
   std::vector<std::filesystem::path> taken;
   for (int i = 0; i < 1000; ++i) {
     taken.push_back(folder / (".vps." + std::to_string(::getpid()) + "." + std::to_string(i)));

@@ -27,7 +27,7 @@ TEST(Octree, AnEntryIsABrickANodeOrNone) {
   EXPECT_EQ(octree::sample_in_brick(kFieldEdge - 1, kFieldEdge - 1, kFieldEdge - 1), 124U);
 }
 
-// Two roots along each axis; only the last one has nodes, one below the other in the same octant.
+// Two roots along each axis. Only the last root has nodes, each in the same octant of its parent.
 TEST(Octree, TheWalkEndsAtTheEntryThatCoversTheCell) {
   std::array<std::uint32_t, 8> roots;
   for (std::uint32_t n = 0; n < 8; ++n) roots[n] = octree::brick_entry(100 + n, 1);

@@ -22,7 +22,7 @@ double length(const std::array<Real, 3>& v) {
   return std::sqrt(double{v[0]} * v[0] + double{v[1]} * v[1] + double{v[2]} * v[2]);
 }
 
-// Of vectors of about unit length.
+// Angle between vectors of about unit length. [rad]
 template <class Real>
 double angle(const Vector3& a, const std::array<Real, 3>& b) {
   return 2 * std::asin(length(Vector3{a[0] - b[0], a[1] - b[1], a[2] - b[2]}) / 2);
@@ -49,7 +49,7 @@ TEST(Quantize, PositionsAreOffByHalfAStepAtMost) {
           const float decoded = decode_coordinate(code, float_origin, float_step);
           const double rounding = std::abs(x) * 0x1p-23;
           ASSERT_LE(std::abs(decoded - x), scale.step / 2 * (1 + 1e-9) + rounding) << x;
-          // Fused or not: the product has no digits to round.
+          // The same with and without fused multiply-add: the product is exact.
           ASSERT_EQ(decoded, std::fma(float_step, static_cast<float>(code), float_origin));
         }
       }
@@ -64,7 +64,7 @@ TEST(Quantize, TheStepIsTheLargestExtentOverTheCodes) {
     EXPECT_LE(step, size / kLargestCode * (1 + 1.0 / 128));
   }
   EXPECT_EQ(position_scale({0, 0, 0}, {1, 65535, 1}).step, 1);
-  // A box without extent still has a step.
+  // A box without extent has a positive step.
   EXPECT_GT(position_scale({1, 2, 3}, {1, 2, 3}).step, 0);
 }
 
@@ -73,7 +73,7 @@ TEST(Quantize, NormalsAreOffByAHundredthOfADegreeAtMost) {
   double worst = 0;
   for (int n = 0; n < 300000; ++n) {
     Vector3 normal = random_unit(random);
-    // Also near the octahedron's edges and corners, where the square is folded.
+    // Some normals lie near the octahedron's edges and corners, where the square is folded.
     if (n % 3 == 1) normal[static_cast<std::size_t>(n / 3 % 3)] *= 1e-5;
     if (n % 3 == 2)
       normal[static_cast<std::size_t>(n / 3 % 3)] = normal[static_cast<std::size_t>((n / 3 + 1) % 3)] = 1e-5;
@@ -120,7 +120,7 @@ TEST(Quantize, EveryCodeIsAUnitNormalThatIsEncodedAsItself) {
     ASSERT_NEAR(length(decode_normal<float>(code)), 1, 2e-7) << u << ' ' << v;
     const Vector3 normal = decode_normal<double>(code);
     ASSERT_NEAR(length(normal), 1, 1e-15);
-    // On the square's border two codes mean the same.
+    // On the square's border two codes represent the same normal.
     ASSERT_LT(angle(normal, decode_normal<double>(encode_normal(normal))), u == -32768 || v == -32768 ? 4.4e-5 : 1e-15)
         << u << ' ' << v;
   };
@@ -135,7 +135,7 @@ TEST(Quantize, EveryCodeIsAUnitNormalThatIsEncodedAsItself) {
 
 TEST(Quantize, AreasSumToTheirOwnWithinAStep) {
   Random random;
-  // Alike, spread over nine decades, and with nothing among them.
+  // Areas that are equal, or spread over 9 or 27 decades; some are 0.
   for (const int power : {0, 3, 9}) {
     std::vector<double> areas;
     for (int n = 0; n < 5000; ++n)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A small complete asset made by hand: two bricks of layers, two field bricks, four points, two tree levels.
+/// @file A small complete asset, written by hand: two bricks of layers, two field bricks, four points, two tree levels.
 #pragma once
 
 #include <cstring>

@@ -17,7 +17,7 @@
 namespace vps::test {
 namespace {
 
-// Places in and round the bounds, and some that no mesh has.
+// A random point in or around the bounds, sometimes with extreme or invalid coordinates.
 Vec3 place(const AssetInfo& info, Random& random) {
   float p[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -61,7 +61,7 @@ void ask_points(const VoxelmapView& map, const AssetInfo& info, Random& random) 
     (void)closest_point(map, place(info, random), {}, closest);
     sum += hit.distance + closest.distance;
   }
-  // Kept, so that no look-up is optimized away.
+  // Uses the sum, so that no look-up is optimized away.
   volatile float kept = sum;
   (void)kept;
 }
@@ -126,7 +126,7 @@ Status ask_asset(std::span<const std::byte> file) {
   const Status opened = Asset::open(file, asset);
   if (opened != Status::ok) return opened;
   (void)asset.verify();
-  // Some of the bytes decide what is asked.
+  // The bytes determine the queries.
   const std::uint64_t hash = hash_bytes(file);
   Random random;
   for (std::uint64_t skipped = 0; skipped < hash % 64; ++skipped) random.next();

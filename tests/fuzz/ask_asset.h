@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a fuzzer does with bytes that may be an asset: everything that a simulation does.
+/// @file Treats a fuzzer's bytes as an asset and does everything that a simulation does with it.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,12 @@
 
 namespace vps::test {
 
-/// Sets the hash of the header, which would refuse nearly every change at once, and leaves all else.
+/// Sets only the hash of the header. With a wrong hash nearly every changed file would be refused at once.
 void seal_header(std::span<std::byte> file);
 
-/// Opens the bytes in memory and runs every kind of query, from places and poses drawn from the bytes.
+/// Opens the bytes in memory and runs every kind of query, at points and poses that depend on the bytes.
 /// @param file  aligned to Asset::kMemoryAlignment
-/// @return what Asset::open said
+/// @return the status of Asset::open
 Status ask_asset(std::span<const std::byte> file);
 
 }  // namespace vps::test

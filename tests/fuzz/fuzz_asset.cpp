@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// For libFuzzer: open and query. `make fuzz` runs it on the seeds for a while.
+// libFuzzer's entry point: opens and queries the bytes. `make fuzz` runs it on the seeds for a while.
 #include <cstdint>
 #include <vector>
 
@@ -8,7 +8,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto* const bytes = reinterpret_cast<const std::byte*>(data);
   std::vector<std::byte> file(bytes, bytes + size);
-  (void)vps::test::ask_asset(file);  // as it is
+  (void)vps::test::ask_asset(file);  // with the header's hash unchanged
   vps::test::seal_header(file);
   (void)vps::test::ask_asset(file);
   return 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The fuzzer's short run: the same bytes to the same queries on every machine. `make fuzz` looks longer.
+// A short run of the fuzzer, with the same bytes and the same queries on every machine. `make fuzz` runs longer.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -39,7 +39,7 @@ const std::map<std::string, Bytes>& seed_files() {
   return files;
 }
 
-// One to four values, of the header or of a section, replaced by others: near ones, extreme ones, or noise.
+// Replaces one to four values of the header or of sections by near values, extreme values or noise.
 void mutate(Bytes& file, Random& random) {
   Directory directory;
   if (decode_directory(file, directory) != Status::ok) return;
@@ -108,7 +108,7 @@ TEST(Fuzz, DamagedAssetsAreRefusedOrHarmless) {
       seal_header(damaged);
       ++verdicts[ask_asset(damaged)];
     }
-    // What passes the checks is queried; what does not is refused for many reasons.
+    // Enough mutants pass the checks and are queried. The others are refused for many reasons.
     EXPECT_GT(verdicts[Status::ok], kPerSeed / 10) << name;
     EXPECT_GT(verdicts[Status::bad_info], 0) << name;
     EXPECT_GT(verdicts[Status::bad_index], 0) << name;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Small real assets to mutate.
+/// @file Small valid assets to mutate.
 #pragma once
 
 #include <string>
@@ -17,7 +17,8 @@ struct Seed {
   bake::BakeOptions options;
 };
 
-/// Each field alone and all together, each part alone, 8 and 16 bits, bricks of several levels.
+/// The layers alone, the scaled field alone and all fields together, each part alone, 8 and 16 bits, bricks of several
+/// levels.
 inline std::vector<Seed> seeds() {
   std::vector<Seed> out;
   const auto add = [&](const char* name, const TriangleMesh& mesh, double voxel_size) -> bake::BakeOptions& {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Assets of each version of the format, asset_MAJOR.MINOR.vps.hdf, give the answers of the text files beside them.
-// These files never change. VPS_WRITE_GOLDEN=1 writes those of a version that has none.
+// An asset of each format version, asset_MAJOR.MINOR.vps.hdf, gives the results in the text file beside it. These files
+// never change. VPS_WRITE_GOLDEN=1 writes the files of a version that has none.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 
@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// By what was asked. [m], [-], or a count
+// Results by the query's name. [m], [-], or a count
 using Answers = std::map<std::string, std::vector<double>>;
 
 // Points inside, on, near and far from the torus. [m]
@@ -56,7 +56,7 @@ void answer_field(const char* name, const VoxelmapView& map, Answers& answers) {
   for (const Vec3& point : kPoints) values.push_back(double{penetration(map, point, {0, 0, 1})});
 }
 
-// The torus against itself, aside and turned about z and x. Contacts are in the order of the tree.
+// The torus against itself, shifted and rotated about z and x. Contacts are in the order of the tree.
 void answer_contacts(const char* name, const PointshellView& shell, const VoxelmapView& map, Answers& answers) {
   const Pose pose{{0.6, -0.64, 0.48, 0.8, 0.48, -0.36, 0, 0.6, 0.8}, {0.09, 0.01, 0.005}};
   Scratch scratch;
@@ -117,7 +117,7 @@ void write_answers(const fs::path& path, const Answers& answers) {
   write_file(path, text);
 }
 
-// Writes what is missing for today's version of the format, and nothing else.
+// Writes only the files that are missing for the present version of the format.
 void write_missing(const fs::path& asset) {
   if (!fs::exists(asset)) {
     bake::BakeOptions options;
@@ -135,7 +135,7 @@ void write_missing(const fs::path& asset) {
   if (!fs::exists(text)) write_answers(text, ask(opened));
 }
 
-// An asset without its answers: the name up to ".vps.hdf".
+// The names of all golden assets, without ".vps.hdf".
 std::vector<std::string> golden_names() {
   std::vector<std::string> names;
   for (const auto& entry : fs::directory_iterator(VPS_GOLDEN)) {
@@ -149,7 +149,7 @@ void expect_same(const Answers& now, const Answers& then) {
     const auto found = now.find(name);
     ASSERT_NE(found, now.end()) << name;
     ASSERT_EQ(found->second.size(), values.size()) << name;
-    // What instruction sets may differ by, in float.
+    // The tolerance covers differences between instruction sets in float.
     double largest = 0;
     for (const double value : values) largest = std::max(largest, std::abs(value));
     for (std::size_t i = 0; i < values.size(); ++i)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The sample meshes bake to the bytes whose hashes are in bakes.txt: for any number of threads, for every instruction
-// set, with every compiler. VPS_WRITE_GOLDEN=1 writes that file anew.
+// set, with every compiler. VPS_WRITE_GOLDEN=1 writes that file again.
 #include <gtest/gtest.h>
 #include <hwy/targets.h>
 #include <tbb/global_control.h>
@@ -89,7 +89,7 @@ std::uint64_t hash_scalars(const AssetInfo& info) {
   return hash_bytes(block);
 }
 
-// Threads as many as asked for, whatever the machine has.
+// Bakes with this number of threads, for any number of cores.
 GoldenBake bake_with(const TriangleMesh& mesh, std::uint32_t resolution, int threads) {
   bake::BakeOptions options;
   options.resolution = resolution;
@@ -131,7 +131,7 @@ class GoldenBakes : public testing::TestWithParam<std::string> {
 };
 
 TEST_P(GoldenBakes, HaveTheSameBytesForAnyNumberOfThreads) {
-#ifndef VPS_SANITIZE  // takes long there
+#ifndef VPS_SANITIZE  // slow under sanitizers
   expect_golden(1);
 #endif
   expect_golden(2);

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Installs a build into a temporary folder and builds docs/examples/cmake_project against it, with Ninja and with make: assets are
-# baked by the build, again when their mesh or a buffer of it changes, and not otherwise.
+# Installs a build into a temporary folder and builds docs/examples/cmake_project against it, with Ninja and with make. The build
+# bakes the assets, and bakes them again only if their mesh or a buffer of it has changed.
 # usage: cmake_project.sh BUILD
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd)
@@ -26,14 +26,14 @@ expect() {
   baked=$(sed -n 's/.*Baking \(.*\)\.vps\.hdf.*/\1/p' "$work/log" | sort | paste -sd ' ')
   [ "$baked" = "$1" ] || fail "bakes '$baked', not '$1'"
 }
-# refuse WORDS: what a second call of the function is refused with
+# refuse WORDS: the project must not configure, with an error that contains these words
 refuse() {
   if configure || ! tr -s '\n ' ' ' <"$work/log" | grep -qF "$1"; then fail "does not say: $1"; fi
   cp "$root/docs/examples/cmake_project/CMakeLists.txt" "$project"
 }
 
 for generator in Ninja 'Unix Makefiles'; do
-  project="$work/a project"  # names with spaces are in depfiles, too
+  project="$work/a project"  # depfiles then contain names with spaces
   rm -rf "$project"
   cp -r "$root/docs/examples/cmake_project" "$project"
   configure || fail 'the project is not configured'
@@ -42,7 +42,7 @@ for generator in Ninja 'Unix Makefiles'; do
   grep -q '^at 20 mm: 0 points' "$work/log" || fail 'the wedge touches from afar'
   grep -q '^at 9 mm: [1-9]' "$work/log" || fail 'the wedge does not touch'
   expect ''
-  # Makefiles compare times; some file systems have those of the kernel's ticks only.
+  # Makefiles compare times, which on some file systems have only the resolution of the kernel's ticks.
   sleep 0.1
   touch "$project/meshes/bracket.obj"
   expect bracket
@@ -74,9 +74,9 @@ END
   ls "$project/build/cache/"*/*.vps.hdf >/dev/null || fail 'the cache is not used'
 done
 
-# The runtime without the program.
+# The runtime alone, without the program.
 rm "$CMAKE_PREFIX_PATH/bin/vpsbake"
-if command -v vpsbake >/dev/null; then exit 0; fi  # it would be found
+if command -v vpsbake >/dev/null; then exit 0; fi  # the one in PATH would be found
 rm -rf "$project/build"
 refuse 'the program vpsbake is not found: install it, or set VPSBAKE_EXECUTABLE to its path'
 sed -i 's/ vpsbake)/)/' "$project/CMakeLists.txt"

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Installs the Debian packages of a folder in a fresh minimal system of the host's release and mirror, uses them, and removes them.
-# Exits with 77 where it cannot: not root, without debootstrap, or without packages.
+# Exits with 77 if it cannot run: not root, no debootstrap, or no packages.
 # usage: debian.sh PACKAGES
 set -eu
 skip() {
@@ -21,7 +21,7 @@ proxy=$(apt-config shell proxy Acquire::http::Proxy)
 
 work=$(mktemp -d)
 system=$work/system
-# Nothing of what is mounted is removed.
+# Mounted file systems are not removed.
 trap 'umount "$system/proc" 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
 debootstrap --variant=minbase "$VERSION_CODENAME" "$system" "$mirror" >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
 cp /etc/resolv.conf "$system/etc/resolv.conf" 2>/dev/null || true
@@ -55,6 +55,6 @@ for folder in /usr/include/vps /usr/share/doc/vpsbake /usr/share/doc/libvps-dev;
   [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
 done
 END
-# The program writes files whole by way of /proc/self/fd.
+# The program needs /proc/self/fd to write whole files.
 mountpoint -q "$system/proc" || mount -t proc proc "$system/proc" || skip 'nothing may be mounted here'
 chroot "$system" /bin/sh /test/run

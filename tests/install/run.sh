@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Installs a build into a temporary folder, and builds and runs the programs beside this script against it.
-# usage: run.sh BUILD VPSBAKE    VPSBAKE bakes their asset when the build has no program of its own
+# usage: run.sh BUILD VPSBAKE    VPSBAKE bakes their asset if the build has no program
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 work=$(mktemp -d)

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Prints the sizes of the libraries of a build, and of what they need, as a Markdown table.
+# Prints the sizes of a build's libraries and of their dependencies as a Markdown table.
 # usage: runtime_size.sh BUILD
 set -eu
 build=$1
@@ -17,7 +17,7 @@ row() {
 needed() {
   readelf -d "$1" | sed -n 's/.*(NEEDED).*\[\(.*\)\]/\1/p' | paste -sd ' '
 }
-# The archives as one stripped shared library: everything that a program can use of them.
+# Links whole archives into one stripped shared library, which holds everything that a program can use.
 shared() {
   out=$1
   shift

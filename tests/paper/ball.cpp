@@ -11,12 +11,13 @@ namespace vps::paper {
 namespace {
 
 constexpr double kRestitutions[] = {0.1, 0.5, 0.9};
-// Of the ball's lowest point, and of its centre: the paper's "from a height of 1 m" may mean either.
+// Drop heights of the ball's lowest point: 1 m for that point, and 1 m for the centre. The paper's "from a height of 1
+// m" may mean either. [m]
 constexpr double kDrops[] = {1, 0.5};
 constexpr int kSteps = 800;
 constexpr SceneOptions kScene{10, 200};
-// How deep the ball is when it is first found depends on where in a step it arrives: so many heights, spread over one
-// step's travel.
+// Number of drop heights, spread over one step's travel: the depth at the first contact depends on the moment within
+// the step at which the ball arrives.
 constexpr int kPhases = 20;
 
 struct Bounce {
@@ -24,7 +25,7 @@ struct Bounce {
   double deepest = 0;            // of the real ball. [m]
   double deepest_point = 0;      // of the pointshell. [m]
   double drift = 0;              // sideways, at the end. [m]
-  double rebound = kBallRadius;  // highest that the centre came once it had risen. [m]
+  double rebound = kBallRadius;  // largest height of the centre after the first bounce. [m]
 };
 
 std::vector<btVector3> shell_points(const btCollisionShape& shape) {
@@ -72,7 +73,7 @@ Bounce bounce(const Side& side, const Floor& floor, const BallOptions& options) 
 std::vector<Side> ball_sides(const Balls& balls, const Floor& floor) {
   std::vector<Side> sides{ours("ours, low", balls.low), ours("ours, high", balls.high)};
   for (const Side& side : {sides[0], sides[1]}) sides.push_back(advanced(side));
-  // Bullet's sphere has no points to meet a voxelmap with.
+  // Bullet's sphere has no points for contacts with a voxelmap.
   if (floor.name != "baked") {
     sides.insert(sides.begin(), {"Bullet", {{}, std::make_shared<btSphereShape>(btScalar(kBallRadius))}});
   }

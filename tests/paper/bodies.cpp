@@ -14,8 +14,8 @@ namespace {
 using lab::BakedFile;
 
 constexpr double kCoarseVoxel = 0.005;  // of the paper's plane. [m]
-constexpr double kFloorHalfWidth = 3;   // so that whatever rolls stays on it. [m]
-// Spacings over the voxel size that give about the paper's numbers of points.
+constexpr double kFloorHalfWidth = 3;   // large enough for rolling bodies. [m]
+// Ratios of point spacing to voxel size that give about the paper's numbers of points.
 constexpr double kBallLowAlpha = 19;
 constexpr double kBallHighAlpha = 1.77;
 constexpr double kCubeAlpha = 4;  // for a cube's faces a grid of 50 x 50 points

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A bunny dropped on a plane, by itself and by level of the segmentation. Paper: Sec. 4.2, Figs. 8 and 10, Table 2.
+// A bunny dropped on a plane, without segmentation and by segmentation level. Paper: Sec. 4.2, Figs. 8 and 10, Table 2.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,9 +29,9 @@ double mean(const std::vector<double>& values) {
 }
 
 struct Fall {
-  // Per step: narrowphase, all of it, [m/s], [J], [m].
+  // Per step: narrowphase and whole step [us], [m/s], [J], [m].
   std::vector<double> microseconds, step_us, speed, energy, lowest;
-  double creep = 0;  // sideways in the timed steps, on the average. [m/s]
+  double creep = 0;  // mean sideways speed in the timed steps. [m/s]
 };
 
 Fall fall(const Side& side, const Floor& floor, const std::vector<btVector3>& corners, const btMatrix3x3& rotation) {
@@ -56,7 +56,7 @@ std::vector<double> timed(const std::vector<double>& all) {
   return {all.begin() + kFirstTimed, all.end()};
 }
 
-// A fall repeats itself to the bit: a step's time is the median of its rounds.
+// A fall is reproducible to the bit, so that a step's time is the median of its rounds.
 Fall fall_in_rounds(const Side& side, const Floor& floor, const Bunnies& bunnies, const btMatrix3x3& rotation) {
   // GImpact takes up to tens of milliseconds a step.
   const int rounds = side.name == bunnies.gimpact.name ? 1 : kRounds;
@@ -88,7 +88,7 @@ nlohmann::json run_bunny(const Bunnies& bunnies, const std::vector<Floor>& floor
   nlohmann::json runs = nlohmann::json::array();
   for (const Floor& floor : floors) {
     std::vector<Side> sides = own;
-    // None of Bullet's shapes has points to meet a voxelmap with.
+    // Bullet's own shapes have no points for contacts with a voxelmap.
     if (floor.name != "baked") sides.insert(sides.begin(), peers.begin(), peers.end());
     for (const Side& side : sides) {
       fmt::print(stderr, "paper_runs: bunny, {}, {}\n", floor.name, side.name);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The paper's figures from measured numbers, as SVG that is the same for the same numbers."""
+"""The paper's figures from measured numbers, as SVG. The same numbers give the same file."""
 import os
 
 import matplotlib
@@ -19,7 +19,7 @@ COLOURS = {"Bullet": "tab:red", "hull": "tab:orange", "HACD": "tab:red", "GImpac
 
 def save(figure, folder, name):
     figure.tight_layout()
-    # Without a date, so that nothing but the numbers changes it.
+    # Without a date, so that only the numbers change the file.
     figure.savefig(os.path.join(folder, name), metadata={"Date": None})
     plt.close(figure)
 
@@ -50,7 +50,7 @@ def steps(measured, folder, name, rows, columns):
             axis = axes[row][column]
             for side in sides:
                 for run in pick(measured["bunny"]["runs"], floor=floor, side=side):
-                    # Four digits are what a plot can show.
+                    # A plot cannot show more than four digits.
                     axis.plot(range(1, len(run[key]) + 1), [float(f"{max(v, 1e-12):.4g}") for v in run[key]],
                               label=side, color=COLOURS[side])
             axis.set_yscale(scale)
@@ -71,7 +71,7 @@ def low_rates(measured, folder):
     for axis, floor in zip(axes, ("plane", "box")):
         for side, colour in sides.items():
             runs = pick(measured["low_rates"]["runs"], floor=floor, side=side)
-            # What has fallen through is not a depth.
+            # A bunny that has fallen through has no depth.
             shown = [run for run in runs if run["deepest_at_end"] < 10]
             axis.plot([run["rate"] for run in shown], [max(1000 * run["deepest_at_end"], 0.1) for run in shown],
                       marker=".", label=side, color=colour)

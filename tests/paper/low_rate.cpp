@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How low the rate may be until a dropped bunny leaves the plane. Paper: Sec. 4.2.2.
+// The lowest rate at which a dropped bunny stays on the plane. Paper: Sec. 4.2.2.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,18 +14,18 @@ namespace {
 
 constexpr double kRates[] = {200, 100, 60, 50, 40, 30, 25, 20, 15, 12, 10, 8, 6, 5, 4, 3, 2, 1};  // [Hz]
 constexpr double kDuration = 20;                                                                  // [s]
-constexpr double kLast = 2;  // of it, in which the bunny has to be where it should. [s]
+constexpr double kLast = 2;  // end of the duration in which the bunny must rest. [s]
 // It rests when its lowest point is no deeper and no higher than this.
 constexpr double kDeepestAtEnd = 0.010;    // [m]
 constexpr double kHighestAtEnd = 0.010;    // [m]
-constexpr double kHigherThanStart = 0.01;  // more is energy out of nothing. [m]
+constexpr double kHigherThanStart = 0.01;  // a larger rise means that energy was created. [m]
 
 struct Outcome {
   double deepest = 0;           // ever. [m]
   double deepest_at_end = 0;    // in the last seconds. [m]
   double highest_at_end = 0;    // lowest point in the last seconds. [m]
   double lowest_centre = 1e30;  // in the last seconds. [m]
-  double climbed = 0;           // of the centre over its start. [m]
+  double climbed = 0;           // largest rise of the centre above its start. [m]
   // The paper's "maintained above the plane".
   [[nodiscard]] bool above() const { return lowest_centre > 0 && climbed <= kHigherThanStart; }
   [[nodiscard]] bool rests() const {

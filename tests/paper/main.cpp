@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Runs the paper's experiments and writes what was measured as JSON.
+// Runs the paper's experiments and writes the measurements as JSON.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 

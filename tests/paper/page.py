@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/paper/README.md: what was done, the tables, and where we lose, said only while the numbers say so."""
+"""docs/paper/README.md: the method, the tables, and the cases where Bullet is better, stated only if the numbers show it."""
 import matplotlib
 
 import tables
@@ -7,12 +7,12 @@ from tables import mm, one, pick, us
 
 
 def prose(text):
-    """One line of a text that is wrapped in the source."""
+    """A text that is wrapped in the source, as one line."""
     return " ".join(text.split())
 
 
 def lose(clauses):
-    """What is worse than Bullet's, of (whether, sentence)."""
+    """The sentences on results that are worse than Bullet's. clauses: (whether, sentence)."""
     said = [prose(sentence) for whether, sentence in clauses if whether]
     return "**Where we lose:** " + " ".join(said) if said else "Nothing here is worse than Bullet's."
 

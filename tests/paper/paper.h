@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The paper's experiments, each as the JSON that paper.py makes tables and figures of. Lengths in metres, times
-/// in microseconds, unless a name says otherwise.
+/// @file The paper's experiments. Each returns JSON, from which paper.py makes tables and figures. Lengths are in
+/// metres and times in microseconds, unless a name says otherwise.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,13 +15,13 @@ namespace vps::paper {
 /// Sec. 4.2.1: time, speed and energy of each step of a dropped bunny (Figs. 8 and 10).
 [[nodiscard]] nlohmann::json run_bunny(const Bunnies& bunnies, const std::vector<Floor>& floors);
 
-/// Table 2: time by level of the segmentation, over initial rotations.
+/// Table 2: time by segmentation level, over initial rotations.
 [[nodiscard]] nlohmann::json run_levels(const Bunnies& bunnies, const std::vector<Floor>& floors);
 
 /// Sec. 4.2.2: how deep the bunny sinks at low rates, and whether it stays on the plane.
 [[nodiscard]] nlohmann::json run_low_rates(const Bunnies& bunnies, const std::vector<Floor>& floors);
 
-/// Sec. 4.1, last paragraph: for how long stacks stand.
+/// Sec. 4.1, last paragraph: how long stacks stand.
 [[nodiscard]] nlohmann::json run_stacks(const Balls& balls, const Bunnies& bunnies, const std::vector<Floor>& floors);
 
 }  // namespace vps::paper

@@ -10,7 +10,7 @@ import sys
 import figures
 from page import page
 
-# The machine's description is the benchmarks'.
+# Uses the benchmarks' description of the machine.
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "bench"))
 from bench_bake import machine  # noqa: E402
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A world with y up and one floor, and how its bodies are dropped and watched.
+/// @file A world with y up and one floor, in which bodies are dropped and observed.
 #pragma once
 
 #include <vector>
@@ -14,17 +14,17 @@ struct SceneOptions {
   double rate = 200;      ///< [Hz]
 };
 
-/// Sleeping is off; GImpact and the algorithm of this project are registered.
+/// A world without sleeping bodies. GImpact and the algorithm of this project are registered.
 class Scene {
  public:
   Scene(const Floor& floor, Motion motion, const SceneOptions& options);
-  /// 1 kg, friction 0.5. @param inertia  0: from the shape. [kg m^2]
+  /// Adds a body of 1 kg with friction 0.5. @param inertia  0: from the shape. [kg m^2]
   btRigidBody& add(const lab::BulletShape& body, const btTransform& at, const btVector3& inertia = {0, 0, 0});
   void set_floor_restitution(btScalar restitution);
   void step();
-  /// Narrowphase of the last step.
+  /// Time of the last step's narrowphase. [us]
   [[nodiscard]] double last_us() const { return world_.dispatcher.last_us; }
-  /// All of the last step.
+  /// Time of the whole last step. [us]
   [[nodiscard]] double last_step_us() const { return last_step_us_; }
 
  private:
@@ -42,7 +42,7 @@ class Drop {
   void step() { scene_.step(); }
   [[nodiscard]] const btRigidBody& body() const { return *body_; }
   [[nodiscard]] double height() const { return double(body_->getWorldTransform().getOrigin().y()); }
-  /// Of the real bunny's lowest point above the floor. [m]
+  /// Height of the real bunny's lowest point above the floor. [m]
   [[nodiscard]] double lowest() const;
   [[nodiscard]] const Scene& scene() const { return scene_; }
 
@@ -55,7 +55,7 @@ class Drop {
 inline constexpr double kDropHeight = 0.5;  // [m]
 inline constexpr int kRotations = 10;
 
-/// Of Table 2, drawn from the fixed seed of tests/support/random.h.
+/// The rotations of Table 2, drawn from the fixed seed of tests/support/random.h.
 [[nodiscard]] std::vector<btMatrix3x3> random_rotations(int count);
 
 }  // namespace vps::paper

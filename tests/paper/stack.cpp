@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stacks of balls, cubes and bunnies: for how long they stand. Paper: Sec. 4.1, last paragraph.
+// How long stacks of balls, cubes and bunnies stand. Paper: Sec. 4.1, last paragraph.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 constexpr double kRate = 200;          // [Hz]
 constexpr double kStackDuration = 30;  // [s]
 constexpr int kSeeds = 5;
-// A body has left the stack when it is this far from its place, in parts of its height.
+// A body has left the stack when its distance from its place exceeds this part of its height.
 constexpr double kFallen = 0.25;
 
 struct StackOptions {
@@ -25,7 +25,7 @@ struct StackOptions {
 
 struct Standing {
   double seconds = kStackDuration;  // until the first body left
-  double drift = 0;                 // farthest from its place that a body was at the end, when all stayed. [m]
+  double drift = 0;                 // largest distance of a body from its place at the end, if all stayed. [m]
   double mean_us = 0;               // narrowphase of a step
 };
 
@@ -111,7 +111,7 @@ nlohmann::json run_stacks(const Balls& balls, const Bunnies& bunnies, const std:
   bunny_sides.push_back(ours("ours, fine", bunnies.fine));
   for (const Side& side : bunny_sides) stacks.push_back({"bunnies", side, {2, bunny_height, bunny_below}});
 
-  // One floor: the first that all sides answer exactly.
+  // Only the first floor, for which the contacts of all sides are exact.
   const Floor& floor = floors.front();
   nlohmann::json runs = nlohmann::json::array();
   for (const Stack& stack : stacks) {

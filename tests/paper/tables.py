@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Markdown tables of measured numbers beside the paper's; functions named after what they tabulate return lines."""
+"""Markdown tables of measured numbers beside the paper's. Each function is named after its table and returns its lines."""
 
 # Table 1, in mm, by restitution: Bullet, low, high.
 PAPER_BALL = {0.1: (42.5, 6.8, 3.5), 0.5: (42.5, 9.5, 4.0), 0.9: (42.5, 20.1, 19.2)}
@@ -46,7 +46,7 @@ def span(values):
 # --- Table 1
 
 def ball_sides(ball):
-    """(side, floor): Bullet's on its box, as in the paper, then ours on both."""
+    """(side, floor): Bullet's sphere on its box, as in the paper, then the baked balls on both."""
     ours = list(dict.fromkeys(run["side"] for run in ball["runs"] if run["side"] != "Bullet"))
     return [("Bullet", "box")] + [(side, floor) for floor in ("box", "baked") for side in ours]
 
@@ -67,7 +67,7 @@ def ball_depths(ball):
 
 
 def ball_verdicts(ball):
-    """Our low shell against the paper's high row: met where both drops on all floors are below it."""
+    """The low shell against the paper's high row: met if both drops on all floors are below it."""
     rows = []
     for side in ("ours, low", "ours, low, advanced"):
         for key, what in (("deepest", "ball"), ("deepest_point", "points")):
@@ -138,7 +138,7 @@ def level_peers(runs):
 # --- Sec. 4.2.2
 
 def lowest_rate(runs, key, rotations):
-    """Of the rates, the lowest at which all rotations pass, as they do at all higher ones; infinite if at none."""
+    """The lowest rate at which, and above which, all rotations pass; infinite if they pass at none."""
     best = float("inf")
     for run in sorted(runs, key=lambda r: -r["rate"]):
         if run[key] < rotations:
@@ -161,7 +161,7 @@ def rate_limits(low):
 
 
 def rate_depths(low, key):
-    """On the plane, in mm, worst rotation."""
+    """Depths on the plane for the worst rotation. [mm]"""
     def depth(run):
         return mm(run[key], 0) if run[key] < 10 else "through"
     runs = pick(low["runs"], floor="plane")

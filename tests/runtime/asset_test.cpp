@@ -21,7 +21,7 @@ void write_sphere(const std::filesystem::path& path, const bake::BakeOptions& op
 
 using Bytes = std::vector<std::byte>;
 
-// The bytes of a sphere's file.
+// The bytes of a baked sphere's asset file.
 Bytes sphere_bytes(const bake::BakeOptions& options) {
   const TemporaryFolder folder;
   write_sphere(folder / "s.vps.hdf", options);
@@ -174,7 +174,7 @@ TEST(Asset, ACorruptPayloadIsCaughtByVerify) {
   EXPECT_EQ(asset.verify(), Status::corrupt_payload);
 }
 
-// Where pointers lead, from the first byte of their asset.
+// Compares pointers into two assets by their offset from the asset's first byte.
 class Places {
  public:
   Places(const Asset& first, const Asset& second) : first_(first), second_(second) {}
@@ -248,7 +248,7 @@ TEST(Asset, InMemoryItsAddressMustBeAligned) {
   EXPECT_EQ(Asset::open(std::span<const std::byte>(), asset), Status::too_short);
 }
 
-// Of whole pages: an asset that took them for a mapping of its own would unmap them.
+// The bytes fill whole pages: an asset that mistook them for its own mapping would unmap them.
 TEST(Asset, InMemoryTheBytesStayTheCallers) {
   bake::BakeOptions options;
   options.voxel_size = 0.02;
@@ -265,7 +265,7 @@ TEST(Asset, InMemoryTheBytesStayTheCallers) {
     EXPECT_FALSE(first.is_open());  // NOLINT(bugprone-use-after-move)
     EXPECT_FALSE(first.has_pointshell());
     EXPECT_EQ(second.verify(), Status::ok);
-    // A mapping takes its place, and it that of a mapping.
+    // An asset in memory is swapped with a mapped one.
     const TemporaryFolder folder;
     write_sphere(folder / "s.vps.hdf", options);
     Asset mapped;
@@ -302,7 +302,7 @@ TEST(Asset, MovingHandsTheMappingOver) {
   EXPECT_TRUE(second.is_open());
   first = std::move(second);
   EXPECT_EQ(first.verify(), Status::ok);
-  // Opening something else lets go of the old mapping, also when that fails.
+  // Opening another file releases the old mapping, even if opening fails.
   EXPECT_EQ(Asset::open("/nonexistent", first), Status::cannot_open);
   EXPECT_FALSE(first.is_open());
 }

@@ -29,7 +29,7 @@ void PrintTo(const Expected& expected, std::ostream* out) {
   *out << expected.name;
 }
 
-// Volumes of the ideal shapes; facets take a little away. Threads and teeth: by the mean of their outline.
+// Volumes of the ideal shapes; the facets reduce them slightly. For threads and teeth the mean outline is used.
 const Expected kSamples[] = {
     {"cube", 0, 12, 1e-3, 1e-6},
     {"icosphere", 0, 5120, 4.0 / 3 * M_PI * 0.05 * 0.05 * 0.05, 0.005},
@@ -81,7 +81,7 @@ TEST_P(SampleMeshes, AreWhatTheGeneratorWrites) {
 INSTANTIATE_TEST_SUITE_P(All, SampleMeshes, testing::ValuesIn(kSamples),
                          [](const auto& test) { return std::string(test.param.name); });
 
-// Smallest distance from the vertices of one mesh to another; negative when one lies inside.
+// Smallest distance from the vertices of one mesh to another mesh; negative if a vertex lies inside.
 double clearance(const TriangleMesh& moving, const TriangleMesh& fixed, std::array<double, 3> shift) {
   const Oracle oracle(fixed);
   double least = 1e9;
@@ -93,7 +93,7 @@ double clearance(const TriangleMesh& moving, const TriangleMesh& fixed, std::arr
 
 TEST(SampleFits, TheNutSitsOnTheBoltWithoutTouchingIt) {
   const double gap = clearance(samples::make_nut(), samples::make_bolt(), {0, 0, 0});
-  // 0.15 mm along the radius is less across the flanks.
+  // A radial clearance of 0.15 mm is less across the flanks.
   EXPECT_GT(gap, 0.00005);
   EXPECT_LE(gap, samples::kThreadClearance + 1e-9);
   EXPECT_GT(clearance(samples::make_bolt(), samples::make_nut(), {0, 0, 0}), 0.00005);
@@ -104,7 +104,7 @@ TEST(SampleFits, ANutMovedHalfAPitchCutsIntoTheThread) {
 }
 
 TEST(SampleFits, ThePegIsATenthOfAMillimetreClearOfTheHole) {
-  // Rings at the peg's ends lie inside the block's height once it is halfway in.
+  // Halfway in, the rings of vertices at the peg's ends lie within the block's height.
   const double gap = clearance(samples::make_peg(), samples::make_hole(), {0, 0, 0.005});
   EXPECT_GE(gap, 0.0001);
   EXPECT_LE(gap, 0.000106);

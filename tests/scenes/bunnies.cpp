@@ -13,7 +13,7 @@ namespace {
 using namespace vps;
 using namespace vps::scenes;
 
-// With 240 Hz a step of the fall is 15 mm; bodies that start so deep in each other do not come apart under a load.
+// At 240 Hz the fall is 15 mm per step. Bodies that penetrate each other so deeply do not separate under a load.
 constexpr double kStep = 0.001;  // [s]
 
 int scene(const Options& options) {

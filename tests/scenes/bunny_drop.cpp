@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Drops a baked asset on a box, then on a fixed copy of itself, in an unpatched Bullet, and prints what was measured.
+// Drops a baked asset on a box, then on a fixed copy of itself, in an unpatched Bullet, and prints the measurements.
 // Paper: Sec. 4.2 (1 kg, from 0.5 m, 200 Hz).
 #include <algorithm>
 #include <chrono>
@@ -26,7 +26,7 @@ constexpr int kFirstTimed = 200;  // the steps whose narrowphase is reported, as
 constexpr int kLastTimed = 600;
 constexpr int kStepsPerFrame = 2;  // of a recorded motion
 
-// Depth of the deepest shell point, point by point: what the contact list must not hide.
+// Depth of the deepest shell point, found among all points, as the contact list may miss it.
 class Depth {
  public:
   Depth(const vps::bullet::Shape& shape, const btBoxShape& ground, const btTransform& ground_at)
@@ -82,7 +82,7 @@ struct Outcome {
 
 enum class Partner { box, itself };
 
-// Where to record a motion, and of which asset's file; nowhere when `file` is empty.
+// The file for a recorded motion and the asset's file; an empty `file` means no recording.
 struct Recording {
   std::filesystem::path file, asset;
 };
@@ -102,7 +102,7 @@ Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps, const Record
   btVector3 start(0, below + btScalar(0.5), 0);
   if (partner == Partner::itself) {
     fixed = &scene.add(shape, 0, {0, below, 0});
-    // Aside by a fifth: to land on a slope and slide off, not to balance.
+    // Shifted by a fifth of the size, so that it lands on a slope and slides off instead of balancing.
     start = {btScalar(0.2 * size), btScalar(extent(1)) + below + btScalar(0.5), btScalar(0.05 * size)};
   }
   btRigidBody& body = scene.add(shape, 1, start);
@@ -121,7 +121,7 @@ Outcome drop(vps::bullet::Shape& shape, Partner partner, int steps, const Record
     if (step >= kFirstTimed && step <= kLastTimed) out.step_us.push_back(scene.dispatcher.last_us);
     const double speed = double(body.getLinearVelocity().length());
     out.fastest = std::max(out.fastest, speed);
-    // The fall alone reaches 3.1 m/s from 0.5 m.
+    // A fall from 0.5 m reaches 3.1 m/s.
     if (!(speed < 10) || body.getWorldTransform().getOrigin().y() < -btScalar(size)) {
       out.broken = true;
       break;

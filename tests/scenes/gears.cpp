@@ -15,13 +15,13 @@ using namespace vps::scenes;
 constexpr double kSteel = 7800;   // [kg/m^3]
 constexpr double kStep = 0.001;   // [s]
 constexpr double kTorque = 0.01;  // on the driver. [N m]
-constexpr double kSpeed = 5;      // that the brake leaves the driver. [rad/s]
+constexpr double kSpeed = 5;      // steady speed of the driver under the brake. [rad/s]
 
 struct Train {
   Part driver, driven;
   btTransform driven_at = btTransform::getIdentity();
-  double ratio = 1;     // of the driven gear's speed to the driver's, by their teeth
-  double backlash = 0;  // how far the driven gear can lag where it is. [rad]
+  double ratio = 1;     // of the driven gear's speed to the driver's, from the numbers of teeth
+  double backlash = 0;  // largest lag of the driven gear at this distance of the axes. [rad]
 };
 
 Train make_train(const Options& options) {
@@ -29,13 +29,13 @@ Train make_train(const Options& options) {
   if (options.variant == "sample") {
     train.driver = bake_part(sample_mesh("gear.obj"), 0.00025);
     train.driven = bake_part(sample_mesh("gear.obj"), 0.00025);
-    // Half a tooth turned, 41 mm between the axes: with 40 mm, twice the pitch radius, its straight flanks overlap in
-    // every position, as the outlines themselves say; from 40.3 mm on they turn, with 0.9 to 1.6 degrees of lag at 41
-    // mm.
+    // Rotated by half a tooth, with 41 mm between the axes. At 40 mm, twice the pitch radius, the outlines of the
+    // straight flanks overlap in every position. From 40.3 mm on the gears turn; at 41 mm the lag is 0.9 to 1.6
+    // degrees.
     train.driven_at = btTransform(btQuaternion({0, 0, 1}, btScalar(std::numbers::pi / 20)), {btScalar(0.041), 0, 0});
     train.backlash = 0.028;
   } else {
-    // In place on their base in the files.
+    // The files hold the gears in place on their base.
     const std::string folder = "scenes/factory/mesh/factory_gears/";
     train.driver = bake_part(shared_file(folder + "factory_gear_small_space_5e-4.obj"), 0.00025);
     train.driven = bake_part(shared_file(folder + "factory_gear_medium_space_5e-4.obj"), 0.00025);
@@ -95,7 +95,8 @@ int scene(const Options& options) {
                  "the driver turns as fast as the brake lets it, within 15 %");
   verdict.expect(braked_work > 0.9 * driven_work, "nine tenths of the work reach the brake");
   verdict.expect(run.deepest().in_parts < voxel / 2, "no point is deeper than half a voxel");
-  // The start is an impact at a backlash's distance; Bullet's explicit brake then swings by this much.
+  // At the start the gears cross the backlash and collide; then Bullet's explicit brake makes the energy swing by this
+  // much.
   verdict.expect(run.energy_gain() < 0.01 * driven_work, "energy never exceeds what was put in by 1 % of the work");
   return verdict.exit_code();
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A haptic loop of 1 kHz without a device: a tool is led along a synthetic or recorded trajectory over another body.
-// Streams what a hand would feel, counts missed deadlines, and measures the stiffness that is rendered.
+// A haptic loop of 1 kHz without a device: a tool follows a synthetic or recorded trajectory over another body. Streams
+// the force and torque on the hand, counts missed deadlines and measures the rendered stiffness.
 #include <time.h>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +17,8 @@
 
 namespace {
 
-// The whole interface to a device: takes the wrench, says where the handle is. Pose of the tool's asset in the scene's.
+// The whole interface to a device: takes the wrench and returns the handle's pose, of the tool's asset in the scene's
+// frame.
 using Device = std::function<vps::Pose(double time, const vps::Wrench& felt)>;
 
 struct Options {
@@ -49,7 +50,7 @@ vps::Pose translation(double x, double y, double z) {
   return pose;
 }
 
-// Above the middle of the scene, just not in touch by their bounds.
+// Above the middle of the scene, with the bounds just touching.
 vps::Pose above(const vps::AssetInfo& tool, const vps::AssetInfo& scene) {
   double at[3];
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -58,9 +59,9 @@ vps::Pose above(const vps::AssetInfo& tool, const vps::AssetInfo& scene) {
   return translation(at[0], at[1], scene.bounds_max[2] - tool.bounds_min[2]);
 }
 
-// press: down and up four times, 5 mm too deep for a tool that cannot go in.
-// insert: down by the scene's height and back, with a hand that trembles by 0.3 mm.
-// slide: pressed down while the hand goes round a circle.
+// press: up and down four times, 5 mm beyond the pose where the bounds touch.
+// insert: from 2 mm above to 2 mm below the scene's height and back, with a tremor of 0.3 mm.
+// slide: pressed down while the hand moves along a circle.
 Device synthetic(const std::string& motion, const vps::AssetInfo& tool, const vps::AssetInfo& scene, double seconds) {
   const vps::Pose start = above(tool, scene);
   const double height = scene.bounds_max[2] - scene.bounds_min[2];
@@ -84,7 +85,7 @@ Device synthetic(const std::string& motion, const vps::AssetInfo& tool, const vp
   };
 }
 
-// Lines of: seconds, x, y, z [m], qw, qx, qy, qz. Held between lines.
+// Lines of: seconds, x, y, z [m], qw, qx, qy, qz. The pose is constant between lines.
 Device recorded(const std::string& path) {
   struct Sample {
     double time;
@@ -198,7 +199,7 @@ int run(const Options& options) {
     largest_jump = std::max(largest_jump, std::abs(force - last_force));
     last_force = force;
     touching += cycle.contacts > 0;
-    // Where the tool is held by contacts and the device gives all that is asked.
+    // Only where contacts hold the tool and the force is below the device's limit.
     if (cycle.contacts > 0 && force > 0.5 && force < 0.95 * options.coupling.max_force) {
       slope.add(-handle.translation[2], f[2]);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A nut turns down a fixed bolt, without friction, by gravity alone or with a torque, and does not leave the helix.
+// A nut turns down a fixed bolt without friction, by gravity alone or with a torque, and does not leave the helix.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -20,14 +20,14 @@ struct Thread {
   Part bolt, nut;
   double pitch = 0;   // [m]
   double play = 0;    // along the axis, from the middle to either flank. [m]
-  double lift = 0;    // of the nut from where the file has it: whole turns. [m]
-  double torque = 0;  // about z, in units of what gravity exerts by the helix
+  double lift = 0;    // start of the nut above its position in the file, whole turns. [m]
+  double torque = 0;  // about z, relative to gravity's torque through the helix
   double seconds = 0;
-  double slowest = 0;  // part of the frictionless descent that has to be reached
+  double slowest = 0;  // least part of the frictionless descent
 };
 
-// The sample thread with a vertex every 2.5 degrees. With a vertex every 10 degrees, as in the files, facets lock: nut
-// on bolt has to rise by 5.4 um within one degree in which the helix sinks by 4.2 um.
+// The sample thread with a vertex every 2.5 degrees. With a vertex every 10 degrees, as in the files, the facets lock:
+// within one degree the nut must rise by 5.4 um, while the helix sinks by 4.2 um.
 enum class Side { bolt, nut };
 TriangleMesh fine_thread(Side side) {
   using namespace samples;
@@ -82,7 +82,7 @@ Thread make_thread(const Options& options) {
 int scene(const Options& options) {
   Thread thread = make_thread(options);
   constexpr double kStep = 0.001;
-  // Four points cannot hold a ring in a thread: it rattles.
+  // Four contact points cannot hold a ring in a thread: it rattles.
   for (Part* part : {&thread.bolt, &thread.nut}) {
     part->baked->set_segments(15);
     if (options.hulls) use_hacd(*part, 16);

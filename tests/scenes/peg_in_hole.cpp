@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A peg falls into a hole 0.06 to 0.1 mm wider on every side, entering aside and tilted, and comes to rest on the
+// A peg falls into a hole 0.06 to 0.1 mm wider on every side. It enters off-centre and tilted, and comes to rest on the
 // ground below.
 #include <fmt/format.h>
 
@@ -47,7 +47,7 @@ int scene(const Options& options) {
   run.measure_depth_every(5);
   run.add(hole, 0, btTransform::getIdentity());
   run.add_box({btScalar(0.05), btScalar(0.05), btScalar(0.005)}, {0, 0, btScalar(-0.005)}, Run::Look::shown);
-  // Half the clearance aside, and tilted by 0.4 degrees.
+  // Shifted by half the clearance and tilted by 0.4 degrees.
   constexpr double kTilt = 0.007;  // [rad]
   const btTransform at(btQuaternion({0, 1, 0}, btScalar(kTilt)),
                        {btScalar(fit.clearance / 2), 0, btScalar(fit.hole_height + 0.001)});

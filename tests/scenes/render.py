@@ -7,7 +7,7 @@ import subprocess
 
 import vtk
 
-# Program, variant, times of the pictures in seconds, direction from which the camera looks; no times: no pictures.
+# Program, variant, times of the pictures [s], direction from which the camera looks; no times: no pictures.
 SCENES = [
     ("nut_on_bolt", "sample", (0.0, 0.3, 0.5), (1, -1.6, 0.7)),
     ("nut_on_bolt", "fine", (), None),
@@ -41,7 +41,7 @@ def read_trajectory(path):
 
 
 def read_mesh(path):
-    """OBJ with vtk, OFF by hand."""
+    """Reads OBJ with vtk, OFF with the code below."""
     if path.endswith(".obj"):
         reader = vtk.vtkOBJReader()
         reader.SetFileName(path)
@@ -63,7 +63,7 @@ def read_mesh(path):
 
 
 def make_actors(bodies):
-    """One for each body that is shown; meshes with their centre of mass at the origin."""
+    """An actor for each visible body; meshes have their centre of mass at the origin."""
     actors, meshes = [], {}
     for number, (kind, numbers, word) in enumerate(bodies):
         if word == "hidden" or (kind == "mesh" and not word):
@@ -127,7 +127,7 @@ def render(bodies, frames, times, view, stem):
             pose.Concatenate(turn)
             actor.SetUserTransform(pose)
         if index == 0:
-            # Framed on the meshes, not on the ground.
+            # The camera frames the meshes, not the ground.
             bounds = vtk.vtkBoundingBox()
             for actor, (kind, _, _) in zip(actors, bodies):
                 if actor and kind == "mesh":

@@ -84,7 +84,7 @@ Run::~Run() {
 btRigidBody& Run::add_mass(const Part& part, double mass, const btTransform& mesh_at) {
   btRigidBody& body = scene_.add(part.shape(), btScalar(mass), mesh_at * centre_of(*part.baked));
   if (mass > 0) {
-    // Hulls play with the body's true inertia.
+    // Hulls get the body's true inertia.
     btVector3 inertia;
     part.baked->calculateLocalInertia(btScalar(mass), inertia);
     body.setMassProps(btScalar(mass), inertia);
@@ -142,7 +142,7 @@ Run::Depth Run::depth_now() const {
       a.body->getAabb(low[0], high[0]);
       b.body->getAabb(low[1], high[1]);
       if (!TestAabbAgainstAabb2(low[0], high[0], low[1], high[1])) continue;
-      // Both ways: an edge of either may be what is inside.
+      // In both directions, as an edge of either body may penetrate the other.
       double& kept = a.part != nullptr && b.part != nullptr ? deepest.in_parts : deepest.in_boxes;
       kept = std::max({kept, depth_of(a, b), depth_of(b, a)});
     }
@@ -213,7 +213,7 @@ void Run::print(const std::string& title) const {
     fmt::print("{:.4g} J at {:.2f} s{}", energies_[at], double(at) * step_, k < 4 ? ", " : "");
   }
   fmt::print("; at most {:.2g} J above what was put in\n", gain_);
-  // Energies as changes: heights have no zero of their own.
+  // Energies are printed as changes, as the zero of height is arbitrary.
   fmt::print("row | {} | {} | {:.3g} ms | {} | {} | {:.3f} / {:.3f} mm | {:+.2g} J | {:.1g} J |\n", title, shapes,
              1000 * step_, median_and_99(narrow_us_), median_and_99(whole_us_), 1000 * deepest_.in_parts,
              1000 * deepest_.in_boxes, energies_.back() - start_energy_ - work_, gain_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What the scenes share: parts, their depth measured beside the contact list, energy, times, trajectories,
+/// @file Shared by the scenes: parts, depth measured independently of the contact list, energy, times, trajectories,
 /// verdict.
 #pragma once
 
@@ -22,7 +22,7 @@ inline constexpr int kPassed = 0, kUsage = 1, kFailed = 4, kSkipped = 77;
 /// The command line: SCENE VARIANT [--hulls] [--trajectory FILE].
 struct Options {
   std::string variant;
-  bool hulls = false;      ///< convex hulls play, for comparison; depths are still measured in the baked fields
+  bool hulls = false;      ///< uses convex hulls, for comparison; depths are still measured in the baked fields
   std::string trajectory;  ///< file of poses for pictures; empty: none
 };
 
@@ -34,7 +34,7 @@ struct Options {
 struct Part {
   std::filesystem::path mesh;
   std::unique_ptr<bullet::Shape> baked;
-  lab::BulletShape hulls;  ///< empty: `baked` plays
+  lab::BulletShape hulls;  ///< empty: `baked` is used
   [[nodiscard]] btCollisionShape& shape() const {
     return hulls.shape != nullptr ? *hulls.shape : static_cast<btCollisionShape&>(*baked);
   }
@@ -44,7 +44,7 @@ struct Part {
 /// Bakes a mesh as the program does by default. @param voxel_size  [m] @throw BakeError, ImportError
 [[nodiscard]] Part bake_part(const std::filesystem::path& mesh, double voxel_size);
 [[nodiscard]] Part bake_part(const TriangleMesh& mesh, double voxel_size);
-/// Lets HACD's hulls play for the part. @throw std::runtime_error without HACD
+/// Replaces the part's shape by HACD's hulls. @throw std::runtime_error without HACD
 void use_hacd(Part& part, std::size_t hulls);
 
 /// Measures a world while it steps.
@@ -56,32 +56,33 @@ class Run {
   Run& operator=(const Run&) = delete;
   ~Run();
 
-  /// Pose of the mesh's frame, not of the centre of mass. @param density  [kg/m^3]; 0: static
+  /// @param mesh_at  pose of the mesh's frame, not of the centre of mass @param density  [kg/m^3]; 0: static
   btRigidBody& add(const Part& part, double density, const btTransform& mesh_at);
   btRigidBody& add_mass(const Part& part, double mass, const btTransform& mesh_at);  ///< [kg]
   /// Static. Hidden boxes are not in pictures.
   enum class Look { shown, hidden };
   btRigidBody& add_box(const btVector3& half_extents, const btVector3& at, Look look);
 
-  /// Deepest shell point of any part in any other, and in boxes, point by point: what the contact list must not hide.
+  /// Depth of the deepest shell point of any part in any other and in boxes, among all points, as the contact list may
+  /// miss it.
   struct Depth {
     double in_parts = 0, in_boxes = 0;  ///< [m]; 0: nothing touches
   };
   [[nodiscard]] Depth depth_now() const;
   void measure_depth_every(int steps) { depth_every_ = steps; }
   void frame_every(int steps) { frame_every_ = steps; }
-  void add_work(double joules) { work_ += joules; }  ///< of torques from outside
+  void add_work(double joules) { work_ += joules; }  ///< of external torques
   void step();
 
   [[nodiscard]] double time() const { return steps_ * step_; }
   [[nodiscard]] const Depth& deepest() const { return deepest_; }  ///< of all steps measured
-  /// Kinetic and potential energy; z = 0 counts as no height. [J]
+  /// Kinetic and potential energy; the latter is 0 at z = 0. [J]
   [[nodiscard]] double energy() const;
-  /// Most that energy has ever been above its start and the work done. [J]
+  /// Largest excess of the energy over its start plus the work done. [J]
   [[nodiscard]] double energy_gain() const { return gain_; }
   [[nodiscard]] double kinetic() const;  ///< [J]
   [[nodiscard]] double fastest() const;  ///< of the moving bodies, now. [m/s]
-  /// Writes what was measured, and the row of docs/scenes.md.
+  /// Prints the measurements and the row of docs/scenes.md.
   void print(const std::string& title) const;
 
  private:
@@ -105,7 +106,7 @@ class Run {
   std::vector<double> narrow_us_, whole_us_, energies_;
 };
 
-/// Collects what has to hold; prints each.
+/// Collects conditions that must hold, and prints each.
 class Verdict {
  public:
   void expect(bool holds, const std::string& sentence);

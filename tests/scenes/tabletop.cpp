@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scanned household objects (YCB) on a table as a published layout puts them, or dropped into a bin, come to rest.
+// Scanned household objects (YCB) come to rest, placed on a table as in a published layout or dropped into a bin.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ using namespace vps::scenes;
 constexpr double kVoxel = 0.001;     // [m]
 constexpr double kStep = 1.0 / 240;  // [s]
 
-// Masses from model.urdf; places and turns about z of graspa_layouts/layout_0.sdf, whose table is z = 0.
+// Masses are from model.urdf. Positions and rotations about z are from graspa_layouts/layout_0.sdf; its table is z = 0.
 struct Object {
   const char* name;
   double mass;        // [kg]
@@ -36,7 +36,7 @@ constexpr Object kObjects[] = {
     {"YcbTomatoSoupCan", 0.349, 0, 0, 0, false},
 };
 
-// The pieces of a mesh of several hulls.
+// Splits a mesh of several hulls into its pieces.
 std::vector<lab::Hull> pieces_of(const TriangleMesh& mesh) {
   std::vector<std::size_t> root(mesh.vertices.size());
   std::iota(root.begin(), root.end(), 0u);
@@ -93,7 +93,7 @@ int scene(const Options& options) {
     btTransform at(btQuaternion({0, 0, 1}, btScalar(object.turn)),
                    {btScalar(object.x), btScalar(object.y), btScalar(0.001 - info.bounds_min[2])});
     if (bin) {
-      // One above the other, each turned by another 40 degrees.
+      // Stacked one above the other, each rotated by another 40 degrees.
       at = btTransform(
           btQuaternion({1, 0, 0}, btScalar(0.7 * double(i))),
           {i % 2 == 0 ? btScalar(0.04) : btScalar(-0.04), i % 3 == 0 ? btScalar(0.03) : btScalar(-0.03), 0});

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: GPL-3.0-or-later
 # usage: tidy.sh BUILD JOBS [REGEX...]
-# clang-tidy with the checks of .clang-tidy on the sources of bake, cli, formats and runtime, or on those that match a
-# regular expression. BUILD is configured, each source compiled alone. Exit code 1: there are warnings.
+# Runs clang-tidy with the checks of .clang-tidy on the sources of bake, cli, formats and runtime, or on those that match a
+# regular expression. BUILD is configured and compiles each source separately. Exit code 1: there are warnings.
 set -eu
 cd "$(dirname "$0")/../.."
 build=$1 jobs=$2

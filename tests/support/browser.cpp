@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Chromium led through its debugging pipe: JSON messages that end with a zero byte, answers by their id, events by
-// name.
+// Controls Chromium through its debugging pipe. Messages are JSON that ends with a zero byte. An answer carries the id
+// of its request, an event carries its name.
 #include "tests/support/browser.h"
 
 #include <fcntl.h>
@@ -28,7 +28,7 @@ namespace {
 using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-constexpr int kFirstFree = 10;  // pipes stay clear of the numbers that the browser wants: 3 to read from, 4 to write to
+constexpr int kFirstFree = 10;  // pipes avoid the file descriptors of the browser: it reads from 3 and writes to 4
 
 class Pipe {
  public:
@@ -57,7 +57,7 @@ class Pipe {
   int ends_[2] = {-1, -1};
 };
 
-// The browser and all its processes: gone, profile included, when this is.
+// The browser and all its processes. The destructor ends them and removes the profile.
 class Browser {
  public:
   explicit Browser(double timeout)
@@ -66,7 +66,7 @@ class Browser {
     if (browser.empty()) throw std::runtime_error("there is no chromium");
     std::vector<std::string> words = {browser,
                                       "--headless",
-                                      "--no-sandbox",  // root has none
+                                      "--no-sandbox",  // root cannot use the sandbox
                                       "--no-first-run",
                                       "--disable-breakpad",
                                       "--disable-dev-shm-usage",
@@ -83,7 +83,7 @@ class Browser {
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
-    // What it leaves when it is killed goes with the folder.
+    // Files that a killed browser leaves behind are removed with the folder.
     std::string temporary = "TMPDIR=" + folder_.path().string();
     std::vector<char*> environment = {temporary.data()};
     for (char** word = environ; *word != nullptr; ++word) {
@@ -98,10 +98,10 @@ class Browser {
     ::posix_spawn_file_actions_adddup2(&files, STDERR_FILENO, STDOUT_FILENO);
     ::posix_spawn_file_actions_adddup2(&files, to_.read_end(), 3);
     ::posix_spawn_file_actions_adddup2(&files, from_.write_end(), 4);
-    ::prctl(PR_SET_CHILD_SUBREAPER, 1);  // to inherit its children when it dies
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1);  // so that this process inherits the browser's children
     posix_spawnattr_t attributes;
     ::posix_spawnattr_init(&attributes);
-    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // to end its children with it
+    ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);  // so that its children end with it
     const int error = ::posix_spawn(&process_, browser.c_str(), &files, &attributes, argv.data(), environment.data());
     ::posix_spawn_file_actions_destroy(&files);
     ::posix_spawnattr_destroy(&attributes);
@@ -113,15 +113,15 @@ class Browser {
   Browser& operator=(const Browser&) = delete;
   ~Browser() {
     ::kill(-process_, SIGKILL);
-    // Its children are ours by now. While they live they may still write to the profile.
+    // This process has inherited the browser's children. They may write to the profile until they end.
     while (::waitpid(-process_, nullptr, 0) > 0 || errno == EINTR) {
     }
-    // So are its watchers for crashes, which leave the group, and end when there is nothing to watch.
+    // The crash handlers are inherited as well. They leave the process group and end after the browser.
     for (int i = 0; i < 400 && ::waitpid(-1, nullptr, WNOHANG) >= 0; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
 
-  /// Asks, and waits for the answer; what happens meanwhile goes to `events`.
+  /// Sends a request and waits for its answer. Events that arrive meanwhile are added to `events`.
   Json ask(const std::string& method, const Json& parameters = Json::object()) {
     Json message = {{"id", ++last_id_}, {"method", method}, {"params", parameters}};
     if (!session.empty()) message["sessionId"] = session;
@@ -138,7 +138,7 @@ class Browser {
       }
     }
   }
-  /// Waits for an event.
+  /// Waits for an event; one already in `events` counts.
   void wait_for(const std::string& method) {
     for (std::size_t i = 0;; ++i) {
       if (i == events.size()) events.push_back(next());
@@ -209,7 +209,7 @@ Json evaluate(Browser& browser, const std::string& script) {
   return answer["result"].value("value", Json());
 }
 
-// Timers of the page's own start have run, and what they changed is painted.
+// Resolves after the timers of the page's start have run and their changes are painted.
 constexpr const char* kSettled =
     "new Promise(done => setTimeout(() => requestAnimationFrame(() => requestAnimationFrame(() => done())), 100))";
 
@@ -217,7 +217,7 @@ constexpr const char* kNetworkLinks =
     "[...document.querySelectorAll('[src],link[href],image[href],use[href]')]"
     ".map(e => e.getAttribute('src') ?? e.getAttribute('href')).filter(a => /^\\s*([a-z]+:)?\\/\\//i.test(a))";
 
-// The words of console.error(...), or of what was thrown.
+// The arguments of console.error(...) or a thrown value, as text.
 std::string words_of(const Json& arguments) {
   std::string words;
   for (const Json& one : arguments) {
@@ -309,7 +309,7 @@ std::filesystem::path find_browser() {
 
 PageVisit visit_page(const std::filesystem::path& page, const VisitOptions& options) {
   PageVisit visit;
-  // A browser that ends early must not end the test with a signal.
+  // A browser that ends early must not kill the test with SIGPIPE.
   std::signal(SIGPIPE, SIG_IGN);
   try {
     if (!std::filesystem::is_regular_file(page)) throw std::runtime_error("there is no such page");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// That the tests' browser sees what is wrong with a page: pages that are, each in one way.
+// visit_page() reports the faults of a page: each page here has one fault.
 #include "tests/support/browser.h"
 
 #include <sys/wait.h>
@@ -22,7 +22,7 @@ PageVisit visit_text(const std::string& text, const VisitOptions& options = {}) 
   return visit_page(folder / "page.html", options);
 }
 
-// "" when no complaint has these words.
+// The first complaint that contains these words; "" if there is none.
 std::string complaint_with(const PageVisit& visit, const std::string& words) {
   for (const std::string& complaint : visit.complaints) {
     if (complaint.find(words) != std::string::npos) return complaint;
@@ -84,7 +84,7 @@ TEST(Browser, APageThatWantsANetworkImageIsFoundOut) {
     EXPECT_EQ(visit.network_links, std::vector<std::string>{"http://example.invalid/a.png"});
     EXPECT_FALSE(visit.complaints.empty());
   }
-  // Made by a script, it is in no attribute of the page.
+  // A script makes this request, so that no attribute of the page contains its address.
   const PageVisit visit =
       visit_text("<!doctype html><p>text</p><script>new Image().src = 'http://example.invalid/b.png'</script>");
   EXPECT_EQ(visit.requests, std::vector<std::string>{"http://example.invalid/b.png"});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A stock Bullet world with the algorithm registered, whose narrowphase is timed.
+/// @file A standard Bullet world with the algorithm registered and the narrowphase timed.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>
@@ -38,7 +38,7 @@ struct World {
   World() {
     bullet::register_algorithm(dispatcher);
     world.setGravity({0, 0, btScalar(-9.81)});
-    // Bullet's default of 4 cm lets small bodies hop out of an overlap.
+    // Bullet's default of 4 cm makes small bodies jump out of an overlap.
     world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
   }
   World(const World&) = delete;

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Counts allocations, for the promise that queries make none. Replaces operator new: for one source of a
-/// program.
+/// @file Counts allocations, to test that queries make none. Replaces operator new: include it in one source of a
+/// program only.
 #pragma once
 
-#ifndef VPS_SANITIZE  // has operators of its own
+#ifndef VPS_SANITIZE  // sanitizers replace the operators themselves
 #include <atomic>
 #include <cstddef>
 #include <cstdlib>
 #include <new>
 
 static std::atomic<std::size_t> allocations{0};
-// Not inlined: the compiler would see malloc and free meet new and delete, and warn.
+// Not inlined: otherwise the compiler warns that malloc is paired with delete and new with free.
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
   ++allocations;
   if (void* const memory = std::malloc(bytes == 0 ? 1 : bytes)) return memory;

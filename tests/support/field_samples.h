@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Walks the samples of an asset's field by its octree, for tests.
+/// @file Visits the samples of an asset's field through its octree, for tests.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace vps::test {
 
-/// @param voxel_size  as in AssetInfo: the view has it in float
-/// Calls visit(number of the sample, its place, its brick's level) for every sample of every field brick, once.
+/// Calls visit(sample's number, its position, its brick's level) once for every sample of every field brick.
+/// @param voxel_size  from AssetInfo, as the view holds it only as float
 template <class Visit>
 void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
   std::set<std::uint32_t> seen;

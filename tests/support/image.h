@@ -21,7 +21,7 @@ struct Image {
 /// @throw std::runtime_error when the bytes are no PNG
 [[nodiscard]] Image decode_png(std::string_view bytes);
 
-/// Share of the pixels that are not of the top left corner's colour, within 8 steps of 255: 0 of an empty picture.
+/// Share of the pixels whose colour differs from the top left corner's by more than 8 of 255; 0 for an empty picture.
 [[nodiscard]] double painted_share(const Image& image);
 
 }  // namespace vps::test

@@ -16,7 +16,7 @@ namespace vps::test {
 
 class MotionFile {
  public:
-  /// @param asset  file of the shape; kept as a path from the folder of the motion
+  /// @param asset  file of the shape; written as a path relative to the motion file's folder
   void add(const char* name, const btRigidBody& body, const bullet::Shape& shape, const std::filesystem::path& asset) {
     bodies_.push_back({&body, shape.centre_of_mass(), name, {}, asset});
   }
@@ -24,7 +24,7 @@ class MotionFile {
     bodies_.push_back({&body, btVector3(0, 0, 0), name, box.getHalfExtentsWithMargin(), {}});
   }
 
-  /// Where everything is now. @param contacts  the world's
+  /// Adds a frame with the present poses. @param contacts  of the whole world
   void record(double time, const std::vector<btManifoldPoint>& contacts) {
     const std::string comma = frames_++ == 0 ? "\n" : ",\n";
     print(times_, "%s%.6g", frames_ == 1 ? "" : ",", time);
@@ -46,7 +46,7 @@ class MotionFile {
     contacts_ += "]";
   }
 
-  /// @param up  the axis against gravity. @return false when the file cannot be written
+  /// @param up  axis opposite to gravity. @return false when the file cannot be written
   [[nodiscard]] bool write(const std::filesystem::path& path, const char* title, char up) const {
     std::string text;
     print(text, "{\"format\":\"vps-motion 1\",\"title\":\"%s\",\"up\":\"%c\",\"bodies\":[", title, up);

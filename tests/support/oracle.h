@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The program's own judge, for tests.
+/// @file The program's exact distance oracle, for tests.
 #pragma once
 
 #include "cli/lab/oracle.h"

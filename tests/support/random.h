@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Deterministic numbers, for tests.
+/// @file Deterministic random numbers, for tests.
 #pragma once
 
 #include "cli/lab/random.h"

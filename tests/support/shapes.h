@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Closed meshes of analytic shapes, made in memory.
+/// @file Closed meshes of analytic shapes, generated in memory.
 #pragma once
 
 #include "sample_meshes/shapes.h"
@@ -10,7 +10,7 @@ using samples::make_box;
 using samples::make_sphere;
 using samples::make_torus;
 
-/// `outer` with `inner` turned inside out: a cavity.
+/// `outer` with a cavity: `inner` with its triangles reversed.
 inline TriangleMesh with_cavity(TriangleMesh outer, const TriangleMesh& inner) {
   const auto base = static_cast<std::uint32_t>(outer.vertices.size());
   outer.vertices.insert(outer.vertices.end(), inner.vertices.begin(), inner.vertices.end());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Access to real meshes that are not part of the project. Tests that need them skip, saying so.
+/// @file Access to real meshes that are not part of the project. Tests that need them skip with a message.
 #pragma once
 
 #include <gtest/gtest.h>

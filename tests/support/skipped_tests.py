@@ -7,10 +7,10 @@ import xml.etree.ElementTree as ElementTree
 
 
 def reason(output):
-    """Why a test was skipped, by what it printed."""
+    """The reason that a skipped test printed."""
     if re.search(r"\.\./shared\b", output):
         return "no ../shared"
-    # Google Test prints the place, then the reason; a script's last line is the reason.
+    # Google Test prints the source line, then the reason; a script's last line is the reason.
     stated = re.search(r": Skipped\n(.*)", output)
     lines = output.strip().splitlines()
     return stated.group(1) if stated else lines[-1] if lines else "no reason stated"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A folder of a test's own that goes away with it, and small file helpers.
+/// @file A temporary folder, removed by its destructor, and small file helpers.
 #pragma once
 
 #include <cstdlib>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Generalized winding number by solid angles: tells inside from outside where surfaces cross, off the surface.
+/// @file Generalized winding number by solid angles. It separates inside from outside even where surfaces intersect,
+/// but not for points on the surface.
 #pragma once
 
 #include <array>
@@ -10,8 +11,8 @@
 
 namespace vps::test {
 
-/// Sum of the triangles' signed solid angles over 4 pi (Van Oosterom and Strackee 1983). An integer up to rounding for
-/// closed meshes; how often the surface goes round the point.
+/// Sum of the triangles' signed solid angles over 4 pi (Van Oosterom and Strackee 1983): how often the surface winds
+/// round the point. For closed meshes it is an integer up to rounding.
 inline double winding_number(const TriangleMesh& mesh, const std::array<double, 3>& p) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// usage: threads_test ASSET    built with ThreadSanitizer, which ends it with an error where threads race
+// usage: threads_test ASSET    built with ThreadSanitizer, which ends it with an error on a data race
 #include <gtest/gtest.h>
 
 #include <cstdio>

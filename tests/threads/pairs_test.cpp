@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The algorithm's pairs on several threads, as btCollisionDispatcherMt runs them; Debian builds Bullet without threads.
+// Processes the algorithm's pairs on several threads, as btCollisionDispatcherMt does. Debian builds Bullet without
+// threads.
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ namespace {
 constexpr std::size_t kBodies = 60;
 constexpr int kSteps = 12;
 
-// Pairs ask for manifolds while they are answered, which a stock dispatcher lets one thread do at a time.
+// Pairs request manifolds while they are processed. In Bullet's own dispatcher only one thread may do so at a time.
 class LockingDispatcher final : public btCollisionDispatcher {
  public:
   using btCollisionDispatcher::btCollisionDispatcher;
@@ -44,7 +45,7 @@ std::shared_ptr<const Asset> gear() {
   return asset;
 }
 
-// Shapes that bodies share, ours of one asset.
+// Shapes that bodies share; the baked ones share one asset.
 struct Shapes {
   std::shared_ptr<const Asset> asset = gear();
   bullet::Shape plain{asset}, segmented{asset}, springy{asset};
@@ -69,7 +70,7 @@ struct Shapes {
     }
     mesh = std::make_unique<btBvhTriangleMeshShape>(&triangles, true);
   }
-  // Every other is ours: neighbours in a row can all be answered.
+  // Every other shape is baked, so that the algorithm handles every pair of neighbours.
   btCollisionShape* of_body(std::size_t i) {
     btCollisionShape* const ours[] = {&plain, &segmented, &springy};
     btCollisionShape* const any[] = {&box, &plain, &sphere, &hull, &segmented, &cylinder, &plane, mesh.get()};
@@ -77,7 +78,7 @@ struct Shapes {
   }
 };
 
-// Two bodies with their algorithm, made before threads come into play.
+// Two bodies with their algorithm, created before any thread starts.
 class Pair {
  public:
   Pair(btCollisionDispatcher& dispatcher, const btCollisionObject& first, const btCollisionObject& second)
@@ -113,7 +114,7 @@ class Pair {
         keep(point.m_normalWorldOnB);
         out.insert(out.end(), {point.m_distance1, btScalar(point.m_index0), btScalar(point.m_lifeTime),
                                point.m_appliedImpulse, point.m_combinedContactStiffness1});
-        point.m_appliedImpulse += 1;  // in the place of the solver: to be carried over
+        point.m_appliedImpulse += 1;  // instead of a solver; must be carried over
       }
     }
   }
@@ -158,7 +159,7 @@ class Row {
     bodies_[i].setWorldTransform(btTransform({at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8)},
                                              {btScalar(x), 0, btScalar(random_.between(-0.01, 0.01))}));
   }
-  // Most stay about where they are, so that what pairs remember is used; some leap.
+  // Most bodies move little, so that the pairs' memory is used; some jump.
   void move(std::size_t i, int step) {
     btTransform at = bodies_[i].getWorldTransform();
     if ((i + static_cast<std::size_t>(step)) % 7 == 0) return place(i, 0.02 * static_cast<double>(i));
@@ -177,8 +178,8 @@ class Row {
 
 std::atomic<int> lines{0};
 
-// Before any dispatcher of the program is registered a Shape remembers what it was asked first: this case comes first.
-// Each thread queries a shape once: a second call of the same thread could order what it did in the first.
+// This test must run first: a Shape remembers its first query only until a dispatcher of the program is registered.
+// Each thread queries a shape once, as a second call of the same thread could order the accesses of its first.
 TEST(Threads, BoundsThatManyThreadsAskForAreThoseOfOneThread) {
   lines = 0;
   bullet::set_message_handler([](const char*) { ++lines; });
@@ -197,7 +198,7 @@ TEST(Threads, BoundsThatManyThreadsAskForAreThoseOfOneThread) {
     EXPECT_NEAR(low[i].x() - low[0].x(), btScalar(i), 1e-5) << i;
     EXPECT_NEAR(high[i].x() - high[0].x(), btScalar(i), 1e-5) << i;
   }
-  // All threads but one see a transform again.
+  // All threads but one query a transform that was queried before.
   const bullet::Shape at_rest(asset);
   ask_at_once(at_rest, 0);
   bullet::set_message_handler(nullptr);
@@ -208,7 +209,7 @@ TEST(Threads, PairsOfAWorldAnswerAsOneThreadDoes) {
   const auto many = Row().run(kThreads);
   const auto one = Row().run(1);
   for (std::size_t step = 0; step < kSteps; ++step) {
-    EXPECT_GT(one[step].size(), 20 * kBodies) << "step " << step;  // that is a contact a pair
+    EXPECT_GT(one[step].size(), 20 * kBodies) << "step " << step;  // about one contact per pair
     EXPECT_TRUE(many[step] == one[step]) << "step " << step;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One asset, many threads: queries of the runtime.
+// Queries of the runtime on one asset from many threads.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kQueries = 400;
 constexpr std::size_t kRoom = 200;  // contacts of a query
 
-// A gear 44 mm across, and another somewhere about it.
+// A gear 44 mm across, and poses of a second one near it.
 struct Gears {
   Asset asset;
   VoxelmapView map;
@@ -31,7 +31,7 @@ struct Gears {
   }
 };
 
-// Everything that was found, as numbers to compare.
+// All results as numbers to compare.
 using Answer = std::vector<double>;
 
 Answer ask_all(const Gears& gears, const Pose& pose, Scratch& scratch) {
@@ -92,7 +92,7 @@ TEST(Threads, ABatchAnswersAsOneThreadDoes) {
     std::vector<Contact> contacts{kQueries * kRoom};
     std::vector<ContactCache> caches{kQueries};
   };
-  // Twice: caches are filled, and used.
+  // Two rounds: the first fills the caches, the second uses them.
   const auto answer = [&](const Executor& executor) {
     Found found;
     for (int round = 0; round < 2; ++round) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Work dealt out to threads, and the asset that they share.
+/// @file Distributes work to threads; the asset that they share.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace vps::test {
 
-/// What the program was called with.
+/// The program's argument.
 extern const char* asset_path;
 
 inline constexpr std::size_t kThreads = 4;
 
-/// Calls task(i) for i below `count` on `workers` threads, dealt out in turn, so that neighbours are never one
-/// thread's, however late it starts. With one worker: on the caller's.
+/// Calls task(i) for i below `count` on `workers` threads. Thread t gets every `workers`-th task, so that neighbours
+/// always run on different threads. One worker runs on the caller's thread.
 template <class Task>
 void deal_out(std::size_t count, std::size_t workers, Task task) {
   if (workers == 1) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes as people have them: cracked, open, inside out, overlapping. The volume tells whether the solid is right.
+// Repair of cracked, open, inside-out and overlapping meshes. The volume shows whether the solid is right.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -49,7 +49,7 @@ TriangleMesh turned(TriangleMesh mesh) {
   return mesh;
 }
 
-// Each triangle with corners of its own, moved by up to `gap` along each axis.
+// Each triangle with its own corners, moved by up to gap / 2 along each axis.
 TriangleMesh shaken(const TriangleMesh& mesh, double gap) {
   TriangleMesh soup;
   Random random;
@@ -71,7 +71,7 @@ TriangleMesh without(TriangleMesh mesh, std::size_t first, std::size_t count) {
   return mesh;
 }
 
-// A rectangle across z, drawn from one side.
+// A one-sided rectangle perpendicular to z.
 TriangleMesh make_sheet(double half_x, double half_y, std::array<double, 3> centre) {
   const auto& [x, y, z] = centre;
   return {{{x - half_x, y - half_y, z},
@@ -112,7 +112,7 @@ TEST(Repair, CracksBelowAVoxelAreStitched) {
 }
 
 TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
-  // A box whose top has a vertex in the middle of one edge that the side does not know.
+  // A box whose top has a vertex in the middle of one edge. The adjacent side face lacks this vertex.
   TriangleMesh mesh = make_box({1, 1, 1});
   const auto middle = static_cast<std::uint32_t>(mesh.vertices.size());
   mesh.vertices.push_back({0.001, -1.002, 1.001});  // near the edge 4-5
@@ -157,7 +157,7 @@ TEST(Repair, NestedShellsAreCavitiesHoweverTheyAreWound) {
     const TriangleMesh inner = make_box({0.5, 0.5, 0.5});
     const TriangleMesh mesh = joined(make_box({1, 1, 1}), turn ? turned(inner) : inner);
     EXPECT_NEAR(repaired(mesh).volume, 7, 1e-12);
-    // Inside the cavity there is matter again.
+    // A solid inside the cavity.
     EXPECT_NEAR(repaired(joined(mesh, make_box({0.25, 0.25, 0.25}))).volume, 7.125, 1e-12);
   }
 }
@@ -173,7 +173,7 @@ TEST(Repair, OverlappingShellsAreUnitedExactly) {
 }
 
 TEST(Repair, ShellsThatTouchInAFaceBecomeOneSolidWithoutAWall) {
-  // Half of a face in common, in one plane: the coplanar case.
+  // The boxes share half of a face: the coplanar case.
   const Repaired r = repaired(joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {2, 1, 0})));
   EXPECT_NEAR(r.volume, 16, 1e-12);
   EXPECT_NEAR(r.surface.area, 2 * 24 - 2 * 2, 1e-12);
@@ -181,7 +181,7 @@ TEST(Repair, ShellsThatTouchInAFaceBecomeOneSolidWithoutAWall) {
 }
 
 TEST(Repair, CoplanarFacesOfAnOverlapStayOnce) {
-  // The second box sinks half into the first; four of their faces share planes.
+  // Half of the second box is inside the first; four faces of each are coplanar.
   const Repaired r = repaired(joined(make_box({1, 1, 1}), make_box({1, 1, 1}, {1, 0, 0})));
   EXPECT_NEAR(r.volume, 12, 1e-12);
   EXPECT_NEAR(r.surface.area, 8 + 4 * 6, 1e-12);
@@ -198,7 +198,7 @@ TEST(Repair, ASurfaceDrawnFromBothSidesIsOneSolid) {
 }
 
 TEST(Repair, AMobiusBandOfPatchesIsTurnedPatchByPatch) {
-  // Every second triangle of a closed mesh wound the wrong way round.
+  // Every second triangle of a closed mesh is wound the wrong way.
   TriangleMesh mesh = make_torus(1, 0.3, 24, 12);
   for (std::size_t t = 0; t < mesh.triangles.size(); t += 2) std::swap(mesh.triangles[t][0], mesh.triangles[t][1]);
   EXPECT_NEAR(repaired(mesh).volume, mass_properties(checked(make_torus(1, 0.3, 24, 12))).volume, 1e-12);
@@ -217,7 +217,7 @@ TEST(Repair, ASheetBecomesASolidOfItsThickness) {
   EXPECT_NEAR(r.volume, 2 * 3 * 0.2, 1e-12);
   EXPECT_DOUBLE_EQ(r.surface.bounds_min.z(), -0.1);
   EXPECT_EQ(r.outcome.notes, std::vector<std::string>{"1 open surface made 200 mm thick"});
-  // A roof: the faces keep their distance at the ridge.
+  // A roof: its thickness is kept at the ridge.
   sheet.vertices.push_back({-2, 0, -2});
   sheet.vertices.push_back({-2, 3, -2});
   sheet.triangles.push_back({4, 0, 3});
@@ -281,7 +281,7 @@ TEST(Repair, ASheetOutsideOrThroughASolidIsRefusedWithItsPlace) {
 TEST(Repair, ASheetOutsideOrThroughASolidIsThickened) {
   const RepairSettings thicken{Repair::automatic, 0.05, 0.2};
   EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), make_sheet(0.5, 0.5, {5, 0, 0})), thicken).volume, 8.2, 1e-12);
-  // Two ends of 2 x 1 stand out.
+  // Two ends of 2 x 1 protrude.
   const Repaired through = repaired(joined(make_box({1, 1, 1}), make_sheet(3, 0.5, {0, 0, 0.5})), thicken);
   EXPECT_NEAR(through.volume, 8 + 2 * 2 * 1 * 0.2, 1e-12);
   EXPECT_TRUE(self_intersections(through.surface).empty());
@@ -295,7 +295,7 @@ TEST(Repair, AFinOnAnEdgeOfASolidIsThickenedAloneOrRefused) {
   mesh.triangles.push_back({5, 9, 8});
   const std::string said = repair_refusal(mesh, with(Repair::automatic));
   EXPECT_NE(said.find("crosses or touches"), std::string::npos) << said;
-  // A sheet's border does not grow: the fin stands on the box.
+  // Thickening does not widen a sheet at its border: the fin stands on the box.
   const Repaired r = repaired(mesh, {Repair::automatic, 0.05, 0.2});
   EXPECT_NEAR(r.volume, 8 + 2 * 2 * 0.2, 1e-12);
 }
@@ -316,7 +316,7 @@ TEST(Repair, TheWallOfACavityWithASmallHoleIsNoSheet) {
   const TriangleMesh inner = without(make_sphere(0.5, 4), 100, 1);
   const double cavity = mass_properties(checked(make_sphere(0.5, 4))).volume;
   EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), inner), with(Repair::automatic, 0.1)).volume, 8 - cavity, 1e-3);
-  // Nor is one with a wide hole, when all holes are to be filled.
+  // A wall with a wide hole is no sheet either, if all holes are filled.
   const TriangleMesh wide = without(make_sphere(0.5, 3), 100, 40);
   EXPECT_NEAR(repaired(joined(make_box({1, 1, 1}), wide), with(Repair::fill)).volume, 8 - cavity, 0.05);
 }
@@ -331,12 +331,13 @@ TEST(Repair, FillingIsMeasuredAndALargeOneIsWarnedOf) {
   EXPECT_EQ(plug.outcome.notes[0], "repair fill: closed 1 hole, 17 % of the surface");
   const Repaired cap = repaired(without(make_sphere(1, 3), 100, 40), with(Repair::fill));
   EXPECT_GT(cap.outcome.filled_share, 0.01);
-  EXPECT_LT(cap.outcome.filled_share, 0.04);  // 40 of 1280 triangles were there
+  EXPECT_LT(cap.outcome.filled_share, 0.04);  // 40 of 1280 triangles were removed
   EXPECT_EQ(cap.outcome.notes.size(), 1U);
   EXPECT_EQ(repaired(make_box({1, 1, 1})).outcome.filled_share, 0);
 }
 
-// Volumes of unions are known from no table; that nothing meets and nothing is open shows that the cut is whole.
+// The volumes of these unions are not known. A closed surface without self-intersections shows that the cut is
+// complete.
 class RealMeshes : public testing::TestWithParam<std::string> {};
 
 TEST_P(RealMeshes, AreClosedAndFreeOfIntersectionsAfterRepair) {
@@ -360,7 +361,7 @@ INSTANTIATE_TEST_SUITE_P(Shared, RealMeshes,
                                          "ur5_upperarm_collision.stl"),
                          [](const auto& test) { return test.param.substr(0, test.param.find('.')); });
 
-// Counts of shared/meshes/README.md, made by another program.
+// Counts from shared/meshes/README.md, computed by another program.
 TEST(SelfIntersections, MatchTheTableOfSharedMeshes) {
   for (const auto& [name, pairs] : std::map<std::string, std::size_t>{{"bunny_8k_nonmanifold.ply", 97},
                                                                       {"bearing.stl", 21},

@@ -27,7 +27,7 @@ void expect_contained(const BoundingSphere& sphere, std::span<const Point3f> poi
   }
 }
 
-// Smallest radius among all spheres through 2, 3 or 4 of the points that hold all: brute force.
+// Radius of the smallest enclosing sphere by brute force, with centres from all sets of 2, 3 or 4 points.
 double smallest_radius(std::span<const Point3f> points) {
   const auto n = static_cast<int>(points.size());
   double best = std::numeric_limits<double>::infinity();

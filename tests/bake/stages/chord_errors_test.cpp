@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kHalo = ChordLines::kHalo;
 
-// The same function of the place on all lines.
+// All lines hold the same function of the position.
 template <class Value>
 std::unique_ptr<ChordLines> sampled(Value value) {
   auto lines = std::make_unique<ChordLines>();

@@ -24,7 +24,7 @@ std::vector<Vector> points_on_sphere(std::size_t count, double radius) {
   return points;
 }
 
-// The tree's shape, whatever the points.
+// Checks the structure of the tree, for any points.
 void expect_tree(const PointTree& tree, std::size_t points) {
   const std::size_t levels = tree.level_offsets.size() - 1;
   const std::size_t nodes = tree.first.size();

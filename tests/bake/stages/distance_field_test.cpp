@@ -14,7 +14,7 @@ namespace vps::test {
 using namespace bake;
 namespace {
 
-// Every stored voxel against CGAL, and every voxel of the grid that should be stored.
+// Compares every stored voxel with CGAL's distance. Voxels of bricks that are not stored must lie outside the band.
 void expect_exact(const TriangleMesh& mesh, double voxel_size) {
   const Scene scene(mesh, voxel_size);
   const Oracle oracle(mesh);

@@ -28,7 +28,7 @@ TriangleMesh as_triangles(const Mesh& mesh) {
   return out;
 }
 
-// Collapsed triangles have no side and no distance of their own.
+// Collapsed triangles have no side, and the other triangles give their distance.
 TriangleMesh without_collapsed(TriangleMesh mesh) {
   std::erase_if(mesh.triangles, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
   return mesh;
@@ -60,7 +60,7 @@ Subject::Subject(Truth truth, const Effort& e, TriangleMesh imported)
       surface(as_triangles(scene.surface)),
       distance(surface),
       size(longest(mesh)) {
-  // Of the import, not of what the check made of it.
+  // For the imported mesh, not for the surface after the check.
   if (truth == Truth::side) side.emplace(mesh);
 }
 
@@ -93,7 +93,7 @@ bool bounds_solid(const TriangleMesh& mesh, const std::array<double, 3>& point, 
     Vector corners[3];
     for (std::size_t c = 0; c < 3; ++c) corners[c] = Vector(alone.vertices[c].data());
     const Vector normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).stableNormalized();
-    // Just off the triangle, close to the point but away from what ends there.
+    // Just above or below the triangle, near the point but off the triangle's edges.
     const Vector on = p + 0.01 * ((corners[0] + corners[1] + corners[2]) / 3 - p);
     for (const double side : {-1e-7, 1e-7}) {
       if (winding_number(mesh, to_array(on + side * size * normal)) > 0.5) return true;
@@ -115,7 +115,7 @@ void expect_distances(const Subject& s) {
                                               : std::abs(stored - truth) > tolerance;
     };
     double truth = s.distance.distance(to_array(p));
-    // Two answers in double differ: rational arithmetic decides.
+    // If the two results in double differ, rational arithmetic decides.
     if (wrong(truth)) truth = exact_distance(s.surface, to_array(p), std::max(stored, truth) + tolerance);
     failures.check(!wrong(truth), [&] {
       return print(p) + " stored " + std::to_string(stored / s.size) + " true " + std::to_string(truth / s.size) +
@@ -123,8 +123,8 @@ void expect_distances(const Subject& s) {
     });
   }
   failures.expect_none("distances");
-  // Seen from outside, what the check removed cannot have been nearest: the import's distance is the same, but for
-  // nearer fins.
+  // Outside the solid, a triangle that the check removed cannot be nearest. The distance to the import is therefore the
+  // same, unless a fin is nearer.
   const SoupOracle imported(s.mesh);
   Failures changed;
   for (const auto& [brick, voxel] : s.voxels(s.effort.voxels / 4)) {
@@ -151,7 +151,7 @@ void expect_signs_of_cgal(const Subject& s) {
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const int side = s.side->side(to_array(p));
     const double v = field.penetration[field.at(brick, voxel)];
-    // The depth of a centre may round to zero; its sign bit still tells the side.
+    // The depth of a centre may round to zero; its sign bit still gives the side.
     failures.check(side == 0 || std::signbit(v) == (side < 0),
                    [&] { return print(p) + " V " + std::to_string(v / s.size); });
   }
@@ -205,7 +205,7 @@ void expect_no_voxel_missed(const Subject& s) {
     const std::array<std::array<double, 3>, 3> corners = {
         to_array(surface.corner(t, 0)), to_array(surface.corner(t, 1)), to_array(surface.corner(t, 2))};
     for (int m = 0; m < 20; ++m) {
-      // A voxel next to a point of the triangle: often just touched, often just not.
+      // A voxel next to a point of the triangle: the triangle often just touches it or just misses it.
       const Vector cell = (point_on(surface, t, random) - grid.origin) / grid.voxel_size;
       std::uint32_t index[3];
       for (int axis = 0; axis < 3; ++axis) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A baked mesh beside independent oracles: distances, signs, surface voxels and coarse layers.
+/// @file Compares a baked mesh with independent oracles: distances, signs, surface voxels and coarse layers.
 #pragma once
 
 #include <optional>
@@ -11,17 +11,17 @@ namespace vps::test {
 
 using namespace bake;
 
-/// Who knows the inside of a mesh.
+/// The oracle for the inside of a mesh.
 enum class Truth {
   side,     ///< no self-intersections, one shell or disjoint ones: CGAL's Side_of_triangle_mesh
-  winding,  ///< shells that cross, or edges that CGAL's mesh cannot hold: solid angles of the imported triangles
+  winding,  ///< shells that cross, or edges that CGAL's mesh cannot store: solid angles of the imported triangles
 };
 
-/// How much is looked at: all stored voxels are compared in the long run only.
+/// How much is compared: only the slow tests compare all stored voxels.
 struct Effort {
   double resolution;
   std::size_t voxels;
-  std::size_t winding_work;  ///< triangles visited by solid angles
+  std::size_t winding_work;  ///< largest number of solid angles per comparison
 };
 
 struct StoredVoxel {
@@ -29,7 +29,7 @@ struct StoredVoxel {
   std::uint32_t voxel;
 };
 
-/// A mesh with everything that is compared.
+/// A mesh, its baked stages and its oracles.
 struct Subject {
   const Effort& effort;
   TriangleMesh mesh;     // as imported
@@ -41,20 +41,21 @@ struct Subject {
 
   Subject(Truth truth, const Effort& e, TriangleMesh imported);
 
-  /// Every stored voxel, or some spread evenly over them.
+  /// All stored voxels, or `most` of them, evenly spread.
   [[nodiscard]] std::vector<StoredVoxel> voxels(std::size_t most) const;
-  /// Anywhere in the grid.
+  /// A uniform random point in the grid.
   [[nodiscard]] Vector random_point(Random& random) const;
 };
 
-/// The solid comes up to a point of the mesh. It does not where a triangle is folded onto its neighbour: such a fin is
-/// outside on both its sides.
+/// Whether a point of the mesh bounds the solid. It does not if it lies on a fin, a triangle folded onto its neighbour,
+/// which is outside on both sides.
 [[nodiscard]] bool bounds_solid(const TriangleMesh& mesh, const std::array<double, 3>& point, double size);
 
 void expect_distances(const Subject& subject);
 /// @pre the subject has the oracle `side`
 void expect_signs_of_cgal(const Subject& subject);
-/// Inside: the surface goes round the point at least once. Solid angles are trusted off the surface only.
+/// A point is inside if the surface winds round it at least once. Points near the surface are skipped, as solid angles
+/// are inaccurate there.
 void expect_signs_of_winding_numbers(const Subject& subject);
 void expect_no_voxel_missed(const Subject& subject);
 void expect_far_bricks_bounded(const Subject& subject);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Signs, distances, surface voxels and layers against independent oracles, on every closed mesh that is at hand.
+// Compares signs, distances, surface voxels and layers with independent oracles, on every available closed mesh.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace vps::test {
 using namespace bake;
 namespace {
 
-/// When a mesh is looked at: small ones whenever tests run, all of them in the long run.
+/// When a mesh is tested: small ones in every run, all of them in the slow tests.
 enum class When { always, slow };
 
 struct MeshCase {
@@ -23,7 +23,7 @@ struct MeshCase {
   friend void PrintTo(const MeshCase& c, std::ostream* out) { *out << c.file; }
 };
 
-// Those of shared/meshes/README.md without open edges, but for the dragon: its duplicate triangles leave holes.
+// The meshes of shared/meshes/README.md without open edges, except the dragon: its duplicate triangles leave holes.
 const MeshCase kClosed[] = {
     {"ADIS16480_metres.stl", Truth::side, When::always},
     {"armadillo_52k.off", Truth::side, When::always},

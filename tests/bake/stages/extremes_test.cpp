@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Meshes at the ends of every scale: each is refused with a reason, or its asset is right in all that can be checked.
+// Extreme meshes: each is refused with a reason, or its asset passes every check.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -93,7 +93,7 @@ TEST(Extremes, AHundredBoxesApart) {
   expect_right(solid_of(boxes), 0.06);
 }
 TEST(Extremes, AHundredBoxesInARowThatOverlapPairwise) {
-  // Alike in two directions: four faces of each lie in the planes of its neighbours.
+  // Boxes in a straight row: four faces of each box are coplanar with its neighbours' faces.
   std::vector<Box> boxes;
   for (int i = 0; i < 100; ++i) boxes.push_back({{0.1, 0.1, 0.1}, {0.15 * i, 0, 0}});
   Solid row = solid_of(boxes);
@@ -114,7 +114,7 @@ TEST(Extremes, AHundredBoxesInARowThatOverlapPairwise) {
       const double gap = std::abs(boxes[i].centre[axis] - boxes[i - 1].centre[axis]);
       shared.half[axis] = boxes[i].half[axis] - gap / 2;
     }
-    // The boundary of a union is that of both less that of what they share.
+    // The surface area of a union is the sum of both areas minus that of the intersection; likewise the volume.
     staggered.volume -= shared.volume();
     staggered.area -= shared.area();
   }
@@ -155,7 +155,7 @@ TEST(Extremes, DuplicateAndOppositeFacesDoNotCount) {
     some.triangles.resize(5);
     expect_right(with(some), 0.05);
   }
-  // A sheet drawn from both sides is a sheet: inside it bounds nothing, through the faces it needs a thickness.
+  // A two-sided sheet is a sheet: inside the solid it bounds no volume, through the faces it needs a thickness.
   const auto both_sides = [](double half) { return joined(square(half, 0.1), turned(square(half, 0.1))); };
   {
     SCOPED_TRACE("a sheet inside");
@@ -165,7 +165,7 @@ TEST(Extremes, DuplicateAndOppositeFacesDoNotCount) {
             std::string::npos);
 }
 
-// A prism of rings with neighbours this close to each other: lateral triangles of aspect 1 / gap.
+// A prism whose rings have pairs of vertices `gap` apart: its sides contain triangles of aspect 1 / gap.
 TriangleMesh needle_prism(double gap) {
   samples::Ring ring;
   for (int i = 0; i < 8; ++i) {
@@ -177,7 +177,7 @@ TriangleMesh needle_prism(double gap) {
   return samples::make_skin({ring, top}, false);
 }
 
-// A point over a needle or cap is off by no more than rounding, whichever corner comes first.
+// The distance to a needle or cap is exact up to rounding, whichever corner comes first.
 TEST(Extremes, TheClosestPointOfASliverIsExact) {
   Random random;
   for (const double width : {1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-13}) {
@@ -212,7 +212,7 @@ TEST(Extremes, NeedleTrianglesOfAspect1e10) {
     expect_right(solid_of(moved(needle_prism(1e-10), random.rotation(), {0.3, 0.2, 0.1})), 0.05);
   }
 }
-// Scanlines that meet a needle's face just beside a voxel's centre.
+// Scanlines that cross a needle triangle just beside a voxel's centre.
 TEST(Extremes, ScanlinesThroughNeedlesEndAtTheRightVoxel) {
   Random random;
   for (const double gap : {1e-6, 1e-10, 1e-12}) {
@@ -251,7 +251,7 @@ TEST(Extremes, ABodyThatIsANeedle) {
 TEST(Extremes, FacesThatAreAlmostParallelToTheGrid) {
   for (const double tilt : {1e-5, 1e-9, 1e-13}) {
     const std::array<double, 9> turn = {1, -tilt, tilt, tilt, 1, -tilt, -tilt, tilt, 1};
-    // Two faces close to voxel centres, where every scanline along them is near the surface.
+    // The box measures 9, 7 and 5 voxels: all faces are close to voxel planes.
     expect_right(solid_of(moved(make_box({0.5625, 0.4375, 0.3125}), turn, {0, 0, 0})), 0.125);
   }
 }
@@ -259,7 +259,7 @@ TEST(Extremes, FacesThatAreAlmostParallelToTheGrid) {
 TEST(Extremes, FacesOnVoxelPlanesAndOnVoxelCentres) {
   expect_right(solid_of({Box{{0.5, 0.75, 0.25}, {0, 0, 0}}}), 0.125);
   expect_right(solid_of({Box{{0.5625, 0.4375, 0.3125}, {0, 0, 0}}}), 0.125);
-  // The small box sets the lattice: all faces of the large one lie on voxel centres.
+  // The small box determines the grid: all faces of the large one pass through voxel centres.
   expect_right(solid_of({Box{{0.125, 0.125, 0.125}, {-1, -1, -1}}, Box{{0.5, 0.5, 0.5}, {0.0625, 0.0625, 0.0625}}}),
                0.125);
 }
@@ -277,14 +277,14 @@ TEST(Extremes, SolidsThatTouchInAnEdge) {
   const Box one{{0.5, 0.5, 0.5}, {0, 0, 0}};
   expect_right(solid_of({one, Box{{0.5, 0.5, 0.5}, {1, 1, 0}}}), 0.0625);
   expect_right(solid_of({one, Box{{0.5, 0.5, 0.5}, {1, 1, 0}}}), 0.06);
-  // Not from end to end.
+  // The edge of the second box is shorter.
   expect_right(solid_of({one, Box{{0.5, 0.5, 0.25}, {1, 1, 0.125}}}), 0.06);
 }
 TEST(Extremes, SolidsThatTouchInAVertex) {
   const Box one{{0.5, 0.5, 0.5}, {0, 0, 0}};
   expect_right(solid_of({one, Box{{0.5, 0.5, 0.5}, {1, 1, 1}}}), 0.0625);
   expect_right(solid_of({one, Box{{0.25, 0.25, 0.25}, {0.75, 0.75, 0.75}}}), 0.06);
-  // A tip in the middle of a face.
+  // A cone's tip touches the middle of a face.
   TriangleMesh cone;
   cone.vertices = {{0.5, 0, 0}, {1, 0.3, 0}, {1, -0.2, 0.25}, {1, -0.2, -0.25}};
   cone.triangles = {{0, 1, 2}, {0, 2, 3}, {0, 3, 1}, {1, 3, 2}};

@@ -37,7 +37,7 @@ class Examined {
   }
 
   void expect_facts() const {
-    // Of a body of next to no volume for its size, sums in double keep fewer digits.
+    // If the volume is tiny for the body's size, sums in double keep fewer digits.
     const double rounding = 1e-16 * size_ * size_ * size_;
     EXPECT_NEAR(info_.volume, solid_.volume, 1e-9 * solid_.volume + rounding);
     EXPECT_NEAR(info_.surface_area, solid_.area, 1e-9 * solid_.area);
@@ -79,7 +79,7 @@ class Examined {
   PointshellView shell_;
 };
 
-// Samples are exact in the band, and on the right side wherever they are.
+// Samples are exact in the band within the field error, and have the right sign everywhere.
 void Examined::expect_samples() const {
   VoxelmapView scaled;
   ASSERT_EQ(asset_->voxelmap(scaled, Field::scaled), Status::ok);
@@ -89,10 +89,10 @@ void Examined::expect_samples() const {
     if (at % stride != 0) return;
     const double v = static_cast<const double*>(map_.values)[at];
     double truth = penetration_at(p);
-    // Samples are fitted: as far from the exact value as interpolation may err.
+    // Samples are fitted: they may differ from the exact value by the allowed interpolation error.
     const double tolerance = tolerance_ + BakeOptions().field_error * info_.voxel_size;
     const double band = v > 0 ? info_.band_inner : info_.band_outer;
-    // Two answers in double differ: rational arithmetic decides.
+    // If the two results in double differ, rational arithmetic decides.
     if (std::abs(v) < band && std::abs(std::abs(v) - std::abs(truth)) > tolerance) {
       truth = std::copysign(exact_distance(boundary_, p, std::max(std::abs(truth), std::abs(v)) + tolerance), truth);
     }
@@ -139,7 +139,7 @@ void Examined::expect_layers() const {
   }
 }
 
-// Anywhere in and around the grid: the bound is one, and the sign is right where a voxel can tell.
+// At random points in and around the grid the bound holds. Farther than a voxel from the surface the sign is right.
 void Examined::expect_runtime_points() const {
   Random random;
   const double s = info_.voxel_size;
@@ -160,13 +160,13 @@ void Examined::expect_runtime_points() const {
 }
 
 void Examined::expect_shell() const {
-  // Every surface point is near a point.
+  // Every surface point is within the covering radius of a shell point.
   Random random;
   std::vector<double> sums;
   double sum = 0;
   for (std::size_t t = 0; t < surface_.triangles.size(); ++t) sums.push_back(sum += surface_.area_normal(t).norm());
   for (int n = 0; n < 400; ++n) {
-    // Half of them by area, half by triangle: slivers have their turn.
+    // Half of the points are chosen by area and half by triangle, so that slivers are tested too.
     const auto by_area =
         static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), sum * random.next()) - sums.begin());
     const auto by_count = static_cast<std::size_t>(random.next() * static_cast<double>(sums.size()));
@@ -179,8 +179,8 @@ void Examined::expect_shell() const {
   for (std::uint32_t i = 0; i < shell_.points; ++i) area += double{point_area(shell_, i)};
   EXPECT_NEAR(area, solid_.area, 0.001 * solid_.area);
 
-  // A normal goes into the body: against the face that the point is on. Where faces meet at no less than a right
-  // angle, it contradicts none of them by more than the differences of voxels can tell.
+  // A normal points into the body, against a face that the point lies on. Unless faces meet at an acute angle, it
+  // points out of none of them by more than the resolution of the voxels.
   const double slack = std::numbers::sqrt3 / 2 * info_.position_step + 2.4e-7 * reach_ + tolerance_;
   const std::uint32_t stride = 1 + shell_.points / 3000;
   for (std::uint32_t i = 0; i < shell_.points; i += stride) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A solid whose facts are known, and everything about its asset that follows from them.
+/// @file A solid with known volume, area and inside, and checks of its asset against them.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@ using namespace bake;
 
 using Inside = std::function<bool(const std::array<double, 3>&)>;
 
-/// A solid whose facts are known without vpsbake.
+/// A solid whose volume, area and inside are known without vpsbake.
 struct Solid {
   TriangleMesh mesh;
   Inside inside;  ///< of points off the surface
@@ -36,7 +36,7 @@ struct Box {
 /// A closed mesh without intersections: volume, area and inside come from its triangles.
 [[nodiscard]] Solid solid_of(const TriangleMesh& mesh);
 
-/// Bakes the solid and expects facts, samples, layers, queries, pointshell and spheres to be right.
+/// Bakes the solid and checks volume, area, samples, layers, queries, pointshell and spheres.
 void expect_right(const Solid& solid, double voxel_size, double sheet_thickness = 0);
 
 }  // namespace vps::test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Exactness where it is hardest to be had: corners on voxel corners, edges along diagonals, folds, layers.
+// Exactness in the hardest cases: vertices on voxel corners, edges along voxel diagonals, folds, layers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kAllVoxels = 10'000'000;
 
-// Corners on corners of voxels, edges along edges, faces in faces. Powers of two, so that the lattice is exact.
+// With vertices on voxel corners its edges are diagonals of voxel faces. With powers of two the lattice is exact.
 TriangleMesh octahedron(double radius, const std::array<double, 3>& centre) {
   TriangleMesh mesh;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -26,7 +26,7 @@ TriangleMesh octahedron(double radius, const std::array<double, 3>& centre) {
   return mesh;
 }
 
-// All voxels, both ways: none missed, and on an exact lattice none too many.
+// Compares all voxels: none is missed, and on an exact lattice none is set without a touching triangle.
 void expect_surface_voxels_are_exact(const TriangleMesh& mesh, double voxel_size) {
   const Scene scene(mesh, voxel_size);
   const Grid& grid = scene.grid;
@@ -57,12 +57,12 @@ TEST(LatticeExactness, ABoxWithItsFacesOnVoxelPlanes) {
   expect_surface_voxels_are_exact(make_box({0.5, 0.75, 0.25}), 0.125);
 }
 TEST(LatticeExactness, ABoxWithItsFacesThroughVoxelCentres) {
-  // The grid's planes start at the least corner: the other faces lie half a voxel off.
+  // The grid starts at the minimum corner and the box measures 9, 7 and 5 voxels: all faces lie on voxel planes.
   expect_surface_voxels_are_exact(make_box({0.5625, 0.4375, 0.3125}), 0.125);
 }
 TEST(LatticeExactness, AnOctahedronWithItsVerticesOnVoxelCorners) {
   expect_surface_voxels_are_exact(octahedron(0.5, {0, 0, 0}), 0.125);
-  // On voxel centres, when the least corner is on a voxel's corner.
+  // The grid starts at the minimum corner: four vertices lie on centres of voxel faces.
   expect_surface_voxels_are_exact(octahedron(0.4375, {0.0625, 0, 0}), 0.125);
 }
 TEST(LatticeExactness, AWedgeWithEdgesAlongVoxelDiagonals) {
@@ -76,7 +76,8 @@ TEST(LatticeExactness, OctahedraThatTouchInAVertexOfTheLattice) {
   expect_surface_voxels_are_exact(joined(octahedron(0.25, {0, 0, 0}), octahedron(0.25, {0.5, 0, 0})), 0.0625);
 }
 
-// The corners are on centres, and other centres are nearly on the faces: tenths are not exact.
+// Vertices lie on multiples of half a voxel. Voxel centres lie on faces only up to rounding, as tenths are not exact in
+// binary.
 TEST(LatticeExactness, CentresWhoseDepthRoundsToZeroHaveTheirSide) {
   TriangleMesh mesh;
   mesh.vertices = {{1.5, 0.7, 1.0}, {1.0, 2.1, 0.9}, {0, 1.0, 2.0}, {2.4, 1.5, 1.5}};
@@ -88,7 +89,7 @@ TEST(LatticeExactness, CentresWhoseDepthRoundsToZeroHaveTheirSide) {
   expect_signs_of_cgal(subject);
 }
 
-// A face is drawn as a fan round a point beyond its edge: past the edge the triangles lie on each other.
+// A face is triangulated as a fan round a point beyond its edge. Beyond the edge the triangles overlap.
 TEST(FoldExactness, AFoldIsNoPartOfTheSurface) {
   TriangleMesh mesh = make_box({0.5, 0.5, 0.5});
   mesh.vertices.push_back({0.75, 0, 0.5});
@@ -108,7 +109,7 @@ TEST(FoldExactness, AFoldIsNoPartOfTheSurface) {
   expect_signs_of_winding_numbers(subject);
 }
 
-// Chebyshev distance to the nearest surface voxel by trying all of them.
+// Compares layers with the Chebyshev distance to the nearest surface voxel, found among all of them.
 void expect_layers_by_brute_force(const TriangleMesh& mesh, double voxel_size, double band) {
   const Scene scene(mesh, voxel_size, band);
   const Grid& grid = scene.grid;
@@ -126,7 +127,7 @@ void expect_layers_by_brute_force(const TriangleMesh& mesh, double voxel_size, d
   std::size_t seen = 0;
   for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
     const Index3& b = scene.field.set.bricks[brick];
-    // Two voxels of three bits: all residues are met over the bricks.
+    // Tests every third voxel; bricks start at voxel 0, 1 or 2.
     for (std::uint32_t voxel = static_cast<std::uint32_t>(brick % 3); voxel < kBrickVoxels; voxel += 3) {
       const int at[3] = {static_cast<int>(b[0] * 8 + voxel % 8), static_cast<int>(b[1] * 8 + voxel / 8 % 8),
                          static_cast<int>(b[2] * 8 + voxel / 64)};

@@ -26,7 +26,7 @@ double nearest(const Pointshell& shell, const Vector& p) {
   return std::sqrt(squared);
 }
 
-// What every pointshell promises.
+// Checks the guarantees of every pointshell.
 void expect_promises(const TriangleMesh& mesh, double voxel_size) {
   const Scene scene(mesh, voxel_size);
   const Pointshell shell = sample(scene);
@@ -39,7 +39,7 @@ void expect_promises(const TriangleMesh& mesh, double voxel_size) {
   }
   const double area = std::accumulate(shell.areas.begin(), shell.areas.end(), 0.0);
   EXPECT_NEAR(area, scene.surface.area, 1e-9 * scene.surface.area);
-  // Every surface point is covered: many on every triangle, and all vertices.
+  // Every surface point is covered: tested at random points of every triangle and at all vertices.
   Random random;
   const std::size_t per_triangle = 1 + 4000 / scene.surface.triangles.size();
   double farthest = 0;
@@ -149,7 +149,7 @@ TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
   const Pointshell box = shell_of(make_box({0.1, 0.07, 0.05}), 0.004);
   EXPECT_LT(box.normal_error_mean, 0.02);
   EXPECT_LE(box.normal_error_max, M_PI / 6 + 1e-9);
-  // On edges and corners they point between the faces.
+  // Normals on edges and corners point between the faces' normals.
   std::size_t between = 0;
   for (const Vector& n : box.inward_normals) between += n.cwiseAbs().maxCoeff() < 0.8;
   EXPECT_GT(between, 50U);

@@ -19,7 +19,7 @@ TEST(Voxelize, NoCubeThatATriangleTouchesIsMissed) {
   int extra = 0;
   constexpr int kTrials = 4000;
   for (int trial = 0; trial < kTrials; ++trial) {
-    // Half of the corners lie on the lattice of cube corners: touching faces, edges and corners are the rule.
+    // In half of the trials the vertices lie on the lattice of cube corners, so that exact contact is common.
     const bool lattice = trial % 2 == 0;
     Corners corners;
     Vector v[3];

@@ -213,14 +213,14 @@ TEST(MeshState, IsAnotherOnceAFileWasWrittenAgain) {
   const MeshState first = state();
   EXPECT_TRUE(first.record);
   EXPECT_EQ(state(), first);
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // file systems keep no finer times than this
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // file times may be this coarse
   write_file(folder / "a.bin", "a");
   EXPECT_NE(state(), first);
   EXPECT_EQ(state().record, first.record);
   EXPECT_FALSE(mesh_state(folder / "absent.obj", coarse_settings()).record);
 }
 
-// A cache with the asset of the box in it.
+// A cache that holds the asset of the box.
 class Entry : public testing::Test {
  protected:
   void SetUp() override {
@@ -240,7 +240,7 @@ class Entry : public testing::Test {
   }
 
   const TemporaryFolder folder_;
-  const AssetCache cache_{folder_ / "a/b"};  // made with the first entry
+  const AssetCache cache_{folder_ / "a/b"};  // created with the first entry
   const CacheKey key_ = cache_key(bake_record(box(), coarse_settings()));
   const fs::path asset_file_ = folder_ / "a/b" / key_.digits.substr(0, 2) / (key_.digits + ".vps.hdf");
   const fs::path report_file_ = folder_ / "a/b" / key_.digits.substr(0, 2) / (key_.digits + ".json");

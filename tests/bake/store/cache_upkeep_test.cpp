@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using std::chrono::hours;
 using std::chrono::minutes;
 
-// Names and sizes are all that counting and pruning look at.
+// Counting and pruning read only names, sizes and times, so that the files may hold anything.
 class Folder : public testing::Test {
  protected:
   [[nodiscard]] fs::path add(const std::string& name, std::size_t bytes, minutes age) const {
@@ -109,7 +109,7 @@ TEST_F(Folder, KeepsWhatIsNotOfTheCache) {
   for (const fs::path& other : others) EXPECT_TRUE(fs::exists(other)) << other;
 }
 
-// Assets that differ in their records alone.
+// Assets that differ only in their records.
 class Stored : public testing::Test {
  protected:
   static const BakedAsset& plain() {
@@ -181,7 +181,7 @@ TEST_F(Stored, DamageIsNamedAndRemovedWhenAsked) {
   fs::remove(report_of(files[1]));
   write_file(report_of(files[2]), read_file(report_of(files[2])) + " ");
   std::string later = read_file(files[3]);
-  later[8] = static_cast<char>(kFormatMajor + 1);  // a byte of the version, behind the magic
+  later[8] = static_cast<char>(kFormatMajor + 1);  // the major version, after the magic
   write_file(files[3], later);
   const CheckedCache checked = verify_cache(folder_ / "cache");
   EXPECT_EQ(checked.entries, 5U);

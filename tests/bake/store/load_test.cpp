@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Counts the bakes that are asked for with it.
+// Counts the bakes that run with these settings.
 struct CountedSettings : BakeSettings {
   CountedSettings() {
     options.resolution = 10;
@@ -54,7 +54,7 @@ fs::path sample_mesh(const char* name) {
   return fs::path(VPS_SAMPLE_MESHES) / name;
 }
 
-// What a bake without any cache gives.
+// The result of a bake without a cache.
 std::string fresh(const TriangleMesh& mesh, const BakeOptions& options) {
   return content_of({baked(mesh, options), true, {}, {}});
 }
@@ -126,7 +126,7 @@ TEST(Load, AMeshInMemoryIsBakedOnce) {
 
 TEST(Load, AMeshThatDoesNotStopChangingIsRefused) {
   const TemporaryFolder folder;
-  // A tetrahedron, and a second buffer of other bytes each time it is read, which holds nothing that is used.
+  // A tetrahedron and a second, unused buffer whose bytes differ each time it is read.
   const float corners[4][3] = {{0, 0, 0}, {0.1F, 0, 0}, {0, 0.1F, 0}, {0, 0, 0.1F}};
   const std::uint16_t faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}};
   write_file(folder / "mesh.bin", std::string(reinterpret_cast<const char*>(corners), sizeof corners) +
@@ -247,7 +247,7 @@ TEST(Load, ManyThreadsMayLoadTheSameAndOtherMeshes) {
 
 #ifdef VPS_WITH_BULLET
 TEST(Load, BulletsMeshesAreTheirTriangles) {
-  // Two parts, one of them with short indices and another stride.
+  // Two parts; the second has 16-bit indices and another stride.
   const TriangleMesh mesh = make_box({0.05, 0.04, 0.03});
   std::vector<btScalar> positions;
   for (const auto& p : mesh.vertices) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A folder of meshes to bake, and what a batch says of it.
+/// @file A folder of meshes to bake, and the results that a batch reports.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 
 namespace vps::test {
 
-/// meshes/ in a folder of the test's own: cubes and pieces that bake in a tenth of a second.
+/// A temporary folder with meshes/: cubes and pieces that bake in a tenth of a second.
 class BatchFolder : public TemporaryFolder {
  public:
   void add(const std::string& name, const char* mesh = "cube") const {
@@ -51,7 +51,7 @@ inline BatchOutcome run_batch(const BatchFolder& folder, const std::string& comm
   return out;
 }
 
-/// What lies below a folder, by name.
+/// The contents of all files below a folder, by relative path.
 inline std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
   std::map<std::string, std::string> files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {

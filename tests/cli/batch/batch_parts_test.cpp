@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Batches in parts: planned, shared out, gathered, stopped, killed and explained.
+// Batches in parts: planned, distributed, gathered, stopped, killed and explained.
 #include <fcntl.h>
 #include <spawn.h>
 #include <unistd.h>
@@ -165,7 +165,7 @@ TEST(BatchParts, JobsFollowTheirSchema) {
   const BatchFolder folder;
   folder.add("cube.obj");
   ASSERT_EQ(vpsbake(folder, kPlan).code, 0);
-  EXPECT_TRUE(follows_schema(folder / "jobs.jsonl", "job.schema.json"));  // one line
+  EXPECT_TRUE(follows_schema(folder / "jobs.jsonl", "job.schema.json"));  // the file is one line: one JSON object
 }
 
 TEST(BatchParts, ScriptsAreEmittedForEngines) {
@@ -205,7 +205,7 @@ TEST(BatchParts, ExplainNamesTheSettingThatChanged) {
   expect_refusal(folder, "explain absent.vps.hdf", 2, "absent.vps.hdf");
 }
 
-// A batch that runs on its own; its output is not read.
+// Starts a batch without waiting for it; its output is not read.
 pid_t start(const BatchFolder& folder, const std::string& arguments) {
   const std::string command = "cd " + folder.path().string() + " && exec " + VPSBAKE + " " + arguments;
   const char* const words[] = {"sh", "-c", command.c_str(), nullptr};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Folders of meshes, as a build engineer bakes them.
+// Bakes folders of meshes as a build engineer does.
 #include "tests/cli/batch/batch_folder.h"
 #include "tests/cli/schema.h"
 
@@ -55,14 +55,14 @@ TEST(Batch, OneBadFileStopsNothing) {
 TEST(Batch, WhatIsUpToDateKeepsItsTimeStamp) {
   const BatchFolder folder;
   for (const char* name : {"same.obj", "touched.obj", "changed.obj", "damaged.obj", "removed.obj"}) folder.add(name);
-  // All alike, but for a comment: each has an asset of its own.
+  // The meshes differ only in a comment, so that each has its own asset.
   for (const auto& entry : fs::directory_iterator(folder / "meshes"))
     write_file(entry.path(), read_file(entry.path()) + "# " + entry.path().filename().string() + "\n");
   ASSERT_EQ(run_batch(folder, kBake).code, 0);
   const auto long_ago = fs::file_time_type::clock::now() - std::chrono::hours(1000);
   for (const auto& entry : fs::directory_iterator(folder / "out")) fs::last_write_time(entry.path(), long_ago);
   fs::last_write_time(folder / "meshes/touched.obj", fs::file_time_type::clock::now() + std::chrono::hours(1));
-  // Back to the old time: only the bytes tell.
+  // The old time stamp is restored: only the bytes show the change.
   const auto before = fs::last_write_time(folder / "meshes/changed.obj");
   write_file(folder / "meshes/changed.obj", read_file(folder / "meshes/changed.obj") + "# edited\n");
   fs::last_write_time(folder / "meshes/changed.obj", before);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake cache stats|prune|verify`, and the limit of a bake.
+// `vpsbake cache stats|prune|verify`, and the cache's size limit during a bake.
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/program.h"
@@ -11,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-// A cache with three entries, the last of which was used last.
+// A cache with three entries, in the order of their last use.
 class CliCacheCommand : public testing::Test {
  protected:
   void SetUp() override {
@@ -46,7 +46,7 @@ TEST_F(CliCacheCommand, CountsWhatTheFolderHolds) {
 }
 
 TEST_F(CliCacheCommand, PrunesWhatWasUsedLeastRecently) {
-  EXPECT_EQ(use("12mm"), "hit");  // the oldest is the newest now
+  EXPECT_EQ(use("12mm"), "hit");  // the oldest is now the most recently used
   const std::string size = std::to_string(run("stats")["bytes"].get<int>() * 2 / 3) + "B";
   EXPECT_EQ(run("prune --max-size 1GB")["removed"], 0);
   const Json planned = run("prune --dry-run --max-size " + size);
@@ -83,7 +83,7 @@ TEST_F(CliCacheCommand, ABakeKeepsTheFolderBelowItsLimit) {
   EXPECT_EQ(vpsbake(folder_, cube + " --voxel 13mm --cache-size " + limit).code, 0);
   EXPECT_LE(run("stats")["bytes"], bytes + 1000);
   EXPECT_EQ(use("13mm"), "hit");
-  // From the environment, as for a whole batch.
+  // The limit from the environment, as used for a whole batch.
   ASSERT_EQ(::setenv("VPSBAKE_CACHE_SIZE", "1B", 1), 0);
   EXPECT_EQ(vpsbake(folder_, cube + " --voxel 14mm").code, 0);
   ASSERT_EQ(::setenv("VPSBAKE_CACHE_SIZE", "20", 1), 0);

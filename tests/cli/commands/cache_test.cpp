@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The cache of the program: hits, misses, and what goes wrong with its folder.
+// The cache of the program: hits, misses, and problems with its folder.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the program says of the cache in its report; the run has to succeed.
+// The cache's entry in the program's report; the run must succeed.
 std::string use_of_cache(const TemporaryFolder& folder, const std::string& arguments, const std::string& cache = "") {
   const Outcome run = vpsbake(folder, arguments + " --json", cache);
   EXPECT_EQ(run.code, 0) << run.err;
@@ -47,7 +47,7 @@ TEST(CliCache, TheSecondBakeIsAHitWithTheSameBytesAndTheSameReport) {
   EXPECT_TRUE(hit.out.ends_with(" s (cache: hit)\n")) << hit.out;
   EXPECT_NE(hit.out.find("grid of "), std::string::npos) << hit.out;
   EXPECT_NE(hit.out.find("note: "), std::string::npos) << hit.out;
-  // An output of one's own: changing it leaves the cache alone.
+  // The output is a copy: changing it does not change the cache.
   write_file(folder / "third.vps.hdf", "changed");
   fs::remove(folder / "third.vps.hdf");
   EXPECT_EQ(use_of_cache(folder, plate + " -o third.vps.hdf"), "hit");

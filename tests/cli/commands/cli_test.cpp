@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program end to end, as a user runs it.
+// Runs the program end to end, as a user does.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -189,7 +189,7 @@ TEST(Cli, LimitsOfTheImportAreOptionsAndTheErrorsNameThem) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("gear"), folder / "gear.obj");
   expect_refusal(folder, "gear.obj --voxel 0.5mm --import-timeout 0.001ms", 3, "needs a higher --import-timeout");
-#ifndef VPS_SANITIZE  // which cannot live under a limit of memory
+#ifndef VPS_SANITIZE  // sanitizers cannot run under a memory limit
   expect_refusal(folder, sample("bolt") + " --voxel 0.5mm --import-memory 100kB", 3, "needs a higher --import-memory");
 #endif
   EXPECT_EQ(vpsbake(folder, "gear.obj --voxel 0.5mm --import-memory 1GB --import-timeout 2min").code, 0);
@@ -219,7 +219,7 @@ TEST(Cli, CheckSaysWhatIsWrongAndWhetherItWouldBake) {
   EXPECT_EQ(good.code, 0) << good.err;
   EXPECT_NE(good.out.find("open        none"), std::string::npos) << good.out;
   EXPECT_NE(good.out.find("% is thinner than two voxels"), std::string::npos) << good.out;
-  // A tetrahedron with one face missing and one turned.
+  // A tetrahedron with one face missing and one reversed.
   write_file(folder / "bad.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 4 3\n");
   const Outcome bad = vpsbake(folder, "check bad.obj --voxel 1cm --json");
   EXPECT_EQ(bad.code, 3);
@@ -232,7 +232,7 @@ TEST(Cli, CheckSaysWhatIsWrongAndWhetherItWouldBake) {
   EXPECT_EQ(filled.code, 0) << filled.err;
   EXPECT_NEAR(nlohmann::json::parse(filled.out)["volume"].get<double>(), 1.0 / 6, 1e-9);
   EXPECT_EQ(nlohmann::json::parse(filled.out)["repair"], "fill");
-  // Three faces of 1/2 m^2, of which one is new, and the slanted one.
+  // Three faces of 1/2 m^2, one of them new, and the slanted one.
   EXPECT_NEAR(nlohmann::json::parse(filled.out)["filled_share"].get<double>(), 0.5 / (1.5 + std::sqrt(0.75)), 1e-12);
   for (const char* grid : {"--voxel 1km", "--voxel 0.001mm", "--resolution 8192"})
     EXPECT_EQ(vpsbake(folder, "check " + sample("cube") + " " + grid).code, 3) << grid;
@@ -261,7 +261,7 @@ TEST(Cli, NumbersAreReadAsTheyAreWritten) {
   expect_refusal(folder, cube + "--voxel 5mm --parts pointshell --fields real", 1, "--fields needs the voxelmap");
   expect_refusal(folder, "--voxel 3mm info a.vps.hdf", 1, "--voxel does not go before info");
   expect_refusal(folder, sample("cube") + " --voxel 5mm -o ''", 1, "is empty");
-  // Ten, not eight; and a list takes one word only.
+  // 010 is ten, not eight, and the list option --fields takes one word only.
   const Outcome run = vpsbake(folder, "--fields scaled " + cube + "--resolution 010 --json");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_NEAR(nlohmann::json::parse(run.out)["voxel_size"].get<double>(), 0.01, 1e-9);
@@ -313,7 +313,7 @@ TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
   expect_refusal(folder, "info .", 2, "this is a folder");
   expect_refusal(folder, "cube.obj --voxel 5mm -o " + std::string(300, 'x'), 2, "name is too long");
   expect_refusal(folder, "nofolder/x.obj --voxel 5mm", 2, "nofolder/x.obj: the file does not exist");
-  // Through a link, and over an asset.
+  // Writes through a link and replaces an asset.
   ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 5mm -o a.vps.hdf").code, 0);
   std::filesystem::create_symlink("a.vps.hdf", folder / "link.vps.hdf");
   ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 10mm -o link.vps.hdf").code, 0);
@@ -333,7 +333,7 @@ TEST(Cli, OutputThatCannotBePrintedOrWrittenIsExitCodeTwo) {
   EXPECT_EQ(code_of(program + " info --json a.vps.hdf >/dev/full"), 2);
   EXPECT_EQ(code_of(program + " cube.obj --voxel 5mm --json >/dev/full"), 2);
   EXPECT_EQ(code_of(program + " --help >/dev/full"), 2);
-  // A file that may not grow. The size of a file is limited in blocks of 512 bytes.
+  // A limit on the size of files, in blocks of 512 bytes.
   EXPECT_EQ(code_of("ulimit -f 8; " + program + " cube.obj --voxel 5mm -o b.vps.hdf >/dev/null"), 2);
   EXPECT_NE(read_file(folder / "err.txt").find("no space is left"), std::string::npos);
   EXPECT_EQ(folder.names().size(), 4U);  // cube.obj, a.vps.hdf, cube.vps.hdf, err.txt

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a bake leaves when it is killed, when the disk is full or may not be written, when another bake writes the same
-// file, and when its mesh is being written: whole files or none.
+// A bake leaves whole files or none when it is killed, when the disk is full or not writable, when another bake writes
+// the same file, and while its mesh is being written.
 #include <sys/mount.h>
 #include <sys/resource.h>
 
@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 #if defined(VPS_SANITIZE)
-constexpr int kSlower = 5;  // repetitions are divided by it
+constexpr int kSlower = 5;  // divides the number of repetitions
 #else
 constexpr int kSlower = 1;
 #endif
@@ -30,14 +30,14 @@ bool is_root() {
   return ::geteuid() == 0;
 }
 
-// Every file is a whole entry, by the hashes; none is visible that is not.
+// Every visible file of the cache belongs to a whole entry with correct hashes.
 void expect_sound(const TemporaryFolder& folder) {
   if (!fs::exists(folder / "cache")) return;
   const Outcome verified = vpsbake(folder, "cache verify --cache cache");
   EXPECT_EQ(verified.code, 0) << verified.err;
 }
 
-// One warning of the cache, and the asset all the same.
+// The run succeeds with one warning about the cache.
 void expect_warning(const Outcome& run, const std::string& why) {
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_TRUE(run.err.starts_with("vpsbake: warning: ")) << run.err;
@@ -46,7 +46,7 @@ void expect_warning(const Outcome& run, const std::string& why) {
   EXPECT_NE(run.err.find(why), std::string::npos) << run.err;
 }
 
-// A file system of its own, without room for much.
+// A small file system in memory.
 class SmallDisk {
  public:
   explicit SmallDisk(const fs::path& folder) : folder_(folder) {
@@ -71,7 +71,7 @@ class SmallDisk {
 #define VPS_SMALL_DISK_OR_SKIP(disk) \
   if (!(disk).is_mounted()) GTEST_SKIP() << "needs to mount a tmpfs, as root"
 
-// Waits until a bake has made its cache's folder, where it writes first, or has ended.
+// Waits until a bake has created its cache folder, to which it writes first, or has ended.
 void wait_for_writing(const TemporaryFolder& folder, pid_t child) {
   siginfo_t ended{};
   while (!fs::exists(folder / "cache") && ended.si_pid == 0) {
@@ -80,7 +80,7 @@ void wait_for_writing(const TemporaryFolder& folder, pid_t child) {
   }
 }
 
-// What a bake that was killed left is whole, and there is nothing else.
+// A killed bake has left only whole files.
 void expect_whole(const TemporaryFolder& folder, const std::string& whole) {
   EXPECT_TRUE(!fs::exists(folder / "a.vps.hdf") || read_file(folder / "a.vps.hdf") == whole);
   for (const fs::path& file : files_of_entries(folder / "cache")) {
@@ -92,8 +92,8 @@ void expect_whole(const TemporaryFolder& folder, const std::string& whole) {
     EXPECT_TRUE(name.ends_with(".vps.hdf") || name == "cache" || name.starts_with(".vps.")) << name;
 }
 
-// Half of the kills are spread over a whole bake, whose cache is there or not, the others over its end, where it
-// writes.
+// Half of the kills are spread over a whole bake, with or without an existing cache. The other half are spread over the
+// end of a bake, where it writes.
 class Killed : public testing::TestWithParam<int> {};
 
 TEST_P(Killed, BakeLeavesNothingHalfWritten) {
@@ -184,7 +184,7 @@ TEST(FullDisk, OrALimitOfFileSizesIsTheSame) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
   const Outcome run = vpsbake(folder, cube() + "a.vps.hdf");
   const Outcome both = vpsbake(folder, cube() + "a.vps.hdf --cache cache");
-  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);  // before anything is printed, for it limits that as well
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);  // before anything is printed, as the limit applies to that too
   EXPECT_EQ(run.code, 2);
   EXPECT_EQ(run.err, "vpsbake: error: a.vps.hdf: no space is left for the file; free some or choose another output\n");
   EXPECT_EQ(both.code, 2);
@@ -221,7 +221,7 @@ TEST(ReadOnly, CacheHitsAndSaysWhatItDoesNotKeep) {
   EXPECT_NE(pruned.err.find("1 file could not be removed; "), std::string::npos) << pruned.err;
 }
 
-// Permissions do not bind root, so the program runs as nobody.
+// Permissions do not restrict root, so the program runs as nobody.
 TEST(Permissions, OfFoldersAreSaidAndOthersCachesHit) {
   if (!is_root() || std::system("setpriv --reuid=65534 --regid=65534 --clear-groups true 2>/dev/null") != 0 ||
       std::system("setpriv --reuid=65534 --regid=65534 --clear-groups test -x " VPSBAKE) != 0)
@@ -281,7 +281,7 @@ TEST(SameOutput, OfTwoBakesIsAlwaysWhole) {
   expect_sound(folder);
 }
 
-// A mesh that is written again and again, as two versions in turn.
+// A mesh file that is rewritten continuously, alternating between two versions.
 class ChangingMesh {
  public:
   ChangingMesh(fs::path file, std::string first, std::string second)
@@ -352,7 +352,7 @@ TEST(ChangingMeshes, GiveTheAssetOfOneVersionOrNone) {
   }
   EXPECT_GT(good, 0);
   expect_sound(folder);
-  // What the cache holds is under the right names.
+  // Each entry of the cache belongs to its key.
   for (const std::string& version : {first, second}) {
     write_file(folder / "mesh.obj", version);
     ASSERT_EQ(vpsbake(folder, "mesh.obj --cache cache" + options).code, 0);

@@ -18,7 +18,7 @@ using lab::PoseKind;
 
 constexpr double kBallRadius = 0.05;
 
-// A ball on a ball, so that depth, direction and place are known but for the facets.
+// A ball on a ball: depth, direction and position are known up to the facets.
 GroundTruth ball_on_ball(const TemporaryFolder& folder) {
   const TriangleMesh ball = make_sphere(kBallRadius, 4);
   lab::TruthOptions options = lab::truth_options_for(ball, 9);
@@ -35,7 +35,7 @@ std::vector<PairAnswer> right_answers(const GroundTruth& truth) {
     a.torque = p.wrench.torque;
     a.lower = a.depth - 1e-6;
     a.upper = a.depth + 1e-6;
-    // The lowest point, on the line between the centres, and the way along it.
+    // The deepest point lies on the line between the centres; the direction is along it.
     const double* const t = p.pose.first_in_second.translation;
     const double apart = std::hypot(t[0], t[1], t[2]);
     for (std::size_t i = 0; i < 3; ++i) {
@@ -114,12 +114,12 @@ TEST(Errors, AMissedContactCountsWithItsWholeDepthAndIsCounted) {
   EXPECT_EQ(missed.missed, 3U);
   EXPECT_EQ(missed.penetration.told, 3U);
   EXPECT_EQ(missed.penetration.rms, lab::spread_of(depths).rms);
-  // Whoever tells how far apart they are is off by that as well.
+  // If an answer states a distance apart, that distance adds to the error.
   for (PairAnswer& a : answers) a.depth = a.contacts == 0 ? -0.001 : a.depth;
   const lab::ContactErrors apart = lab::contact_errors(truth, answers, 2 * kBallRadius).contact;
   EXPECT_EQ(apart.missed, 3U);
   EXPECT_NEAR(apart.penetration.max, missed.penetration.max + 0.001, 1e-12);
-  // A contact without a depth is neither missed nor told.
+  // A contact without a depth is not missed, and its depth is not counted.
   for (PairAnswer& a : answers) {
     a.contacts = 2;
     a.depth = lab::kNotTold;
@@ -161,7 +161,7 @@ TEST(Errors, OfBallsDepthsAreThoseOfTheLineBetweenTheirCentres) {
     const double* const t = p.pose.first_in_second.translation;
     EXPECT_NEAR(p.pose.depth, 2 * kBallRadius - std::hypot(t[0], t[1], t[2]), kFacets);
     EXPECT_EQ(p.range == PoseKind::apart, p.pose.depth < 0);
-    // The force is along that line, and so without torque.
+    // The force acts along that line and therefore has no torque.
     if (p.range != PoseKind::deep) continue;
     const auto& f = p.wrench.force;
     const double along = (f[0] * t[0] + f[1] * t[1] + f[2] * t[2]) / std::hypot(t[0], t[1], t[2]);
@@ -192,7 +192,7 @@ TEST(Errors, TheSameSeedGivesTheSameTruthAndAnotherAnother) {
 TEST(Errors, BodiesThatShareAnEdgeAreRefused) {
   TriangleMesh mesh = make_box({0.1, 0.1, 0.1});
   const TriangleMesh other = make_box({0.1, 0.1, 0.1}, {0.2, 0.2, 0});
-  // Corners 3 and 7 of the first are 0 and 4 of the second.
+  // Corners 3 and 7 of the first box are corners 0 and 4 of the second.
   for (const auto& t : other.triangles) {
     auto& copy = mesh.triangles.emplace_back(t);
     for (auto& v : copy) v = v == 0 ? 3 : v == 4 ? 7 : v + 8;

@@ -6,7 +6,7 @@
 namespace vps::test {
 namespace {
 
-// A slab of 20 mm along a diagonal of the axes, so thick across it.
+// A slab of 20 mm x 20 mm, rotated against the axes.
 lab::Hull turned_slab(double thickness) {
   lab::Hull slab;
   for (const double u : {-0.01, 0.01}) {

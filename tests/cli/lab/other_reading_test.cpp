@@ -63,7 +63,7 @@ TEST(OtherReading, OnAFlatFaceEquationsFourAndFiveAreExact) {
     ASSERT_EQ(asset->voxelmap(map), Status::ok);
     for (const double depth : {-0.004, -0.0011, 0.0, 0.0023}) {
       const Vec3 p{0.0071F, -0.0032F, float(0.05 - depth)};
-      // A shell that touches the top has its inward normal upwards.
+      // The inward normal of a shell that touches the top points upwards.
       EXPECT_NEAR(lab::read_penetration(map, Reading::nearest, p, {0, 0, 1}), depth, 0.03 * kVoxel);
     }
   }
@@ -73,7 +73,7 @@ TEST(OtherReading, LayersBetweenVoxelCentresAreTheirMean) {
   const auto asset = torus_with(Field::layers);
   VoxelmapView map;
   ASSERT_EQ(asset->voxelmap(map), Status::ok);
-  // Near the outermost circle: at a voxel's centre it is the layer, half way to the next the mean of both.
+  // Near the outermost circle: at a voxel's centre the value is the layer's, half way to the next centre the mean.
   const auto centre = [&](int x) {
     const auto at = [&](int axis, double target) {
       const double cell = std::floor((target - map.origin[axis]) / double(map.voxel_size));

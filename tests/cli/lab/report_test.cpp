@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake report` and `vpsbake recommend` end to end, as a user runs them.
+// Runs `vpsbake report` and `vpsbake recommend` end to end, as a user does.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using Json = nlohmann::json;
 
 const char* const kQuick = " --quick --resolution 40 --poses 6 --rounds 1 --without hacd --cache cache";
 
-// One report for all tests that only read it.
+// One report, shared by all tests that only read it.
 struct Reported {
   TemporaryFolder folder;
   Outcome run;
@@ -89,7 +89,7 @@ TEST(Report, ErrorsAreThoseOfABallAndBoundsHold) {
       }
     }
   }
-  // A quarter of the points errs more, and so does a level.
+  // A coarser level has larger errors.
   EXPECT_GT(row_of(reported().json, "level")["errors"]["force_percent"]["rms"], base["errors"]["force_percent"]["rms"]);
 }
 
@@ -100,7 +100,7 @@ TEST(Report, WhatAPeerDoesNotTellIsNullAndWhatWasNotTimedHasNoTime) {
     if (row["series"] == "FCL") {
       EXPECT_EQ(row["depth_of"], "pairs of triangles");
       EXPECT_EQ(row["way"], "bare query");
-      EXPECT_TRUE(row["errors"]["distance"].is_null());  // it is the judge
+      EXPECT_TRUE(row["errors"]["distance"].is_null());  // FCL is the reference for distances
       EXPECT_FALSE(row["distances_us"].is_null());
     }
     if (row["kind"] == "peer") {
@@ -130,7 +130,7 @@ TEST(Report, HasAFrontOfBareQueriesAndOneOfCollisionsInBullet) {
     for (const Json& member : front["members"]) EXPECT_EQ(rows.at(member["name"])["way"], front["way"]);
     for (const Json& one : front["left_out"]) EXPECT_EQ(rows.at(one["name"])["way"], front["way"]);
   }
-  // What a clock decides and what was not timed is told to be left out.
+  // The report says that settings decided by a clock and settings that were not timed are left out.
   std::string why;
   for (const Json& one : mesh["fronts"][0]["left_out"]) why += one["why"].get<std::string>() + "\n";
   EXPECT_NE(why.find("a clock decides"), std::string::npos) << why;
@@ -143,7 +143,7 @@ TEST(Report, LeavesNothingBehindWhenItIsEnded) {
   const std::string command = "cd " + folder.path().string() + " && TMPDIR=tmp timeout --signal=TERM 3 " + VPSBAKE +
                               " report " + sample("torus") + " --without hacd >out.txt 2>&1 </dev/null";
   const int status = std::system(command.c_str());
-  ASSERT_EQ(WEXITSTATUS(status), 124) << read_file(folder / "out.txt");  // it was ended
+  ASSERT_EQ(WEXITSTATUS(status), 124) << read_file(folder / "out.txt");  // ended by `timeout`
   EXPECT_TRUE(std::filesystem::is_empty(folder / "tmp"));
   EXPECT_FALSE(std::filesystem::exists(folder / "report.html"));
 }
@@ -151,7 +151,7 @@ TEST(Report, LeavesNothingBehindWhenItIsEnded) {
 TEST(Report, TheSameRunTwiceGivesTheSameErrorsToTheLastDigit) {
   const Reported& r = reported();
   ASSERT_EQ(r.run.code, 0);
-  const TemporaryFolder other;  // nothing is left from the first run there
+  const TemporaryFolder other;  // holds nothing from the first run
   ASSERT_EQ(vpsbake(other, "report " + sample("icosphere") + kQuick + " -o second").code, 0);
   const Json second = Json::parse(read_file(other / "second.json"));
   const Json& rows = r.json["meshes"][0]["rows"];
@@ -171,7 +171,7 @@ TEST(Report, HoldsToItsSchema) {
   EXPECT_TRUE(follows_schema(reported().folder / "first.json", "report.schema.json"));
 }
 
-// Cells of a line; quotes round text, doubled within it.
+// Cells of a CSV line. Text may be quoted; quotes within it are doubled.
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells(1);
   bool quoted = false;
@@ -214,7 +214,7 @@ TEST(Report, CsvHasWhatJsonHas) {
             << head[i];
       }
     }
-    // And nothing more is in the JSON.
+    // The JSON holds nothing more.
     const Json flat = row.flatten();
     for (const auto& [key, value] : flat.items()) {
       std::string column = key.substr(1);
@@ -271,7 +271,7 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
   EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
   EXPECT_EQ(visit.value["code"], reported().json["command"]);
   EXPECT_NE(visit.value["answer"].get<std::string>().find("In Bullet the base is off by "), std::string::npos);
-  // Sorted by points, those without last.
+  // Rows are sorted by points; rows without points come last.
   double last = 0;
   for (std::string points : visit.value["points"]) {
     std::erase(points, ',');
@@ -311,7 +311,7 @@ TEST(Report, RefusesWhatItCannotMeasureInOneLineBeforeItMeasures) {
   expect_refusal(folder, "report", 1, "MESH... is required");
 }
 
-// A cube of 100 mm whose top lies 1.8 mm above its walls: finer voxels leave the crack open.
+// A cube of 100 mm whose top lies 1.8 mm above its walls: with smaller voxels the crack stays open.
 void write_cracked_cube(const std::filesystem::path& file) {
   std::string cube = read_file(sample("cube"));
   const std::size_t top = cube.find("f 5 6 7\nf 6 8 7\n");
@@ -376,7 +376,7 @@ TEST(Recommend, BakesWhatItMeasured) {
       EXPECT_FALSE(tried["exceeds"].empty()) << tried["command"];
     }
   }
-  // The command gives the asset that was measured.
+  // The printed command bakes the asset that was measured.
   const std::string command = chosen["command"].get<std::string>().substr(std::string("vpsbake ").size());
   const Outcome bake = vpsbake(folder, command + " -o ball.vps.hdf --json");
   ASSERT_EQ(bake.code, 0) << bake.err;
@@ -415,7 +415,7 @@ TEST(Recommend, ItsPromiseHoldsForPosesThatItHasNotSeen) {
   }
   EXPECT_GE(double(within), 0.95 * double(poses.size()));
   EXPECT_LE(worst, 1.5 * kLimit);
-  EXPECT_GT(worst, 0.1 * kLimit);  // not finer than asked for
+  EXPECT_GT(worst, 0.1 * kLimit);  // not much finer than required
 }
 
 TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {

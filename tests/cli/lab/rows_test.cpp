@@ -42,7 +42,7 @@ TEST(Rows, OnlyRowsThatAreAskedInOneWayCompare) {
   const std::vector<RowsFront> fronts = lab::find_fronts(rows);
   ASSERT_EQ(front_of(fronts, Way::query, Cost::time).members.size(), 1U);
   const RowsFront& bullet = front_of(fronts, Way::bullet, Cost::time);
-  ASSERT_EQ(bullet.members.size(), 2U);  // though ours is closer and faster than both, asked alone
+  ASSERT_EQ(bullet.members.size(), 2U);  // although the bare query is more accurate and faster than both
   EXPECT_EQ(bullet.members[0].row, 1U);
   EXPECT_EQ(bullet.members[1].row, 2U);
 }

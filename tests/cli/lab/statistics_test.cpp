@@ -53,7 +53,7 @@ TEST(Statistics, TimesAreMediansOfRoundsAndTheirNoiseHoldsEveryRound) {
   EXPECT_EQ(t.p50, 20);
   EXPECT_EQ(t.max, 30);
   EXPECT_EQ(t.noise_p50, 20);   // the third round's median is 30
-  EXPECT_EQ(t.noise_max, 140);  // and its largest 100
+  EXPECT_EQ(t.noise_max, 140);  // and its largest time is 100
   const lab::Times quiet = lab::times_of({{10, 20}, {10, 20}});
   EXPECT_EQ(quiet.noise_p50, 0.5);
   EXPECT_EQ(lab::times_of({}).rounds, 0U);

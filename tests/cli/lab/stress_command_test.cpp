@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake stress` as a user runs it.
+// Runs `vpsbake stress` as a user does.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ void bake_gear(const TemporaryFolder& folder, const std::string& options = "", c
   ASSERT_EQ(vpsbake(folder, sample("gear") + " --voxel 1mm -o " + name + " " + options).code, 0);
 }
 
-// Runs a Python program over a file of the folder; its output.
+// Runs a Python program in the folder. @return its output and its exit code
 std::string python(const TemporaryFolder& folder, const std::string& program) {
   const std::string file = folder / "check.py";
   write_file(file, program);
@@ -89,7 +89,7 @@ TEST(StressCommand, TheJsonIsAsItsSchemaSays) {
 
 TEST(StressCommand, JUnitIsWellFormedAndHasAFailureForEachBrokenCase) {
   const TemporaryFolder folder;
-  bake_gear(folder, "--parts pointshell");  // of which no other size can be baked
+  bake_gear(folder, "--parts pointshell");  // no other size of it can be baked
   std::filesystem::copy_file(folder / "gear.vps.hdf", folder / "a<&\">.vps.hdf");
   const Outcome run = vpsbake(folder,
                               "stress 'a<&\">.vps.hdf' --quick --cases 'impact_bouncing,tip,size_queries' "
@@ -150,7 +150,7 @@ TEST(StressCommand, PeersArePlayedAtEverySize) {
   }
 }
 
-// As long, wide and high as the cube that was baked, and a sixth of it.
+// The mesh has the bounds of the baked cube but a sixth of its volume.
 TEST(StressCommand, AMeshThatEnclosesAnotherVolumeIsRefused) {
   const TemporaryFolder folder;
   ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o cube.vps.hdf").code, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Stability cases against theory, and that what must break is said to.
+// Compares stability cases with theory. A case that must break is reported as broken.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +41,7 @@ const Case& find(const std::string& name) {
   throw std::logic_error(name);
 }
 
-// A case of one trial in our column, with this run.
+// Runs a case with this function as its trial, in the first column only.
 CaseResult run_alone(Case& one, std::function<Trial(const Subject&, const Column&, std::span<const double>)> run) {
   one.name = "made_up";
   one.run = std::move(run);
@@ -50,7 +50,7 @@ CaseResult run_alone(Case& one, std::function<Trial(const Subject&, const Column
   return run_case(one, subject, Effort::full);
 }
 
-// What a case says of itself is complete, and is about its own quantity.
+// The description of each case is complete and concerns the case's own quantity.
 TEST(Stress, EachCaseStatesItsOwnLimit) {
   std::set<std::string> names;
   for (const Case& one : all_cases()) {
@@ -60,7 +60,7 @@ TEST(Stress, EachCaseStatesItsOwnLimit) {
       EXPECT_FALSE(text->empty()) << one.name;
     EXPECT_FALSE(one.axes.empty()) << one.name;
     EXPECT_TRUE(one.run) << one.name;
-    // A limit in the unit of what is measured, unless it says that it is another number.
+    // The limit has the unit of the measured quantity, unless it is stated in words.
     const bool in_words = one.limit.starts_with("the ") || one.limit.starts_with("a ") || one.limit.starts_with("k ");
     if (!one.unit.empty() && !in_words) {
       EXPECT_NE(one.limit.find(one.unit), std::string::npos) << one.name;
@@ -74,15 +74,16 @@ TEST(Stress, EachCaseStatesItsOwnLimit) {
 TEST(Stress, ABoxStandsOnItsSixFaces) {
   const auto poses = rest_poses(box().corners, 0.1 * kVoxel, 24);
   ASSERT_EQ(poses.size(), 6U);
-  // Best on its largest face: tipped over the nearer edge.
+  // It is most stable on its largest face, and tips over the nearer edge.
   EXPECT_NEAR(poses[0].height, kHalf[2], 0.02 * kHalf[2]);
   EXPECT_NEAR(poses[0].tilt, std::atan2(kHalf[1], kHalf[2]), 0.03);
   EXPECT_NEAR(poses[0].flat, kHalf[1], 0.03 * kHalf[1]);
   EXPECT_NEAR(poses[5].height, kHalf[0], 0.02 * kHalf[0]);
 }
 
-// A face on a foundation of 1 N/m^3: its area is the stiffness of lifting. Rocking has area * half^2 / 3 over the
-// moment m (half^2 + height^2) / 3, which is less. Points on its edges stand for a strip of the sides as well.
+// A face on a foundation of 1 N/m^3: the stiffness against lifting is its area. Rocking has the stiffness
+// area * half^2 / 3 and the moment of inertia m (half^2 + height^2) / 3, a smaller ratio. The area of points on the
+// edges includes a strip of the sides.
 TEST(Stress, EffectiveMassOfABoxOnAFaceIsItsMass) {
   const PressedBody body(box(), Ground::plane);
   ASSERT_EQ(body.refusal(), "");
@@ -114,7 +115,7 @@ TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
   ASSERT_EQ(result.outcomes.size(), 1U);
   EXPECT_EQ(result.outcomes[0].verdict, Verdict::held);
   for (const Trial& trial : result.outcomes[0].trials) EXPECT_EQ(trial.value < 100, trial.at[1] < 1) << trial.at[1];
-  // Shown is a setting that could have been nearer to its limit.
+  // The worst trial is the stable setting nearest to the bound.
   const Trial& worst = result.outcomes[0].trials[result.outcomes[0].worst];
   EXPECT_EQ(worst.at[1], 0.95) << worst.value;
 }
@@ -140,7 +141,7 @@ TEST(Stress, ALargestValueThatIsNoNumberStaysOne) {
   EXPECT_TRUE(std::isnan(most));
 }
 
-// A ball in steps of 10 us that loses nothing.
+// Simulates a ball that bounces without loss, in steps of 10 us.
 int bounces_by_simulation(double height, double seconds) {
   constexpr double kStep = 1e-5;
   double speed = 0;
@@ -159,11 +160,11 @@ TEST(Stress, TheBouncesThatTheLimitOfRestitutionAllowsAreThoseOfABall) {
   for (const double height : {0.02, 0.044, 0.1, 0.155, 0.5, 1.0, 3.0}) {
     EXPECT_EQ(bounces_of_a_ball(height, 2), bounces_by_simulation(height, 2)) << height;
   }
-  EXPECT_EQ(bounces_of_a_ball(100, 2), 1);  // that is still falling
+  EXPECT_EQ(bounces_of_a_ball(100, 2), 1);  // even a ball still falling is allowed one
 }
 
 TEST(Stress, ALateBounceMayLiftABallByAStepsWay) {
-  // Bounced at the depth that it has reached a step after the ground, with the speed that it had on the ground.
+  // The ball bounces at the depth that it reaches one step after the ground, with the speed that it had at the ground.
   constexpr double kHeight = 0.1;
   constexpr double kRate = 240;
   const double speed = std::sqrt(2 * 9.81 * kHeight);
@@ -171,7 +172,7 @@ TEST(Stress, ALateBounceMayLiftABallByAStepsWay) {
   EXPECT_NEAR(gain_of_a_late_bounce(kHeight, 2 * kRate), gain_of_a_late_bounce(kHeight, kRate) / 2, 1e-12);
 }
 
-// What gains as much as the limit is held and what gains more is broken, whatever the body does in between.
+// A gain up to the limit is held and a larger gain is broken, whatever the body does in between.
 TEST(Stress, TheLimitOfRestitutionDependsOnHeightAndStepAlone) {
   const CaseResult result = run_case(find("restitution"), box(), Effort::full);
   ASSERT_EQ(result.outcomes.size(), 3U);
@@ -194,7 +195,7 @@ TEST(Stress, ADropIsPlayedOnceAndJudgedTwice) {
   const CaseResult depth = run_case(find("rest_depth"), subject, Effort::quick);
   EXPECT_EQ(depth.outcomes[0].verdict, Verdict::held);
   ASSERT_EQ(subject.rests->size(), depth.outcomes[0].trials.size());
-  subject.rests->begin()->second.kinetic = 1e9;  // seen by the second case alone when it plays nothing anew
+  subject.rests->begin()->second.kinetic = 1e9;  // only visible if the second case simulates nothing again
   const CaseResult jitter = run_case(find("rest_jitter"), subject, Effort::quick);
   EXPECT_EQ(jitter.outcomes[0].verdict, Verdict::broken);
   EXPECT_EQ(jitter.outcomes[0].trials[0].trace, depth.outcomes[0].trials[0].trace);
@@ -319,7 +320,7 @@ TEST(Stress, BytesThatAreNotUtf8AreReplacedInJUnit) {
   EXPECT_NE(xml.find("\"a\xEF\xBF\xBD&quot;\xEF\xBF\xBD\""), std::string::npos) << xml;
 }
 
-// A result of our column whose trials end as said.
+// A result of the column "ours" with the given verdicts.
 CaseResult made_up(const Case& one, const std::vector<std::pair<std::vector<double>, Verdict>>& trials) {
   Outcome outcome;
   outcome.column = "ours";

@@ -30,7 +30,7 @@ Pose turned_about_z(double angle, const std::array<double, 3>& translation) {
 }
 
 TEST(Wrench, BoxOnAHalfSpaceIsPushedUpByDepthTimesArea) {
-  // What the sides of the box carry cancels.
+  // The forces on the sides of the box cancel.
   constexpr double kDepth = 0.001;
   const std::array<double, 3> half = {0.02, 0.03, 0.01};
   const std::array<double, 3> offset = {0.005, -0.002, 0};
@@ -40,13 +40,13 @@ TEST(Wrench, BoxOnAHalfSpaceIsPushedUpByDepthTimesArea) {
   EXPECT_NEAR(w.force[2], force, 1e-3 * force);
   EXPECT_NEAR(w.force[0], 0, 2e-3 * force);
   EXPECT_NEAR(w.force[1], 0, 2e-3 * force);
-  // About the origin of the body, from which the middle of the bottom is away: r x F.
+  // Torque about the body's origin, as the middle of the bottom is off-centre: r x F.
   const double x = std::cos(0.5) * offset[0] - std::sin(0.5) * offset[1];
   const double y = std::sin(0.5) * offset[0] + std::cos(0.5) * offset[1];
   EXPECT_NEAR(w.torque[0], y * force, 0.03 * 1e-3 * force);
   EXPECT_NEAR(w.torque[1], -x * force, 0.03 * 1e-3 * force);
   EXPECT_NEAR(w.torque[2], 0, 0.03 * 1e-3 * force);
-  // Bottom, and the strip of the sides below the ground, where V falls from the depth to 0.
+  // The bottom and the strip of the sides below the ground, where V falls from the depth to 0.
   const double around = 4 * (half[0] + half[1]);
   EXPECT_NEAR(w.area, 4 * half[0] * half[1] + around * kDepth, 0.01 * w.area);
   EXPECT_NEAR(w.pressure, force + around * kDepth * kDepth / 2, 1e-3 * w.pressure);
@@ -54,7 +54,7 @@ TEST(Wrench, BoxOnAHalfSpaceIsPushedUpByDepthTimesArea) {
 }
 
 TEST(Wrench, SphereInAHalfSpaceIsPushedUpByTheVolumeOfItsCap) {
-  // In a half space V is the depth, as pressure is in water: Archimedes.
+  // In a half space V is the depth, like the pressure in water (Archimedes).
   constexpr double kRadius = 0.05;
   constexpr double kDepth = 0.003;
   const WrenchOracle oracle(make_sphere(kRadius, 5), ground());
@@ -83,7 +83,7 @@ TEST(Wrench, StaysWithinTheToleranceThatIsAskedFor) {
 }
 
 TEST(Wrench, FindsASmallContactInTheMiddleOfALargeTriangle) {
-  // A pin below a plate of two triangles: no corner of theirs is anywhere near.
+  // A pin below a plate face of two triangles, far from their corners.
   const TriangleMesh plate = make_box({1, 1, 0.05});
   const TriangleMesh pin = make_box({0.005, 0.005, 0.2}, {0.31, 0.17, -0.2});
   constexpr double kDepth = 0.002;

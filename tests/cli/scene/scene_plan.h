@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Scenes planned by the program.
+/// @file Plans scenes with the program.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ inline std::string body(const std::string& name, const char* mesh, const std::st
 
 inline constexpr const char* kPlane = "[[body]]\nname = \"ground\"\nshape = \"plane\"\ntype = \"static\"\n";
 
-/// What `vpsbake scene --json` says of a TOML file.
+/// The report of `vpsbake scene --json` on a TOML file.
 inline Json plan(const TemporaryFolder& folder, const std::string& text, const std::string& options = "--dry-run") {
   write_file(folder / "scene.toml", text);
   const Outcome run = vpsbake(folder, "scene scene.toml --json " + options);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planning of scenes, as a user sees it: who meets whom, who plays what, and what is refused before baking.
+// Planning of scenes as a user sees it: which bodies collide, which part each plays, and which scenes are refused
+// before baking.
 #include "runtime/vps_runtime.h"
 #include "tests/cli/scene/scene_plan.h"
 #include "tests/cli/schema.h"
@@ -22,7 +23,7 @@ TEST(Scene, BodiesPlayWhatTheirPairsAskFor) {
   const Json report =
       plan(folder, kPlane + body("bolt", "bolt", "type = \"static\"") + body("nut", "nut", "mass = \"20g\"") +
                        body("post", "peg", "type = \"static\"") + body("lift", "cube", "type = \"kinematic\""));
-  // Static and kinematic bodies do not meet each other.
+  // Static and kinematic bodies do not collide with each other.
   EXPECT_EQ(report["pairs"], 10);
   EXPECT_EQ(report["pairs_that_meet"], 4);
   EXPECT_EQ(report["bodies"][2]["meets"], Json({"ground", "bolt", "post", "lift"}));
@@ -88,13 +89,13 @@ TEST(Scene, AMeshThatCannotBeBakedIsRefusedBeforeAnythingIs) {
   const std::string open = "[[body]]\nname = \"open\"\nmesh = \"open.obj\"\n";
   write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"") + open + "mass = \"1kg\"\n");
   const std::string why = "scene.toml:11: mesh 'open.obj': the mesh is open";
-  // What was baked would be in the cache.
+  // Anything baked before the refusal would be in the cache.
   const std::string others = kPlane + open + "mass = \"1kg\"\n" + body("nut", "nut", "mass = \"20g\"");
   write_file(folder / "first.toml", others);
   expect_refusal(folder, "scene first.toml --cache cache", kBad, "first.toml:7: mesh 'open.obj': the mesh is open");
   expect_refusal(folder, "scene scene.toml --cache cache", kBad, why);
   expect_refusal(folder, "scene scene.toml --dry-run", kBad, why);
-  // One that meets nobody is not baked, and may be open.
+  // A body that collides with none is not baked and may be open.
   (void)plan(folder, kPlane + open + "type = \"static\"\n", "-o out");
 }
 
@@ -110,7 +111,7 @@ TEST(Scene, OneMeshOfSeveralNamesIsBakedOnce) {
   EXPECT_EQ(report["assets"].size(), 1U);
   EXPECT_EQ(report["assets"][0]["bodies"].size(), 5U);
   EXPECT_EQ(report["assets"][0]["mesh"], "a.obj");
-  // Of another size it is another.
+  // With another scale it is another asset.
   EXPECT_EQ(plan(folder, text + "scale = 2\n")["assets"].size(), 2U);
 }
 
@@ -156,7 +157,7 @@ TEST(Scene, ScenesInOneFolderDoNotTouchEachOthersAssets) {
   (void)plan(folder, nut("\"1mm\""), "-o out");
   (void)plan(folder, nut("\"3mm\""), "-o out");
   EXPECT_TRUE(read_file(asset_at(folder, "out", first, 0)) == bytes);
-  // The same name for the same thing, baked or not.
+  // The same asset gets the same name, baked or not.
   EXPECT_EQ(plan(folder, nut("\"1mm\""))["assets"][0]["file"], first["assets"][0]["file"]);
 }
 
@@ -169,7 +170,7 @@ TEST(Scene, AssetsOfAnEarlierPlanGoWithItsManifest) {
   const Json first = plan(folder, text("1mm"), "-o out");
   const std::string old = first["assets"][0]["file"];
   EXPECT_EQ(first["removed"], Json::array());
-  // What is not the program's stays, whatever the manifest says.
+  // Files that are no assets of the program stay, even if the manifest lists them.
   Json manifest = Json::parse(read_file(folder / "out/scene.vps.json"));
   for (const char* const name : {"notes.txt", "../scene.toml", "none.vps.hdf"}) {
     Json asset = manifest["assets"][0];
@@ -215,11 +216,11 @@ TEST(Scene, BandsAndSegmentsFollowSpeedAndStep) {
     return Json({report["assets"][0]["band_inside_vx"], report["assets"][0]["band_outside_vx"],
                  report["bodies"][1]["shapes"][0]["segments"]});
   };
-  EXPECT_EQ(bands("", "", "4ms"), Json({2.5, 2.5, 0}));  // nothing is known
+  EXPECT_EQ(bands("", "", "4ms"), Json({2.5, 2.5, 0}));  // no speed is given
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "4ms"), Json({2.0, 2.0, 0}));
   EXPECT_EQ(bands("speed = \"0.1m/s\"\nvelocity = [\"0m/s\", \"0m/s\", \"-0.5m/s\"]\n", "restitution = 0.5\n", "4ms"),
             Json({4.0, 2.5, 0}));
-  EXPECT_EQ(bands("speed = \"3m/s\"\n", "", "4ms"), Json({2.5, 2.5, 0}));  // held by contacts ahead
+  EXPECT_EQ(bands("speed = \"3m/s\"\n", "", "4ms"), Json({2.5, 2.5, 0}));  // stopped by speculative contacts
   EXPECT_EQ(bands("speed = \"0.5m/s\"\n", "restitution = 0.5\n", "4ms"), Json({4.0, 2.5, 0}));
   EXPECT_EQ(bands("speed = \"0.1m/s\"\n", "", "50ms")[2], 15);
 }
@@ -244,7 +245,7 @@ TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
     EXPECT_NE(asset.has_voxelmap(), asset.has_pointshell());
   }
   EXPECT_NEAR(report["reached_error"].get<double>(), cover + bound, 1e-12);
-  // What is said to be taken is what the files have.
+  // The reported sizes are those of the files.
   EXPECT_EQ(report["planned"]["bytes"], bytes);
   EXPECT_TRUE(report["everything"]["bytes_measured"]);
   EXPECT_TRUE(report["ordinary"]["bytes_measured"]);

@@ -57,7 +57,7 @@ TEST(Urdf, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
   EXPECT_EQ(manifest["apart"], Json::array({{"ram", "finger"}}));
   const Json& ram = manifest["bodies"][1];
   EXPECT_EQ(ram["mass"], 4.0);
-  // 3 kg at 0.1 m and 1 kg at -0.1 m: 50 mm up, 2 * 2 * 0.03 more of inertia across.
+  // 3 kg at 0.1 m and 1 kg at -0.1 m: the centre of mass is at 50 mm, and the inertia across grows by 0.03 kg m^2.
   EXPECT_NEAR(ram["centre_of_mass"][2].get<double>(), 0.05, 1e-12);
   EXPECT_NEAR(ram["inertia"][0].get<double>(), 0.3 + 3 * 0.05 * 0.05 + 0.15 * 0.15, 1e-12);
   EXPECT_NEAR(ram["inertia"][2].get<double>(), 0.5, 1e-12);
@@ -99,7 +99,7 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   spun.replace(spun.find("iyy=\"0.3\""), 9, "iyy=\"-9\"");
   expect_urdf_refused(spun, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");
   expect_urdf_refused(robot("<sphere radius=\"-1\"/>"), "r.urdf:13: a size of this shape is below 2 nm");
-  // What urdfdom says without a line.
+  // Errors that urdfdom reports without a line number.
   expect_urdf_refused(robot("<sphere radius=\"wide\"/>"), "r.urdf:10: this is not a URDF that can be used: ");
   expect_urdf_refused(robot("<capsule radius=\"1\" length=\"1\"/>"),
                       "r.urdf:10: this is not a URDF that can be used: ");
@@ -109,7 +109,7 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   };
   expect_urdf_refused(with("<child link=\"block\"/>", "<child link=\"blok\"/>"), "r.urdf:20: this is not a URDF");
   expect_urdf_refused(with("<link name=\"finger\">", "<link name=\"ram\">"), "r.urdf:5: this is not a URDF");
-  // What urdfdom passes over.
+  // Errors that urdfdom ignores.
   expect_urdf_refused(with("<collision><geometry><box size=\"0.1 0.2 0.3\"/></geometry></collision>", "<colision/>"),
                       "r.urdf:8: <link> has no <colision>; did you mean <collision>?");
   expect_urdf_refused(with("<link name=\"world\"/>", "<link name=\"world\"/><jiont/>"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What helps people at a terminal: --help, --version, colours, manual pages, completion in bash and zsh.
+// Help at the terminal: --help, --version, colours, manual pages, completion in bash and zsh.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -28,7 +28,7 @@ std::size_t longest_line(const std::string& text) {
   return longest;
 }
 
-// The commands that --help lists, of a command its own.
+// The commands that --help lists; the subcommands of `of` if given.
 std::vector<std::string> commands(const std::string& of = "") {
   const TemporaryFolder folder;
   std::vector<std::string> names;
@@ -41,7 +41,7 @@ std::vector<std::string> commands(const std::string& of = "") {
   return names;
 }
 
-// What a shell prints, with its script written to a file of the folder.
+// Writes a script to a file of the folder and runs it in a shell. @return what it prints
 std::string from_shell(const TemporaryFolder& folder, const std::string& shell, const std::string& script) {
   write_file(folder / "script", script);
   std::system(("cd " + folder.path().string() + " && " + shell + " script >out.txt 2>&1 </dev/null").c_str());
@@ -56,7 +56,7 @@ void write_help_files(const TemporaryFolder& folder) {
   ASSERT_EQ(vpsbake(folder, "help-files --into share").code, 0);
 }
 
-// What bash offers for the last of the words.
+// The completions that bash offers for the last word.
 std::vector<std::string> bash_offers(const TemporaryFolder& folder, const std::string& words) {
   return lines_of(from_shell(folder, "bash --norc --noprofile",
                              ". share/bash-completion/completions/vpsbake\nCOMP_WORDS=(vpsbake " + words +
@@ -91,7 +91,7 @@ TEST(Help, WholeNumbersHaveARange) {
   std::vector<std::string> all = commands();
   all.emplace_back();
   for (const std::string& command : all) {
-    // An option is told up to the next one or the end of its group.
+    // An option's text ends at the next option or at the end of its group.
     const std::string help = vpsbake(folder, command + " --help").out;
     const std::regex option("\n  (--[a-z-]+) N  ([^\n]*(\n   [^\n]*)*)");
     for (std::sregex_iterator it(help.begin(), help.end(), option), end; it != end; ++it) {
@@ -121,7 +121,7 @@ TEST(Help, ErrorsAndWarningsAreColouredOnTerminalsAlone) {
   std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
   const std::string plain = "vpsbake: error: no.obj: ";
   EXPECT_TRUE(has(on_terminal(folder, "TERM=xterm", "no.obj --voxel 1mm"), "\033[1;31merror:\033[0m no.obj: "));
-  const std::string kept = "cube.obj --voxel 9mm --cache cube.obj";  // a file is no folder
+  const std::string kept = "cube.obj --voxel 9mm --cache cube.obj";  // a file in place of the cache folder
   EXPECT_TRUE(has(on_terminal(folder, "TERM=xterm", kept), "\033[1;33mwarning:\033[0m cube.obj: "));
   EXPECT_TRUE(has(on_terminal(folder, "TERM=xterm NO_COLOR=", "no.obj --voxel 1mm"), "\033[1;31merror:"));
   for (const char* settings : {"TERM=xterm NO_COLOR=1", "TERM=xterm NO_COLOR=0", "TERM=dumb", "TERM="})
@@ -177,7 +177,7 @@ TEST(Help, BashCompletesCommandsOptionsValuesAndFiles) {
   EXPECT_EQ(bash_offers(folder, "a.obj -o a.v"), Words{"a.vps.hdf"});
 }
 
-// The options that --help lists of a command.
+// The options that a command's --help lists.
 std::vector<std::string> options_of(const std::string& command) {
   const TemporaryFolder folder;
   std::string help = vpsbake(folder, command + " --help").out;
@@ -206,7 +206,7 @@ TEST(Help, BashKnowsEveryOptionOfEveryCommand) {
   }
 }
 
-// Types a line on a terminal of zsh's own, and prints what is offered at its end.
+// Types a line into an interactive zsh on its own terminal and prints the completions offered at its end.
 constexpr const char* kCapture = R"(zmodload zsh/zpty
 zpty z zsh -f -i
 zpty -w z "PROMPT=; fpath=(share/zsh/site-functions \$fpath); autoload -Uz compinit; compinit -D -u

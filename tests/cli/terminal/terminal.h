@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Runs the program on a terminal of its own.
+/// @file Runs the program on its own pseudo-terminal.
 #pragma once
 
 #include <pty.h>
@@ -12,7 +12,7 @@
 
 namespace vps::test {
 
-/// All that a command line prints to a terminal, with "\n" as line ends.
+/// Everything that the program prints to a terminal, with "\n" as line ends.
 /// @param settings  of the environment, such as "TERM=xterm"
 inline std::string on_terminal(const TemporaryFolder& folder, const std::string& settings, const std::string& arguments,
                                unsigned short columns = 80) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake compare`: same and different assets, by shapes whose difference is known.
+// `vpsbake compare` on equal and different assets of shapes whose difference is known.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A cube of 2 cm from a place on the x axis on. [m]
+// A cube of 2 cm with its minimum corner at x on the x axis. [m]
 std::string box_at(double x) {
   std::string text;
   for (int corner = 0; corner < 8; ++corner) {
@@ -66,7 +66,7 @@ TEST(Compare, OtherVoxelsAreNamedAndFieldsDifferByNoMoreThanTheirErrors) {
   const Json& field = j["fields"][0];
   EXPECT_EQ(field["field"], "scaled");
   EXPECT_GT(field["points"], 10000);
-  EXPECT_GT(field["only_b"], field["only_a"]);  // of a wider band
+  EXPECT_GT(field["only_b"], field["only_a"]);  // b has a wider band
   const auto bound = [&](const char* file) {
     return Json::parse(vpsbake(folder, std::string("info ") + file + " --json").out)["certificate"]["scaled"]["bound"]
         .get<double>();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// --depfile, with make as the judge.
+// --depfile, checked with make.
 #include <gtest/gtest.h>
 
 #include "tests/cli/program.h"
@@ -16,7 +16,7 @@ TEST(Depfile, MakeReadsEveryNameAsItIs) {
                                   "')\" --voxel 9mm --depfile d.mk")
                   .code,
               0);
-    // Make knows the asset and its mesh. Its second rule is for meshes that are removed: without it make stops there.
+    // Make knows the asset and its mesh. The second rule is for removed meshes: without it make stops at a missing one.
     const std::string rules = read_file(folder / "d.mk");
     const std::size_t second = rules.find('\n', rules.find(" \\\n") + 3) + 1;
     EXPECT_EQ(std::count(rules.begin() + second, rules.end(), '\n'), 1) << rules;

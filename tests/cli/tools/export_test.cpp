@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake export`: each format read back by the program it is for, against the runtime's own answers.
+// `vpsbake export`: each format is read back with its own program and compared with the runtime's results.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -111,7 +111,7 @@ for name in ("penetration", "stored", "layer"):
     ASSERT_NEAR(v, penetration(map_, place, {}), 1e-7F) << n;
     ASSERT_EQ(stored[n] != 0, std::isfinite(cli::stored_penetration(map_, place))) << n;
     in_band += stored[n] != 0 ? 1 : 0;
-    // Of layers at voxel centres: those of the surface are within half a diagonal of it.
+    // Layers at voxel centres: centres of surface voxels are within half a diagonal of the surface.
     if (l == 0 && stored[n] != 0) {
       ASSERT_LE(std::abs(v), 0.87F * 0.0007F + map_.error) << n;
     }
@@ -194,7 +194,7 @@ TEST_F(Export, ObjIsClosedAndOnTheMeshsSurface) {
     return sum;
   }();
   EXPECT_NEAR(volume, asset_.info().volume, 0.05 * asset_.info().volume);  // positive: wound outward
-  // Vertices lie on V = 0 but where a cell cuts off an edge.
+  // Vertices lie on V = 0, except where a cell cuts off an edge.
   const Oracle oracle(import_mesh(sample("nut"), {}));
   int off = 0;
   for (const auto& p : mesh.vertices) off += oracle.distance(p) > double(map_.error) + 0.05 * 0.0007 ? 1 : 0;
@@ -290,7 +290,7 @@ TEST_P(ExportCdf, BulletReadsItWithTheRuntimesDistances) {
     const bool found = shape.queryPoint({p.x, p.y, p.z}, distance, gradient);
     ASSERT_TRUE(found || v < -map_.band_outer + 0.87F * map_.voxel_size) << v;
     outside += found ? 0 : 1;
-    // Nearer to the band's ends samples may be clamped.
+    // Near the band's ends samples may be clamped.
     const bool exact = v < map_.band_inner - 0.87F * map_.voxel_size && v > 0.87F * map_.voxel_size - map_.band_outer;
     if (!exact) {
       EXPECT_TRUE(!found || (v < 0) == (distance > 0)) << v << " " << distance;

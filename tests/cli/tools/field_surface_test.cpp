@@ -19,7 +19,7 @@ VoxelmapView view_of(const Asset& asset, Field field = Field::none) {
   return map;
 }
 
-// 0 of a closed mesh: how many directed edges lack a reverse.
+// Number of edges that are not used equally in both directions; 0 for a closed mesh.
 std::size_t open_edges(const TriangleMesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> balance;
   for (const auto& t : mesh.triangles) {
@@ -53,7 +53,7 @@ TEST_P(FieldSurfaceOfASphere, IsClosedOutwardAndWithinItsDistance) {
     const cli::FieldSurface surface = cli::make_field_surface(map, step);
     ASSERT_GT(surface.mesh.triangles.size(), 100U);
     EXPECT_EQ(open_edges(surface.mesh), 0U);
-    // A sheet over a sphere lies below its chords' height, step^2 / (2 R) at most, besides the field's own error.
+    // The mesh deviates from the sphere by at most step^2 / (2 R), the height of its chords, plus the field's error.
     const double within = double(map.error) + (layers ? kVoxel : 0) + step * step / (2 * kRadius);
     for (const auto& p : surface.mesh.vertices)
       ASSERT_NEAR(std::hypot(p[0] - 0.003, p[1] - 0.001, p[2] + 0.002), kRadius, within) << step;

@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A gear that rises by 20 mm and turns half round about z within a second, a ball and a floor that stay.
+// A gear that rises by 20 mm and makes half a turn about z in a second; a ball and a floor that stay.
 Json sample_motion() {
   Json motion = {{"format", "vps-motion 1"},
                  {"title", "A gear </script> rises"},
@@ -37,7 +37,7 @@ class Motion : public ::testing::Test {
  protected:
   void SetUp() override { ASSERT_EQ(vpsbake(folder_, sample("gear") + " --voxel 1mm -o a.vps.hdf").code, 0); }
   void write(const Json& motion) { write_file(folder_ / "motion.json", motion.dump()); }
-  // The motion with one place replaced is refused with these words.
+  // The motion with one value replaced is refused with this reason.
   void expect_refused(const char* place, const Json& value, const std::string& why) {
     Json motion = sample_motion();
     motion[Json::json_pointer(place)] = value;
@@ -53,7 +53,7 @@ TEST_F(Motion, ThePageShowsEveryBodyWhereItWasAtAnyTime) {
   const Outcome run = vpsbake(folder_, "view --motion motion.json");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_NE(run.out.find("motion.html"), std::string::npos);
-  // Between frames too: a quarter of a second is between the third and the fourth.
+  // Poses are interpolated between frames: 0.25 s lies between the third and the fourth.
   const PageVisit visit =
       visit_everywhere(folder_ / "motion.html",
                        "(state.go(0.25), state.meshes.map(m => [...m.position.toArray(), ...m.quaternion.toArray()]))");
@@ -129,7 +129,7 @@ TEST_F(Motion, BodiesOnALongWayAreFollowedAndTheWholeWayCanBeShown) {
   VPS_BROWSER_OR_SKIP();
   write(long_motion());
   ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
-  // How high the flying ball is in the picture, of 2, and whether its ends are in it.
+  // The flying ball's height in the picture, whose full height is 2, and whether the ends of its path are visible.
   const PageVisit visit =
       visit_small(folder_ / "motion.html",
                   "(() => {"

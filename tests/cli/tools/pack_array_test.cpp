@@ -43,7 +43,7 @@ TEST(PackArray, PositionsAreCodesOfAFewMicrometres) {
   const auto packed = cli::pack_mesh(samples::make_box({0.1, 0.05, 0.02}, {1, 2, 3}));
   EXPECT_NEAR(packed["step"].get<double>(), 0.2 / 65535, 1e-12);
   EXPECT_NEAR(packed["origin"][1].get<double>(), 1.95, 1e-12);
-  // Eight corners of three codes of two bytes, twelve triangles of three numbers of four.
+  // Eight corners of three 2-byte codes, twelve triangles of three 4-byte indices, in base64.
   EXPECT_EQ(packed["positions"].get<std::string>().size(), 64U);
   EXPECT_EQ(packed["triangles"].get<std::string>().size(), 192U);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake slice`: its pictures against the shapes that were baked.
+// Compares the pictures of `vpsbake slice` with the baked shapes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,10 +18,10 @@ namespace {
 
 constexpr std::array<int, 3> kBlack = {0, 0, 0};
 
-// The numbers of the plot: inside its frame, which is the first dark line from the left and from above.
+// The plot within its frame, which is the first dark line from the left and from above.
 struct Plot {
   Image image;
-  std::string out, err;  // what the program said
+  std::string out, err;  // of the program
   std::size_t left = 0, top = 0, right = 0, bottom = 0;
   double pixel = 0;  // [m]
 
@@ -56,7 +56,7 @@ Plot plot_of(const TemporaryFolder& folder, const std::string& arguments) {
   return plot;
 }
 
-// Half the width and height of what is black in the plot. [m]
+// Half the width and half the height of the black pixels in the plot. [m]
 std::array<double, 2> zero_radii(const Plot& plot) {
   std::size_t low[2] = {plot.right, plot.bottom}, high[2] = {0, 0};
   for (std::size_t y = plot.top; y < plot.bottom; ++y) {
@@ -68,11 +68,11 @@ std::array<double, 2> zero_radii(const Plot& plot) {
       high[1] = std::max(high[1], y);
     }
   }
-  // A pixel of the line is the first beyond the change.
+  // The line's pixel is the first one after the change of sign.
   return {double(high[0] - low[0]) / 2 * plot.pixel, double(high[1] - low[1]) / 2 * plot.pixel};
 }
 
-// Whether the picture shows these words, their first letter's corner being there.
+// Whether the picture shows these words with their top left corner at (left, top).
 bool shows(const Image& image, std::size_t left, std::size_t top, const std::string& words) {
   cli::Picture picture(cli::Picture::width_of(words), 14);
   picture.write(0, 0, words);
@@ -85,7 +85,7 @@ bool shows(const Image& image, std::size_t left, std::size_t top, const std::str
   return true;
 }
 
-// Lengths of what is written, one after the other: inked lines with less than `gap` blank ones between. [px]
+// Lengths of the written pieces, in order: runs of inked lines with fewer than `gap` blank ones between. [px]
 std::vector<std::size_t> runs(std::size_t first, std::size_t last, std::size_t gap,
                               const std::function<bool(std::size_t)>& is_inked) {
   std::vector<std::size_t> lengths;
@@ -105,7 +105,7 @@ std::vector<std::size_t> runs(std::size_t first, std::size_t last, std::size_t g
   return lengths;
 }
 
-// No words nor numbers of the axes and the legend touch each other or the picture's edge.
+// Words and numbers of the axes and the legend touch neither each other nor the picture's edge.
 void expect_legible(const Plot& plot) {
   const Image& image = plot.image;
   const auto row_inked = [&](std::size_t left, std::size_t right) {
@@ -151,7 +151,7 @@ std::string obj_of(const TriangleMesh& mesh) {
     text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
   return text;
 }
-// A box round the origin, of these half extents.
+// A box with these half extents, centred at the origin.
 std::string box_obj(double x, double y, double z) {
   return obj_of(samples::make_box({x, y, z}));
 }
@@ -178,7 +178,7 @@ TEST_F(Slice, TheZeroLineOfASphereHasItsRadiusAtEveryPlace) {
       }
     }
   }
-  // Layers count the voxels that the surface touches as inside.
+  // Layers treat the voxels that the surface touches as inside.
   for (const double radius : zero_radii(plot_of(folder_, "--field layers"))) EXPECT_NEAR(radius, kRadius, 0.003);
 }
 
@@ -225,7 +225,7 @@ TEST_F(Slice, TheHeadNamesTheAssetItsVoxelAndThePlace) {
   EXPECT_TRUE(shows(image, 8, 10, "Ball_2 (x), voxel 2 mm"));
   EXPECT_TRUE(shows(image, 8, 32, "x = 11 mm, field real"));
   EXPECT_FALSE(shows(image, 8, 10, "Ball_2 (y), voxel 2 mm"));
-  // Of a long name the middle is left out.
+  // A long name is shown without its middle.
   const std::string name(60, 'n');
   std::filesystem::rename(folder_ / "Ball_2 (x).vps.hdf", folder_ / (name + ".vps.hdf"));
   ASSERT_EQ(vpsbake(folder_, "slice " + name + ".vps.hdf --width 600 -o slice.png").code, 0);
@@ -297,7 +297,7 @@ TEST(SliceOfLayers, HasAColourForEachLayerWhateverTheVoxel) {
     for (std::size_t y = plot.top; y < plot.bottom; ++y) {
       for (std::size_t x = plot.left; x < plot.right; ++x) colours.insert(plot.image.at(x, y));
     }
-    EXPECT_EQ(colours.size(), 6U + 1) << voxel;  // three voxels each way, and the line
+    EXPECT_EQ(colours.size(), 6U + 1) << voxel;  // three voxels on each side, and the line
   }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `vpsbake validate`: true assets pass, and every kind of untruth is named.
+// `vpsbake validate`: correct assets pass, and every kind of wrong content is reported.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -41,7 +41,7 @@ class Validate : public ::testing::Test {
     ASSERT_EQ(run.code, 0) << run.err;
   }
 
-  // The asset anew, consistent in itself, with something untrue in it.
+  // Writes the asset again with wrong content but correct hashes.
   void forge(const std::function<void(AssetInfo&, std::vector<SectionData>&)>& change) {
     Asset asset;
     ASSERT_EQ(Asset::open((folder_ / "a.vps.hdf").c_str(), asset), Status::ok);
@@ -56,7 +56,7 @@ class Validate : public ::testing::Test {
     change(info, sections);
     write_asset(folder_ / "forged.vps.hdf", info, sections);
   }
-  // The header of a file's bytes with a change, its own hash right again.
+  // Changes the header in a file's bytes and updates its hash.
   static std::string with_directory(std::string bytes, const std::function<void(Directory&)>& change) {
     Directory directory;
     EXPECT_EQ(decode_directory(std::as_bytes(std::span(bytes)), directory), Status::ok);
@@ -158,7 +158,7 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
        [](AssetInfo&, auto& sections) { numbers<std::uint16_t>(sections, SectionKind::point_positions)[5] ^= 0x4000; }},
       {"normals",
        [](AssetInfo& info, auto& sections) {
-         // u, v to the opposite direction: the square's other sheet, mirrored.
+         // Reverses every normal.
          auto* const codes = numbers<std::int16_t>(sections, SectionKind::point_inward_normals);
          for (std::uint64_t i = 0; i < info.points; ++i) {
            const auto n = decode_normal<double>({codes[i], codes[info.points + i]});
@@ -213,7 +213,7 @@ TEST_F(Validate, TheDirectoryAndHdf5HaveToAgree) {
   EXPECT_NE(run.out.find("warning  sections       kind 77"), std::string::npos) << run.out;
 }
 
-// All that HDF5's own tool reads of a file but the values; its exit code first. The file's name is not in it.
+// The exit code of HDF5's own tool and everything that it reads from a file except the values and the file's name.
 std::string metadata_by_h5dump(const TemporaryFolder& folder, const std::string& file) {
   const std::string command =
       "cd " + folder.path().string() + " && h5dump -A -p " + file + " >dump.txt 2>/dev/null </dev/null";
@@ -222,7 +222,7 @@ std::string metadata_by_h5dump(const TemporaryFolder& folder, const std::string&
   return std::to_string(status) + text.substr(std::min(text.size(), text.find('\n')));
 }
 
-// Bytes of HDF5's between the sections, damaged with all hashes right: HDF5's own checksums are not updated.
+// HDF5's bytes between the sections are damaged. The asset's hashes are updated, HDF5's own checksums are not.
 TEST_F(Validate, DamagedMetadataIsRefusedWhereverHdf5ReadsIt) {
   if (std::system("command -v h5dump >/dev/null") != 0) GTEST_SKIP() << "needs h5dump (Debian's hdf5-tools)";
   const std::string bytes = read_file(folder_ / "a.vps.hdf");
@@ -244,7 +244,7 @@ TEST_F(Validate, DamagedMetadataIsRefusedWhereverHdf5ReadsIt) {
     write_file(folder_ / "forged.vps.hdf", forged);
     const bool same = metadata_by_h5dump(folder_, "forged.vps.hdf") == undamaged;
     ++(same ? unread : read);
-    // HDF5 leaves room between its blocks: what is in it changes nothing.
+    // HDF5 leaves gaps between its blocks, whose bytes have no effect.
     const Outcome run = vpsbake(folder_, "validate forged.vps.hdf");
     EXPECT_EQ(run.code, same ? 0 : 3) << "at " << at << ": " << run.out << run.err;
     if (!same) {
@@ -263,7 +263,7 @@ TEST_F(Validate, WhatOtherHdf5ToolsHaveWrittenIsNamed) {
   Outcome run = vpsbake(folder_, "validate repacked.vps.hdf");
   EXPECT_EQ(run.code, 3);
   EXPECT_NE(run.out.find("another HDF5 tool has written it"), std::string::npos) << run.out;
-  // Truncated, it is not.
+  // A truncated asset is not reported as written by another tool.
   write_file(folder_ / "cut.vps.hdf", read_file(folder_ / "a.vps.hdf").substr(0, 20000));
   run = vpsbake(folder_, "validate cut.vps.hdf");
   EXPECT_EQ(run.code, 3);

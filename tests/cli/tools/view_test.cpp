@@ -9,7 +9,8 @@
 namespace vps::test {
 namespace {
 
-// Shows each part alone: "missing", or the share of the view that it paints beyond the frame. Leaves `last` shown.
+// Script: shows each part alone and returns "missing" or the share of the view that it paints in addition to the frame.
+// Leaves `last` shown.
 std::string show_each(const std::string& last) {
   return "(async () => {"
          "const only = async part => {"
@@ -174,7 +175,7 @@ TEST(View, ButtonsAndScaleLieBesideThePictureAtAnyWidth) {
 TEST(View, SlicesBeginInTheMiddleOfTheBodyAsThoseOfTheSliceCommand) {
   VPS_BROWSER_OR_SKIP();
   const TemporaryFolder folder;
-  bake_sample(folder, "gear", "--voxel 0.7mm --band-outside 5vx");  // the grid's middle lies elsewhere
+  bake_sample(folder, "gear", "--voxel 0.7mm --band-outside 5vx");  // the grid is not centred on the mesh
   view(folder);
   const PageVisit visit = visit_small(folder / "a.html",
                                       "box('field').click(), ['x', 'y', 'z'].map((name, i) => {"
@@ -254,7 +255,7 @@ TEST(View, ThePageHoldsTheSurfaceWithoutTheBrowser) {
   EXPECT_NE(page.find("Content-Security-Policy"), std::string::npos);
   for (const char* const mark : {"<!-- data -->", "<!-- libraries -->", "<!-- style -->"})
     EXPECT_EQ(page.find(mark), std::string::npos) << mark;
-  // Again over the same page, but over nothing else.
+  // The page may be overwritten, but no other file.
   EXPECT_EQ(vpsbake(folder, "view a.vps.hdf -o page.html").code, 0);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Thousands of damaged files of every format: each gets a verdict, in time, and the program lives on.
+// Imports thousands of damaged files of every format: each is read or refused in time, and the program survives.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -12,8 +12,8 @@
 #include "tests/support/temporary_folder.h"
 
 #ifdef VPS_SANITIZE
-// Limits of memory are not enforced under AddressSanitizer: this one takes their place. Nobody reads the children's
-// reports, which take long to write.
+// Memory limits are not enforced under AddressSanitizer: its own limit replaces them. The children's reports are
+// shortened, as nobody reads them and they take long to write.
 extern "C" const char* __asan_default_options() {
   return "max_allocation_size_mb=512:symbolize=0:print_legend=0";
 }
@@ -73,13 +73,13 @@ void expect_a_verdict_for_each(int files) {
   for (std::size_t s = 0; s < seeds.size(); ++s) {
     const Seed& seed = seeds[s];
     const fs::path file = folder / ("mutant" + seed.extension);
-    // The seed itself is a mesh, or the mutants would test nothing.
+    // The seed itself must be a mesh, otherwise the mutants test nothing.
     write_file(file, seed.bytes);
     Verdicts verdicts;
     ASSERT_NO_THROW(check_mesh(import_mesh(file))) << seed.name;
     const int share = (files + static_cast<int>(s)) / static_cast<int>(seeds.size());
     for (int i = 0; i < share; ++i) {
-      // A generator for each, so that one can be made again by its number.
+      // A generator for each mutant, so that it can be reproduced from its number.
       std::mt19937_64 random(1'000'003 * (s + 1) + static_cast<std::uint64_t>(i));
       write_file(file, mutate(seed.bytes, random));
       import_mutant(file, verdicts);

@@ -24,7 +24,7 @@ std::string raw(const T& value) {
   return {reinterpret_cast<const char*>(&value), sizeof value};
 }
 
-// A node of binary FBX 7.4. Its offsets count from the begin of the file.
+// A node of binary FBX 7.4. Its offsets count from the start of the file.
 struct FbxNode {
   std::string name;
   std::vector<std::string> properties;
@@ -60,7 +60,7 @@ std::string fbx_array(char type, const std::vector<T>& values) {
   return bytes;
 }
 
-// assimp's exporter leaves out the end of a list that assimp's importer insists on.
+// Written by hand, as assimp's exporter omits the end of a list that assimp's importer requires.
 std::string binary_fbx() {
   const std::string joint("\0\1", 2);
   const FbxNode nodes[] = {
@@ -91,7 +91,7 @@ std::string without(std::string text, const std::string& from, const std::string
   return begin == std::string::npos ? text : text.erase(begin, text.find(to, begin) + to.size() - begin);
 }
 
-// The exporter writes the time of day.
+// The exporter writes the present time; removes it.
 std::string without_time(const std::string& text) {
   return without(without(text, "CreationTimeStamp:", "}"), "<created>", "</modified>");
 }

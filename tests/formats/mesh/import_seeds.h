@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file One small sound file of each mesh format, to be damaged.
+/// @file One small valid file of each mesh format, to be damaged by tests.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ struct Seed {
   std::string bytes;      ///< the same at any time, on any machine
 };
 
-/// Writes a sample mesh with assimp's exporter, and by hand what that does not write.
-/// @param folder  gets the files; what they refer to stays beside them
+/// Writes a sample mesh with assimp's exporter, and by hand the formats that assimp does not write.
+/// @param folder  receives the files and the files that they refer to
 [[nodiscard]] std::vector<Seed> make_seeds(const std::filesystem::path& folder);
 
 }  // namespace vps::test

@@ -103,7 +103,7 @@ TEST(MeshImportCorners, AUselessUnitIsRefused) {
 }
 
 TEST(MeshImportCorners, ABridgedHoleIsLeftOpen) {
-  // A square of 4 with a square hole of 2, joined by a bridge from corner 0.
+  // A square of size 4 with a square hole of size 2, joined by a bridge from corner 0.
   const std::vector<Point> ring = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {0, 0, 0},
                                    {1, 1, 0}, {1, 3, 0}, {3, 3, 0}, {3, 1, 0}, {1, 1, 0}};
   double sum = 0;

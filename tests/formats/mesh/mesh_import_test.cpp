@@ -123,7 +123,7 @@ TEST(ChildProcess, CrashesHangsAndExceptionsStayInTheChild) {
   EXPECT_EQ(result.bytes.size(), 200000U);
 }
 
-// Welded vertices and triangles, counted by other means (README of the shared folder).
+// Numbers of welded vertices and triangles, counted by another program (README of the shared folder).
 TEST(MeshImport, RealFilesGiveTheKnownCounts) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
   const std::tuple<const char*, std::size_t, std::size_t> known[] = {

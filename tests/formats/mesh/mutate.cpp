@@ -9,7 +9,7 @@
 namespace vps::test {
 namespace {
 
-// Not std::uniform_int_distribution, whose numbers differ between libraries.
+// Replaces std::uniform_int_distribution, whose numbers differ between standard libraries.
 std::size_t below(std::size_t end, std::mt19937_64& random) {
   return end == 0 ? 0 : static_cast<std::size_t>(random() % end);
 }
@@ -39,7 +39,7 @@ void truncate(std::string& bytes, std::mt19937_64& random) {
   bytes.resize(1 + below(bytes.size(), random));
 }
 
-// A number in the text, if there is one: from a random place to the next digit.
+// Replaces the first number in the text after a random position, if there is one.
 void replace_written_number(std::string& bytes, std::mt19937_64& random) {
   constexpr const char* kExtreme[] = {
       "1e308",  "-1e308", "1e999",      "-1",         "0",       "4294967295", "4294967296", "nan",

@@ -8,8 +8,8 @@
 
 namespace vps::test {
 
-/// @return `seed_file` with one to four mutations: bytes flipped, deleted, inserted, duplicated; numbers, written or
-///         binary, replaced by extreme ones; the end cut off. Mostly one.
+/// @return `seed_file` with one to four mutations, mostly one: bytes flipped, deleted, inserted or duplicated; written
+///         or binary numbers replaced by extreme ones; the end truncated
 [[nodiscard]] std::string mutate(std::string seed_file, std::mt19937_64& random);
 
 }  // namespace vps::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// OBJ, OFF, PLY and STL keep double precision, in all the variants that are met in the wild; what cannot be read
-// rightly is refused, or read by assimp and noted.
+// OBJ, OFF, PLY and STL are read in double precision, in all common variants. A file that cannot be read correctly is
+// refused, or read with assimp and noted.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace {
 using Point = std::array<double, 3>;
 using Face = std::array<std::uint32_t, 3>;
 
-// A tetrahedron of numbers that no float holds.
+// A tetrahedron whose coordinates no float represents exactly.
 const std::array<std::string, 4> kCorners = {"0.12345678901234567 -0.1 0", "1.1000000000000001 0 0", "0 1.1 -0.7",
                                              "0 0.3 1e-3"};
 const std::array<Point, 4> kPoints = {
@@ -352,7 +352,7 @@ TEST(PolygonSoup, ConcavePolygonsKeepTheirArea) {
   }
 }
 
-// assimp's own conversion of decimals is off by up to two steps of a float.
+// assimp's conversion of decimals has errors of up to two float steps.
 TEST(PolygonSoup, SharedMeshesAgreeWithAssimpToSinglePrecision) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
   int compared = 0;

@@ -14,7 +14,7 @@ double signed_area(const Polygon& p, std::uint32_t a, std::uint32_t b, std::uint
   return ((p[b][0] - p[a][0]) * (p[c][1] - p[a][1]) - (p[b][1] - p[a][1]) * (p[c][0] - p[a][0])) / 2;
 }
 
-// Every triangle is wound like the polygon, so equal areas mean no overlap and no gap.
+// Every triangle is wound like the polygon, so that equal areas exclude overlaps and gaps.
 void expect_partition(const Polygon& polygon) {
   double area = 0;
   for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Looks at a mesh, bakes it into memory, checks the asset against the mesh, compares it with a baked file and exports
+// Inspects a mesh, bakes it into memory, checks the asset against the mesh, compares it with a baked file and exports
 // it.
 #include <cstdio>
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Drops an asset by 10 mm on the ground and says where its centre of mass is a second later.
+// Drops an asset by 10 mm on the ground and prints the position of its centre of mass a second later.
 #include <btBulletDynamicsCommon.h>
 
 #include <cstdio>

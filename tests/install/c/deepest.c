@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// How deep does an asset sink into the ground, the plane z = 0 that holds its origin?
+// Prints how deep an asset penetrates the ground, the plane z = 0 through its origin.
 #include <stdio.h>
 
 #include "runtime/vps.h"
@@ -16,7 +16,7 @@ static VpsStatus sink(const char* path, VpsQueryResult* result) {
   if (status == vps_ok) status = vps_scratch_create(&scratch);
   if (status == vps_ok) {
     status = vps_traverse(shell, vps_half_space_ref(&ground), &pose, NULL, scratch, contacts, 16, result);
-    if (status == vps_output_full) status = vps_ok;  // the sums are of all points
+    if (status == vps_output_full) status = vps_ok;  // the sums include all points
   }
   vps_scratch_destroy(scratch);
   vps_asset_close(asset);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// How deep does an asset lie in a copy of itself that is moved by a few voxels?
+// Prints how deep an asset penetrates a copy of itself that is moved by a few voxels.
 #include <cstdio>
 #include <vector>
 

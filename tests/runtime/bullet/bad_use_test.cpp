@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is said of bad use: one line, at the first step, and no crash.
+// Bad use gives one message, at the first step, and no crash.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -60,7 +60,7 @@ TEST_F(BadUse, ADispatcherWithoutTheAlgorithmIsTold) {
   world.removeRigidBody(&floor);
 }
 
-// Worlds whose Shapes meet Shapes alone, as Bullet then calls nothing of a pair's.
+// Worlds with Shapes only: without the algorithm Bullet calls nothing of this library for their pairs.
 TEST_F(BadUse, OfTwoDispatchersTheOneWithoutTheAlgorithmIsTold) {
   World known;
   btDefaultCollisionConfiguration configuration;
@@ -95,7 +95,7 @@ TEST_F(BadUse, ABunnyOf155MetresIsTold) {
   shape.calculateLocalInertia(1, inertia);
   expect_one_line("is 154 m long and weighs 1 kg");
   EXPECT_NE(lines[0].find("--unit mm"), std::string::npos);
-  // A ship is as long, and weighs what it should.
+  // A ship of the same length has a plausible mass.
   lines.clear();
   bullet::Shape ship(baked_at(make_box({77, 10, 10}), 5));
   ship.calculateLocalInertia(btScalar(1e7), inertia);
@@ -133,7 +133,7 @@ TEST_F(BadUse, ABodyThatIsNowhereIsTold) {
 TEST(Parts, EachPlaysWhatItSays) {
   bullet::set_message_handler(nullptr);
   const auto slab = baked_at(make_box({0.3, 0.3, 0.1}), 0.01);
-  // The slab has more points: of two mixed shapes the brick gives the pointshell.
+  // The slab has more points: if both shapes are mixed, the brick gives the pointshell.
   struct Case {
     bullet::Part brick, slab;
     bool rests;

@@ -12,7 +12,7 @@
 namespace vps::test {
 namespace {
 
-// A brick on each kind of ground, whichever body was added first: it rests where it should, with sound contacts.
+// A brick rests at the right height with sound contacts on each kind of ground, whichever body was added first.
 enum class RestGround { box, sphere, plane, vps };
 class Rest : public testing::TestWithParam<std::tuple<RestGround, bool>> {};
 
@@ -53,7 +53,7 @@ TEST_P(Rest, ABodyStaysOnItsGroundInEitherOrder) {
       EXPECT_NEAR(p.getPositionWorldOnB().z(), 0, 0.002);
       const btVector3 gap = p.getPositionWorldOnA() - p.getPositionWorldOnB();
       EXPECT_NEAR(gap.dot(p.m_normalWorldOnB), p.getDistance(), 1e-5);
-      // Bullet's default would be centimetres wide.
+      // Bullet's default would be some centimetres.
       EXPECT_NEAR(manifold->getContactBreakingThreshold(), 0.0004, 1e-5);
     }
   }
@@ -137,7 +137,7 @@ TEST(ContactAlgorithm, ImpulsesSurviveFromStepToStep) {
   scene.add(box, 0, {0, 0, btScalar(-0.5)});
   scene.add(shape, 1, {0, 0, btScalar(0.0501)});
   scene.step(240);
-  scene.world.performDiscreteCollisionDetection();  // fresh points, no solver yet
+  scene.world.performDiscreteCollisionDetection();  // new contact points, before the solver
   double carried = 0;
   int oldest = 0;
   for (const btManifoldPoint& p : scene.points()) {
@@ -248,7 +248,7 @@ TEST(ContactAlgorithm, ContactTestsSeeThePairInEitherOrder) {
   CollectContacts none;
   scene.world.contactPairTest(&body, &floor, none);
   EXPECT_TRUE(none.points.empty());
-  EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);  // a test leaves nothing behind
+  EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);  // contactPairTest leaves no manifold
 }
 
 TEST(ContactAlgorithm, ChildrenOfCompoundsCollideWhereTheyAre) {
@@ -312,7 +312,7 @@ TEST(ContactAlgorithm, APairThatLacksAPartSaysSo) {
   scene.step(1);
   EXPECT_EQ(a.status(), Status::missing_part);
   EXPECT_EQ(b.status(), Status::missing_part);
-  // Against Bullet's own shapes the shell is enough; a map alone is not.
+  // Against Bullet's own shapes a pointshell suffices; a voxelmap alone does not.
   options.voxelmap = true;
   options.pointshell = false;
   bullet::Shape map_only(baked(make_sphere(0.05, 3), options));

@@ -8,7 +8,7 @@
 namespace vps::test {
 namespace {
 
-// 4 mm thick, two voxels.
+// 4 mm thick: two voxels.
 const std::shared_ptr<Asset>& wall() {
   static const auto asset = baked_at(make_box({0.002, 0.2, 0.2}), 0.002);
   return asset;
@@ -23,7 +23,7 @@ struct FastScene : World {
   ~FastScene() { world.removeAction(&continuous); }
 };
 
-// Thrown at a thin wall at x = 0.
+// Throws a shape at a thin wall at x = 0.
 double farthest(btCollisionShape& thrown, btCollisionShape& wall_shape, btScalar speed, btScalar spin,
                 btScalar restitution) {
   FastScene scene;
@@ -63,12 +63,12 @@ TEST(ContinuousMotion, ThinWallsStopFastBodies) {
       }
     }
   }
-  // A sphere of Bullet's at our wall.
+  // A Bullet sphere against the baked wall.
   btSphereShape sphere(btScalar(0.05));
   EXPECT_LT(farthest(sphere, baked_wall, 100, 0, btScalar(0.5)), -0.045);
 }
 
-// Contacts ahead stop bodies too, but for those that should bounce.
+// Speculative contacts stop bodies too, except those with restitution.
 TEST(ContinuousMotion, WithoutItBodiesThatBouncePass) {
   World scene;
   scene.world.setGravity({0, 0, 0});
@@ -143,7 +143,7 @@ TEST(ContactAlgorithm, ABodyThatLandsIsStoppedAtTheSurfaceAtAnyRate) {
   }
 }
 
-// Past a box's edge, and past each other: what is near but not met must not deflect.
+// Past a box's edge, and past each other: bodies that come near but do not collide must not be deflected.
 TEST(ContactAlgorithm, BodiesThatFlyPastAreNotDeflected) {
   bullet::Shape brick(baked_at(make_box({0.05, 0.05, 0.05}), 0.004));
   const bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
@@ -201,31 +201,31 @@ double energy(const btRigidBody& body) {
   return kinetic_energy(body) + 9.81 * double(body.getWorldTransform().getOrigin().z()) / double(body.getInvMass());
 }
 
-// Otherwise it kept the fall of the time that is taken from it, 2.7 mm a step at 60 Hz.
+// Otherwise it keeps the velocity that it gained in the time taken back: 2.7 mm per step at 60 Hz.
 TEST(ContinuousMotion, ABodyThatIsPutBackHasTheVelocityOfThatTime) {
   bullet::Shape thrown(ball());
   btBoxShape plate({1, 1, btScalar(0.5)});
   constexpr double kStep = 0.1;
-  // Up at a ceiling, forces have only slowed it, and nothing is taken.
+  // On the way up to a ceiling, gravity only slows the body, and its velocity is left as it is.
   for (const double start : {0.0, -2.0, 3.0}) {
     FastScene scene;
     scene.world.setGravity({0, 0, btScalar(-9.81)});
     const double side = start > 0 ? 1 : -1;
     scene.add(plate, 0, {0, 0, btScalar(0.56 * side)}).setRestitution(1);
     btRigidBody& body = scene.add(thrown, 1, {0, 0, 0});
-    body.setRestitution(1);  // or contacts ahead would stop it
+    body.setRestitution(1);  // otherwise speculative contacts stop it
     body.setLinearVelocity({0, 0, btScalar(start)});
     scene.step(1, btScalar(kStep));
     ASSERT_EQ(scene.continuous.stops(), 1U);
     const double at_end = start - 9.81 * kStep;
     const double moved = double(body.getWorldTransform().getOrigin().z());
     EXPECT_NEAR(moved, 0.01 * side, 0.001);
-    const double lived = moved / at_end;  // Bullet moves it by the end's velocity
+    const double lived = moved / at_end;  // Bullet moves it with the velocity at the step's end
     EXPECT_NEAR(double(body.getLinearVelocity().z()), start > 0 ? at_end : start - 9.81 * lived, 1e-3);
   }
 }
 
-// Held at the surface, where springs do not press yet, it would gain speed step by step.
+// If it were stopped at the surface, where the springs exert no force yet, it would gain speed every step.
 TEST(ContinuousMotion, ABodyOnSpringsSinksIntoThemAndGainsNoEnergy) {
   bullet::Shape soft(ball());
   const double sink = 0.006;  // two voxels

@@ -11,7 +11,7 @@ namespace {
 
 constexpr btScalar kStep = btScalar(1.0 / 240);
 
-// What lint says of a sound world after a change, and nothing else.
+// The settings that lint reports for a sound world after a change.
 template <class Change>
 std::string advice_after(Change change, btScalar step = kStep) {
   World scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planned scenes in Bullet: the same contacts as with everything baked, unused sections untouched, bad manifests
+// Planned scenes in Bullet: contacts equal those of a full bake, unused sections are not read, bad manifests are
 // refused.
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// A static map, a shell and a mixed body on a box and a plane: every part, and a body that meets nobody.
+// A static voxelmap, a pointshell and mixed bodies over a box, and a body that collides with none: every part occurs.
 std::string scene_text() {
   const auto body = [](const char* name, const char* mesh, const char* rest) {
     return std::string("[[body]]\nname = \"") + name + "\"\nmesh = \"" + VPS_SAMPLE_MESHES + "/" + mesh + ".obj\"\n" +
@@ -56,7 +56,7 @@ bool has_asset(const TemporaryFolder& folder, const char* output, const char* me
   return false;
 }
 
-// Every number of every contact point.
+// All data of every contact point.
 std::string contacts_of(World& world) {
   std::string bytes;
   const auto add = [&](const auto& value) { bytes.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -118,7 +118,7 @@ TEST(LoadScene, APlannedSceneAndAFullOneGiveTheSameContactsToTheBit) {
   EXPECT_EQ(manifest["bodies"][6]["shapes"][0]["primitive"], "box");
   EXPECT_FALSE(has_asset(folder, "planned", "cube"));
   EXPECT_TRUE(has_asset(folder, "full", "cube"));
-  // Everything in use, and every body ready for any part: what a world of whole assets is.
+  // As with whole assets: all sections in use, and every body mixed.
   Json whole = Json::parse(read_file(folder / "full/scene.vps.json"));
   for (Json& asset : whole["assets"]) asset["use"] = {"scaled", "pointshell"};
   for (Json& body : whole["bodies"]) {
@@ -134,7 +134,7 @@ TEST(LoadScene, APlannedSceneAndAFullOneGiveTheSameContactsToTheBit) {
   EXPECT_EQ(planned.contacts, play(folder / "full/whole.vps.json").contacts);
 }
 
-// Which of the pages from `first` up to `last` this process has in its page table.
+// Number of pages from `first` up to `last` that are in this process's page table.
 std::size_t resident_pages(const std::byte* first, const std::byte* last) {
   const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const int fd = ::open("/proc/self/pagemap", O_RDONLY | O_CLOEXEC);
@@ -149,7 +149,8 @@ std::size_t resident_pages(const std::byte* first, const std::byte* last) {
   return count;
 }
 
-// @return resident pages of a section, without those that the system maps round a touched one: 16 by default
+// Resident pages of a section, without its first and last 64 KiB: around a touched page the system maps up to 16
+// pages by default, also of a neighbouring section.
 std::size_t touched(const Asset& asset, SectionKind kind, std::size_t* all = nullptr) {
   constexpr std::ptrdiff_t kAround = 65536;
   const Section* const section = asset.directory().find(kind);
@@ -160,7 +161,7 @@ std::size_t touched(const Asset& asset, SectionKind kind, std::size_t* all = nul
   return last - first > 2 * kAround ? resident_pages(first + kAround, last - kAround) : 0;
 }
 
-// Whoever reads a section's pages from now on ends the program.
+// From now on, reading the section's pages crashes the program.
 void forbid(const Asset& asset, SectionKind kind) {
   const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
   const Section* const section = asset.directory().find(kind);
@@ -202,7 +203,7 @@ TEST(LoadScene, SectionsThatAreNotUsedAreNeverTouched) {
       large += asset(name).directory().find(kind)->bytes;
     }
   }
-  EXPECT_GT(large, 50'000'000U);  // much that could have been touched
+  EXPECT_GT(large, 50'000'000U);  // the unused sections are large
   std::size_t pages = 0;
   for (const SectionKind kind : kShell) {
     EXPECT_EQ(touched(asset("bolt"), kind), 0U);
@@ -215,7 +216,7 @@ TEST(LoadScene, SectionsThatAreNotUsedAreNeverTouched) {
   (void)touched(asset("bolt"), SectionKind::field_nodes, &pages);
   EXPECT_GT(pages, 0U);
 
-  // The same by the hardware's judgement.
+  // The same, enforced by memory protection.
   for (const char* name : {"bolt", "nut"}) {
     for (const SectionKind kind : kFields) forbid(asset(name), kind);
   }
@@ -223,7 +224,7 @@ TEST(LoadScene, SectionsThatAreNotUsedAreNeverTouched) {
   forbid(asset("nut"), SectionKind::scaled);
   world.step(60);
 
-  // Asked of the same file with everything in use, the same counts are not 0.
+  // With all sections of the same file in use, the counts are not 0.
   Asset whole;
   const Json manifest = Json::parse(read_file(folder / "full/scene.vps.json"));
   const std::string bolt = manifest["assets"][0]["file"];
@@ -286,7 +287,7 @@ TEST(LoadScene, BodiesHaveTheirNamesAndTheirPlaces) {
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
 }
 
-// A nut on a floor, planned into `out`. @return its manifest
+// Plans a nut on a floor into `out`. @return its manifest
 Json bake_nut(const TemporaryFolder& folder) {
   write_file(
       folder / "scene.toml",
@@ -426,7 +427,7 @@ TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
   std::string infinite = simple().dump();
   infinite.replace(infinite.find("0.004"), 5, "1e999");
   expect_refused(infinite, "not JSON");
-  // Cut anywhere, a manifest is junk; with any byte changed it is junk or another scene, and nothing crashes.
+  // A truncated manifest is not JSON. A manifest with a changed byte is refused or is another scene. Nothing crashes.
   const std::string good = simple().dump();
   for (std::size_t size = 0; size < good.size(); size += 7) expect_refused(good.substr(0, size), "not JSON");
   for (std::size_t i = 0; i < good.size(); i += 5) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Grounds of triangles of every kind that Bullet has, and bodies for them.
+/// @file Grounds as every kind of Bullet's triangle shapes, and bodies for them.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
@@ -71,7 +71,7 @@ inline btTriangleMesh to_bullet(const TriangleMesh& mesh, double scale = 1) {
 
 enum class Kind { bvh, scaled, multimaterial, terrain, gimpact };
 
-// A square ground of the height function, as a shape of any kind.
+// A square ground with heights from a function, as a triangle shape of any kind.
 class Ground {
  public:
   Ground(Kind kind, double half, int n, const Height& height = flat, Winding winding = Winding::up)
@@ -123,7 +123,7 @@ class Ground {
   std::unique_ptr<btConcaveShape> shape_;
 };
 
-// GImpact's registration takes table entries away, so ours comes after it.
+// GImpact's registration replaces table entries, so register_algorithm() is called after it.
 struct MeshWorld : World {
   MeshWorld() {
     btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher);
@@ -166,7 +166,7 @@ inline TriangleMesh pyramid(double half_width, double height) {
   return mesh;
 }
 
-/// Every kind, before and after the body in the world.
+/// Every kind, added to the world before or after the body.
 class EveryMesh : public testing::TestWithParam<std::tuple<Kind, bool>> {};
 
 }  // namespace vps::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Every convex shape of Bullet's, planes, compounds and baked shapes: each meets ours as ground and as moving body,
-// whichever was added first.
+// Contacts of baked shapes with Bullet's convex shapes, planes, compounds and other baked shapes. Each is tested as
+// ground and as moving body, whichever was added first.
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ const std::shared_ptr<Asset>& partner_ball() {
   return asset;
 }
 
-// A shape, and what it is made of.
+// A shape and the parts that it refers to.
 struct Made {
   std::unique_ptr<btCollisionShape> shape;
   std::vector<std::unique_ptr<btCollisionShape>> parts;
@@ -109,7 +109,7 @@ Made of_asset(const std::shared_ptr<Asset>& asset) {
   return out;
 }
 
-// `to_ground`: from its origin to the lowest place, as it stands.
+// `to_ground`: distance from its origin down to its lowest point in its resting pose. [m]
 struct Partner {
   const char* name;
   std::function<Made()> make;
@@ -136,7 +136,7 @@ const Partner kMoving[] = {
     {"baked_ball", [] { return of_asset(partner_ball()); }, 0.05, true},
 };
 
-// With a flat top, `to_ground` above its origin.
+// Flat top faces at `to_ground` above the origin.
 const Partner kGround[] = {
     {"box", [] { return make<btBoxShape>(vec(1, 1, 0.5)); }, 0.5},
     {"plane", [] { return make<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0)); }, 0},
@@ -183,7 +183,7 @@ struct PartnerScene : World {
   }
   double height() const { return double(body->getWorldTransform().getOrigin().z()); }
 
-  // The normal lies on the second body and points to the first, and the two places go with it.
+  // The normal lies on the second body and points to the first; the two positions agree with it.
   void expect_sound_contacts() {
     int contacts = 0;
     for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
@@ -219,7 +219,7 @@ TEST_P(MovingPartner, RestsOnOurGround) {
   }
   EXPECT_EQ(ground.status(), Status::ok);
   EXPECT_NEAR(scene.height(), rest, 0.002);
-  // Round bodies may roll away on the points they fell on.
+  // Round bodies may roll away.
   EXPECT_LT(speed(*scene.body), GetParam().partner.round ? 0.35 : 0.02);
   EXPECT_LT(fastest, 0.6);
   scene.expect_sound_contacts();
@@ -283,7 +283,7 @@ TEST_P(GroundPartner, LetsOurBallRoll) {
   scene.body->setAngularVelocity({0, btScalar(0.25 / 0.05), 0});
   const btScalar from = scene.body->getWorldTransform().getOrigin().x();
   scene.step(240);
-  // Its mesh has faces of 2 mm: a polyhedron loses speed on its edges.
+  // The mesh's faces are 2 mm large: a polyhedron loses speed on its edges.
   EXPECT_NEAR(scene.body->getWorldTransform().getOrigin().x() - from, 0.23, 0.03);
   EXPECT_NEAR(scene.height(), 0.05, 0.001);
   EXPECT_GT(scene.body->getLinearVelocity().x(), 0.15);
@@ -309,7 +309,7 @@ TEST_P(GroundPartner, StopsOurBrickAt3MetresPerSecond) {
 
 INSTANTIATE_TEST_SUITE_P(All, GroundPartner, testing::ValuesIn(cases(kGround)), case_name);
 
-// The planes of its faces must not be rounded at the size of the hull.
+// The rounding of the planes of its faces must not grow with the size of the hull.
 TEST(Partners, ALargeTurnedHullIsAsHighAsItsCorners) {
   const btMatrix3x3 turn(btQuaternion(btVector3(1, btScalar(0.7), btScalar(0.3)).normalized(), btScalar(0.6)));
   btConvexHullShape ground;
@@ -339,7 +339,7 @@ TEST(Partners, AHullWhosePointsMoveIsNoticed) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0, 0.001);
 }
 
-// Places beside the sharp rim of a lens of 2 mm. Its faces are so flat that any place outside the rim is nearest to it.
+// Points beside the sharp rim of a lens of 2 mm. Its faces are so flat that the rim is nearest to any point outside it.
 TEST(Partners, SmallFlatHullsAreAsFarAsTheyAre) {
   const double half = 0.001;
   const double height = 0.02 * half;
@@ -365,7 +365,7 @@ TEST(Partners, SmallFlatHullsAreAsFarAsTheyAre) {
   }
 }
 
-// Places beside the edges and tips of needles, where GJK ends too early.
+// Points beside the edges and tips of a needle, where GJK ends too early.
 TEST(Partners, NeedlesAreAsFarAsTheyAre) {
   const std::vector<btVector3> points = corners(btScalar(0.001), btScalar(0.1));
   btConvexHullShape needle(&points[0][0], 8, int{sizeof(btVector3)});

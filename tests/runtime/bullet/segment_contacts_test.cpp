@@ -123,7 +123,7 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
                             bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
     return bullet::approach(pair, btScalar(1.0 / 30));
   };
-  // A step's fall is 10.9 mm, five are 54.5 mm, a voxel is 4 mm.
+  // In a step a body falls 10.9 mm, five times that is 54.5 mm; a voxel is 4 mm.
   EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
   EXPECT_EQ(approach(0).phase, bullet::Approach::Phase::resting);
   EXPECT_EQ(approach(1.4).phase, bullet::Approach::Phase::resting);
@@ -171,7 +171,7 @@ TEST(SegmentContacts, MoreThanTheDeepestIsKeptWhereASegmentTouchesAndTheBodyIsNo
   };
   EXPECT_GT(contacts_at(0, 0), 1U);
   EXPECT_EQ(contacts_at(0, 5), 1U);
-  // A step's fall is 2.7 mm, eight voxels are 4 mm; at 0.1 m/s a body goes 4.4 mm.
+  // In a step a body falls 2.7 mm, with 0.1 m/s it moves 4.4 mm; eight voxels are 4 mm.
   EXPECT_GT(contacts_at(0.001, 0), 1U);
   EXPECT_EQ(contacts_at(0.0042, 0.1), 1U);
 }

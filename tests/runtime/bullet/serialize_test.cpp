@@ -44,13 +44,13 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   bullet::Shape shape(asset);
   EXPECT_EQ(std::string(importer.getNameForPointer(loaded.world.getCollisionObjectArray()[1]->getCollisionShape())),
             bullet::asset_key(*asset) + " brick");
-  // Another asset's Shape leaves the boxes.
+  // A Shape of another asset replaces no box.
   bullet::Shape other(baked_at(make_box({0.05, 0.04, 0.03}), 0.005));
   bullet::Shape* others[] = {&other};
   EXPECT_EQ(bullet::reattach(loaded.world, others), 0);
   bullet::Shape* shapes[] = {&other, &shape};
   const int count = bullet::reattach(loaded.world, shapes);
-  EXPECT_EQ(count, 3);  // a body's, and two children's
+  EXPECT_EQ(count, 3);  // one of a body, two of children
   for (int i = 0; i < 3; ++i) {
     loaded.world.getCollisionObjectArray()[i]->setActivationState(DISABLE_DEACTIVATION);
   }

@@ -10,7 +10,7 @@ namespace vps::test {
 namespace {
 
 TEST(Shape, BoundsAndInertiaAreThoseOfTheBody) {
-  // Off-centre in its own frame: the shape's origin moves to the centre of mass.
+  // The box is off-centre in its own frame: the shape's origin moves to the centre of mass.
   const auto asset = baked_at(make_box({0.05, 0.04, 0.03}, {0.2, 0, -0.1}), 0.005);
   const bullet::Shape shape(asset);
   EXPECT_NEAR(shape.centre_of_mass().x(), 0.2, 1e-6);

@@ -110,7 +110,7 @@ TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
 }
 
 TEST(TriangleContacts, ASpikeOnFlatGroundIsFelt) {
-  // The ground is nearer to the points than the spike between them.
+  // The flat ground is nearer to the body's points than the spike between them.
   for (int k = 0; k < 8; ++k) {
     MeshWorld scene;
     bullet::Shape shape(brick());
@@ -122,13 +122,13 @@ TEST(TriangleContacts, ASpikeOnFlatGroundIsFelt) {
     btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.0499)});
     const auto found = contacts_of(scene, body, ground);
     ASSERT_FALSE(found.empty()) << k;
-    EXPECT_NEAR(deepest(found), 0.0001, 0.02 * 0.004) << k;  // but for the rounding of samples
+    EXPECT_NEAR(deepest(found), 0.0001, 0.02 * 0.004) << k;  // within the rounding of samples
   }
 }
 
 TEST(TriangleContacts, APlateIsNotPulledThroughByItsFarSide) {
   MeshWorld scene;
-  const double half = 0.002;  // half a voxel: either side sees what the other touches
+  const double half = 0.002;  // half a voxel: each side also finds the triangles that touch the other
   bullet::Shape shape(baked_at(make_box({0.05, 0.05, half}), 0.004));
   Ground ground(Kind::bvh, 0.5, 20);
   btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
@@ -158,7 +158,7 @@ TEST(TriangleContacts, TrianglesWithoutAreaOrNumbersAreLeftOut) {
   mesh.vertices.insert(mesh.vertices.end(), {{0, 0, 0.1}, {nan, 0, 0}, {0, 1e30, 0}});
   mesh.triangles.insert(mesh.triangles.end(),
                         {{base, base, base}, {0, 1, 2}, {base, base + 1, 3}, {0, 5, base + 1}, {0, base + 2, 7}});
-  // GImpact's boxes and quantized trees are their own affair: the triangles come one by one.
+  // Passes the triangles one by one, without a tree: Bullet's quantized trees and GImpact's boxes are not tested here.
   struct Soup final : btTriangleMeshShape {
     explicit Soup(btStridingMeshInterface* mesh) : btTriangleMeshShape(mesh) {
       m_shapeType = TRIANGLE_MESH_SHAPE_PROXYTYPE;
@@ -218,7 +218,7 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
       options.segment_level = shape.segment_level();
       bullet::FoundContacts found;
       EXPECT_EQ(bullet::find_contacts(pair, options, with, found), Status::ok);
-      // The next query uses the same memory of the thread.
+      // Copied, as the thread's next query overwrites this memory.
       return std::pair(std::vector<Contact>(found.contacts.begin(), found.contacts.end()),
                        std::vector<std::uint32_t>(found.features.begin(), found.features.end()));
     };

@@ -79,7 +79,7 @@ TEST_P(EveryMesh, ABrickSlidesOverItWithoutAKick) {
   btRigidBody& body = scene.add(shape, 1, turned({0, 0, 1}, 0.3, {btScalar(-0.4), btScalar(0.003), btScalar(0.0505)}));
   if (!ground_first) scene.add(*ground, 0, {0, 0, 0});
   scene.step(60);
-  const double friction = 0.25;  // of the product
+  const double friction = 0.25;  // product of both frictions
   body.setLinearVelocity({btScalar(1.5), 0, 0});
   btVector3 last = body.getLinearVelocity();
   for (int i = 0; i < 120; ++i) {
@@ -182,7 +182,7 @@ TEST(TriangleContacts, ABodyRestsOnABedOfSpikes) {
 }
 
 TEST(TriangleContacts, ABrickRestsAcrossARidge) {
-  // A long wall whose edge is sharper than the points' spacing tells, and two of them: the brick lies on both.
+  // The brick rests on two long walls whose edges are sharper than the spacing of the points resolves.
   MeshWorld scene;
   bullet::Shape shape(brick());
   TriangleMesh walls;

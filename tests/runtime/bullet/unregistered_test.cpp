@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A program of its own: what is told depends on no dispatcher of the program being registered.
+// A separate program, as the message is printed only if no dispatcher of the program has the algorithm registered.
 #include <gtest/gtest.h>
 
 #include "tests/runtime/bullet/world.h"

@@ -36,7 +36,7 @@ inline double speed(const btRigidBody& body) {
   return double(body.getLinearVelocity().length()) + 0.05 * double(body.getAngularVelocity().length());
 }
 
-/// How many manifolds have a contact; none may have two.
+/// Number of manifolds with a contact; expects at most one contact in each.
 inline int count_single_contacts(World& scene) {
   int manifolds = 0;
   for (int m = 0; m < scene.dispatcher.getNumManifolds(); ++m) {

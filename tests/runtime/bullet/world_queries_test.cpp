@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What Bullet asks of shapes besides contacts: rays, sweeps, drawing, characters.
+// Uses of shapes by Bullet besides contacts: rays, sweeps, drawing, characters.
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletDynamics/Character/btKinematicCharacterController.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ double distance_to_torus(const btVector3& p) {
   return std::hypot(std::hypot(double(p.x()), double(p.y())) - 0.1, double(p.z())) - 0.03;
 }
 
-// The first place of a ray in the torus, by small steps.
+// Fraction of the way at which a ray enters the torus, found in small steps; 1: it misses.
 double first_inside(const btVector3& from, const btVector3& to) {
   for (int i = 0; i <= 20000; ++i) {
     if (distance_to_torus(from + (to - from) * btScalar(i / 20000.0)) <= 0) return i / 20000.0;
@@ -49,7 +49,7 @@ TEST(Rays, HitWhereTheSurfaceIsAndNowhereElse) {
     const double expected = first_inside(from, to);
     const double length = double((to - from).length());
     if (expected == 1) {
-      // But for the mesh's faces and the field's error a ray may pass outside.
+      // A ray that just misses the torus may hit, within the error of the mesh's faces and of the field.
       if (ray.hasHit()) {
         EXPECT_LT(distance_to_torus(ray.m_hitPointWorld), 4e-4) << i;
       }
@@ -59,7 +59,7 @@ TEST(Rays, HitWhereTheSurfaceIsAndNowhereElse) {
     const btVector3 axis = btVector3(place.x(), place.y(), 0).normalized() * btScalar(0.1);
     const btVector3 normal = (place - axis).normalized();
     const double slope = -double(normal.dot((to - from).normalized()));
-    if (slope < 0.1) continue;  // grazing: depths are no distances along the ray
+    if (slope < 0.1) continue;  // grazing: depth does not bound the distance along the ray
     ++hits;
     ASSERT_TRUE(ray.hasHit()) << i;
     EXPECT_NEAR(double(ray.m_closestHitFraction) * length, expected * length, 4e-4 / slope) << i;

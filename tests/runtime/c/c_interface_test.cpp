@@ -69,7 +69,7 @@ void expect_equal(const VpsImpactResult& a, const ImpactResult& b) {
   EXPECT_EQ(a.iterations, b.iterations);
 }
 
-// What the C program was told of distances.
+// Compares separation and time of impact of the C program with those of the C++ interface.
 template <class AnyField>
 void expect_distances(const PointshellView& shell, const AnyField& field, const Sweep& fall, const Pose& pose,
                       const VpsSeparation& separated, const VpsImpactResult& impact) {
@@ -185,7 +185,7 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   ASSERT_EQ(penalty_wrench(all, law, twist, wrench), Status::ok);
   WrenchGradient gradient;
   ASSERT_EQ(penalty_gradient(all, {}, law, twist, gradient), Status::ok);
-  // C sums up in the same order.
+  // The C interface adds up in the same order.
   expect_equal<3>(c->wrench.force, wrench.force);
   expect_equal<3>(c->wrench.torque, wrench.torque);
   for (std::size_t i = 0; i < 36; ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A program in C99 that uses the runtime, for the C++ test to compare with.
+/// @file A C99 program that uses the runtime. The C++ test compares its results with those of the C++ interface.
 #pragma once
 
 #include "runtime/vps.h"
@@ -24,7 +24,7 @@ typedef struct Answers {
   uint32_t segment_level;  // for 15
   float box_normal[3], sphere_normal[3];
   VpsQueryResult coarse_result, hasty_result;  // level 2, 300 tests
-  VpsQueryResult cached_result;                // the second time, scaled
+  VpsQueryResult cached_result;                // second query with a cache, scaled field
   VpsWrench wrench;                            // of the contacts
   VpsWrenchGradient gradient;
   VpsContact kept[kKept];
@@ -36,7 +36,7 @@ typedef struct Answers {
   VpsClosestPoint closest;
 } Answers;
 
-/// What `ask` asks with.
+/// Inputs of `ask`.
 extern const VpsPenaltyLaw kLaw;
 extern const VpsTwist kTwist;
 extern const VpsSeparationOptions kSeparationOptions;
@@ -44,20 +44,20 @@ extern const VpsImpactOptions kImpactOptions;
 extern const VpsRay kRay;
 extern const VpsClosestPointOptions kClosestPointOptions;
 
-/// The shell's pose, moving down.
+/// A sweep from the shell's pose downwards.
 VpsSweep falling(const VpsPose* pose);
 
-/// Asks everything once. Bodies are one asset twice, the shell moved by `pose`.
+/// Calls every query once. Both bodies are the same asset, the shell moved by `pose`.
 /// @return 0, or the line of the first call that did not return what it should
 int ask(const char* path, const VpsPose* pose, const float point[3], const float inward_normal[3], Answers* answers);
 
-/// Opens an asset in memory, at a wrong address and too short as well.
+/// Opens an asset in memory. Tries a misaligned address and truncated bytes as well.
 /// @param bytes  of a whole file with both parts, aligned to 8
 /// @param info   of the asset
 /// @return 0, or the line of the first call that did not return what it should
 int open_in_memory(const void* bytes, size_t count, VpsAssetInfo* info);
 
-/// NULL for every pointer in turn, and arguments out of range.
+/// Passes NULL for every pointer in turn, and arguments out of range.
 /// @param no_map    an asset without a voxelmap
 /// @param no_shell  an asset without a pointshell
 /// @return 0, or the line of the first call that did not return what it should

@@ -11,7 +11,7 @@
 namespace vps::test {
 namespace {
 
-// A box as a tool over a slab whose top is at z = 0.
+// The pointshell of a tool and a voxelmap, baked from two meshes.
 struct Bench {
   std::shared_ptr<Asset> tool_asset, map_asset;
   PointshellView tool;
@@ -25,6 +25,7 @@ struct Bench {
     EXPECT_EQ(map_asset->voxelmap(map), Status::ok);
   }
 };
+// The slab's top is at z = 0.
 Bench box_on_slab() {
   return {make_box({0.02, 0.02, 0.02}, {0.01, 0, 0}), make_box({0.1, 0.1, 0.02}, {0, 0, -0.02}), 0.002};
 }
@@ -74,7 +75,7 @@ TEST(VirtualTool, APressedToolStaysOutAndRendersTheSpringsStiffness) {
   }
   const double rendered = (cycle.felt.force[2] - at_1mm) / (0.005 - (0.006 * 0.333 - 0.001));
   EXPECT_NEAR(rendered, 1500, 3);
-  // Nothing is kept when the hand lifts off.
+  // No force remains when the hand lifts off.
   for (int i = 0; i < 5; ++i) ASSERT_EQ(tool.step(at(0, 0, 0.03), cycle), Status::ok);
   EXPECT_NEAR(cycle.felt.force[2], 0, 1e-3);
 }
@@ -101,7 +102,7 @@ TEST(VirtualTool, AClosedWayGivesNoEnergy) {
 }
 
 TEST(VirtualTool, APegFindsItsHoleByTheWalls) {
-  // 0.1 mm clear all round, and the hand 0.5 mm beside the axis.
+  // The clearance is 0.1 mm all round, and the hand is 0.5 mm beside the axis.
   const Bench s(samples::make_peg(), samples::make_hole(), 0.0004);
   const auto& peg = s.tool_asset->info();
   const auto& hole = s.map_asset->info();

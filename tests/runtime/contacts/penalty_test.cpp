@@ -42,7 +42,7 @@ Wrench wrench(std::span<const Contact> contacts, const PenaltyLaw& law, const Tw
 }
 
 TEST(Penalty, IsTheSameForCoarseAndFineShells) {
-  // A sphere half in water and half off its edge: a force, and a torque about the origin.
+  // A sphere penetrates a box by 10 mm, off-centre: there is a force and a torque about the origin.
   const double r = 0.05;
   std::vector<std::array<double, 6>> found;
   std::vector<std::uint32_t> points;
@@ -76,7 +76,7 @@ TEST(Penalty, IsTheSameForCoarseAndFineShells) {
   }
 }
 
-// Contacts that a rigid motion carries along, with V that falls along the field's normals: what the gradient is of.
+// The model that the gradient differentiates: contacts move with a rigid motion, and V falls along the field's normals.
 struct Motion {
   std::vector<Contact> contacts;
   std::vector<Vec3> outward;
@@ -141,7 +141,7 @@ TEST(Penalty, ItsGradientIsTheDifferenceOfItsForces) {
   int pressing = 0;
   for (int n = 0; n < 20; ++n) {
     Motion motion(random);
-    // Away from the kinks of the law, which no gradient describes.
+    // Avoids the kinks of the law, where it has no gradient.
     std::erase_if(motion.contacts, [&](const Contact& c) {
       const Vec3 arm = plus(c.position, motion.twist.centre, -1);
       const Vec3 velocity = plus(motion.twist.linear, cross(motion.twist.angular, arm), 1);
@@ -160,7 +160,7 @@ TEST(Penalty, ItsGradientIsTheDifferenceOfItsForces) {
 }
 
 TEST(Penalty, ItsGradientIsThatOfWholeQueries) {
-  // A sphere's field and a sphere's shell, asked again after each small step.
+  // A sphere's field and a sphere's shell, queried again after each small step.
   Pair s;
   const SphereField field{0.06F};
   const Pose pose = pose_at(0.05, -0.02, 0.03);

@@ -50,7 +50,7 @@ TEST(ReduceContacts, FewContactsKeepTheForceAndTorqueOfAll) {
         ASSERT_EQ(c.node, same->node);
       }
       ASSERT_EQ(few[0].penetration, static_cast<float>(found.delta)) << "the deepest first";
-      // The residual is what it says: against the sums of lengths.
+      // The residual is relative to the sums of the lengths, as documented.
       double force = 0;
       double torque = 0;
       for (const Contact& c : all) {
@@ -71,7 +71,7 @@ TEST(ReduceContacts, FewContactsKeepTheForceAndTorqueOfAll) {
       }
     }
   }
-  // On the curved patches between a sphere and a torus.
+  // Most reductions are exact, even on the curved patches between a sphere and a torus.
   EXPECT_GT(reduced, 100);
   EXPECT_GT(exact, 0.9 * reduced) << exact << " of " << reduced;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kRoom = 100;
 
-// Bodies strewn about, most of them apart.
+// Bodies at random poses, most of them apart.
 struct Crowd {
   Pair pair;
   std::vector<PairQuery> queries;

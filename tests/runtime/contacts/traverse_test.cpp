@@ -29,11 +29,11 @@ std::vector<double> every_penetration(const Pair& s, const Pose& pose) {
   return out;
 }
 
-// Eqs. (2) and (3) over points, by their own V.
+// Eqs. (2) and (3), summed over points with their own V.
 struct Sums {
   double force[3] = {0, 0, 0};
   double torque[3] = {0, 0, 0};
-  double weights = 0;  // of the points that press, or would after rounding
+  double weights = 0;  // of the points that penetrate, or would after rounding
 
   Sums(const Pair& s, const Pose& pose, Weight weighed, const std::set<std::uint32_t>& points,
        const std::vector<double>& penetrations) {
@@ -57,9 +57,9 @@ struct Sums {
   }
 };
 
-// With sampled fields the contacts are exactly the points with V >= -contact distance, but for points within `rounding`
-// of it. With layers, Eq. (4) exceeds the true distance by up to half a diagonal where normals do not oppose the
-// gradient: far points may seem to touch. The tree may leave those out, but none that truly touches.
+// With sampled fields the contacts are exactly the points with V >= -contact distance; points within `rounding` of that
+// limit may differ. With layers, Eq. (4) exceeds the true V by up to half a diagonal where normals do not oppose the
+// gradient, so that far points seem to touch. The tree may skip those, but no point that truly touches.
 void expect_contacts(const Pair& s, const Pose& pose, const std::set<std::uint32_t>& found,
                      const std::vector<double>& penetrations, double contact_distance, double rounding,
                      const Oracle& oracle) {
@@ -93,7 +93,7 @@ TEST(Traverse, FindsExactlyTheContactsThatEveryPointTestedAloneGives) {
         std::set<std::uint32_t> found;
         for (std::uint32_t i = 0; i < result.contacts; ++i) found.insert(s.contacts[i].point);
         ASSERT_EQ(found.size(), result.contacts);
-        // Penetrations are rounded in the kernel's own order.
+        // The kernel computes in another order and rounds differently.
         const double rounding = 5e-5 * s.map.voxel_size;
         expect_contacts(s, pose, found, penetrations, options.contact_distance, rounding, oracle);
         if (testing::Test::HasFatalFailure()) return;
@@ -117,7 +117,7 @@ bool same_bytes(std::span<const Contact> a, std::span<const Contact> b) {
   return std::ranges::equal(std::as_bytes(a), std::as_bytes(b));
 }
 
-// Small and large steps, forth and back, turning: contacts must not depend on what is remembered.
+// Small and large steps, to and fro, with rotation: contacts must not depend on the cache.
 TEST(Traverse, ACacheChangesNoContacts) {
   Pair s;
   const BoxField box{{0.2F, 0.2F, 0.0605F}};
@@ -129,7 +129,7 @@ TEST(Traverse, ACacheChangesNoContacts) {
     int touching = 0;
     Pose pose = pose_at(0.09, 0, 0.08);
     for (int n = 0; n < 3000; ++n) {
-      // At rest, creeping, and now and then a jump.
+      // Tiny steps, small steps, and a jump every 50 steps.
       const double step = n % 50 == 0 ? 0.004 : n % 3 == 0 ? 1e-5 : 1e-7;
       for (double& x : pose.translation) x += random.between(-step, step);
       pose.translation[2] += pose.translation[2] > 0.085 ? -step : step * random.between(-1, 1);
@@ -169,8 +169,8 @@ TEST(Traverse, ACacheChangesNoContacts) {
   }
 }
 
-// Highway takes the best instructions of the machine; the others must give the same answer up to rounding, and each its
-// own to the bit.
+// Highway selects the machine's best instruction set. The others must give the same result up to rounding, and each
+// must reproduce its own result to the bit.
 TEST(Traverse, EveryInstructionSetGivesTheSameAnswer) {
   Pair s;
   const std::int64_t supported = hwy::SupportedTargets();
@@ -212,7 +212,7 @@ TEST(Traverse, EveryInstructionSetGivesTheSameAnswer) {
       for (const Contact& c : contacts[0]) first[c.point] = c.penetration;
       for (const Contact& c : contacts[t]) {
         if (!first.contains(c.point)) {
-          // At the very end of the contact distance, or as deep as another point of its segment.
+          // At the limit of the contact distance, or as deep as another point of its segment.
           ASSERT_TRUE(options.segment_level > 0 || c.penetration < rounding - options.contact_distance);
           continue;
         }

@@ -35,7 +35,7 @@ struct Place {
   double r, z;
 };
 
-// The profile's border in the half plane r >= 0, in steps of a thousandth.
+// Points on the profile's border in the half plane r >= 0, at most about 0.001 apart.
 std::vector<Place> border(const RevolvedField& solid) {
   std::vector<Place> out;
   const double radius = double{solid.radius};

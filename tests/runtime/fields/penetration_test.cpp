@@ -17,8 +17,8 @@ struct Case {
   double band_error_vx;  // largest error near the surface, with the ideal normal
 };
 
-// Against CGAL: V in the band within the field's error, and the right sign and no more distance than there is
-// elsewhere.
+// Compares V with CGAL's distance. In the band V is within the field's error. Elsewhere sampled fields have the right
+// sign and do not exceed the true distance.
 void expect_penetration(const TriangleMesh& mesh, double s, const Case& c) {
   const auto asset = baked(mesh, all_fields(s));
   VoxelmapView map;
@@ -35,7 +35,7 @@ void expect_penetration(const TriangleMesh& mesh, double s, const Case& c) {
     const Vec3 point{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
     const std::array<double, 3> exact = {point.x, point.y, point.z};
     const double truth = oracle.penetration(exact);
-    // The ideal inward normal of a touching shell: against the gradient of V.
+    // The ideal inward normal of a touching shell points against the gradient of V.
     const double h = 1e-6;
     Vec3 normal;
     float* const n_axis[3] = {&normal.x, &normal.y, &normal.z};

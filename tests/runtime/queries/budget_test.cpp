@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Levels of detail, budgets, areas of nodes, and who plays what.
+// Levels of detail, budgets, areas of nodes, and the choice of shell and map.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,8 +20,8 @@ std::vector<float> areas_of(const PointshellView& shell) {
   return areas;
 }
 
-// The largest V of all points, one after the other. Far outside the field has no samples and claims too little
-// distance: those points are left out.
+// The largest V of all points, tested one by one. Points far outside are left out: the field has no samples there and
+// underestimates the distance.
 double deepest_of(const Pair& s, const Pose& pose) {
   float deepest = -std::numeric_limits<float>::max();
   for (std::uint32_t i = 0; i < s.shell.points; ++i) {
@@ -129,7 +129,7 @@ TEST(LevelOfDetail, ABoundHoldsForAllPointsAndContactsStandForNodes) {
 }
 
 TEST(LevelOfDetail, TheForceOfACoarserShellIsNearlyThatOfAllPoints) {
-  // A submerged sphere: its volume, whatever the number of points (Archimedes).
+  // The force on a submerged sphere is its volume, for any number of points (Archimedes).
   Pair s;
   const std::vector<float> areas = areas_of(s.shell);
   QueryOptions options;
@@ -201,7 +201,7 @@ TEST(Budget, ThatIsAmpleReachesTheEndOfAWideTree) {
   const auto asset = baked(make_box({0.05, 0.05, 0.05}), options);
   PointshellView shell;
   ASSERT_EQ(asset->pointshell(shell), Status::ok);
-  // A node and its children's own points are more than a block of work.
+  // A node and its children's own points exceed one block of work.
   std::uint32_t widest = 0;
   for (std::uint32_t node = 0; node < shell.level_offsets[shell.levels - 1]; ++node) {
     widest = std::max(widest, shell.children[2 * node + 1]);
@@ -261,7 +261,8 @@ TEST(Budget, BadUseGetsAStatus) {
             Status::bad_argument);
 }
 
-// The rows of points are shorter than those of nodes here. They are copied to where sanitizers notice a read beyond.
+// Here the rows of points are shorter than those of nodes. They are copied so that sanitizers detect a read past the
+// end.
 TEST(Traverse, AShellMayHaveMoreNodesThanPoints) {
   Pair s;
   bake::BakeOptions options = all_fields(0.004);
@@ -280,7 +281,7 @@ TEST(Traverse, AShellMayHaveMoreNodesThanPoints) {
   Random random;
   for (int n = 0; n < 300; ++n) {
     Pose pose = random_pose(random, 0.12);
-    // Mostly a touch at the top of the ring, in one leaf or few.
+    // Three poses of four penetrate the top of the ring by 0.1 mm, in one leaf or few.
     const double centre[3] = {0.01, 0.02, 0.03};
     const double touch[3] = {0.1, 0, 0.04 + 0.05 - 1e-4};
     for (int i = 0; i < 3 && n % 4 > 0; ++i) {

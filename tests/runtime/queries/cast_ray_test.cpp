@@ -33,7 +33,7 @@ Ray random_ray(Random& random, double from, double to) {
   return ray;
 }
 
-// By small steps along the ray, which the field itself answers.
+// Compares with the field's values at small steps along the ray.
 TEST(CastRay, StopsWhereTheFieldFirstTurnsPositive) {
   const auto asset = baked(make_torus(0.1, 0.04, 40, 20), all_fields(0.006));
   for (const Field field : {Field::scaled, Field::real}) {
@@ -56,7 +56,7 @@ TEST(CastRay, StopsWhereTheFieldFirstTurnsPositive) {
       ++hits;
       ASSERT_LT(hit.steps, 300U);
       ASSERT_NEAR(hit.position.x, along(ray, hit.distance).x, 1e-6);
-      // A root between two steps, or the jump between bricks of different levels.
+      // The steps missed a root, or the field jumps between bricks of different levels.
       if (hit.distance > 0 && first - hit.distance > step) {
         ASSERT_GE(penetration(map, hit.position, {}), -0.01 * map.voxel_size) << n;
       }

@@ -17,7 +17,7 @@ std::array<double, 3> exact(Vec3 p) {
   return {p.x, p.y, p.z};
 }
 
-// Points in the band, in the grid, and far off, against CGAL.
+// Compares with CGAL's distance at points in the band, in the grid and far away.
 void expect_closest(const TriangleMesh& mesh, double s, Field field) {
   const auto asset = baked(mesh, all_fields(s));
   VoxelmapView map;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::array<double, 3> kHalf{0.05, 0.03, 0.02};
 
-// The box as a map, a torus as a shell.
+// A box as voxelmap, a torus as pointshell.
 struct Pair {
   TriangleMesh torus = make_torus(0.03, 0.012, 40, 24);
   std::shared_ptr<Asset> map_asset, shell_asset;
@@ -43,7 +43,8 @@ double box_depth(const std::array<double, 3>& p) {
   return -std::sqrt(outside) - std::min(inside, 0.0);
 }
 
-// The largest depth of a mesh's surface in the box: of points so dense that every other is closer than `reach` to one.
+// The largest depth of a mesh's surface in the box, taken over points. Every surface point is closer than `reach` to
+// one of them.
 struct Truth {
   std::vector<std::array<double, 3>> points;
   double reach = 0;
@@ -70,7 +71,7 @@ struct Truth {
   }
 };
 
-// Deep to near, most of them touching or nearly so, and now and then a hundred sizes away.
+// A third within 3 mm of touching, a tenth up to 10 m away, the others at random depths or distances.
 Pose pose_number(int n, Pair& s, Random& random) {
   Pose pose = random_pose(random, n % 10 == 9 ? 10 : n % 3 == 0 ? 0.02 : 0.09);
   if (n % 3 != 1 || n % 10 == 9) return pose;
@@ -105,7 +106,7 @@ TEST(Separation, ItsIntervalHoldsTheTrueDepthNearFarAndDeep) {
       ASSERT_LE(result.lower, result.delta) << n;
       ASSERT_LE(result.delta, result.delta_bound) << n;
       ASSERT_LE(result.delta_bound, result.upper) << n;
-      // Beyond the band no farther off than the layers of a brick and the way to its centre.
+      // Beyond the band the error is at most the layers of a brick and the distance to its centre.
       if (n % 10 != 9) {
         ASSERT_LT(result.upper - result.lower, 20 * s.map.voxel_size) << n;
       }
@@ -172,7 +173,7 @@ TEST(Separation, ARealFieldsErrorHidesNoDeeperPoint) {
   for (int n = 0; n < 300; ++n) {
     Pose pose = random_pose(random, 0.07);
     SeparationResult result;
-    // To a little above or below the surface, where edges and faces leave the interpolation off by different amounts.
+    // Moves the shell to within a voxel of the surface, where the interpolation error differs between edges and faces.
     const double wanted = random.between(-1, 1) * map.voxel_size;
     for (int step = 0; step < 4; ++step) {
       ASSERT_EQ(separation(shell, map, pose, {}, scratch, result), Status::ok);
@@ -197,7 +198,7 @@ TEST(Separation, ARealFieldsErrorHidesNoDeeperPoint) {
   EXPECT_GT(in_band, 50);
 }
 
-// Along the direction V falls by the way that is gone.
+// Compares delta with the deepest point. Along `direction`, V must fall by the distance moved.
 template <class AnyField>
 void expect_exact(Pair& s, const AnyField& field) {
   Random random;
@@ -234,7 +235,7 @@ TEST(Separation, AnalyticFieldsAreExact) {
        {RevolvedField::Profile::capsule, RevolvedField::Profile::cylinder, RevolvedField::Profile::cone}) {
     expect_exact(s, RevolvedField{profile, 0.03F, 0.04F, 0.002F});
   }
-  // A wedge; what is exact of it is V, not the distance.
+  // A wedge: V is exact, the distance is not.
   const HalfSpaceField planes[] = {{{0.6F, 0, 0.8F}, 0.01F}, {{-0.6F, 0, 0.8F}, 0.02F}, {{0, 0, -1}, 0.03F}};
   expect_exact(s, PolytopeField{planes});
 }
@@ -274,7 +275,7 @@ TEST(Separation, ToleranceSavesWorkAndIsKept) {
   EXPECT_LT(rough_points, 0.8 * exact_points);
 }
 
-// Of narrow vectors, too: their chunks of children are full more often.
+// Also with narrow vectors, which fill their chunks of children more often.
 TEST(Separation, ARoughSearchBoundsThePointsItPassedOver) {
   Pair s;
   const BoxField box{{0.05F, 0.03F, 0.02F}};

@@ -23,7 +23,7 @@ struct Body {
   }
 };
 
-// The deepest point of a body with a corner out of its axis, by every point.
+// The largest V of all points of a body, tested one by one.
 template <class AnyField>
 double deepest(const Body& body, const AnyField& field, const Pose& pose) {
   double most = -1e30;
@@ -62,7 +62,7 @@ TEST(TimeOfImpact, OfASpinningBodyIsNeverLateAndWithinTheTolerance) {
       ImpactResult result;
       ASSERT_EQ(time_of_impact(body.shell, ground, sweep, options, body.scratch, result), Status::ok);
       ASSERT_NE(result.impact, Impact::unfinished) << n;
-      // Never nearer before.
+      // The body is never nearer before the impact.
       constexpr int kParts = 60;
       for (int part = 0; part < kParts; ++part) {
         const Pose pose = pose_at(body.shell, sweep, result.time * part / kParts);
