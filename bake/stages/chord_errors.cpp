@@ -73,7 +73,8 @@ HWY_EXPORT(errors_of_lines);
 }
 
 void chord_errors(ChordLines& lines) {
-  HWY_DYNAMIC_DISPATCH(detail::errors_of_lines)(lines);
+  using namespace detail;  // Highway's macros take names without a namespace
+  HWY_DYNAMIC_DISPATCH(errors_of_lines)(lines);
 }
 
 }  // namespace vps::bake

@@ -121,7 +121,8 @@ void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& p
     rows.last[axis - 1] = static_cast<int>(std::clamp(last, -1.0, points.edge - 1.0));
   }
   const double reach = (band + std::abs(facet.normal.x) * ((kBrickEdge - 1) / 2.0) * s) * (1 + 1e-9);
-  HWY_DYNAMIC_DISPATCH(detail::offer_rows)
+  using namespace detail;  // Highway's macros take names without a namespace
+  HWY_DYNAMIC_DISPATCH(offer_rows)
   (facet, rows, s, reach, static_cast<double>(t), nearest.squared.data(), nearest.triangle.data());
 }
 

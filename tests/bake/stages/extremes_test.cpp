@@ -251,14 +251,15 @@ TEST(Extremes, ABodyThatIsANeedle) {
 TEST(Extremes, FacesThatAreAlmostParallelToTheGrid) {
   for (const double tilt : {1e-5, 1e-9, 1e-13}) {
     const std::array<double, 9> turn = {1, -tilt, tilt, tilt, 1, -tilt, -tilt, tilt, 1};
-    // The box measures 9, 7 and 5 voxels: all faces are close to voxel planes.
+    // The boxes measure 9, 7 and 5 voxels, and half a voxel more: faces are close to voxel planes and to voxel centres.
     expect_right(solid_of(moved(make_box({0.5625, 0.4375, 0.3125}), turn, {0, 0, 0})), 0.125);
+    expect_right(solid_of(moved(make_box({0.59375, 0.46875, 0.34375}), turn, {0, 0, 0})), 0.125);
   }
 }
 
 TEST(Extremes, FacesOnVoxelPlanesAndOnVoxelCentres) {
   expect_right(solid_of({Box{{0.5, 0.75, 0.25}, {0, 0, 0}}}), 0.125);
-  expect_right(solid_of({Box{{0.5625, 0.4375, 0.3125}, {0, 0, 0}}}), 0.125);
+  expect_right(solid_of({Box{{0.59375, 0.46875, 0.34375}, {0, 0, 0}}}), 0.125);
   // The small box determines the grid: all faces of the large one pass through voxel centres.
   expect_right(solid_of({Box{{0.125, 0.125, 0.125}, {-1, -1, -1}}, Box{{0.5, 0.5, 0.5}, {0.0625, 0.0625, 0.0625}}}),
                0.125);

@@ -57,8 +57,8 @@ TEST(LatticeExactness, ABoxWithItsFacesOnVoxelPlanes) {
   expect_surface_voxels_are_exact(make_box({0.5, 0.75, 0.25}), 0.125);
 }
 TEST(LatticeExactness, ABoxWithItsFacesThroughVoxelCentres) {
-  // The grid starts at the minimum corner and the box measures 9, 7 and 5 voxels: all faces lie on voxel planes.
-  expect_surface_voxels_are_exact(make_box({0.5625, 0.4375, 0.3125}), 0.125);
+  // The grid starts at the minimum corner and the box measures 9.5, 7.5 and 5.5 voxels: the faces of the maximum corner.
+  expect_surface_voxels_are_exact(make_box({0.59375, 0.46875, 0.34375}), 0.125);
 }
 TEST(LatticeExactness, AnOctahedronWithItsVerticesOnVoxelCorners) {
   expect_surface_voxels_are_exact(octahedron(0.5, {0, 0, 0}), 0.125);

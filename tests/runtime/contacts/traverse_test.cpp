@@ -118,6 +118,25 @@ bool same_bytes(std::span<const Contact> a, std::span<const Contact> b) {
 }
 
 // Small and large steps, to and fro, with rotation: contacts must not depend on the cache.
+TEST(Traverse, AfterAJumpACacheKeepsNothing) {
+  // An exact field and no contact distance: a list of reach 0 would serve again at the very pose of the jump.
+  Pair s;
+  const BoxField box{{0.2F, 0.2F, 0.05F}};
+  ContactCache cache;
+  QueryOptions options;
+  QueryResult with;
+  options.cache = &cache;
+  for (const double height : {0.08, 0.06, 0.06}) {
+    const Pose pose = pose_at(0.09, 0, height);
+    QueryResult without;
+    ASSERT_EQ(traverse(s.shell, box, pose, {}, s.scratch, s.contacts, without), Status::ok);
+    ASSERT_EQ(traverse(s.shell, box, pose, options, s.scratch, s.contacts, with), Status::ok);
+    EXPECT_EQ(with.contacts, without.contacts) << height;
+    EXPECT_EQ(with.delta, without.delta) << height;
+  }
+  EXPECT_GT(with.contacts, 0U);
+}
+
 TEST(Traverse, ACacheChangesNoContacts) {
   Pair s;
   const BoxField box{{0.2F, 0.2F, 0.0605F}};
