@@ -6,7 +6,7 @@
 
 namespace vps::bake {
 
-/// Turns triangles so that edges are used equally often in both directions, as far as a greedy search gets. Within a
+/// Turns triangles so that edges are used equally often in both directions, as far as a greedy search finds. Within a
 /// patch of triangles that share two-sided edges it turns the smaller part. @return number of triangles turned
 std::size_t orient_consistently(Mesh& mesh);
 

@@ -26,7 +26,7 @@ namespace vps::bake {
 /// Whether the point lies in the triangle's plane. Exact. Same precondition.
 [[nodiscard]] bool point_on_plane(const Vector& point, const Mesh& mesh, std::size_t triangle);
 
-/// A grid round the mesh with about as many columns as the mesh has triangles: for `InsideTest` without a voxel grid.
+/// A grid around the mesh with about as many columns as the mesh has triangles: for `InsideTest` without a voxel grid.
 [[nodiscard]] Grid column_grid(const Mesh& mesh);
 
 /// Exact inside test for any point of a grid: winding number > 0. A point on the surface may count as either.

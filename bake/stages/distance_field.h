@@ -26,7 +26,7 @@ struct BandField {
                              std::uint32_t k) const;
 };
 
-/// @param band_inner, band_outer  depth and distance up to which values are wanted. [Units: m]
+/// @param band_inner, band_outer  depth inside and distance outside up to which values are exact. [Units: m]
 [[nodiscard]] BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs,
                                        double band_inner, double band_outer);
 

@@ -26,7 +26,7 @@ struct FieldTree {
   std::vector<std::uint32_t> nodes;  ///< [N,8]
   std::vector<std::int8_t> levels;   ///< [f]
   std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
-  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless asked for. [m per voxel step]
+  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless requested. [m per voxel step]
   double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
 };

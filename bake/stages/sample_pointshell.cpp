@@ -171,7 +171,7 @@ Sample* Sampler::offer(Block& home, const Vector& p, const Vector& normal) {
   return free ? blocks_.insert(home, p, normal) : nullptr;
 }
 
-// Samples sharp edges from one end to the other. Vertices where one sharp edge, or three and more, end come first.
+// Samples sharp edges from one end to the other. Vertices come first where one sharp edge ends, or three and more meet.
 void Sampler::sample_features() {
   struct Side {
     std::uint64_t key;
