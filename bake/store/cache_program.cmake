@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# Writes a header that identifies the baking program: its version, its libraries and the hash of its sources. So no build
-# takes assets from a cache that another build baked differently.
+# Writes a header that names the program which bakes: its version, its libraries, and the hash of its sources, so that no
+# build ever takes assets from a cache that another one baked otherwise.
 # usage: cmake -DOUTPUT=FILE -DPROGRAM=TEXT -DSOURCES=FILES -P cache_program.cmake
 set(hashes "")
 foreach(source IN LISTS SOURCES)

@@ -26,14 +26,14 @@ struct BakeHooks {
   std::function<void(const BakePlan&)> planned;  ///< the voxel size is known; the bake begins
 };
 
-/// An asset from the cache or from the baker. Exactly one of `cached` and `baked` is set.
+/// An asset from the cache or fresh from the baker. Exactly one of `cached` and `baked` is there.
 struct StoredAsset {
   Asset cached;                     ///< open when the cache had the asset
   std::optional<BakedAsset> baked;  ///< with its record; not yet a file, except in the cache
   std::optional<CacheKey> key;      ///< nothing when a file of the mesh cannot be read: then the cache does not hold it
   BakeReport report;
   std::vector<StageTime> times;  ///< cache, import, those of bake, store: the stages that were run. [s]
-  std::string warning;           ///< why the cache does not hold the asset now; empty: it does, or no cache was given
+  std::string warning;           ///< why the cache does not hold the asset now; empty: it does, or none was given
 };
 
 /// The asset of a mesh file. When the file changes while it is read, it is read again; three readings at most.
@@ -61,7 +61,7 @@ struct LoadedAsset {
   std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
   bool baked = false;                  ///< false: from the cache
   BakeReport report;
-  std::string warning;  ///< why the cache does not hold the asset now; empty: it does, or no cache was given
+  std::string warning;  ///< why the cache does not hold the asset now; empty: it does, or none was asked for
 };
 
 /// A failure with its file and its stage: import, one of bake's, or write. `what()` is "reason; what to do".
@@ -72,7 +72,7 @@ struct LoadError : BakeError {
 };
 
 /// `bake_stored`, mapped into memory. Threads may call it at the same time.
-/// @param cache_folder  made when missing; empty: no cache. A folder that cannot be used only gives a warning
+/// @param cache_folder  made when missing; empty: no cache. One that cannot be used costs a warning, not the asset
 /// @throw LoadError
 [[nodiscard]] LoadedAsset load_or_bake(const std::filesystem::path& mesh, const BakeSettings& settings,
                                        const std::filesystem::path& cache_folder = {});
