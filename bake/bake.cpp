@@ -23,7 +23,7 @@
 namespace vps::bake {
 namespace {
 
-// Announces a stage, and files its time when the next one starts.
+// Reports the start of each stage and records its duration when the next one starts.
 class Stages {
  public:
   Stages(const BakeOptions& options, std::vector<StageTime>& times, double total)
@@ -73,7 +73,7 @@ void describe_mesh(const Surface& surface, AssetInfo& info) {
 }
 
 void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<std::string>& notes) {
-  // The tips of acute edges are thin on every mesh.
+  // No warning below this share: the tips of acute edges are thin on every mesh.
   constexpr double kWorthSaying = 0.001;
   if (thin.share < kWorthSaying) return;
   notes.push_back(fmt::format(
@@ -138,7 +138,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   stages.start("fill_layers");
   const InsideRuns runs = fill_inside(surface, grid);
   stages.start("distance_field");
-  // A voxel more than the band: cells at its end have corners beyond it.
+  // One voxel wider than the band, because cells at the band's end have corners beyond it.
   const BandField field = distance_field(surface, grid, runs, (options.band_inside + 1) * grid.voxel_size,
                                          (options.band_outside + 1) * grid.voxel_size);
   asset.info.voxel_size = grid.voxel_size;

@@ -7,18 +7,18 @@
 
 namespace vps::bake {
 
-/// What a grid depends on.
+/// The facts about a mesh that its grid and the memory of its bake depend on.
 struct Extent {
   Vector bounds_min = Vector::Zero();
   Vector bounds_max = Vector::Zero();
   double area = 0;    ///< [m^2]
-  double volume = 0;  ///< of closed meshes, without sign. [m^3]
+  double volume = 0;  ///< absolute value; of closed meshes only. [m^3]
   Creases creases;
   std::size_t triangles = 0;
 };
 
-/// Of the vertices that triangles use; without creases. @throw BakeError when there is none or an index or coordinate
-/// is bad
+/// Measures the vertices that triangles use. Leaves `creases` empty.
+/// @throw BakeError when there is no triangle, or an index or coordinate is bad
 [[nodiscard]] Extent measure_extent(const TriangleMesh& mesh);
 
 }  // namespace vps::bake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The coarsest voxel size whose certificate meets an error, by trial bakes of the voxelmap.
+// Searches the largest voxel size whose certified error stays within a limit, by trial bakes of the voxelmap.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
   double good = 0;
   double bad = std::numeric_limits<double>::infinity();
   double least_seen = bad;
-  // Errors grow about as the voxel does, so the next guess is a proportion.
+  // Errors grow about in proportion to the voxel size, so the ratio of the errors gives the next guess.
   trial.voxel_size = longest / 32;
   constexpr double kCoarsest = 1.0 / 8;
   constexpr double kCloseEnough = 1.05;
@@ -53,7 +53,7 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
     }
     constexpr double kSafety = 0.98;
     double next = trial.voxel_size * std::clamp(kSafety * max_error / error, 0.05, 8.0);
-    // Errors jump where the grid happens to suit a feature: then halve the bracket.
+    // Errors jump where the grid happens to align with a feature. Then the next guess halves the bracket.
     if (good > 0 && !(next > good * 1.01 && next < bad * 0.99)) next = std::min(std::sqrt(good * bad), 4 * good);
     if (good == 0) next = std::min(next, 0.9 * bad);
     trial.voxel_size = std::min(next, kCoarsest * longest);

@@ -36,8 +36,8 @@ struct Surface : Mesh {
 };
 
 /// Closest point of a sliver to p. The regions of `closest_on_triangle` lose as many digits as the square of the
-/// sliver's aspect has; edges lose none, so the nearest point of the edges comes first, then the face is tried from
-/// there.
+/// sliver's aspect ratio has. Edges lose none. So this finds the closest point of the edges first, and then tests the
+/// face relative to that point.
 [[gnu::noinline]] inline Vector closest_on_sliver(const Vector& p, const Vector& a, const Vector& b, const Vector& c) {
   const Vector corners[3] = {a, b, c};
   Vector edges[3];
@@ -47,7 +47,7 @@ struct Surface : Mesh {
     edges[k] = corners[(k + 1) % 3] - corners[k];
     const double squared = edges[k].squaredNorm();
     const double along = squared > 0 ? edges[k].dot(p - corners[k]) / squared : 0;
-    // Measured from the nearer end: both ends are hit exactly.
+    // Measured from the nearer end, so that both ends are reproduced exactly.
     const Vector q = along <= 0    ? corners[k]
                      : along < 0.5 ? Vector(corners[k] + along * edges[k])
                      : along < 1   ? Vector(corners[(k + 1) % 3] - (1 - along) * edges[k])
@@ -58,7 +58,7 @@ struct Surface : Mesh {
   // The two shorter edges give the best normal.
   const Vector normal = edges[(longest + 1) % 3].cross(edges[(longest + 2) % 3]);
   const double length = normal.squaredNorm();
-  // Thinner than rounding: the edges are all there is.
+  // Thinner than rounding: only the edges count.
   if (!(length > 1e-24 * edges[longest].squaredNorm() * edges[longest].squaredNorm())) return best;
   const Vector q = p - normal * (normal.dot(p - best) / length);
   for (int k = 0; k < 3; ++k) {
@@ -82,7 +82,8 @@ inline Vector closest_on_triangle(const Vector& p, const Vector& a, const Vector
   const Vector cp = p - c;
   const double d5 = ab.dot(cp);
   const double d6 = ac.dot(cp);
-  // Four times the area's square, against the longer edge's fourth power: ab.ac = d2 - d4.
+  // A sliver has a small squared area against the longer edge's fourth power. The left side is four times the squared
+  // area; ab.ac = d2 - d4.
   const double ab_squared = d1 - d3;
   const double ac_squared = d2 - d6;
   const double longer = ab_squared > ac_squared ? ab_squared : ac_squared;

@@ -45,8 +45,8 @@ inline std::uint32_t voxel_in_brick(std::uint32_t i, std::uint32_t j, std::uint3
 
 /// Some bricks of a grid, numbered in scan order (x fastest).
 struct BrickSet {
-  std::vector<std::uint32_t> index;  ///< number of each brick of the grid, or kNoBrick
-  std::vector<Index3> bricks;        ///< where each numbered brick lies
+  std::vector<std::uint32_t> index;  ///< for each brick of the grid, its number in the set or kNoBrick
+  std::vector<Index3> bricks;        ///< position in the grid of each numbered brick
 
   /// @param chosen  one byte per brick of the grid, non-zero to take it
   static BrickSet from_flags(const Grid& grid, const std::vector<std::uint8_t>& chosen) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Grid and memory, known before baking starts. A wrong unit is the usual cause of an absurd grid: the message says so.
+// Plans the grid and predicts the memory before baking starts. A wrong unit is the usual cause of an absurd grid, so
+// the messages ask for the unit.
 #include "bake/plan.h"
 
 #include <fmt/format.h>
@@ -53,7 +54,7 @@ double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
   return s;
 }
 
-// Queries run in float in the asset's own frame: a voxel far from the origin must still be many float steps wide.
+// Queries run in float in the asset's own frame. A voxel at the farthest point must still be 64 float steps wide.
 void check_float_range(const Extent& mesh, double s) {
   const double farthest = std::max(mesh.bounds_min.cwiseAbs().maxCoeff(), mesh.bounds_max.cwiseAbs().maxCoeff());
   constexpr double kFloatStep = 1.2e-7;
@@ -67,13 +68,13 @@ void check_float_range(const Extent& mesh, double s) {
     refuse_plan("the mesh is outside the range of sizes that floats hold; is the unit right? (--unit)");
 }
 
-// Bricks of samples that the field will have, in voxels and voxel sizes. Flat faces have one for each brick of the
-// band; creases, and the middles of walls that the band fills, have them down to a quarter voxel. The coefficients hold
-// from above for 42 bakes (28 closed meshes of a corpus at 200 voxels, the bunny up to 1024, ten more after `fill`): 1
-// to 3 times what there was, as little as that where creases lie a few voxels apart everywhere.
+// Upper estimate of the number of field bricks. Flat faces have one for each brick of the band. Creases, and the
+// middles of walls that the band fills, have field bricks down to cells of a quarter voxel. The estimate is 1 to 3
+// times the real number for 42 bakes (28 closed meshes of a corpus at 200 voxels, the bunny up to 1024, ten more after
+// `fill`). It is closest where creases lie a few voxels apart everywhere. Areas and lengths here are in voxels.
 double predict_field_bricks(const Extent& mesh, double s, const BakeOptions& options) {
   const double area = mesh.area / (s * s);
-  // Of a plate: its thickness.
+  // For a plate this is its thickness.
   const double wall = mesh.area > 0 ? 2 * mesh.volume / mesh.area / s : 0;
   const double filled_by_band = 2 * (options.band_inside + 1);
   const double thin = std::clamp((filled_by_band - wall) / 3, 0.0, 1.0);
@@ -84,55 +85,55 @@ double predict_field_bricks(const Extent& mesh, double s, const BakeOptions& opt
   return at_defaults * std::max(1.0, wider) * finer;
 }
 
-// Bricks of 8x8x8 voxels with distances of their own.
+// Number of bricks of 8x8x8 voxels that hold distances.
 double predict_bricks(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   const double edge = kBrickEdge * grid.voxel_size;
-  // A plane in any direction cuts 3/2 bricks per face of one on average.
+  // A plane of random direction cuts on average 3/2 bricks per area of a brick's face.
   const double band = 1.5 * 7 / kBrickEdge + (options.band_inside + options.band_outside + 2) / kBrickEdge;
   return std::min(static_cast<double>(grid.brick_count()), mesh.area / (edge * edge) * band + 27);
 }
 
 double limit_field_bricks(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   if (!options.voxelmap || !(options.scaled || options.real)) return 0;
-  const double most = predict_bricks(mesh, grid, options) * 64;  // 60 in a bevel gear
+  const double most = predict_bricks(mesh, grid, options) * 64;  // a bevel gear has 60 per brick
   return std::min(predict_field_bricks(mesh, grid.voxel_size, options), most);
 }
 
-// Sections of docs/format.md, each by its count.
+// Sums the predicted sizes of the sections in docs/format.md.
 std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const BakeOptions& options) {
-  constexpr double kHeader = 20e3;  // user block and HDF5's own
+  constexpr double kHeader = 20e3;  // user block and HDF5's own metadata
   const Grid& grid = planned.grid;
   double bytes = kHeader;
   if (options.voxelmap) {
     const double scaled = scaled_limit(options, grid.voxel_size, planned.lambda) <= 127 ? 1 : 2;
     const double sample = (options.scaled ? scaled : 0) + (options.real ? 8 + 3 * 4 : 0);
-    constexpr double kNode = 8;  // an octree's node of eight entries for four bricks
+    constexpr double kNode = 8;  // one octree node of eight entries for four bricks
     bytes += limit_field_bricks(mesh, grid, options) * (kFieldStride * sample + kNode);
     const auto grid_bricks = static_cast<double>(grid.brick_count());
     bytes += 2 * grid_bricks + grid_bricks / 2;
     if (options.layers) bytes += 4 * grid_bricks + predict_bricks(mesh, grid, options) * kBrickVoxels;
   }
-  constexpr double kPoint = 12 + 28.0 / 12;  // and its share of the tree
+  constexpr double kPoint = 12 + 28.0 / 12;  // its codes and its share of the tree
   return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
 }
 
-// Resident bytes at the peak, from above: at 200 voxels 1.04 to 2 times what was measured over the corpus (see
-// predict_field_bricks), 1.5 times for the bunny at 2048. Not foreseen: exact arithmetic while crossing shells are
-// united, up to 100 MB there.
+// Upper estimate of the peak of resident bytes. At 200 voxels it is 1.04 to 2 times the peak measured over the corpus
+// (see predict_field_bricks), and 1.5 times for the bunny at 2048. It leaves out the exact arithmetic that unites
+// crossing shells, which took up to 100 MB there.
 std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   const double area = mesh.area / (grid.voxel_size * grid.voxel_size);
   const auto grid_bricks = static_cast<double>(grid.brick_count());
   const double bricks = predict_bricks(mesh, grid, options);
   const double field_bricks = limit_field_bricks(mesh, grid, options);
 
-  // Held throughout: the program, the mesh with CGAL's tree, distances and triangles of the band, an index of bricks
-  // for each sparse set, scanlines and lists of triangles.
+  // Held during the whole bake: the program, the mesh with CGAL's tree, distances and triangles of the band, an index
+  // of bricks for each sparse set, scanlines and lists of triangles.
   constexpr double kProgram = 24e6;
   const double held = kProgram + 600 * static_cast<double>(mesh.triangles) +
                       bricks * (kBrickVoxels * (sizeof(double) + sizeof(std::uint32_t) + (options.layers ? 2 : 0))) +
                       12 * grid_bricks + 75 * area;
-  // By stage: distances of bricks of voxels per slice; samples as parts, as a whole and as integers; points, blocks of
-  // the surface, clusters.
+  // Held by one stage at a time. coarse_layers: brick distances for each slice of voxels. sample_field: samples in
+  // parts, as a whole and as integers. The pointshell's stages: points, blocks of the surface, clusters.
   const double coarse = options.voxelmap ? 4 * kBrickEdge * grid_bricks : 0;
   const double field = field_bricks * (1930 + (options.real ? 6000 : 0));
   const double shell = options.pointshell ? 550 * 0.81 * area / (options.alpha * options.alpha) : 0;
@@ -180,7 +181,7 @@ Extent extent_of(const Surface& surface) {
 
 std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda) {
   const double steps = std::max(options.band_inside, options.band_outside) * voxel_size / lambda;
-  // All that the integers hold: samples beyond the band sharpen interpolation at its end.
+  // The limit is the whole range of the integers, because samples beyond the band sharpen interpolation at its end.
   if (steps <= 127 * (1 + 1e-9)) return 127;
   return steps <= 32767 * (1 + 1e-9) ? 32767 : std::numeric_limits<std::int32_t>::max();
 }
@@ -190,7 +191,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   const double s = choose_voxel_size(mesh, options);
   check_float_range(mesh, s);
   const Vector size = mesh.bounds_max - mesh.bounds_min;
-  // One voxel beyond the band on each side: every exact voxel has all its neighbours.
+  // One voxel beyond the band on each side, so that every voxel with an exact distance has all its neighbours.
   const double pad = std::ceil(options.band_outside) + 1;
 
   GridPlan result;
@@ -213,7 +214,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   if (options.precision != BakeOptions::kAutoPrecision) {
     result.lambda = std::pow(10.0, -options.precision);
   } else {
-    // The band fills the narrowest integers that give steps of s/50 or finer.
+    // The band fills the range of the narrowest integer type that gives steps of s/50 or finer.
     const double band = std::max(options.band_inside, options.band_outside) * s;
     result.lambda = band / 127 <= s / 50 ? band / 127 : band / 32767;
   }
@@ -229,7 +230,7 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   plan.dims = grid.dims;
   plan.voxels = std::uint64_t{grid.dims[0]} * grid.dims[1] * grid.dims[2];
   const double spacing = options.alpha * s;
-  // Random sequential packing of discs: 0.7 of the densest.
+  // Random sequential packing of discs reaches 0.7 of the densest packing.
   plan.predicted_points =
       options.pointshell ? static_cast<std::uint64_t>(0.81 * mesh.area / (spacing * spacing)) + 1 : 0;
   plan.predicted_memory_bytes = predict_memory(mesh, grid, options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Chooses the grid before any work is done, and refuses absurd ones. Internal to bake.
+/// @file Chooses the grid before any work is done, and refuses absurd grids. Internal to bake.
 #pragma once
 
 #include "bake/extent.h"
@@ -20,7 +20,7 @@ struct GridPlan {
 /// @throw BakeError when an option is out of range or the grid does not suit the mesh
 [[nodiscard]] GridPlan plan_grid(const Extent& mesh, const BakeOptions& options);
 
-/// Largest integer that `scaled` may hold: 127 or 32767, or more than that when neither suffices for the band.
+/// Largest absolute value that `scaled` may hold: 127 or 32767. Larger than both when the band does not fit 16 bits.
 [[nodiscard]] std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda);
 
 }  // namespace vps::bake

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Counter-based random numbers: number n is the same whatever thread draws it. Internal to bake.
+/// @file Counter-based random numbers: number n does not depend on the thread that draws it. Internal to bake.
 #pragma once
 
 #include <cstdint>

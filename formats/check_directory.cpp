@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Ranges of the header's scalars, and the section table: kinds, types, shapes, places, and that each part is complete.
+// Checks the ranges of the header's scalars, the section table (kinds, types, shapes, places), and that each part is
+// complete.
 #include "formats/check_directory.h"
 
 #include <algorithm>
@@ -63,7 +64,7 @@ bool shell_is_good(const AssetInfo& info) noexcept {
                      [&](double origin) { return scale_is_good(origin, info.position_step); });
 }
 
-// What a kind must look like. A shape entry of 0 stands for a count that is checked elsewhere.
+// The layout that a kind must have. A shape entry of 0 is a count that is checked elsewhere.
 struct Layout {
   SectionKind kind;
   std::array<ElementType, 2> types;
@@ -189,7 +190,7 @@ Status check_voxelmap(const Directory& directory) noexcept {
 
 Status check_pointshell(const Directory& directory) noexcept {
   const AssetInfo& info = directory.info;
-  // Each section with the axis that counts points or nodes, and what it must be.
+  // Each section, its axis that counts points or nodes, and the count that it must have.
   const Section* const spheres = directory.find(SectionKind::spheres);
   const std::uint64_t nodes = spheres == nullptr ? 0 : spheres->shape[1];
   const struct {

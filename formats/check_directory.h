@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Checks what a decoded directory says, before any section is looked at. Internal.
+/// @file Checks a decoded directory before any section is read. Internal.
 #pragma once
 
 #include "formats/vps_format.h"

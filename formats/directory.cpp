@@ -76,7 +76,7 @@ std::uint64_t header_hash(ConstBlock block) noexcept {
   return hash_bytes(copy);
 }
 
-// Whatever no field covers must be zero, so that later versions can use it.
+// Bytes that no field covers must be zero, so that later versions can use them.
 bool reserved_is_zero(ConstBlock block, const Directory& directory) noexcept {
   std::array<std::byte, kUserBlockBytes> written{};
   encode_directory(directory, written);
@@ -168,7 +168,7 @@ Status decode_directory(std::span<const std::byte> file, Directory& out) noexcep
   constexpr std::array<std::uint8_t, 8> kHdf5Signature = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1A, '\n'};
   const bool is_hdf5 = starts_with(file.subspan(kUserBlockBytes), kHdf5Signature);
   if (directory.file_bytes != file.size()) {
-    // HDF5 ends a file at a multiple of its alignment: a tool that appended left another multiple.
+    // HDF5 ends a file at a multiple of 8 bytes. A larger file of such a size was extended by an HDF5 tool.
     const bool appended = file.size() > directory.file_bytes && file.size() % 8 == 0;
     return is_hdf5 && appended ? Status::rewritten : Status::wrong_size;
   }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file One list of every scalar of the user block with its offset, walked by both the encoder and the decoder.
-/// Internal.
+/// @file One list of every scalar of the user block with its offset, for both the encoder and the decoder. Internal.
 #pragma once
 
 #include "formats/vps_format.h"

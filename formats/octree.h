@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file The octree of a sampled field: what its entries mean, and the one walk from a cell to its entry.
-/// docs/format.md, "The sampled field".
+/// @file The octree of a sampled field: the meaning of its entries, and the look-up of a cell's entry. docs/format.md,
+/// "The sampled field".
 ///
 /// A field is sampled in bricks of 4x4x4 cells whose edge is s 2^level. Cells are counted from the centre of voxel
 /// (0,0,0), at every level; a brick's lowest cell is (4 i, 4 j, 4 k) of its level. The octree finds the brick over a
@@ -15,14 +15,14 @@ namespace vps {
 
 /// Cells of level 0 along the edge of an octree's root.
 inline constexpr std::uint32_t kRootCells = 16;
-/// Samples along the edge of a field brick: its corners are its neighbours' too.
+/// Samples along the edge of a field brick, both ends included. Neighbours repeat the samples on their common face.
 inline constexpr std::uint32_t kFieldEdge = 5;
 /// Stored samples per field brick: sample (x,y,z) is number (5 z + y) 5 + x; the last three are padding.
 inline constexpr std::uint32_t kFieldStride = 128;
 /// Levels of field bricks: cells of s/4 to 2 s.
 inline constexpr int kFinestLevel = -2;
 inline constexpr int kCoarsestLevel = 1;
-/// Entries of `field_roots` and `field_nodes`. No brick: beyond the band, outside or inside the solid.
+/// Entries of `field_roots` and `field_nodes` that mean no brick: beyond the band, outside or inside the solid.
 inline constexpr std::uint32_t kFarOutside = 0xFFFFFFFFu;
 inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
 /// Any other entry is `kNodeFlag` + the number of a node, or the number of a field brick + (its level - kFinestLevel)
@@ -69,9 +69,9 @@ namespace octree {
   return brick | static_cast<std::uint32_t>(level - kFinestLevel) << kLevelShift;
 }
 
-/// What the octree has for a cell.
+/// Result of a look-up.
 struct Found {
-  std::uint32_t entry = kFarOutside;  ///< of a brick, or of none
+  std::uint32_t entry = kFarOutside;  ///< a brick's entry, or one that means no brick
   std::uint32_t edge = kRootCells;    ///< of the entry's cube, in cells of level 0
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 /// @file The 16-bit codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
-/// docs/format.md says the same in formulas. Standard library only; every function takes any code.
+/// docs/format.md has the formulas. Standard library only; every function accepts any code.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace vps {
 inline constexpr int kLargestCode = 65535;
 /// Code of 1 in an octahedral normal.
 inline constexpr int kUnitCode = 32767;
-/// No unit vector is farther than this from its code's. [rad]
+/// Largest angle between a unit vector and the vector that its code gives. [rad]
 inline constexpr double kNormalCodeError = 4.4e-5;
 
 /// Where the codes of positions lie: position = origin + step * code.
@@ -25,8 +25,8 @@ struct PositionScale {
   double step = 0;                 ///< the same along x, y and z. [Limits: value > 0] [Units: m]
 };
 
-/// The finest scale that reaches all of a box. Origin, step and step * code are exact in float, so that every reader
-/// decodes the same floats, with fused arithmetic or without.
+/// The finest scale that covers a box. Origin, step and step * code are exact in float, so that every reader decodes
+/// the same floats, with fused arithmetic or without.
 /// @pre low <= high, in the range of floats. [m]
 inline PositionScale position_scale(const std::array<double, 3>& low, const std::array<double, 3>& high) noexcept {
   PositionScale scale;
@@ -37,7 +37,7 @@ inline PositionScale position_scale(const std::array<double, 3>& low, const std:
     scale.origin[axis] = origin;
     extent = std::max(extent, high[axis] - scale.origin[axis]);
   }
-  // Eight digits of the step and sixteen of the code fill a float.
+  // Eight bits of the step and sixteen of the code fill a float.
   int exponent = 0;
   const double step = std::max(extent / kLargestCode, double{std::numeric_limits<float>::min()});
   const double digits = std::ceil(256 * std::frexp(step, &exponent));
@@ -45,7 +45,7 @@ inline PositionScale position_scale(const std::array<double, 3>& low, const std:
   return scale;
 }
 
-/// The nearest code; off by at most half a step inside the scale's box.
+/// The nearest code. Its error is at most half a step inside the scale's box.
 inline std::uint16_t encode_coordinate(double x, double origin, double step) noexcept {
   return static_cast<std::uint16_t>(std::lround(std::clamp((x - origin) / step, 0.0, double{kLargestCode})));
 }
@@ -104,8 +104,8 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
   return best;
 }
 
-/// @param carry  what rounding has kept back from the areas before, 0 at first; it goes on to the next one, so that any
-///               run of stored areas sums to its own within a step. [m^2]
+/// @param carry  sum of the rounding errors of the areas before, 0 at first. It is added to the next area, so that the
+///               stored areas of any run have the same sum as the areas, within a step. [m^2]
 /// @param step   the largest area / kLargestCode. [Limits: value > 0] [Units: m^2]
 inline std::uint16_t encode_area(double area, double step, double& carry) noexcept {
   const double due = area + carry;

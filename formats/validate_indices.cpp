@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Every index stored in the sections, and the floats of the spheres: after this no query can leave the mapping.
-// Plain loops without early exits, so that compilers vectorize them: this runs at every open.
+// Checks every index stored in the sections, and the floats of the spheres. After this no query can leave the mapping.
+// Loops are plain and without early exits, so that compilers vectorize them: this runs at every open.
 #include <bit>
 
 #include "formats/vps_format.h"

@@ -29,7 +29,7 @@ inline constexpr std::uint32_t kBrickEdge = 8;
 inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 /// Value in `brick_index` of a brick whose layers are not stored: no voxel centre of it lies in the narrow band.
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
-/// The distance of a brick's centre is at least |coarse layer| and less than that plus this. [Units: vx]
+/// A brick's centre is at least |coarse layer| and less than |coarse layer| + this from the surface. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
 
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
@@ -65,8 +65,8 @@ enum class SectionKind : std::uint32_t {
   brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick; with `layers` only
   coarse_layers = 2,  ///< i16 [bz,by,bx]: lower bound of the distance of each brick's CENTRE to the surface, signed as
                       ///< layers. [vx]
-  field_roots = 3,    ///< u32 [rz,ry,rx]: what covers each block of 16x16x16 cells; with `scaled` or `real`
-  field_nodes = 4,    ///< u32 [N,8]: what covers each octant, x fastest; with `scaled` or `real`
+  field_roots = 3,    ///< u32 [rz,ry,rx]: entry of each block of 16x16x16 cells; with `scaled` or `real`
+  field_nodes = 4,    ///< u32 [N,8]: entry of each octant, x fastest; with `scaled` or `real`
   layers =
       16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
   scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
@@ -74,7 +74,7 @@ enum class SectionKind : std::uint32_t {
   real_gradient = 19,    ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
   point_positions = 32,  ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
-  point_areas = 34,           ///< u16 [P]: surface area that the point stands for: area_step * code. [m^2]
+  point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
@@ -108,8 +108,8 @@ struct FieldCertificate {
   double rms = 0;                    ///< root mean square. [m]
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
-  double bound = 0;                  ///< what queries reckon with: no less than `max`; for `scaled` and `real` no less
-                                     ///< than twice the largest error accepted while samples were laid. [m]
+  double bound = 0;                  ///< error bound that queries use: no less than `max`; for `scaled` and `real` no
+                                     ///< less than twice the largest error accepted during sampling. [m]
 };
 
 /// The scalars of an asset. SI units, asset frame (the mesh's own frame, in metres).
@@ -119,8 +119,8 @@ struct AssetInfo {
   std::array<double, 3> origin{};       ///< lowest corner of voxel (0,0,0). [m]
   double voxel_size = 0;                ///< s. Also set for an asset with only a pointshell. [m]
   std::int32_t precision = 0;           ///< p of Eq. (1); -1: lambda is no power of ten
-  double lambda = 0;                    ///< step of `scaled` up to level 0: 10^-p, or what suits the band. [m]
-  double band_inner = 0;                ///< samples are good where -band_outer <= V <= band_inner. Beyond they may be
+  double lambda = 0;                    ///< step of `scaled` up to level 0: 10^-p, or chosen for the band. [m]
+  double band_inner = 0;                ///< samples are valid where -band_outer <= V <= band_inner. Others may be
                                         ///< clamped, but not into the band. [m]
   double band_outer = 0;                ///< [m]
   std::uint64_t surface_voxels = 0;
@@ -139,7 +139,7 @@ struct AssetInfo {
   // Pointshell and tree. 0 when the asset has none.
   double spacing = 0;            ///< least distance that sampling aimed at, alpha * s. [m]
   double covering_radius = 0;    ///< every surface point has a stored shell point no farther than this. [m]
-  double normal_error_mean = 0;  ///< of the stored normals of points on no sharp edge, to their face's normal. [rad]
+  double normal_error_mean = 0;  ///< mean angle of stored normals to their face's, sharp edges left out. [rad]
   double normal_error_max = 0;   ///< [rad]
   std::array<double, 3> position_origin{};  ///< bounds_min, rounded down to float. [m]
   double position_step = 0;  ///< largest extent of the bounds / 65535, rounded up to 8 significant bits. [m]
@@ -178,12 +178,12 @@ void encode_directory(const Directory& directory, std::span<std::byte, kUserBloc
 /// @param file  all bytes of the file; need not be aligned
 [[nodiscard]] Status decode_directory(std::span<const std::byte> file, Directory& out) noexcept;
 
-/// What of an asset will be asked for. Values combine with `|`.
+/// The parts of an asset that will be used. Values combine with `|`.
 enum class Use : std::uint8_t {
   layers = 1,
   scaled = 2,
   real = 4,
-  voxelmap = 7,  ///< whichever fields there are
+  voxelmap = 7,  ///< all fields that the asset has
   pointshell = 8,
   everything = 15,
 };
@@ -197,13 +197,13 @@ enum class Use : std::uint8_t {
 
 /// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
 /// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
-/// once, and none that `use` does without. The points need no check: every code of theirs is a value.
+/// once, and skips those that `use` does not need. The points need no check, because all their codes are valid.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned for a double, the
 /// widest element.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,
                                       Use use = Use::everything) noexcept;
 
-/// Hash of the bytes between and after the sections, HDF5's own, in file order.
+/// Hash of the bytes between and after the sections, which are HDF5's own, in file order.
 /// @pre the sections lie inside the file and do not overlap
 [[nodiscard]] std::uint64_t hash_metadata(std::span<const std::byte> file, const Directory& directory) noexcept;
 

@@ -13,7 +13,7 @@ bool write_obj(const std::string& path, const vps::TriangleMesh& mesh) {
   std::FILE* const file = std::fopen(path.c_str(), "w");
   if (file == nullptr) return false;
   std::fprintf(file, "# SPDX-License-Identifier: Zlib\n# Made by sample_meshes/generate.cpp. Unit: metre.\n");
-  // Nine digits hide what mathematical libraries differ in; adding 0 turns -0 into 0.
+  // Nine digits hide the differences between mathematical libraries. Adding 0 turns -0 into 0.
   for (const auto& v : mesh.vertices) {
     double p[3];
     for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = (std::abs(v[axis]) < 1e-15 ? 0 : v[axis]) + 0.0;

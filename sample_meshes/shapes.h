@@ -98,7 +98,8 @@ inline Ring make_ring(std::uint32_t count, double z, const Outline& radius) {
   return ring;
 }
 
-/// Joins consecutive rings of equal length by quads; walking the rings, the solid lies to the left of the outward side.
+/// Joins consecutive rings of equal length by quads. Rings run counter-clockwise seen from +z. Successive rings of an
+/// outer wall go towards +z, those of an inner wall towards -z.
 /// @param closed  the last ring is joined to the first (a ring-like body); otherwise both ends get a cap
 inline TriangleMesh make_skin(const std::vector<Ring>& rings, bool closed) {
   TriangleMesh mesh;
@@ -163,7 +164,7 @@ inline TriangleMesh make_bolt() {
   return make_skin(rings, false);
 }
 
-/// Hexagon nut of five turns from z = 3 mm: on the bolt as it stands.
+/// Hexagon nut of five turns from z = 3 mm, in its place on the bolt.
 inline TriangleMesh make_nut() {
   const std::uint32_t first = 2 * kRowsPerPitch;
   const std::uint32_t last = 7 * kRowsPerPitch;

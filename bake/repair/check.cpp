@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Mesh check: everything later stages rely on is established here.
+// Checks and repairs the mesh. Later stages rely on the result.
 #include "bake/repair/check.h"
 
 #include <fmt/format.h>
@@ -22,8 +22,8 @@
 namespace vps::bake {
 namespace {
 
-// The holes of scans take 1 to 2 % of their surface; the sides that a body lacks, or the mouths of a tunnel, 15 to 31
-// %.
+// Share of filled surface that gives a warning. Holes of scans take 1 to 2 % of the surface. Missing sides of a body,
+// or the mouths of a tunnel, take 15 to 31 %.
 constexpr double kLargeFilling = 0.1;
 
 [[noreturn]] void refuse(const std::string& message) {
@@ -34,7 +34,7 @@ std::string place(const Vector& p) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g}) m", p.x(), p.y(), p.z());
 }
 
-// Duplicates and disagreement may come to light by joining vertices.
+// Joining vertices may create duplicates and inconsistent winding. This removes both first.
 bool closed_after_tidying(Mesh& mesh) {
   CleanCounts ignored;
   drop_duplicates(mesh, ignored);
@@ -60,7 +60,7 @@ void warn_of_large_filling(RepairOutcome& outcome) {
                   100 * outcome.filled_share));
 }
 
-// Holes are filled first: the skin would go in through wide ones, and the solid would be hollow.
+// Fills holes first. Otherwise the skin would enter through wide holes, and the solid would be hollow.
 void wrap(Mesh& mesh, double voxel_size, RepairOutcome& outcome) {
   if (!(voxel_size > 0)) refuse("wrapping needs a voxel size; give --voxel or --resolution");
   const FilledHoles holes = fill_holes(mesh, std::numeric_limits<double>::infinity());
@@ -102,7 +102,8 @@ void note_dropped(const OpenSheets& sheets, std::vector<std::string>& notes) {
                               plural(sheets.dropped), sheets.dropped == 1 ? "it bounds" : "they bound"));
 }
 
-// Tries one means after the other, each on top of the milder ones, until nothing is open but sheets inside of solids.
+// Applies the repairs from the least invasive to the most, each on top of the ones before, until only sheets inside
+// solids are open.
 void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings, RepairOutcome& outcome) {
   if (settings.repair == Repair::wrap) {
     wrap(mesh, settings.voxel_size, outcome);
@@ -112,7 +113,7 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
   if (count_unbalanced(mesh) == 0) return;
   Mesh work = mesh;
   const auto allowed = [&](Repair r) { return settings.repair >= r; };
-  std::string note;  // on the strongest means that changed something
+  std::string note;  // about the most invasive repair that changed something
   const auto done = [&] {
     if (!note.empty()) outcome.notes.push_back(std::move(note));
     mesh = std::move(work);
@@ -141,7 +142,7 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     }
     if (work.triangles.empty()) work = mesh;
   }
-  // Left to itself, repair only closes what no voxel could tell from a crack.
+  // `automatic` only fills holes of at most a voxel's width, which the grid cannot tell from a crack.
   const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()
                         : settings.repair == Repair::automatic ? settings.voxel_size
                                                                : 0;
@@ -184,7 +185,7 @@ Surface measure(Mesh&& mesh) {
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     const Vector n = surface.area_normal(t);
     surface.area += n.norm() / 2;
-    // stableNormalized: the squares of a 10 um mesh's areas would underflow nothing, but slivers' may.
+    // The squared areas of a 10 um mesh do not underflow, but those of slivers may: hence stableNormalized.
     surface.normals[t] = n.stableNormalized();
   }
   return surface;
@@ -223,7 +224,7 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
     if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
   }
   if (settings.sheet_thickness > 0) {
-    // Inside a solid there is nothing to add, and a shell would be a cavity.
+    // Sheets inside a solid add nothing, and the shell around a thickened one would be a cavity.
     note_dropped(drop_enclosed_sheets(mesh), notes);
     const std::size_t sheets = thicken_sheets(mesh, settings.sheet_thickness);
     if (sheets > 0) {

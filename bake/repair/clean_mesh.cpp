@@ -17,7 +17,7 @@ struct PositionHash {
   }
 };
 
-// The three vertices in rising order, and whether the triangle runs through them in an even permutation.
+// The three vertices in rising order, and whether the triangle's own order is an even permutation of that.
 struct Corners {
   Triangle sorted;
   bool even;
@@ -70,7 +70,7 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return corners[a].sorted < corners[b].sorted; });
   std::vector<std::uint8_t> keep(n, 1);
-  std::vector<std::pair<std::size_t, std::size_t>> even_groups;  // as many one way as the other
+  std::vector<std::pair<std::size_t, std::size_t>> even_groups;  // as many face one way as the other
   for (std::size_t i = 0; i < n;) {
     std::size_t end = i + 1;
     while (end < n && corners[order[end]].sorted == corners[order[i]].sorted) ++end;

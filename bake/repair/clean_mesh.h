@@ -16,8 +16,9 @@ struct CleanCounts {
 /// @pre measure_extent accepts the mesh
 [[nodiscard]] Mesh join_vertices(const TriangleMesh& mesh, CleanCounts& counts);
 
-/// Of triangles on the same three vertices one stays, or none where as many face one way as the other: a wall between
-/// two solids, or a fin. A piece made of nothing else is a surface drawn from both sides, and keeps one of each.
+/// Keeps one of the triangles on the same three vertices. Keeps none if as many face one way as the other: they are a
+/// wall between two solids, or a fin. A piece that would vanish this way is a surface drawn from both sides. It keeps
+/// one triangle of each group.
 void drop_duplicates(Mesh& mesh, CleanCounts& counts);
 
 /// Drops triangles that use a vertex twice. @return their number

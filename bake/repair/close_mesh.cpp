@@ -42,7 +42,7 @@ class NearPoints {
 
  private:
   [[nodiscard]] Cell cell_of(const Vector& p) const { return (p.array() / cell_).floor().cast<std::int64_t>(); }
-  // Two cells may share a key: the caller measures distances anyway.
+  // Two cells may share a key, because the caller checks distances anyway.
   static std::uint64_t key(const Cell& c) {
     return static_cast<std::uint64_t>(c.x()) * 0x9E3779B97F4A7C15u ^
            static_cast<std::uint64_t>(c.y()) * 0xC2B2AE3D27D4EB4Fu ^
@@ -84,7 +84,7 @@ std::size_t merge(Mesh& mesh, const std::vector<std::uint32_t>& candidates, doub
 }
 
 struct OpenEdges {
-  std::vector<EdgeUse> edges;           // one per missing use: `from` and `to` as the surface has it
+  std::vector<EdgeUse> edges;           // one per missing use; `from` and `to` in the surface's direction
   std::vector<std::uint32_t> vertices;  // of these edges, in rising order
 };
 
@@ -108,7 +108,7 @@ OpenEdges find_open_edges(const Mesh& mesh) {
   return open;
 }
 
-// Splits triangles at border vertices that lie beside their open edges.
+// Splits triangles at border vertices that lie within the tolerance of their open edges.
 std::size_t split_open_edges(Mesh& mesh, double tolerance) {
   const OpenEdges open = find_open_edges(mesh);
   if (open.edges.empty()) return 0;
@@ -182,7 +182,7 @@ std::vector<std::vector<std::uint32_t>> find_loops(const Mesh& mesh) {
           path.push_back(to);
           continue;
         }
-        // Back where it was: that part is a loop, the rest goes on.
+        // The path returned to one of its vertices. The part since then is a loop; the rest of the path continues.
         loops.emplace_back(path.begin() + static_cast<std::ptrdiff_t>(seen->second), path.end());
         const std::size_t keep = seen->second;
         for (std::size_t i = keep + 1; i < path.size(); ++i) position.erase(path[i]);

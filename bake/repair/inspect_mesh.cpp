@@ -22,7 +22,7 @@ void count_edges(std::span<const EdgeUse> uses, MeshReport& report) {
   });
 }
 
-// Corners round a vertex hang together when their triangles share an edge at it.
+// Two corners at a vertex are in one fan when their triangles share an edge there.
 std::size_t count_nonmanifold_vertices(const Mesh& mesh, std::span<const EdgeUse> uses) {
   DisjointSets corners(3 * mesh.triangles.size());
   const auto corner = [&](std::uint32_t triangle, std::uint32_t vertex) {

@@ -8,12 +8,12 @@
 namespace vps::bake {
 namespace {
 
-// What is known of a piece of the mesh.
+// Facts about one piece of the mesh.
 struct Piece {
   bool open = false;
   bool crosses = false;
-  std::uint32_t first = 0;    // a triangle of it
-  std::uint32_t meeting = 0;  // one that meets the solid, if it crosses
+  std::uint32_t first = 0;    // its first triangle
+  std::uint32_t meeting = 0;  // a triangle that meets the solid, if it crosses
 };
 
 }  // namespace
@@ -37,7 +37,7 @@ OpenSheets drop_enclosed_sheets(Mesh& mesh) {
   resolve_shells(solid, self_intersections(solid));
   if (solid.triangles.empty()) return result;
 
-  // Solid and sheets without common vertices: every touch is an intersection.
+  // Solid and sheets get separate vertices, so that every touch is an intersection.
   Mesh both = solid;
   std::vector<std::uint32_t> origin(both.triangles.size());
   const auto base = static_cast<std::uint32_t>(both.vertices.size());
@@ -61,7 +61,7 @@ OpenSheets drop_enclosed_sheets(Mesh& mesh) {
   for (std::uint32_t p = 0; p < pieces.count; ++p) {
     const Piece& piece = all[p];
     if (!piece.open) continue;
-    // No part of it is on another side than the rest.
+    // A piece that does not cross lies wholly on one side, so one of its points decides.
     if (!piece.crosses && inside.inside(mesh.corner(piece.first, 0))) {
       drop[p] = 1;
       ++result.dropped;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Breadth first over the edges that two triangles share; then whole patches against each other.
+// Breadth-first search over edges with two triangles, then a greedy search that turns whole patches.
 #include "bake/repair/orient_mesh.h"
 
 #include <cstdlib>
@@ -11,7 +11,7 @@
 namespace vps::bake {
 namespace {
 
-// For each triangle its neighbours over edges with exactly two uses, and whether they run the same way along it.
+// A triangle's neighbour across an edge with exactly two uses. They disagree if both run along it in one direction.
 struct Neighbour {
   std::uint32_t triangle = kNoBrick;
   bool disagrees = false;
@@ -36,7 +36,7 @@ Neighbours find_neighbours(const Mesh& mesh, std::span<const EdgeUse> uses) {
   return neighbours;
 }
 
-// Patches: what is connected over two-sided edges. Within one, every turn follows from the first triangle.
+// Patches are connected by edges with exactly two uses. Within a patch the first triangle decides all turns.
 struct Patches {
   std::vector<std::uint32_t> of_triangle;
   std::uint32_t count = 0;
@@ -69,9 +69,9 @@ Patches orient_patches(const Mesh& mesh, const Neighbours& neighbours, std::vect
   return patches;
 }
 
-// Where several patches meet on one edge each is turned if that balances more edges than it unbalances.
+// Turns a patch if that reduces the sum of |balance| over its edges with more than two uses.
 void balance_patches(std::span<const EdgeUse> uses, const Patches& patches, std::vector<std::uint8_t>& turned) {
-  // Per many-sided edge: what each patch adds to its balance.
+  // For each edge with more than two uses: what each patch adds to its balance.
   using Shares = std::map<std::uint32_t, int>;
   std::vector<Shares> edges;
   std::vector<std::vector<std::uint32_t>> edges_of(patches.count);

@@ -6,8 +6,8 @@
 
 namespace vps::bake {
 
-/// Turns triangles until as many edges as possible are used equally often in both directions. Of a piece the smaller
-/// part is turned. @return number of triangles turned
+/// Turns triangles so that edges are used equally often in both directions, as far as a greedy search finds. Within a
+/// patch of triangles that share two-sided edges it turns the smaller part. @return number of triangles turned
 std::size_t orient_consistently(Mesh& mesh);
 
 }  // namespace vps::bake

@@ -13,7 +13,7 @@
 namespace vps::bake {
 namespace {
 
-// Six times the signed volume, about a corner of the mesh to keep digits far from the origin.
+// Six times the signed volume. Taken about a corner of the mesh, which keeps digits far from the origin.
 double signed_volume6(const Mesh& mesh) {
   const Vector reference = mesh.corner(0, 0);
   double sum = 0;
@@ -59,7 +59,8 @@ struct Group {
   std::vector<TrianglePair> pairs;  // triangles of the whole mesh
 };
 
-// Turns shells that are inside out, as far as that can be told, and unites them.
+// Unites the shells of a group. Turns shells of negative volume first if all have one, or if some winding number would
+// be negative otherwise.
 Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& shells, const Group& group,
                  ShellCounts& counts) {
   std::vector<std::uint32_t> triangles;
@@ -84,7 +85,7 @@ Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>
   const Mesh part = part_of(mesh, triangles);
   if (inside_out < group.shells.size()) {
     UnitedShells united = unite_shells(part, pairs);
-    // A shell wound inward that leaves no negative winding is a cavity that touches its wall.
+    // If no winding number is negative, an inward shell is a cavity that touches the wall around it.
     if (united.least_winding >= 0 || inside_out == 0) return united.mesh;
   }
   counts.inverted += inside_out;
@@ -104,7 +105,7 @@ Vector own_point(const Mesh& mesh) {
   return (mesh.corner(largest, 0) + mesh.corner(largest, 1) + mesh.corner(largest, 2)) / 3;
 }
 
-// Around which other groups a group lies. Groups meet in vertices and edges at most.
+// Counts the other groups that a group lies inside of. Groups meet at most in vertices and edges.
 class Nesting {
  public:
   explicit Nesting(const std::vector<Mesh>& groups) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Boxes that overlap, then CGAL's exact predicates on those pairs.
+// Finds pairs of overlapping boxes, then tests them with CGAL's exact predicates.
 #include "bake/repair/self_intersections.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
@@ -48,7 +48,7 @@ class MeetTest {
   }
 
  private:
-  // Triangles on a common edge meet elsewhere only when one is folded onto the other.
+  // Triangles with a common edge intersect elsewhere only if one is folded onto the other.
   [[nodiscard]] bool folded(const Triangle& a, const Triangle& b, std::size_t tip_a, std::size_t tip_b) const {
     const Point& p = points_[a[(tip_a + 1) % 3]];
     const Point& q = points_[a[(tip_a + 2) % 3]];
@@ -58,14 +58,15 @@ class MeetTest {
     return CGAL::coplanar_orientation(p, q, r, s) == CGAL::POSITIVE;
   }
 
-  // The edge of a opposite to the common vertex meets b: any common segment from the vertex ends there or on b's edge.
+  // Whether a's edge opposite to the common vertex meets b. Any common segment from the vertex ends on that edge or on
+  // b's opposite edge.
   [[nodiscard]] bool meet_beyond_vertex(const Triangle& a, const Triangle& b, std::size_t at_a) const {
     const Point& p = points_[a[(at_a + 1) % 3]];
     const Point& q = points_[a[(at_a + 2) % 3]];
     const Point& u = points_[b[0]];
     const Point& v = points_[b[1]];
     const Point& w = points_[b[2]];
-    // Both ends on one side of b's plane: by far the commonest case.
+    // Both ends lie on one side of b's plane: by far the most common case.
     const CGAL::Orientation side_p = CGAL::orientation(u, v, w, p);
     const CGAL::Orientation side_q = CGAL::orientation(u, v, w, q);
     if (side_p == side_q && side_p != CGAL::COPLANAR) return false;
@@ -105,7 +106,7 @@ std::vector<TrianglePair> self_intersections(const Mesh& mesh) {
     candidates.clear();
   };
   CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-    // Long triangles have boxes by the million that overlap: not all pairs at once.
+    // Long triangles can give millions of overlapping boxes, so pairs are tested in batches.
     constexpr std::size_t kBatch = 1 << 20;
     if (candidates.size() == kBatch) sift();
     candidates.emplace_back(std::min(a.info(), b.info()), std::max(a.info(), b.info()));

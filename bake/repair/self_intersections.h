@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Pairs of triangles that meet where they should not. Internal to bake.
+/// @file Pairs of triangles that intersect. Internal to bake.
 #pragma once
 
 #include <utility>
@@ -11,8 +11,8 @@ namespace vps::bake {
 
 using TrianglePair = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Every pair of triangles that meet elsewhere than in their common vertices and edges, touching included, with exact
-/// predicates (CGAL). Triangles on the same three vertices are a pair; triangles without area meet nothing.
+/// Finds every pair of triangles that intersect or touch outside their common vertices and edges. Predicates are exact
+/// (CGAL). Triangles on the same three vertices are a pair; triangles without area are in no pair.
 /// @pre no triangle uses a vertex twice
 /// @return sorted pairs, first < second
 [[nodiscard]] std::vector<TrianglePair> self_intersections(const Mesh& mesh);

@@ -17,7 +17,8 @@ double angle_at(const Vector& p, const Vector& q, const Vector& r) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// Offset of each vertex of a patch: along the mean normal, as far as the faces' distance asks.
+// Offset of each vertex of a patch along the mean normal. It is long enough to move the faces by `distance`, but at
+// most twice that.
 std::unordered_map<std::uint32_t, Vector> vertex_offsets(const Mesh& mesh, const std::vector<std::uint32_t>& patch,
                                                          double distance) {
   std::unordered_map<std::uint32_t, Vector> mean;

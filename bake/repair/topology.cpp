@@ -79,7 +79,7 @@ Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const Edg
       if (balance != 0) open[sets.find(use.triangle)] = 1;
     }
   });
-  // Joined afterwards: the names of the sets above must hold while they are asked for.
+  // Joined afterwards, because `open` is looked up by set names that joining would change.
   std::vector<std::pair<std::uint32_t, std::uint32_t>> joins;
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     const EdgeUse* first = nullptr;

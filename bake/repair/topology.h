@@ -23,7 +23,7 @@ struct EdgeUse {
   [[nodiscard]] std::uint32_t to() const { return forward != 0 ? high() : low(); }
 };
 
-/// All uses, those of one edge side by side, by triangle within an edge.
+/// All edge uses, sorted by edge, then by triangle.
 [[nodiscard]] std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles);
 
 /// Calls visit(span of uses) once per edge.
@@ -65,11 +65,11 @@ struct Pieces {
 /// Triangles that share an edge belong together.
 [[nodiscard]] Pieces pieces_by_edges(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);
 
-/// Triangles that share an edge of just two uses belong together, and what is not closed by itself also with what it
-/// shares other edges with: solids that touch in an edge stay apart.
+/// Triangles that share an edge with exactly two uses belong together. A piece that is not closed then also joins the
+/// other open pieces at its edges with more uses. So solids that touch in an edge stay separate.
 [[nodiscard]] Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);
 
-/// One byte per piece: 1 when one of its edges is unbalanced, whatever else shares the edge.
+/// One byte per piece: 1 when the piece's own uses of some edge are unbalanced. Other pieces' uses do not count.
 [[nodiscard]] std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses);
 
 /// Triangles that share a vertex belong together.

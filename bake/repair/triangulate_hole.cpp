@@ -15,7 +15,7 @@ std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border) {
   points.reserve(border.size());
   for (const Vector& v : border) points.emplace_back(v.x(), v.y(), v.z());
   std::vector<CGAL::Triple<int, int, int>> found;
-  // The search without Delaunay is cubic in the length of the border.
+  // The search without Delaunay is cubic in the number of the border's points.
   constexpr std::size_t kCubicLimit = 500;
   CGAL::Polygon_mesh_processing::triangulate_hole_polyline(
       points, std::back_inserter(found),

@@ -9,7 +9,7 @@
 namespace vps::bake {
 
 /// @param border  at least 3 points
-/// @return triangles on the border's points, running along it; empty when CGAL finds none
+/// @return triangles on the border's points, in the border's direction; empty when CGAL finds none
 [[nodiscard]] std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border);
 
 }  // namespace vps::bake

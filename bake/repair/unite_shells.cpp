@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cuts in exact arithmetic (CGAL), then winding numbers on both sides of every patch that the cuts leave.
+// Cuts the triangles in exact arithmetic (CGAL), then computes winding numbers on both sides of every patch between the
+// cuts.
 #include "bake/repair/unite_shells.h"
 
-// More than one cut may cross a triangle at a time, but seldom many.
+// CGAL warns of many constraints that cross each other. Several cuts may cross in a triangle, but seldom many.
 #define CGAL_NO_CDT_2_WARNING
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
@@ -25,7 +26,7 @@ using Point3 = Exact::Point_3;
 using Point2 = Exact::Point_2;
 using Delaunay = CGAL::Constrained_Delaunay_triangulation_2<Exact, CGAL::Default, CGAL::Exact_intersections_tag>;
 
-// What other triangles leave on a triangle: segments, of length 0 for single points.
+// Intersections of a triangle with others, as segments. A single point is a segment of length 0.
 using Cuts = std::vector<std::pair<Point3, Point3>>;
 
 struct CollectCuts {
@@ -40,7 +41,7 @@ struct CollectCuts {
   }
 };
 
-// Equal exact points must round to equal doubles; CGAL's to_double of a lazy number depends on how it came about.
+// Equal exact points must round to equal doubles. CGAL's to_double of a lazy number depends on how it was computed.
 double rounded(const Exact::FT& x) {
   return CGAL::to_double(CGAL::exact(x));
 }
@@ -78,7 +79,7 @@ class Cutter {
  public:
   Cutter(const std::array<Point3, 3>& corners, const Vector& normal) : corners_(corners) {
     normal.cwiseAbs().maxCoeff(&drop_);
-    // Right-handed (u, v, drop): counter-clockwise seen from the normal's side where its component is positive.
+    // (u, v, drop) is right-handed: a triangle is counter-clockwise in (u, v) where its normal's component is positive.
     u_ = (drop_ + 1) % 3;
     v_ = (drop_ + 2) % 3;
     flip_ = normal[drop_] < 0;
@@ -123,7 +124,7 @@ class Cutter {
   bool flip_ = false;
 };
 
-// Crossings along any of the three axes: the axes are turned until the wanted one is x.
+// Crossings along any of the three axes. The axes are permuted cyclically until the wanted one is x.
 class Crossings {
  public:
   explicit Crossings(const Mesh& mesh) : mesh_(mesh) {}
@@ -151,7 +152,7 @@ class Crossings {
   std::array<Along, 3> along_;
 };
 
-// Winding numbers in front of and behind a piece, and the sheets that lie on it.
+// Decides whether a piece is kept, from the winding numbers on both sides of it and the sheets that coincide with it.
 class Classifier {
  public:
   Classifier(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& coplanar)
@@ -184,7 +185,7 @@ class Classifier {
     for (const Sheet& sheet : sheets) near -= sheet.crossing;
     least_ = std::min({least_, far, near});
     if ((far > 0) == (near > 0)) return Verdict::drop;
-    // One of several coincident sheets stays: the first that faces the right way.
+    // Keeps one of several coincident sheets: the first that faces the right way.
     const int wanted = far > 0 ? 1 : -1;
     if (self->crossing != wanted) return Verdict::drop;
     for (const Sheet& sheet : sheets) {
@@ -251,13 +252,13 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
     }
   }
 
-  // A patch ends only where more than two pieces meet, and nothing crosses it: all of it stays or goes.
+  // A patch ends only where more than two pieces meet, and nothing crosses it. So it is kept or dropped as a whole.
   DisjointSets sets(pieces.triangles.size());
   const std::vector<EdgeUse> uses = sorted_edges(pieces.triangles);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     if (edge.size() == 2) sets.join(edge[0].triangle, edge[1].triangle);
   });
-  // Its largest piece is the safest place to look from, as the centre is rounded.
+  // A patch is judged at the centre of its largest piece, where the centre's rounding matters least.
   std::vector<std::uint32_t> by_area(pieces.triangles.size());
   std::vector<double> area(by_area.size());
   for (std::uint32_t t = 0; t < by_area.size(); ++t) {

@@ -12,7 +12,7 @@ struct UnitedShells {
 };
 
 /// Boundary of the points with a winding number above 0. Triangles are cut along their intersections in exact
-/// arithmetic, then each piece stays or goes as a whole; new vertices are rounded to double.
+/// arithmetic. Then each piece is kept or dropped as a whole. New vertices are rounded to double.
 /// @param pairs  all self-intersections of the mesh
 /// @pre every edge is balanced
 [[nodiscard]] UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs);

@@ -51,7 +51,7 @@ double crossing_x(double y, double z, const Mesh& mesh, std::size_t triangle) {
   const Vector& a = mesh.corner(triangle, 0);
   const Vector n = (mesh.corner(triangle, 1) - a).cross(mesh.corner(triangle, 2) - a);
   const double x = a.x() - (n.y() * (y - a.y()) + n.z() * (z - a.z())) / n.x();
-  // A nearly edge-on triangle amplifies rounding; its own extent does not.
+  // A triangle nearly parallel to x amplifies rounding, so its own extent limits the result.
   const auto [low, high] = std::minmax({a.x(), mesh.corner(triangle, 1).x(), mesh.corner(triangle, 2).x()});
   return x >= low ? std::min(x, high) : low;
 }
@@ -119,7 +119,7 @@ std::size_t InsideTest::column(double y, double z) const {
 }
 
 bool InsideTest::inside(const Vector& point) const {
-  // Crossings beyond the point undo the winding number at the point.
+  // The crossings beyond the point sum to minus the winding number at the point.
   int winding = 0;
   for_each_crossing(point, [&](std::uint32_t triangle, int crossing) {
     if (crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Exact crossings of lines parallel to x with triangles: the ground of every inside test. Internal to bake.
+/// @file Exact crossings of lines parallel to x with triangles: the basis of every inside test. Internal to bake.
 ///
 /// Predicates are exact (CGAL). A line through an edge or vertex is moved by an infinitesimal (e, e^2) in y and z
 /// (simulation of simplicity), so each crossing of a closed surface is counted exactly once and winding numbers are
@@ -12,24 +12,24 @@
 
 namespace vps::bake {
 
-/// How a line parallel to x through (y, z) meets a triangle: 0 not at all, +1 where the line, going towards +x, enters
-/// the solid, -1 where it leaves.
+/// How a line parallel to x through (y, z) meets a triangle. 0: not at all. +1: the line enters the solid there, going
+/// towards +x. -1: it leaves the solid.
 [[nodiscard]] int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle);
 
 /// x of the crossing with the triangle's plane. Rounded; decide near ties with `crossing_is_beyond`.
 [[nodiscard]] double crossing_x(double y, double z, const Mesh& mesh, std::size_t triangle);
 
-/// Exact: the triangle's plane meets the line through `point` parallel to x at a greater x than the point's.
+/// Whether the line through `point` parallel to x meets the triangle's plane at a greater x than the point's. Exact.
 /// @pre line_crossing(point.y, point.z) != 0
 [[nodiscard]] bool crossing_is_beyond(const Vector& point, const Mesh& mesh, std::size_t triangle);
 
-/// Exact: the point lies in the triangle's plane. Same precondition.
+/// Whether the point lies in the triangle's plane. Exact. Same precondition.
 [[nodiscard]] bool point_on_plane(const Vector& point, const Mesh& mesh, std::size_t triangle);
 
-/// A grid round the mesh with about as many columns as the mesh has triangles: for `InsideTest` without a voxel grid.
+/// A grid around the mesh with about as many columns as the mesh has triangles: for `InsideTest` without a voxel grid.
 [[nodiscard]] Grid column_grid(const Mesh& mesh);
 
-/// Exact inside test for any point of a grid, by winding number > 0; a point on the surface may be told either way.
+/// Exact inside test for any point of a grid: winding number > 0. A point on the surface may count as either.
 class InsideTest {
  public:
   /// @param mesh, grid  must outlive this object

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Minimal enclosing spheres by CGAL. Its double version returns wrong spheres for some lattice points, and says they
-// are valid; so every result is checked against every point, then tried again with jitter, exactly, and last simply
-// grown.
+// Minimal enclosing spheres by CGAL. Its double version returns wrong spheres for some lattice points and reports them
+// as valid. So every result is checked against every point. A wrong one is tried again with jitter, then in exact
+// arithmetic; for many points a sphere around the first one replaces it.
 #include "bake/stages/bounding_spheres.h"
 
 #include <CGAL/Cartesian.h>
@@ -31,13 +31,13 @@ double farthest(const Vector& centre, std::span<const Point3f> points) {
   return std::sqrt(squared);
 }
 
-// A wrong sphere is wrong by far more than rounding.
+// The error of a wrong sphere is far larger than rounding.
 bool encloses(const Sphere& sphere, std::span<const Point3f> points) {
   return std::isfinite(sphere.radius) && sphere.centre.allFinite() &&
          farthest(sphere.centre, points) <= sphere.radius * (1 + 1e-6) + std::numeric_limits<float>::min();
 }
 
-// Points are moved to the first one and scaled by nothing: differences keep their digits far from the origin.
+// Works with points relative to the first one, not scaled: differences keep their digits far from the origin.
 Sphere minimal_double(std::span<const Point3f> points, double jitter) {
   using Kernel = CGAL::Simple_cartesian<double>;
   using Traits = CGAL::Min_sphere_of_points_d_traits_3<Kernel, double>;
@@ -101,7 +101,7 @@ BoundingSphere bounding_sphere(std::span<const Point3f> points) {
     const float dz = p[2] - z;
     radius = std::max(radius, std::sqrt(dx * dx + dy * dy + dz * dz));
   }
-  // The float sum may have rounded down: the exact distance has to pass too.
+  // The float sum may have rounded down, so the distance in double must pass too.
   const double exact = farthest(Vector(x, y, z), points);
   while (static_cast<double>(radius) < exact) radius = std::nextafter(radius, std::numeric_limits<float>::infinity());
   out.radius = points.size() == 1 ? radius : std::nextafter(radius, std::numeric_limits<float>::infinity());
@@ -111,7 +111,7 @@ BoundingSphere bounding_sphere(std::span<const Point3f> points) {
 std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::vector<Point3f>& points) {
   const std::size_t nodes = tree.first.size();
   const std::uint32_t leaves = tree.level_offsets[tree.level_offsets.size() - 2];
-  // Points below each node are contiguous: widen from the leaves up.
+  // Points below each node are contiguous. Their ranges are joined from the leaves up.
   std::vector<std::uint32_t> first(nodes);
   std::vector<std::uint32_t> last(nodes);
   for (std::size_t n = nodes; n-- > 0;) {

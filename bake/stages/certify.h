@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Measures what a query of the stored fields gets wrong, against the mesh itself. Internal to bake.
+/// @file Measures the error of queries of the stored fields against the mesh. Internal to bake.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,7 @@ struct CertificateSample {
 using Reconstruction = std::function<double(const Vector&)>;
 
 /// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end
-/// are left out, for their voxel may lie beyond it.
+/// are left out, because their voxel may lie beyond it.
 /// @param band_inner, band_outer  no wider than the field's. [Units: m]
 [[nodiscard]] std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
                                                                  const Grid& grid, const BandField& field,
@@ -41,8 +41,8 @@ struct Truth {
   double outer = 0;       ///< [m]
 };
 
-/// Goes on from the worst samples to where the error is largest round them, and puts that into `max` and `worst_at`:
-/// few samples meet the worst place itself.
+/// Searches around the worst samples for larger errors, because few samples meet the worst place itself. Puts the
+/// largest error into `max` and `worst_at`, and raises `bound` to it.
 void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
                 FieldCertificate& certificate);
 

@@ -27,7 +27,7 @@ HWY_INLINE F chord_error(F before, F a, F b, F after) {
   const F eighth = hn::Set(f32, 0.125F);
   const F first = hn::IfThenElse(hn::IsNaN(a), b, a);
   const F last = hn::IfThenElse(hn::IsNaN(b), a, b);
-  // Bends of both signs: a wave.
+  // Bends of opposite signs are a wave: an eighth of the larger one.
   const F size_first = hn::Abs(first);
   const F size_last = hn::Abs(last);
   const F wave = hn::Mul(eighth, hn::IfThenElse(hn::Gt(size_first, size_last), first, last));

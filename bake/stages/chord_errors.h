@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How far straight lines between samples may lie from the sampled field, judged by its bends. Vectorized.
+/// @file Estimates the error of straight lines between samples from the field's second differences. Vectorized.
 /// Internal to bake.
 #pragma once
 
 namespace vps::bake {
 
-/// Samples on all lines along the axes through a cube of 9x9x9 samples, and three more at both ends of each.
+/// Samples on all lines along the axes through a cube of 9x9x9 samples, with three more at both ends of each line.
 /// Sample (x,y,z) lies on line 9 z + y along x, 9 z + x along y and 9 y + x along z.
 struct ChordLines {
   static constexpr int kSide = 9;
@@ -18,10 +18,11 @@ struct ChordLines {
   alignas(64) float error[3][kSide + 1][kLines];
 };
 
-/// Fills `error`. The bends at a chord's ends, a and b, tell a crease between them, where the chord errs by
-/// a b / (a + b), from a curve, whose bend goes on beyond and whose chord errs by an eighth of it; what the bends
-/// beyond have in common with a and b counts as curve. Where a bend is not known there may be a crease as sharp as the
-/// known end's. The same bits with all vector instructions.
+/// Fills `error`. A bend is the second difference at a sample; a and b are the bends at a chord's ends. A crease
+/// between the ends gives the chord an error of a b / (a + b). A curve gives it an error of an eighth of the bend, and
+/// the bend continues beyond the ends. So the part of a and b that the next bends beyond the ends have in common with
+/// them counts as curve, the rest as crease. Where one of a and b is not known, the other one's value is used for it.
+/// The results are bit-identical with all vector instructions.
 void chord_errors(ChordLines& lines);
 
 }  // namespace vps::bake

@@ -61,7 +61,7 @@ class LevelClustering {
     candidates_.clear();
     free_.for_each_near(points_[start], 2, [&](std::uint32_t q) {
       const double squared = (points_[q] - points_[start]).squaredNorm();
-      // The parent lies between: members farther than this would be outliers at once.
+      // Members farther than this would be outliers at once, because the parent lies between.
       if (squared <= 4 * outlier_ * outlier_) candidates_.push_back({squared, q});
     });
     const std::size_t wanted = std::min<std::size_t>(branching_ + 1, candidates_.size());
@@ -88,7 +88,7 @@ class LevelClustering {
     cluster.parent = best.point;
   }
 
-  // Points too far from the parent are tagged one by one, farthest first; the centre moves each time.
+  // Points too far from the parent are tagged one by one, farthest first. The parent is chosen anew each time.
   void tag_outliers(Cluster& cluster) {
     while (cluster.members.size() > 1) {
       Candidate worst{-1, 0};
@@ -131,7 +131,7 @@ class LevelClustering {
   std::vector<Cluster> clusters_;
 };
 
-// Few points, or points too scattered for the rule above: order them along the longest axis, halve until K are left.
+// For few points, or points too scattered for the rule above: splits them along the longest axis until K are left.
 void halve(const std::vector<Vector>& points, std::vector<std::uint32_t>::iterator first,
            std::vector<std::uint32_t>::iterator last, std::uint32_t branching, std::vector<Cluster>& out) {
   if (last - first <= branching) {
@@ -168,7 +168,7 @@ void halve(const std::vector<Vector>& points, std::vector<std::uint32_t>::iterat
 std::vector<Cluster> cluster_level(const std::vector<Vector>& points, double area, std::uint32_t branching) {
   std::vector<Cluster> clusters;
   if (points.size() > branching) clusters = LevelClustering(points, area, branching).run();
-  // The tree has to shrink: half the points is the least progress worth a level.
+  // The tree must shrink: a level may have at most half as many clusters as points.
   if (clusters.empty() || clusters.size() > (points.size() + 1) / 2) {
     clusters.clear();
     std::vector<std::uint32_t> all(points.size());

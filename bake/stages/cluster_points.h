@@ -9,9 +9,9 @@ namespace vps::bake {
 /// Breadth-first tree. Nodes of level l (root = 1) are [level_offsets[l-1], level_offsets[l]); the children of a node
 /// are contiguous, and in order over the whole level. On the leaf level children are points, in the order of `order`.
 struct PointTree {
-  std::vector<std::uint32_t> order;          ///< old number of each point in tree order
+  std::vector<std::uint32_t> order;          ///< original number of each point, in tree order
   std::vector<std::uint32_t> first, count;   ///< children of each node
-  std::vector<std::uint32_t> parent_point;   ///< P_1 of each node, in tree order
+  std::vector<std::uint32_t> parent_point;   ///< P_1 of each node: its number in tree order
   std::vector<std::uint32_t> level_offsets;  ///< levels + 1
 };
 

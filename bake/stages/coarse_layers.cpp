@@ -15,7 +15,7 @@ namespace {
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kBrickHalves = 2 * static_cast<int>(kBrickEdge);
 
-// Squared distance from each brick's centre along x to the nearest surface voxel of the row; `row` holds 8 bits a
+// Squared distance from each brick's centre along x to the nearest surface voxel of the row; `row` holds 8 bits per
 // brick.
 void nearest_in_row(const std::vector<std::uint8_t>& row, float* out) {
   const auto bricks = static_cast<int>(row.size());
@@ -83,7 +83,7 @@ class Envelope {
   std::vector<Parabola> parabolas_;
 };
 
-// Over x and y for one slice of voxels: `plane` holds a value per brick column, [by][bx].
+// Squared distances over x and y for one slice of voxels. `plane` holds a value per brick column, [by][bx].
 void slice_distances(const Grid& grid, const SurfaceVoxels& voxels, std::uint32_t k, float* plane) {
   const std::uint32_t bx = grid.brick_dims[0];
   std::vector<float> rows(std::size_t{grid.dims[1]} * bx, kFar);
@@ -128,7 +128,7 @@ std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& v
             const double halves = std::sqrt(static_cast<double>(squared)) * (1 - 1e-6);
             const double voxels_away = std::floor(halves / 2 - std::sqrt(0.75));
             const auto layer = static_cast<std::int16_t>(std::clamp(voxels_away, 0.0, 32767.0));
-            // A brick beyond the band holds no surface: any of its voxels tells the side.
+            // A brick without surface lies on one side, so any of its voxels gives the sign.
             layers[at] = runs.test(grid, x * 8 + 4, y * 8 + 4, z * 8 + 4) ? layer : static_cast<std::int16_t>(-layer);
           });
     }

@@ -28,7 +28,7 @@ std::uint64_t edge_key(std::uint64_t a, std::uint64_t b) {
   return hash_bytes(std::as_bytes(std::span(ends)));
 }
 
-// Sides of one edge in `stride`, chosen by its key, so that they come together.
+// Sides of one edge in `stride`. Edges are chosen by their key, so that all sides of an edge are chosen.
 template <class Position>
 std::vector<Side> choose_sides(const std::vector<Position>& vertices, const std::vector<Triangle>& triangles,
                                std::uint64_t stride) {
@@ -46,7 +46,7 @@ std::vector<Side> choose_sides(const std::vector<Position>& vertices, const std:
       if (key % stride != 0) continue;
       const Vector a = to_vector(vertices[t[0]]);
       const Vector normal = (to_vector(vertices[t[1]]) - a).cross(to_vector(vertices[t[2]]) - a).stableNormalized();
-      // A collapsed triangle is no side of anything.
+      // Skips collapsed triangles, which have no normal.
       if (!(normal.squaredNorm() > 0.5)) continue;
       sides.push_back({key, (to_vector(vertices[t[k]]) - to_vector(vertices[t[next]])).norm(), normal});
     }
@@ -56,7 +56,7 @@ std::vector<Side> choose_sides(const std::vector<Position>& vertices, const std:
 
 template <class Position>
 Creases measure(const std::vector<Position>& vertices, const std::vector<Triangle>& triangles) {
-  // Enough for a few per cent.
+  // Enough for an error of a few per cent.
   constexpr std::size_t kEnough = 1 << 14;
   const std::uint64_t stride = 1 + 3 * triangles.size() / kEnough;
   std::vector<Side> sides = choose_sides(vertices, triangles, stride);
@@ -65,10 +65,10 @@ Creases measure(const std::vector<Position>& vertices, const std::vector<Triangl
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;
     while (end < sides.size() && sides[end].key == sides[i].key) ++end;
-    // How much the gradient of the distance turns there: 2 sin(angle / 2).
+    // Change of the distance's gradient across the edge: 2 sin(angle / 2).
     const double bend = end - i == 2 ? (sides[i].normal - sides[i + 1].normal).norm() : 2;
     const double length = sides[i].length * static_cast<double>(stride);
-    // Up to 0.2 the coarsest samples, 2 voxels apart, are good enough beside it; beyond 0.8 only the finest are.
+    // Up to 0.2 the coarsest samples, 2 voxels apart, are good enough near the edge. Beyond 0.8 only the finest are.
     if (bend > 0.8) {
       creases.sharp += length;
     } else if (bend > 0.2) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How much crease a mesh has: what the memory of a bake depends on beside its area. Internal to bake.
+/// @file Length of a mesh's creases. The memory of a bake depends on it and on the area. Internal to bake.
 #pragma once
 
 #include "bake/geometry.h"
@@ -7,8 +7,8 @@
 
 namespace vps::bake {
 
-/// Length of the edges by the angle between the normals beside them; edges of one triangle, or of more than two, count
-/// as sharp. Estimated from a part of the edges where there are many; the same for every run. [m]
+/// Length of the edges by the angle between the normals of their triangles. Edges of one triangle, or of more than two,
+/// count as sharp. Large meshes are estimated from a part of their edges, the same for every run. [m]
 struct Creases {
   double blunt = 0;  ///< 11 to 47 degrees
   double sharp = 0;  ///< more

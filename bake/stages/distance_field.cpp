@@ -105,7 +105,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     std::array<std::uint32_t, kBrickVoxels> closest;
   };
   const auto compute = [&](std::size_t n, Result& result) {
-    // What is farther than the band is not wanted; the slack is for rounding.
+    // Triangles farther than the band are ignored; the slack is for rounding.
     NearestTriangles nearest;
     nearest.squared.fill(band * band * (1 + 1e-9));
     nearest.triangle.fill(-1);
@@ -120,7 +120,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
       double distance = limit;
       result.closest[voxel] = kNoTriangle;
       if (nearest.triangle[voxel] >= 0) {
-        // The triangle is known; its distance is taken where it is exact to the last digit.
+        // The vectorized search found the triangle. Its distance is computed again, exact to the last digit.
         const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
         const Vector p = grid.centre(lists.set.bricks[n], voxel);
         const double exact =
@@ -138,14 +138,14 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   BandField field;
   field.band_inner = band_inner;
   field.band_outer = band_outer;
-  // Room for all candidates costs addresses only: what is never written takes no memory.
+  // Reserving room for all candidates only costs addresses: pages that are never written take no memory.
   field.inside.reserve(candidates);
   field.penetration.reserve(candidates * kBrickVoxels);
   field.closest.reserve(candidates * kBrickVoxels);
   field.near_triangles.reserve(lists.triangles.size());
   field.near_start.push_back(0);
   std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
-  // A part at a time, lest all results be held twice.
+  // Works in parts, so that not all results are held twice.
   constexpr std::size_t kPart = 4096;
   std::vector<Result> results(std::min(candidates, kPart));
   for (std::size_t first = 0; first < candidates; first += kPart) {
@@ -176,7 +176,7 @@ Vector exact_gradient(const Surface& surface, const Vector& point, std::uint32_t
                                                 surface.corner(triangle, 2)) -
                             point;
   const double distance = to_surface.norm();
-  // On the surface the direction to it is lost; the triangle's inward normal is its limit.
+  // On the surface the direction to it is undefined. The triangle's inward normal is its limit.
   if (distance < 1e-9 * voxel_size) return -surface.normals[triangle];
   return to_surface * ((inside ? -1.0 : 1.0) / distance);
 }

@@ -36,7 +36,7 @@ std::uint32_t first_voxel_past(const Surface& surface, const Grid& grid, std::si
   const Vector ac = surface.corner(t, 2) - surface.corner(t, 0);
   const double plane_error = std::numeric_limits<double>::epsilon() * std::sqrt(ab.squaredNorm() * ac.squaredNorm());
   const double x_error = 8 * plane_error * (ab.cwiseAbs().sum() + ac.cwiseAbs().sum());
-  constexpr double kTie = 1e-6;  // far above rounding; inside it the predicate decides
+  constexpr double kTie = 1e-6;  // far above rounding; within it the predicate decides
   const bool certain = x_error < kTie * grid.voxel_size * std::abs(surface.area_normal(t).x());
   if (certain && std::abs(position - nearest) > kTie) return position < nearest ? i : i + 1;
   const auto is_past = [&](std::uint32_t at) {

@@ -20,11 +20,11 @@ struct Vector3 {
   double x, y, z;
 };
 
-// What the distance to a triangle needs, with the corners relative to the lattice's first point.
+// Data for the distance to a triangle. Corners are relative to the lattice's first point.
 struct Facet {
   Vector3 corner[3];
   Vector3 edge[3];
-  Vector3 outward[3];  // of the prism over the edge, in the plane
+  Vector3 outward[3];  // in the triangle's plane, normal to the edge
   double inverse_squared[3];
   Vector3 normal;  // unit
 };
@@ -40,7 +40,7 @@ HWY_BEFORE_NAMESPACE();
 namespace vps::bake::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Over the triangle's face the distance to its plane counts, elsewhere that to its nearest edge.
+// Takes the distance to the triangle's plane over its face, and elsewhere the distance to its nearest edge.
 void offer_rows(const Facet& f, const RowRange& rows, double step, double reach, double number, double* squared,
                 double* triangle) {
   const hn::CappedTag<double, kBrickEdge> d;
@@ -51,7 +51,7 @@ void offer_rows(const Facet& f, const RowRange& rows, double step, double reach,
   const V number_v = hn::Set(d, number);
   for (int z = rows.first[1]; z <= rows.last[1]; ++z) {
     for (int y = rows.first[0]; y <= rows.last[0]; ++y) {
-      // A row that stays farther from the triangle's plane than the band.
+      // Skips a row that stays farther from the triangle's plane than the band.
       const double middle = ((kBrickEdge - 1) / 2.0 * step - f.corner[0].x) * f.normal.x +
                             (y * step - f.corner[0].y) * f.normal.y + (z * step - f.corner[0].z) * f.normal.z;
       if (std::abs(middle) > reach) continue;

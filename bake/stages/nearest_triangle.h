@@ -18,13 +18,13 @@ struct PointLattice {
 /// The nearest triangle of each point of a lattice so far.
 struct NearestTriangles {
   alignas(64) std::array<double, kBrickVoxels> squared;  ///< distance. [m^2]
-  /// Number as double: lanes of one width. Negative: none yet.
+  /// Number of the triangle, as a double so that all lanes have one width. Negative: none yet.
   alignas(64) std::array<double, kBrickVoxels> triangle;
 };
 
-/// Offers triangle `t` to the points of a lattice that may lie within `band` of it. The nearer triangle stays, and
-/// among equals the earlier one. Results do not depend on the machine's vector instructions: every operation is rounded
-/// by itself.
+/// Offers triangle `t` to the points of a lattice that may lie within `band` of it. Each point keeps the nearest
+/// triangle, and the earliest among equals. Results do not depend on the machine's vector instructions, because every
+/// operation is rounded by itself.
 void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
                     NearestTriangles& nearest);
 

@@ -18,7 +18,7 @@ constexpr int line_of(int axis, int x, int y, int z) {
   return axis == 0 ? z * kSide + y : axis == 1 ? z * kSide + x : y * kSide + x;
 }
 
-// What two errors have to give when both ends of a chord move: the most in each direction.
+// Combines the errors of the two chords at a sample: the largest error in each direction counts.
 float both_ways(float a, float b) {
   return std::max({a, b, 0.0F}) + std::min({a, b, 0.0F});
 }
@@ -104,7 +104,7 @@ double OctantSamples::shift(int x, int y, int z) const {
     const int line = line_of(axis, x, y, z);
     sum += both_ways(lines_.error[axis][place[axis]][line], lines_.error[axis][place[axis] + 1][line]);
   }
-  // Half of it: sharp creases ask for too much. Found by trying: fewest bricks, least error.
+  // Half of the correction, which is too large at sharp creases. Found by experiment: fewest bricks, least error.
   constexpr float kShare = 0.25F;
   return -kShare * sum;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The exact samples that one 8x8x8 block of cells starts from, and what interpolation between them may err.
-/// Internal to bake.
+/// @file The exact samples of one block of 8x8x8 cells, and the estimated error of interpolation between them. Internal
+/// to bake.
 #pragma once
 
 #include <array>
@@ -12,12 +12,12 @@ namespace vps::bake {
 
 using Index = std::array<std::int32_t, 3>;
 
-/// Interpolation in a cell may err by this: the chords' errors, summed over the axes. Cell (x,y,z) has number
-/// (8 z + y) 8 + x.
+/// Estimated error of interpolation in each cell: the largest chord error along each axis, summed over the axes. Cell
+/// (x,y,z) has number (8 z + y) 8 + x.
 using CellErrors = std::array<float, kBrickVoxels>;
 void cell_errors(const ChordLines& lines, CellErrors& errors);
 
-/// Voxels' centres and their values, from those of a brick to its upper neighbours'. Sample (x,y,z) has number
+/// Values at the voxel centres of a brick and at the first ones of its upper neighbours. Sample (x,y,z) has number
 /// (9 z + y) 9 + x.
 class OctantSamples {
  public:
@@ -31,7 +31,7 @@ class OctantSamples {
 
   /// @param brick  whose voxel (0,0,0) is sample (0,0,0)
   void load(const Index3& brick);
-  /// Chord errors and cell errors; only worth their time where samples lie in the band.
+  /// Computes chord errors and cell errors. Only worth its time where samples lie in the band.
   void estimate();
 
   /// Exact, or the end of the field's band. [m]
@@ -39,9 +39,9 @@ class OctantSamples {
   [[nodiscard]] std::uint32_t closest(std::size_t n) const { return closest_[n]; }  ///< triangle, or kNoTriangle
   [[nodiscard]] const CellErrors& errors() const { return errors_; }                ///< [vx]
 
-  /// What to add to a sample so that interpolation errs half as much, as far as the samples tell: chords between
-  /// neighbours err to one side, and their ends move to the other by half of that. The same for every octant that has
-  /// the sample.
+  /// Correction of a sample that halves the error of interpolation, as far as the samples show it. Chords between
+  /// neighbours err to one side, and the correction moves their ends to the other side by half of that. Every octant
+  /// that has the sample gives the same correction.
   [[nodiscard]] double shift(int x, int y, int z) const;         ///< for cells of one voxel, half of that. [vx]
   [[nodiscard]] double shift_of_two(int x, int y, int z) const;  ///< for cells of two voxels. [vx]
 

@@ -45,7 +45,7 @@ std::array<std::uint16_t, 3> position_code(const Vector& p, const AssetInfo& inf
   return code;
 }
 
-// Eq. (4) with sigma = s, for a shell that touches the map flat: V at a point of the band.
+// V at a point of the band by Eq. (4) with sigma = s, for a shell that lies flat on the map.
 double layers_penetration(const Surface& surface, const Grid& grid, const BandField& field,
                           const std::vector<std::int8_t>& layers, const Vector& p) {
   std::uint32_t index[3];
@@ -83,7 +83,7 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
           static_cast<std::int16_t>(std::lrint(std::clamp(out.tree.penetration[at] / step, -limit, limit)));
     }
   });
-  // At the peak: eight bytes a sample that nobody looks at again.
+  // Frees eight bytes per sample at the peak of memory; these values are not used again.
   if (!options.real) std::vector<double>().swap(out.tree.penetration);
   return out;
 }
@@ -116,7 +116,8 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
     });
-    // A crease bends a line by at most 2; where its middle shows an error e, the crease's own place has less than 2 e.
+    // A crease changes the slope along a line by at most 2. Where the line's middle shows an error e, the error at the
+    // crease itself is below 2 e.
     certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
     return certificate;
   };
@@ -187,7 +188,8 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
   info.position_step = scale.step;
   info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / kLargestCode,
                             double{std::numeric_limits<float>::min()});
-  // The radius has to hold for what is decoded: half a step off along each axis, then rounded to float.
+  // The radius must hold for decoded positions: these move by up to half a step along each axis, and are then rounded
+  // to float.
   double largest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The representations of the field, and everything as sections of the asset. Paper: Eq. (1), Sec. 2.1.1.
-/// Internal.
+/// @file Makes the representations of the field, and packs all results into sections of the asset. Paper: Eq. (1),
+/// Sec. 2.1.1. Internal.
 #pragma once
 
 #include <optional>
@@ -12,10 +12,10 @@
 
 namespace vps::bake {
 
-/// The fields that were asked for. Empty when not asked for.
+/// The requested fields. The others are empty.
 struct Representations {
   std::vector<std::int8_t> layers;   ///< by brick of the band
-  FieldTree tree;                    ///< what `scaled` and `real` share; without distances unless `real` is asked for
+  FieldTree tree;                    ///< samples that `scaled` and `real` share; distances are kept only for `real`
   std::vector<std::int16_t> scaled;  ///< [f,128]: V / step, rounded to nearest, clamped at the limit
   double lambda = 0;                 ///< [m]
   std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
@@ -38,7 +38,7 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<s
 
 /// @pre info has the mesh's bounds
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);
-/// Positions in tree order as queries decode them: what the spheres must enclose.
+/// Positions in tree order as queries decode them. The spheres must enclose these.
 /// @pre describe_pointshell has filled `info`, here and below
 [[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info);
 void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Hash grid of points that grows and shrinks, for neighbour searches while sampling and clustering. Internal to
-/// bake.
+/// @file Hash grid of points that grows and shrinks, for neighbour searches while clustering.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +12,8 @@
 
 namespace vps::bake {
 
-/// Cells of a given edge hold point numbers. k-d trees (nanoflann) can neither grow nor shrink, and both sampling and
-/// sequential clustering need that. Cells lie in blocks of 8x8x8, so that a search hashes a few times only.
+/// Cells of a given edge hold point numbers. k-d trees (nanoflann) can neither grow nor shrink, and sequential
+/// clustering needs that. Cells lie in blocks of 8x8x8, so that a search hashes a few times only.
 class PointGrid {
  public:
   explicit PointGrid(double cell) : cell_(cell) {}
@@ -94,7 +93,7 @@ class PointGrid {
   static std::size_t cell_in_block(const Coordinate& c) {
     return static_cast<std::size_t>((c[2] & 7) << 6 | (c[1] & 7) << 3 | (c[0] & 7));
   }
-  // 21 bits an axis; two blocks that share a key only cost time.
+  // 21 bits per axis; two blocks that share a key only cost time.
   static std::uint64_t key(const Coordinate& c) {
     constexpr std::uint64_t kMask = (1ull << 21) - 1;
     return (static_cast<std::uint64_t>(c[0]) & kMask) << 42 | (static_cast<std::uint64_t>(c[1]) & kMask) << 21 |

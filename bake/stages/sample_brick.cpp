@@ -65,7 +65,7 @@ bool BrickSampler::any_in_band() const {
   return false;
 }
 
-// Where a brick of voxels' centres begins in the octant.
+// The octant's sample at which a brick of level 0 or above begins.
 std::array<int, 3> BrickSampler::place_in_octant(const FieldBrick& brick) const {
   std::array<int, 3> first;
   for (std::size_t axis = 0; axis < 3; ++axis) first[axis] = (brick.base[axis] - octant_base_[axis]) / kQuarters;
@@ -87,7 +87,7 @@ FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
         const auto at = static_cast<std::size_t>(sample_at(x, y, z));
         brick.value[at] = value;
         brick.closest[at] = octant_.closest(n);
-        // A sample stays on its side.
+        // A sample keeps its sign.
         brick.fitted[at] = shifted * value > 0 ? shifted : value;
       }
     }
@@ -158,7 +158,7 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
           distance = std::min((near - p).norm(), reach_);
           brick.closest[at] = t;
         }
-        // The surface cannot pass between two points that are nearer to each other than it is to both together.
+        // The surface cannot pass between two points if their distance is less than the sum of their distances to it.
         double surest = 0;
         for (int corner = 0; corner < 8; ++corner) {
           const double known = parent.value[around(corner)];
@@ -170,7 +170,7 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
       }
     }
   }
-  // Its samples at a neighbour's are not known, which shifts would need.
+  // Not fitted: shifts would need a neighbour's samples, which are not known.
   brick.fitted = brick.value;
   return brick;
 }

@@ -12,7 +12,7 @@ namespace vps::bake {
 
 inline const double kHalfDiagonal = std::sqrt(0.75);  ///< of a cube whose edge is 1
 
-/// Places are counted in quarter voxels from the centre of voxel (0,0,0), so that those of every level are whole.
+/// Places are counted in quarter voxels from the centre of voxel (0,0,0), so that they are integers at every level.
 inline constexpr std::int32_t kQuarters = 4;
 
 struct FieldBrick {
@@ -23,18 +23,18 @@ struct FieldBrick {
   static constexpr int sample_at(int x, int y, int z) { return (z * kEdge + y) * kEdge + x; }
   /// From one sample to the next. [quarters]
   static constexpr std::int32_t step_of(int level) { return level >= 0 ? kQuarters << level : kQuarters >> -level; }
-  /// Where the brick half as large begins that lies in one of the eight octants. [quarters]
+  /// First sample of the brick of half the size that lies in one of the eight octants. [quarters]
   [[nodiscard]] Index octant_base(int octant) const;
 
   int level = 0;
   Index base{};                                 ///< [quarters]
-  std::array<double, kSamples> value;           ///< exact, or the end of what is known. [m]
-  std::array<double, kSamples> fitted;          ///< what is stored. [m]
+  std::array<double, kSamples> value;           ///< exact, or the end of the known band. [m]
+  std::array<double, kSamples> fitted;          ///< the value that is stored. [m]
   std::array<std::uint32_t, kSamples> closest;  ///< triangles, or kNoTriangle
-  std::uint32_t entry = kFarOutside;            ///< once it is stored
+  std::uint32_t entry = kFarOutside;            ///< the entry that refers to it, once it is stored
 };
 
-/// What interpolation in the cells between a brick's exact samples may err. [vx]
+/// Estimated errors of interpolation in the cells between a brick's exact samples. [vx]
 struct BrickErrors {
   CellErrors cells;
   std::array<int, 3> first{};  ///< the brick's lowest cell
@@ -44,7 +44,7 @@ struct BrickErrors {
   }
 };
 
-/// What fields are sampled from. All must outlive the samplers.
+/// The inputs of sampling. All must outlive the samplers.
 struct FieldSource {
   const Surface& surface;
   const Grid& grid;
@@ -54,13 +54,13 @@ struct FieldSource {
   const FieldTolerance& tolerance;
 };
 
-/// Makes the bricks over one octant after the other: the cells between the centres of a voxel brick and of its upper
-/// neighbours.
+/// Makes the field bricks of one octant after the other. An octant is the cells between the voxel centres of a voxel
+/// brick and the first ones of its upper neighbours.
 class BrickSampler {
  public:
   explicit BrickSampler(const FieldSource& from);
 
-  /// Turns to an octant. @param at  its voxel brick. @return false when nothing of it lies in the band
+  /// Loads an octant. @param at  its voxel brick. @return false when no sample of it lies in the band
   [[nodiscard]] bool load(const std::uint32_t (&at)[3]);
   /// Whether the first voxel of a voxel brick lies inside.
   [[nodiscard]] bool is_inside(const std::uint32_t (&at)[3]) const;
@@ -69,8 +69,8 @@ class BrickSampler {
   [[nodiscard]] FieldBrick over_octant() const { return at_voxels(kCoarsestLevel, octant_base_); }
   /// A brick of the octant with samples at the centres of voxels. @param level  [Limits: value >= 0]
   [[nodiscard]] FieldBrick at_voxels(int level, const Index& base) const;
-  /// The brick half as large over an octant of `parent`, between voxel centres. @param from  triangles that can be
-  /// closest to its points
+  /// The brick of half the size over an octant of `parent`, with samples between voxel centres.
+  /// @param from  triangles that can be closest to its points
   [[nodiscard]] FieldBrick between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const;
   /// Triangles that can be closest to a point of a brick.
   [[nodiscard]] std::vector<std::uint32_t> candidates(const FieldBrick& brick) const;

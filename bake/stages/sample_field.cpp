@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From the coarsest bricks down: a finer brick is kept where its samples differ from the coarser one's interpolation.
+// Works from the coarsest bricks down. A finer brick is kept where the coarser one's interpolation is not good enough.
 #include "bake/stages/sample_field.h"
 
 #include <tbb/parallel_for.h>
@@ -20,7 +20,7 @@ constexpr int sample_at(int x, int y, int z) {
   return FieldBrick::sample_at(x, y, z);
 }
 
-// What one block of the octree adds to the whole, numbered from 0.
+// The part of the octree under one root, numbered from 0.
 struct SampledBlock {
   std::uint32_t root = kFarOutside;
   std::vector<std::uint32_t> nodes;
@@ -68,7 +68,7 @@ class BlockSampler {
     return depth <= band ? tolerance_.error + kGrowth * (depth - core) : std::numeric_limits<double>::infinity();
   }
 
-  // Whether an octant may hold an error worth looking for.
+  // Whether an octant may hold an error that is large enough to test for.
   bool is_suspect(const FieldBrick& brick, int octant, const BrickErrors& errors) const {
     const int low[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
     const double cell_edge = bricks_.quarter() * FieldBrick::step_of(brick.level);
@@ -86,15 +86,15 @@ class BlockSampler {
       }
       double error = errors.at(x, y, z) * grid_.voxel_size;
       if (shift > 0) error = std::max(error / 2, shift);
-      // Found by trying: fewer places tried miss errors, more find hardly any.
+      // Found by experiment: testing fewer octants misses errors, testing more finds hardly any.
       constexpr double kWorthALook = 0.6;
       if (error > kWorthALook * tolerance_.error && nearest <= core + kHalfDiagonal * cell_edge) return true;
     }
     return false;
   }
 
-  // Whether the coarser brick's interpolation will do at the finer one's samples, and as far as can be told between
-  // them.
+  // Whether the coarser brick's interpolation is good enough at the finer one's samples. For a finer brick of level 0
+  // it also estimates the errors between them.
   bool will_do(const FieldBrick& coarse, int octant, const FieldBrick& fine) {
     const int low[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
     double worst = 0;
@@ -134,9 +134,9 @@ class BlockSampler {
     block_.worst_at = bricks_.place(brick, sample);
   }
 
-  // Whether what samples' errors leave of the tolerance is enough for the cells between them.
+  // Whether the tolerance that remains at the samples covers the estimated errors of the cells between them.
   bool has_room(const std::array<double, kSamples>& spare, const BrickErrors& errors) const {
-    // Nearly all estimates are too high: they add what the axes have at different places.
+    // Nearly all estimates are too high, because they add errors that the axes have at different places.
     constexpr double kShare = 0.04;
     for (int z = 0; z < kCells; ++z) {
       for (int y = 0; y < kCells; ++y) {
@@ -153,7 +153,7 @@ class BlockSampler {
     return true;
   }
 
-  // The entry of a brick: its own where it will do everywhere, else a node.
+  // The entry of a brick: its own if it is good enough everywhere, else a node's.
   std::uint32_t divide(FieldBrick& brick) {
     if (brick.level == kFinestLevel) return store(brick);
     std::vector<std::uint32_t> candidates;
@@ -203,7 +203,7 @@ class BlockSampler {
     block_.nodes.resize(block_.nodes.size() + 8, kFarOutside);
     return block_.nodes.size() - 8;
   }
-  // Eight times the same needs no node. Then none was opened below it either.
+  // Eight equal entries need no node. Then no node was opened below it either.
   std::uint32_t close_node(std::size_t node) {
     const std::uint32_t first = block_.nodes[node];
     const auto begin = block_.nodes.begin() + static_cast<std::ptrdiff_t>(node);

@@ -2,8 +2,8 @@
 /// @file Samples the distance field as densely as interpolation needs. Internal to bake.
 ///
 /// The paper keeps one value per voxel; close to a flat face that is more than needed, next to an edge it is not
-/// enough. Adaptively sampled distance fields (Frisken et al. 2000) put samples where trilinear interpolation errs, and
-/// here the samples are fitted, so that it errs both ways.
+/// enough. Adaptively sampled distance fields (Frisken et al. 2000) put samples where trilinear interpolation errs.
+/// Here the samples are also fitted, so that interpolation errs to both sides.
 #pragma once
 
 #include "bake/repair/winding.h"
@@ -11,8 +11,8 @@
 
 namespace vps::bake {
 
-/// Where interpolation has to be how good. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
-/// may grow by a quarter of the way; beyond the band only the side is kept.
+/// Largest allowed error of interpolation. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
+/// may grow by a quarter of the way into them. Beyond the band only the side is kept.
 struct FieldTolerance {
   double error = 0;       ///< [m]
   double band_inner = 0;  ///< [m]
@@ -26,8 +26,8 @@ struct FieldTree {
   std::vector<std::uint32_t> nodes;  ///< [N,8]
   std::vector<std::int8_t> levels;   ///< [f]
   std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
-  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless asked for. [m per voxel step]
-  double worst_error = 0;            ///< of interpolation, at the places that were tried, and of samples. [m]
+  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless requested. [m per voxel step]
+  double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
 };
 
@@ -36,7 +36,7 @@ struct FieldTree {
                                      const BandField& field, const InsideTest& inside, const FieldTolerance& tolerance,
                                      bool with_gradient);
 
-/// The field brick at a point, and the samples that interpolation takes there.
+/// The field brick at a point, and the samples that interpolation uses there.
 struct FieldCell {
   std::int64_t brick = -1;  ///< negative beyond the stored bricks
   std::uint32_t samples[8]{};

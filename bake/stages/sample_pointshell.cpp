@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Pointshell sampling. Paper: Sec. 2.1.2: surface voxel centres projected onto triangles, kept at least alpha s apart.
-// Beyond the paper: sharp vertices and edges first, so that no tip is cut; then every gap is found in the Voronoi cells
-// of the points on each patch of the surface and filled, which proves the covering radius; and each point gets the area
-// of its cells.
+// Beyond the paper: sharp vertices and edges are sampled first, so that no tip is cut. Then every gap is found in the
+// Voronoi cells of the points on each patch of the surface and filled, which proves the covering radius. Each point
+// gets the area of its cells.
 #include "bake/stages/sample_pointshell.h"
 
 #include <tbb/parallel_for.h>
@@ -19,8 +19,8 @@
 namespace vps::bake {
 namespace {
 
-// Points whose triangles face away from each other by more than this (cosine) lie on two sides of a wall or wedge: both
-// sides have to be sampled, however thin it is.
+// Two points are on the same side if the cosine between their triangles' normals is above this. Others lie on two sides
+// of a wall or wedge. Both sides are sampled, however thin it is.
 constexpr double kSameSide = -0.25;
 // Dihedral angle above which an edge is sampled as a feature (cosine of 40 degrees).
 constexpr double kSharp = 0.766;
@@ -37,8 +37,8 @@ struct Candidate {
   double farthest;                // of these
 };
 
-// The Voronoi cells that a piece is cut into by the samples on its side. The difference of the squared distances to two
-// samples is linear on a piece, so that a cell is a convex polygon, farthest from its sample at one of its corners.
+// The Voronoi cells of the samples on a piece's side, clipped to the piece. The difference of the squared distances to
+// two samples is linear on a piece. So a cell is a convex polygon, and it is farthest from its sample at a corner.
 class PieceCells {
  public:
   /// Starts with the samples that are within reach of the piece.
@@ -61,7 +61,7 @@ class PieceCells {
     prune();
   }
 
-  /// Those that may have a cell, the one whose farthest corner is nearest first.
+  /// The samples that may have a cell. The first is the one whose farthest corner is nearest.
   [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
   [[nodiscard]] Vector at(const Place& p) const {
     return p[0] * piece_[0] + p[1] * piece_[1] + (1 - p[0] - p[1]) * piece_[2];
@@ -71,7 +71,7 @@ class PieceCells {
     return p[0] * c.squared[0] + p[1] * c.squared[1] + third * c.squared[2] -
            (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
   }
-  /// The corners of a candidate's cell, which may be empty. Good until the next call.
+  /// The corners of a candidate's cell, which may be empty. Valid until the next call.
   const std::vector<Place>& cell(const Candidate& of);
 
  private:
@@ -118,7 +118,7 @@ const std::vector<Place>& PieceCells::cell(const Candidate& of) {
     for (std::size_t i = 0; i < cell_.size(); ++i) {
       const Place& p = cell_[i];
       const double here = excess(p);
-      // What is equally far from both goes to the first.
+      // Places equally far from both belong to the first.
       const auto inside = [&](double e) { return e < 0 || (e == 0 && &of < &other); };
       if (inside(before) != inside(here)) {
         const Place& q = i == 0 ? cell_.back() : cell_[i - 1];
@@ -171,7 +171,7 @@ Sample* Sampler::offer(Block& home, const Vector& p, const Vector& normal) {
   return free ? blocks_.insert(home, p, normal) : nullptr;
 }
 
-// Sharp edges are walked from one end to the other; their ends, and tips where the normals spread, come first.
+// Samples sharp edges from one end to the other. Vertices come first where one sharp edge ends, or three and more meet.
 void Sampler::sample_features() {
   struct Side {
     std::uint64_t key;
@@ -207,7 +207,7 @@ void Sampler::sample_features() {
     }
     i = end;
   }
-  // Two sharp edges pass through a vertex; one or three and more end there.
+  // Two sharp edges at a vertex pass through it. One, or three and more, end there.
   for (const SharpEdge& e : sharp) {
     for (const std::uint32_t v : {e.from, e.to}) {
       if (sharp_ends[v] != 2) offer_on_edge(surface_.vertices[v], e.triangle);
@@ -235,7 +235,7 @@ void Sampler::sample_patch(const Grid& grid, const SurfaceVoxels& voxels, Block&
       for (std::uint32_t i = range[0].first; i <= range[0].last; ++i) {
         const Vector centre = grid.centre(i, j, k);
         const double height = n.dot(centre - a);
-        // A voxel whose centre is farther off the plane is not this triangle's.
+        // The triangle does not touch a voxel whose centre is farther from its plane.
         if (std::abs(height) > 0.87 * grid.voxel_size) continue;
         const Vector p = centre - height * n;
         if (inward[0].dot(p - a) < 0 || inward[1].dot(p - b) < 0 || inward[2].dot(p - c) < 0) continue;
@@ -251,8 +251,8 @@ void Sampler::sample_triangles(const Grid& grid, const SurfaceVoxels& voxels) {
   });
 }
 
-// Largest squared distance of a place on the piece from its nearest sample, and that place; an upper bound when no
-// larger than the limit.
+// Largest squared distance of a place on the piece from its nearest sample, and that place. When it is not above the
+// limit, it may be only an upper bound without the place.
 double farthest_corner(PieceCells& cells, double limit, Place& place) {
   if (cells.candidates().empty()) return std::numeric_limits<double>::infinity();
   if (cells.candidates().front().farthest <= limit) return cells.candidates().front().farthest;
@@ -268,7 +268,7 @@ double farthest_corner(PieceCells& cells, double limit, Place& place) {
   return far;
 }
 
-// A point is made at the corner of a cell that is farthest from its sample, as long as that is too far.
+// Adds a point at the corner of a cell that is farthest from its sample, as long as that distance is above the limit.
 void Sampler::fill_gaps() {
   const double limit = kCovering * kCovering * spacing_ * spacing_;
   blocks_.for_each_block([&](Block& block) {
@@ -292,11 +292,12 @@ void Sampler::fill_gaps() {
     }
   });
   for (const Block& block : blocks_.blocks()) covering_ = std::max(covering_, std::sqrt(block.covering));
-  // The corner of a cell between two samples almost equally far along an edge is known to a root of the precision.
+  // The corner of a cell between two samples almost equally far along an edge is only accurate to a root of the
+  // precision.
   covering_ *= 1 + 1e-6;
 }
 
-// Every sample gets its cell of every patch.
+// Gives every sample the area of its cell in every patch.
 void Sampler::measure_areas() {
   blocks_.for_each_block([&](Block& block) {
     PieceCells cells(blocks_, 1.01 * covering_);
@@ -351,8 +352,8 @@ double interpolate(const Grid& grid, const InsideRuns& runs, const BandField& fi
   return sum;
 }
 
-// The gradient of V points inward; central differences over one voxel. Where it vanishes (the middle of a thin wall) or
-// contradicts the triangle, the triangle's own normal is better.
+// The gradient of V, by central differences over one voxel; it points inward. Where it vanishes (the middle of a thin
+// wall) or contradicts the triangle, the triangle's own normal is better.
 Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Sample& sample) {
   const double h = grid.voxel_size / 2;
   Vector gradient;
@@ -363,14 +364,14 @@ Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& 
   }
   const double length = gradient.norm();
   constexpr double kTrust = 0.4;  // of the unit slope
-  // On a face the gradient smooths what is smaller than a voxel; farther off than 30 degrees it has seen another face.
-  // On an edge it halves the angle.
+  // On a face the gradient smooths details smaller than a voxel. If it deviates by more than 30 degrees, another face
+  // has changed it. On an edge it halves the angle between the faces.
   const double least_cosine = sample.on_edge ? 0.2 : std::cos(std::numbers::pi / 6);
   if (!(length > kTrust * 2 * h) || -gradient.dot(sample.normal) < least_cosine * length) return -sample.normal;
   return gradient / length;
 }
 
-// Rounded before its error is measured, which then holds for the asset.
+// Rounds a normal as the asset stores it, so that the measured error holds for the asset.
 Vector as_stored(const Vector& normal) {
   const auto [x, y, z] = decode_normal<double>(encode_normal({normal.x(), normal.y(), normal.z()}));
   return {x, y, z};

@@ -10,7 +10,7 @@ struct Pointshell {
   std::vector<Vector> positions;       ///< on the surface. [m]
   std::vector<Vector> inward_normals;  ///< unit, rounded to what the asset can hold
   std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
-  double spacing = 0;                  ///< points on the same side are no closer than this, features excepted. [m]
+  double spacing = 0;                  ///< points on the same side are no closer than this. [m]
   double normal_error_mean = 0;        ///< angle to the face's normal, over points that lie on no sharp edge. [rad]
   double normal_error_max = 0;         ///< the worst of these. [rad]
   double covering_radius = 0;          ///< proven: every surface point has a shell point no farther than this. [m]

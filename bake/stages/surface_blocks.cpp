@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cuts the surface into patches and gives them to blocks.
+// Cuts the surface into patches and assigns them to blocks.
 #include "bake/stages/surface_blocks.h"
 
 namespace vps::bake {
 namespace {
 
-// Longest edge of a patch, in cells. Larger ones have many samples to compare, smaller ones are many: measured.
+// Longest edge of a patch, in cells. Found by measurement: larger patches have more samples to compare, smaller ones
+// are too many.
 constexpr double kPatch = 1.25;
 
 }  // namespace
@@ -35,7 +36,7 @@ SurfaceBlocks::SurfaceBlocks(const Surface& surface, double cell)
   }
 }
 
-// Every block that the patch touches is made, lest a sample on the patch have none.
+// Creates every block that the patch touches, so that each sample on the patch has a block.
 void SurfaceBlocks::add(const Patch& patch) {
   const Piece& p = patch.piece;
   const Vector slack = Vector::Constant(0.01 * cell_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The surface and the points made on it, in blocks that can be worked on at the same time with the same result.
+/// @file The surface and the samples on it, in blocks that threads can process at the same time with the same result.
 /// Internal to bake.
 #pragma once
 
@@ -58,13 +58,13 @@ struct Block {
   std::array<int, 3> position{};    ///< [Units: blocks]
   std::array<Block*, 27> around{};  ///< itself and its neighbours, x fastest; null where there is no surface
   std::array<Sample*, 64> heads{};  ///< first sample of each cell
-  std::deque<Sample> samples;       ///< as they were made; pointers to them stay good
+  std::deque<Sample> samples;       ///< in the order of their creation; pointers to them stay valid
   std::vector<Patch> patches;
   double covering = 0;  ///< largest squared distance of its patches from the samples. [m^2]
 };
 
-/// Work on a patch reads and writes its own block and those around it. Blocks three apart share none of these, so that
-/// blocks of one of 27 colours can be worked on at the same time: the result depends on the order of colours only.
+/// Work on a patch reads and writes its own block and those around it. Blocks three apart share none of these. So all
+/// blocks of one of 27 colours can be processed at the same time, and the result only depends on the order of colours.
 class SurfaceBlocks {
  public:
   /// @param cell  edge of a cell, about twice the distance of the samples: most searches then see 8 to 18 cells. [m]

@@ -19,8 +19,8 @@ struct SurfaceVoxels {
   }
 };
 
-/// First and last voxel along one axis that the closed interval [low, high] touches, touching faces included and
-/// widened by `slack`. [Units: m in, vx out]. Clamped to the grid.
+/// First and last voxel along one axis that the closed interval [low, high], widened by `slack`, touches. Touching
+/// faces count. [Units: m in, vx out]. Clamped to the grid.
 struct VoxelRange {
   std::uint32_t first, last;
 };

@@ -12,7 +12,7 @@
 namespace vps::bake {
 namespace {
 
-// The band field between voxel centres.
+// The band field at a point, trilinear between voxel centres.
 double trilinear(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& p) {
   const Vector cell = (p - grid.origin) / grid.voxel_size - Vector::Constant(0.5);
   std::uint32_t low[3];
@@ -41,7 +41,7 @@ std::vector<SurfacePoint> spread_points(const Surface& surface, std::size_t coun
   for (std::size_t t = 0; t < sums.size(); ++t) sums[t] = sum += surface.area_normal(t).norm() / 2;
   std::vector<SurfacePoint> points(count);
   for (std::size_t n = 0; n < count; ++n) {
-    // Stratified by area: a piece of the surface gets the points that are due to it.
+    // Stratified by area: each part of the surface gets points in proportion to its area.
     const double at = sum * (static_cast<double>(n) + uniform(3 * n)) / static_cast<double>(count);
     const auto found = static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), at) - sums.begin());
     const std::size_t t = std::min(found, sums.size() - 1);
@@ -70,7 +70,8 @@ std::vector<double> wall_thickness(const Surface& surface, const ClosestPoint& c
 
 ThinWalls find_thin_walls(const Surface& surface, const ClosestPoint& closest, const Grid& grid, const InsideRuns& runs,
                           const BandField& field, std::span<const SurfacePoint> points) {
-  // In a wall of two voxels V is at most 0.8 voxels at a depth of 1.2; the rest is for interpolation.
+  // In a wall of two voxels V is at most 0.8 voxels at a depth of 1.2. The limit of one voxel leaves room for the error
+  // of interpolation.
   const double s = grid.voxel_size;
   std::vector<std::uint8_t> candidate(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
@@ -81,7 +82,7 @@ ThinWalls find_thin_walls(const Surface& surface, const ClosestPoint& closest, c
     if (candidate[n] != 0) chosen.push_back(points[n]);
   }
   const double candidates = static_cast<double>(chosen.size());
-  // More would not sharpen the share.
+  // More points would not make the share more accurate.
   constexpr std::size_t kEnough = 20000;
   const std::size_t stride = 1 + chosen.size() / kEnough;
   std::size_t kept = 0;

@@ -17,8 +17,8 @@ struct SurfacePoint {
 /// Points spread evenly over the surface, the same for every run.
 [[nodiscard]] std::vector<SurfacePoint> spread_points(const Surface& surface, std::size_t count);
 
-/// Length of the ray from each point along its inward normal to the next wall, if that faces the other way by more than
-/// 45 degrees; else infinite: under an edge of a box the next face is near, but no wall. [m]
+/// Length of the ray from each point along its inward normal to the next wall. Infinite unless that wall's outward
+/// normal is within 45 degrees of the ray: under an edge of a box the next face is near, but it is no wall. [m]
 [[nodiscard]] std::vector<double> wall_thickness(const Surface& surface, const ClosestPoint& closest,
                                                  std::span<const SurfacePoint> points);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Entries of a cache folder: found, checked, added.
+// Finds, checks and adds the entries of a cache folder.
 #include "bake/store/cache.h"
 
 #include <fcntl.h>
@@ -29,7 +29,7 @@ std::string hash_line(const std::string& text) {
   return fmt::format("{:016x}\n", hash_bytes(std::as_bytes(std::span(text))));
 }
 
-// JSON behind a line with its hash.
+// A line with the hash of the JSON, then the JSON.
 std::string to_text(const BakeReport& report) {
   const BakePlan& plan = report.plan;
   const Json json = {{"voxel_size", plan.voxel_size},
@@ -44,8 +44,8 @@ std::string to_text(const BakeReport& report) {
   return hash_line(text) + text;
 }
 
-// For backups, which leave caches out (bford.info/cachedir), and only in a folder of our own: a cache among other files
-// would take those out as well.
+// Marks the folder as a cache, which backups leave out (bford.info/cachedir). For folders that the cache made itself:
+// in a folder with other files the tag would leave those out too.
 void tag_cache(const fs::path& folder) {
   std::ofstream(folder / "CACHEDIR.TAG") << "Signature: 8a477f597d28d172789f06886806bc55\n"
                                             "# This folder is a cache of vpsbake. It may be deleted.\n";
@@ -92,7 +92,8 @@ bool detail::read_report(const fs::path& cache, const CacheKey& key, BakeReport&
 bool AssetCache::open(const CacheKey& key, Asset& asset, BakeReport& report) const {
   Asset entry;
   BakeReport read;
-  // Before it is read, so that it is not among those that another process removes. In a cache of another's it may fail.
+  // Marks the entry as used before it is read, so that another process does not remove it. May fail in a cache that
+  // belongs to another user.
   static_cast<void>(::utimensat(AT_FDCWD, entry_file(folder_, key, kAssetEnding).c_str(), nullptr, 0));
   if (detail::open_entry(folder_, key, entry) != Status::ok || cache_key(record_of(entry)) != key) return false;
   if (!detail::read_report(folder_, key, read)) return false;
@@ -112,16 +113,17 @@ std::string AssetCache::store(const std::optional<CacheKey>& key, std::span<cons
     write_whole(entry, asset);
     keep_small(*key, text.size() + asset.size());
   } catch (const WriteError& error) {
-    // Without the advice: it is about outputs.
+    // Without the advice, which is about outputs.
     const std::string reason = error.what();
     return reason.substr(0, reason.find(';'));
   }
   return {};
 }
 
-// To look through the folder after each entry would cost more than small bakes do, and to count bytes in a file more
-// than it is worth: processes on other machines add to it, too. So an entry has it looked through with a chance in
-// proportion to its size: once whenever 2 % of the limit was added, on average. The key is the die.
+// Prunes the folder now and then. Scanning it after each entry would cost more than a small bake. Counting bytes in a
+// file is not worth it, because processes on other machines add to the folder too. So each entry starts a scan with a
+// probability in proportion to its size: on average one scan for 2 % of the limit added. The key serves as the random
+// number.
 void AssetCache::keep_small(const CacheKey& stored, std::uint64_t bytes) const {
   constexpr double kSlack = 0.02;
   if (max_bytes_ == 0) return;
@@ -129,10 +131,10 @@ void AssetCache::keep_small(const CacheKey& stored, std::uint64_t bytes) const {
   const double limit = static_cast<double>(max_bytes_);
   if (die * kSlack * limit >= static_cast<double>(bytes)) return;
   try {
-    // Room for what comes before the next time.
+    // Leaves room for entries that come before the next scan.
     prune_cache(folder_, static_cast<std::uint64_t>((1 - kSlack) * limit));
   } catch (const fs::filesystem_error&) {
-    // Of a folder that cannot be read nothing can be removed; the entry is there all the same.
+    // Nothing can be removed from a folder that cannot be read. The entry is stored anyway.
   }
 }
 

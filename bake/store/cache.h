@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file A folder of baked assets under the hash of all that decides their bytes, shared by the command line and by
-/// programs that bake while they load. Any number of processes may use one folder; any file in it may be deleted. The
-/// hashes guard against damage, not against people: keep the folder writable for those alone whose assets you trust.
+/// @file A folder of baked assets, each named by the hash of everything that determines its bytes. The command line and
+/// programs that bake while they load share it. Any number of processes may use one folder; any file in it may be
+/// deleted. The hashes protect against damage, not against attackers: let only those write to the folder whose assets
+/// you trust.
 #pragma once
 
 #include <cstdint>
@@ -17,15 +18,15 @@
 
 namespace vps::bake {
 
-/// All that decides an asset's bytes, besides the mesh and the program.
+/// The settings of a bake. With the mesh and the program they determine an asset's bytes.
 struct BakeSettings {
   BakeOptions options;
   ImportOptions import;
   double max_error = 0;  ///< choose the voxel size with find_voxel_size; 0: as `options` says. [Units: m]
 };
 
-/// One `name value` line for each setting, the asset format's version and the program's included; numbers exactly.
-/// Without what changes no byte: limits of memory and time, and `progress`.
+/// One `name value` line for each setting, and for the versions of the asset format and the program. Numbers are
+/// written exactly. Leaves out what changes no byte: limits of memory and time, and `progress`.
 [[nodiscard]] std::string describe_settings(const BakeSettings& settings);
 
 /// What an asset is baked from: `describe_settings`, then `mesh EXTENSION HASH` and `buffer HASH` for each buffer of a
@@ -39,8 +40,8 @@ struct BakeRecord {
 /// @return nothing when a file cannot be read or understood: import_mesh says why
 [[nodiscard]] std::optional<BakeRecord> bake_record(const std::filesystem::path& mesh, const BakeSettings& settings);
 
-/// A mesh file at one moment. Two of them are equal only when none of its files was written in between, not even with
-/// the same bytes in the end, as far as the times that the file system keeps can tell.
+/// A mesh file at one moment. Two states are equal only if none of the mesh's files was written in between, not even
+/// with the same bytes. This relies on the change times that the file system keeps.
 struct MeshState {
   std::optional<BakeRecord> record;  ///< as of bake_record
   std::string stamps;                ///< which files they are, and when they changed last
@@ -52,8 +53,8 @@ struct MeshState {
 /// Record of a mesh in memory: vertices and triangles as they are, in their order.
 [[nodiscard]] BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings);
 
-/// The files that decide a mesh's geometry: itself, and the buffers of a gltf or glb file. Those that cannot be read
-/// are among them.
+/// The files that determine a mesh's geometry: the mesh file, and the buffers of a gltf or glb file. Includes files
+/// that cannot be read.
 [[nodiscard]] std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& mesh);
 
 /// Puts a record into an asset that was just baked.
@@ -70,7 +71,7 @@ struct CacheKey {
 
 [[nodiscard]] CacheKey cache_key(const BakeRecord& record);
 
-/// What a bake says besides its asset. Kept beside it, so that a hit says the same.
+/// What a bake reports besides its asset. The cache keeps it with the asset, so that a hit reports the same.
 struct BakeReport {
   BakePlan plan;
   Repair repair = Repair::none;    ///< what was needed
@@ -78,14 +79,14 @@ struct BakeReport {
   std::vector<std::string> notes;  ///< of import and bake, one sentence each
 };
 
-/// Entries are KEY.vps.hdf, byte for byte what a bake writes, and KEY.json, the report. They appear whole or not at
-/// all, the report first; an entry is used after every hash in both was compared. Its asset's time of change is that of
-/// its last use. See docs/cache.md.
+/// An entry is two files: KEY.vps.hdf, byte for byte what a bake writes, and KEY.json, the report. They appear whole or
+/// not at all, the report first. An entry is used only after every hash in both was compared. The modification time of
+/// its asset is the time of its last use. See docs/cache.md.
 class AssetCache {
  public:
   /// @param folder     made when the first entry is stored
-  /// @param max_bytes  what was used least recently goes when the folder grows larger than this, by a few per cent
-  ///                   now and then; 0: nothing goes
+  /// @param max_bytes  above this size the least recently used entries are removed; the folder may exceed it by a few
+  ///                   per cent now and then; 0: no limit
   explicit AssetCache(std::filesystem::path folder, std::uint64_t max_bytes = 0)
       : folder_(std::move(folder)), max_bytes_(max_bytes) {}
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Where the files of a cache lie: DIR/ab/KEY.vps.hdf and DIR/ab/KEY.json, ab being the key's first two digits,
-/// for folders of a million files are slow. Internal to the cache.
+/// @file Where the files of a cache lie: DIR/ab/KEY.vps.hdf and DIR/ab/KEY.json, where ab is the key's first two
+/// digits. Subfolders are there because a folder of a million files is slow. Internal to the cache.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an asset's bytes depend on, as text, and its hash. Bytes are hashed, never times or names: a touched or renamed
-// mesh is the same mesh.
+// Writes what an asset's bytes depend on as text, and hashes it. Of a mesh it takes the bytes and the extension, never
+// times or names: a touched or renamed mesh is the same mesh.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -32,15 +32,15 @@ std::string hash_of(std::span<const std::byte> bytes) {
   return digits(XXH3_128bits(bytes.data(), bytes.size()));
 }
 
-// Hash of a regular file, whose bytes also go to `text` unless it is null. Empty when it cannot be read. `stamps` gets
-// what tells the file as it was before it was read.
+// Hash of a regular file; empty when it cannot be read. Appends the file's bytes to `text` unless that is null. Appends
+// the file's identity and change time from before the reading to `stamps`.
 std::string hash_file(const fs::path& path, std::string& stamps, std::string* text) {
   // O_NONBLOCK: opening a FIFO by mistake must not hang.
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return {};
   struct stat facts {};
   bool good = ::fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode);
-  // The time of change, not of the contents: that one can be set back.
+  // The change time (ctime), because the modification time can be set back.
   stamps += fmt::format("{} {} {} {}\n", facts.st_dev, facts.st_ino, facts.st_ctim.tv_sec, facts.st_ctim.tv_nsec);
   XXH3_state_t state;
   XXH3_128bits_reset(&state);
@@ -67,13 +67,13 @@ std::string_view gltf_json(std::string_view file) {
   return file.substr(kJson, size);
 }
 
-// Names of the files that hold a glTF file's buffers, as they are written there. Nothing when it is not understood.
+// Names of the files that hold a glTF file's buffers, as written in it. Nothing when its JSON cannot be parsed.
 std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
   using Text = nlohmann::json;
   using Event = Text::parse_event_t;
   std::vector<std::string> names;
   std::string top_key, key;
-  // Nothing is kept but the names: a file may hold all of its geometry as text.
+  // Keeps only the names, because a file may hold all of its geometry as text.
   const auto visit = [&](int depth, Event event, const Text& value) {
     if (event == Event::key) (depth == 1 ? top_key : key) = value.get<std::string>();
     if (event == Event::value && top_key == "buffers" && key == "uri" && value.is_string()) {
@@ -87,7 +87,7 @@ std::optional<std::vector<std::string>> gltf_buffers(std::string_view file) {
   return names;
 }
 
-// Names of a glTF file's buffers as paths, as the importer finds them: a slash in front means nothing.
+// Paths of a glTF file's buffers, as the importer finds them. A slash in front of a name has no meaning.
 std::vector<fs::path> beside(const fs::path& mesh, const std::vector<std::string>& names) {
   const std::string folder = mesh.has_parent_path() ? mesh.parent_path().string() + '/' : "";
   std::vector<fs::path> files;
@@ -133,7 +133,7 @@ HashedFiles hash_files(const fs::path& mesh) {
 }  // namespace
 
 std::string describe_settings(const BakeSettings& settings) {
-  // Every field by name: a new one does not compile until it is dealt with here.
+  // Names every field, so that a new one does not compile until it is handled here.
   const auto& [options, import, max_error] = settings;
   const auto& [unit, import_memory, import_timeout] = import;
   const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
@@ -165,7 +165,7 @@ std::string describe_settings(const BakeSettings& settings) {
 }
 
 std::vector<fs::path> mesh_files(const fs::path& mesh) {
-  return is_gltf(mesh) ? hash_files(mesh).paths : std::vector{mesh};  // others name no files that count
+  return is_gltf(mesh) ? hash_files(mesh).paths : std::vector{mesh};  // other formats name no files with geometry
 }
 
 MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
@@ -178,7 +178,7 @@ MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
     std::error_code ignored;
     const bool unreadable = files.hashes[i].empty();
     if (unreadable && fs::exists(files.paths[i], ignored)) return state;
-    // What is not there nothing uses, or the import fails.
+    // A missing buffer is not used, or the import fails.
     record.text += fmt::format("buffer {}\n", unreadable ? "absent" : files.hashes[i]);
   }
   if (files.understood) state.record = std::move(record);

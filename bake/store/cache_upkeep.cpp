@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Looks through a cache folder. Only names that the cache gives are its own; all else in the folder is left alone.
+// Scans a cache folder. Only files with names that the cache gives belong to it; all others are left alone.
 #include "bake/store/cache_upkeep.h"
 
 #include <dirent.h>
@@ -30,7 +30,7 @@ using detail::kKeyDigits;
 using detail::kReportEnding;
 
 constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
-// Writers are done with their temporary files, and with an asset after its report, much sooner.
+// A writer finishes much sooner with its temporary file, and with the asset that follows its report.
 constexpr std::int64_t kLeftoverAge = 3600 * kSecond;
 
 struct File {
@@ -76,7 +76,7 @@ std::vector<File> list_files(const fs::path& folder) {
     if (one == nullptr && errno != 0) fail_reading(folder);
     if (one == nullptr) break;
     struct stat facts {};
-    // What was removed meanwhile is not there.
+    // Skips files that were removed meanwhile.
     if (::fstatat(::dirfd(list.get()), one->d_name, &facts, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(facts.st_mode))
       continue;
     files.push_back({one->d_name, change_time(facts), static_cast<std::uint64_t>(facts.st_size)});
@@ -85,7 +85,7 @@ std::vector<File> list_files(const fs::path& folder) {
   return files;
 }
 
-// The key in the name of an entry's file; empty when it is another's.
+// The key in the name of an entry's file; empty for other files.
 std::string_view key_in(std::string_view name, std::string_view folder) {
   const std::string_view key = name.substr(0, kKeyDigits);
   const bool ours =
@@ -95,7 +95,7 @@ std::string_view key_in(std::string_view name, std::string_view folder) {
 
 void read_folder(const fs::path& cache, const std::string& name, Contents& contents) {
   const fs::path folder = cache / name;
-  const File* report = nullptr;  // whose asset has not come
+  const File* report = nullptr;  // a report whose asset was not seen yet
   const auto leave = [&](const File* file) {
     if (file != nullptr) contents.leftovers.push_back({folder / file->name, file->time, file->bytes});
   };
@@ -173,7 +173,7 @@ PrunedCache prune_cache(const fs::path& cache, std::uint64_t max_bytes, PruneMod
     const fs::path asset = entry_file(cache, entry.key, kAssetEnding);
     struct stat facts {};
     if (::stat(asset.c_str(), &facts) == 0 && change_time(facts) != entry.used) continue;  // used meanwhile
-    // The asset first: a report alone is no entry.
+    // Removes the asset first: a report alone is no entry.
     if (!remove(asset)) continue;
     remove(entry_file(cache, entry.key, kReportEnding));
     ++pruned.removed;

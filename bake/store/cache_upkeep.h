@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What a cache folder holds, which of it is damaged, and how it is kept small. All of it may run while other
-/// processes bake, hit and prune: what is removed stays whole for those that have it open, and is baked again for
-/// others. Files that are not of an entry, such as what `vpsbake report` keeps there, are neither counted nor touched.
+/// @file Measures, prunes and verifies a cache folder. All functions may run while other processes bake, read and prune
+/// there: a removed asset stays whole for processes that have it open, and the others bake it again. Unknown files,
+/// such as those that `vpsbake report` keeps there, are neither counted nor touched.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace vps::bake {
 struct CacheUsage {
   std::uint64_t entries = 0;
   std::uint64_t bytes = 0;      ///< sizes of the entries' files
-  std::int64_t oldest_use = 0;  ///< of the entry that was used least recently; 0 without any. [s since 1970]
-  std::int64_t newest_use = 0;  ///< [s since 1970]
-  std::uint64_t leftovers = 0;  ///< temporary files, and reports without assets: of writers at work, or killed ones
+  std::int64_t oldest_use = 0;  ///< least recent use of an entry; 0 without entries. [s since 1970]
+  std::int64_t newest_use = 0;  ///< most recent use of an entry. [s since 1970]
+  std::uint64_t leftovers = 0;  ///< temporary files, and reports without assets, of running or killed writers
   std::uint64_t leftover_bytes = 0;
 };
 
@@ -30,15 +30,15 @@ enum class PruneMode : std::uint8_t { remove, dry_run };
 struct PrunedCache {
   std::uint64_t removed = 0;  ///< entries
   std::uint64_t removed_bytes = 0;
-  std::uint64_t leftovers = 0;  ///< removed: those of more than an hour
+  std::uint64_t leftovers = 0;  ///< removed leftovers: those older than an hour
   std::uint64_t leftover_bytes = 0;
   std::uint64_t failed = 0;   ///< files that could not be removed
-  std::uint64_t entries = 0;  ///< that are left
-  std::uint64_t bytes = 0;    ///< of them
+  std::uint64_t entries = 0;  ///< entries that remain
+  std::uint64_t bytes = 0;    ///< sizes of their files
 };
 
-/// Removes the entries that were used least recently until the others fit, and what killed writers left.
-/// @param max_bytes  for the entries' files
+/// Removes what killed writers left, and the least recently used entries until the others fit.
+/// @param max_bytes  limit for the sizes of the entries' files
 /// @throw std::filesystem::filesystem_error as cache_usage
 PrunedCache prune_cache(const std::filesystem::path& cache, std::uint64_t max_bytes,
                         PruneMode mode = PruneMode::remove);
@@ -58,8 +58,8 @@ struct CheckedCache {
 
 enum class VerifyMode : std::uint8_t { report, remove_damaged };
 
-/// Reads every entry and compares every hash in it. Damage is harmless to bakes, which compare too, but says that
-/// something is wrong with the disk or the people.
+/// Reads every entry and compares every hash in it. Damage does not harm bakes, which compare the hashes too, but it is
+/// a sign of a faulty disk or of changes by other people.
 /// @throw std::filesystem::filesystem_error as cache_usage
 [[nodiscard]] CheckedCache verify_cache(const std::filesystem::path& cache, VerifyMode mode = VerifyMode::report);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Triangles of Bullet's meshes, to be baked. A header only: programs that include it have Bullet already.
+/// @file Takes the triangles of Bullet's meshes for a bake. Header only: programs that include it have Bullet already.
 ///
 ///     btTriangleIndexVertexArray level = ...;
 ///     const auto asset = vps::bake::load_or_bake(vps::bullet::triangles_of(level), settings, cache_folder).asset;
@@ -14,8 +14,8 @@
 
 namespace vps::bullet {
 
-/// All triangles of a btTriangleMesh, btTriangleIndexVertexArray or the like, its scaling applied; Bullet's lengths are
-/// taken for metres. Three vertices for each triangle: a bake joins those that are equal.
+/// All triangles of a btTriangleMesh, btTriangleIndexVertexArray or similar, with its scaling applied. Bullet's lengths
+/// are read as metres. Each triangle has three vertices of its own; a bake joins those that are equal.
 [[nodiscard]] inline TriangleMesh triangles_of(const btStridingMeshInterface& mesh) {
   class Collect : public btInternalTriangleIndexCallback {
    public:
@@ -30,7 +30,7 @@ namespace vps::bullet {
     }
   };
   Collect collect;
-  constexpr btScalar kEverywhere = BT_LARGE_FLOAT;  // Bullet leaves the box to subclasses, and these ignore it
+  constexpr btScalar kEverywhere = BT_LARGE_FLOAT;  // Bullet's meshes ignore this box
   mesh.InternalProcessAllTriangles(&collect, btVector3(-kEverywhere, -kEverywhere, -kEverywhere),
                                    btVector3(kEverywhere, kEverywhere, kEverywhere));
   return collect.triangles;

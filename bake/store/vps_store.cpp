@@ -13,7 +13,7 @@ void show_stage(const BakeSettings& settings, const char* stage, double fraction
   if (settings.options.progress) settings.options.progress(stage, fraction);
 }
 
-// Files the time of a stage that is not one of bake's.
+// Records the time of a stage that is not one of bake's.
 template <class Work>
 auto timed(std::vector<StageTime>& times, const char* stage, const Work& work) {
   using Clock = std::chrono::steady_clock;
@@ -23,7 +23,7 @@ auto timed(std::vector<StageTime>& times, const char* stage, const Work& work) {
   return result;
 }
 
-// The options of one bake, with the voxel size that the settings search for.
+// The options of one bake. Searches the voxel size if the settings ask for that.
 BakeOptions options_for(const TriangleMesh& mesh, const BakeSettings& settings) {
   BakeOptions options = settings.options;
   if (settings.max_error > 0) {
@@ -33,8 +33,8 @@ BakeOptions options_for(const TriangleMesh& mesh, const BakeSettings& settings) 
   return options;
 }
 
-// Reads the mesh again when it was written meanwhile: nobody knows which bytes were imported, and they may be why the
-// import failed.
+// Reads the mesh again when it was written meanwhile. It is then unknown which bytes were imported, and they may be the
+// reason why the import failed.
 ImportedMesh import_steady(const fs::path& file, const BakeSettings& settings, MeshState& state) {
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
@@ -53,7 +53,7 @@ ImportedMesh import_steady(const fs::path& file, const BakeSettings& settings, M
   throw ImportError(ImportError::Kind::io, "the mesh changes while it is read; bake again when it is complete");
 }
 
-// One way from a mesh to an asset. Files and meshes in memory differ in the record and the import alone.
+// The path from a mesh to an asset. Files and meshes in memory differ only in the record and the import.
 struct Pipeline {
   const BakeSettings& settings;
   const AssetCache* cache;
@@ -163,7 +163,7 @@ StoredAsset bake_stored(const fs::path& mesh, const BakeSettings& settings, cons
   show_stage(settings, "import", 0);
   const auto read = [&] { return import_steady(mesh, settings, state); };
   ImportedMesh imported = timed(pipeline.result.times, "import", read);
-  pipeline.record = state.record;  // of what was read in the end
+  pipeline.record = state.record;  // of the last reading
   if (hooks.imported) hooks.imported();
   return pipeline.finish(imported, std::move(imported.notes));
 }

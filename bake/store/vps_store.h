@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Assets for programs that have meshes: from a cache, the same as that of `vpsbake --cache`, or baked. Every way
-/// from a mesh to an asset passes through `bake_stored`: hash, look into the cache, import, bake, store.
+/// @file Gives programs the asset of a mesh: from a cache, which `vpsbake --cache` can share, or freshly baked. Every
+/// path from a mesh to an asset goes through `bake_stored`: hash, look into the cache, import, bake, store.
 /// Paper: Sec. 5, the data structures made within the physics engine, given a mesh.
 ///
 ///     vps::bake::BakeSettings settings;
@@ -19,10 +19,10 @@
 
 namespace vps::bake {
 
-/// Called by bake_stored between its stages, on its thread, and only when the cache does not have the asset. What a
-/// hook throws ends the bake. Empty functions are not called.
+/// Called by bake_stored between its stages, on its thread, and only when the cache does not have the asset. An
+/// exception from a hook ends the bake. Empty functions are not called.
 struct BakeHooks {
-  std::function<void()> imported;                ///< the mesh was read; the last moment before the long part
+  std::function<void()> imported;                ///< the mesh was read; the long part follows
   std::function<void(const BakePlan&)> planned;  ///< the voxel size is known; the bake begins
 };
 
@@ -36,10 +36,10 @@ struct StoredAsset {
   std::string warning;           ///< why the cache does not hold the asset now; empty: it does, or none was given
 };
 
-/// The asset of a mesh file. When the file changes while it is read, it is read again, three times at most.
+/// The asset of a mesh file. When the file changes while it is read, it is read again; three readings at most.
 /// `settings.options.progress` is called for the stages import, search and store, too.
 /// @param cache  null: none is used
-/// @throw ImportError also when the file does not stop changing
+/// @throw ImportError also when the file keeps changing
 /// @throw BakeError
 [[nodiscard]] StoredAsset bake_stored(const std::filesystem::path& mesh, const BakeSettings& settings,
                                       const AssetCache* cache, const BakeHooks& hooks = {});
@@ -57,7 +57,7 @@ struct StoredAsset {
 /// @throw WriteError when they are no asset
 [[nodiscard]] std::shared_ptr<const Asset> open_in_memory(std::vector<std::byte> bytes);
 
-/// What went wrong with which file, at which stage: import, one of bake's, or write. `what()` is "reason; what to do".
+/// A failure with its file and its stage: import, one of bake's, or write. `what()` is "reason; what to do".
 struct LoadError : BakeError {
   std::string file;  ///< empty for a mesh in memory
   LoadError(std::string stage_in, std::string file_in, const std::string& message)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The attributes of the root group, in their order: walked by what writes them and by what checks them.
-/// Internal.
+/// @file The attributes of the root group in their order, for both the writer and the check. Internal.
 #pragma once
 
 #include <string>

@@ -62,7 +62,7 @@ class Check {
     if (name == nullptr) return;  // of a later version
     const std::string path = name->path;
     known_.insert(path.substr(1));
-    // Not through links: soft and external ones may lead anywhere.
+    // Only through hard links: soft and external ones may lead anywhere.
     const hid_t opened = is_hard(path) ? H5Dopen2(file_, name->path, H5P_DEFAULT) : H5I_INVALID_HID;
     if (opened < 0) return note(path + " is missing");
     const Handle dataset(opened, H5Dclose, "open a dataset");
@@ -118,7 +118,7 @@ class Check {
     const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, "read an attribute");
     const Handle type(H5Aget_type(attribute), H5Tclose, "read an attribute");
     std::array<Number, n> values{};
-    // By bits: a forged NaN is no other value than itself.
+    // Compares bits, so that a forged NaN equals itself.
     return H5Tequal(type, detail::stored_type<Number>()) > 0 && count_of(attribute) == n &&
            H5Aread(attribute, detail::native_type<Number>(), values.data()) >= 0 &&
            std::memcmp(values.data(), wanted.data(), sizeof values) == 0;
@@ -133,7 +133,7 @@ class Check {
     return H5Sget_simple_extent_npoints(space);
   }
 
-  // Of every link in the file.
+  // Called for every link in the file.
   static herr_t visit(hid_t, const char* path, const H5L_info_t* link, void* self) {
     auto& check = *static_cast<Check*>(self);
     if (link->type != H5L_TYPE_HARD) {

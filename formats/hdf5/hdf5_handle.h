@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file What the users of libhdf5 share: owned identifiers, files in memory, attributes. Internal.
+/// @file Shared by the users of libhdf5: owned identifiers, files in memory, attributes. Internal.
 #pragma once
 
 #include <hdf5.h>
@@ -18,7 +18,7 @@
 
 namespace vps::detail {
 
-/// libhdf5 is seldom built for threads.
+/// Held during every use of libhdf5, which is seldom built thread-safe.
 inline std::mutex one_at_a_time;
 
 [[noreturn]] inline void fail_hdf5(const char* what) {
@@ -62,8 +62,9 @@ class SilentErrors {
   void* data_ = nullptr;
 };
 
-/// The bytes of HDF5's file in memory. It writes there, for it cannot close a file properly after the disk was full,
-/// and hands the bytes over when it closes the file: H5Fget_file_image spoils the superblock's checksum (HDF5 1.10).
+/// The bytes of HDF5's file in memory. HDF5 writes to memory, because it cannot close a file properly after the disk
+/// was full. It hands over the bytes when it closes the file, because H5Fget_file_image spoils the superblock's
+/// checksum (HDF5 1.10).
 class MemoryFile {
  public:
   MemoryFile() = default;
@@ -131,7 +132,7 @@ inline void write_attribute(hid_t object, const char* name, const char* text) {
   require(H5Awrite(attribute, type, text), "write an attribute");
 }
 
-/// How a number is stored, little-endian whatever the machine.
+/// The type in which a number is stored: little-endian on every machine.
 template <class Number>
 hid_t stored_type() {
   if constexpr (std::is_same_v<Number, double>) return H5T_IEEE_F64LE;
@@ -166,7 +167,7 @@ void write_attribute(hid_t object, const char* name, Number value) {
   write_numbers(object, name, std::span<const Number>(&value, 1));
 }
 
-/// Made by hand, for groups that HDF5 makes on the way carry time stamps.
+/// Creates a group without time stamps. Groups that HDF5 creates implicitly carry them.
 inline void create_group(hid_t file, const char* path) {
   const Handle create(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "set up a group");
   require(H5Pset_obj_track_times(create, false), "set up a group");

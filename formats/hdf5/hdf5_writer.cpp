@@ -53,13 +53,13 @@ std::string system_reason(int error) {
   throw WriteError(system_reason(error));
 }
 
-// Bytes on the disk first, then in place of the target, by way of a name nobody looks for where there is one: nothing
-// half-written is ever visible, and what a killed process leaves has no name where the file system allows that.
+// Writes the bytes to a temporary file on the disk, then puts that in place of the target. So no half-written target is
+// ever visible. The temporary file has no name where the file system allows that: then a killed process leaves no file.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& target) : target_(target) {
     std::error_code ignored;
-    // Through a symbolic link, as every other tool writes.
+    // Follows a symbolic link, as every other tool does.
     if (std::filesystem::is_symlink(target_, ignored)) target_ = std::filesystem::weakly_canonical(target_, ignored);
     if (std::filesystem::exists(target_, ignored) && !std::filesystem::is_regular_file(target_, ignored)) {
       throw WriteError(std::filesystem::is_directory(target_, ignored)
@@ -67,7 +67,7 @@ class OutputFile {
                            : "the output is not a regular file; choose another output");
     }
     folder_ = target_.has_parent_path() ? target_.parent_path() : ".";
-    // Not every file system has nameless files, and without /proc they get no name.
+    // Not every file system has nameless files, and without /proc they cannot be given a name.
     if (::access("/proc/self/fd", X_OK) == 0) {
       fd_ = ::open(folder_.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0666);
     } else {
@@ -104,7 +104,7 @@ class OutputFile {
   void move_into_place() {
     if (::fsync(fd_) != 0) fail_system(errno);
     if (name_.empty() && !link_as(target_)) {
-      // Only a rename takes the place of what is there.
+      // Only a rename replaces an existing file.
       std::string name;
       do {
         name = unused_name();
@@ -121,8 +121,8 @@ class OutputFile {
   }
 
  private:
-  // Short: the target's own name may already be as long as names can be. Another container's process may have the same
-  // number and use it in the same folder: callers try again.
+  // Short, because the target's own name may already have the largest length. A process in another container may have
+  // the same number and use the name in the same folder, so callers try again.
   [[nodiscard]] std::string unused_name() const {
     static std::atomic<unsigned> count = 0;
     return (folder_ / (std::string(kTemporaryPrefix) + std::to_string(::getpid()) + "." + std::to_string(count++)))
@@ -143,7 +143,7 @@ class OutputFile {
   int fd_ = -1;
 };
 
-// The header's scalars again, for people and for tools that only know HDF5. All SI.
+// Writes the header's scalars again, for people and for tools that only know HDF5. All SI.
 void write_facts(hid_t root, const AssetInfo& info) {
   detail::for_each_fact(info, [&](const char* name, const auto& value) { detail::write_attribute(root, name, value); });
 }

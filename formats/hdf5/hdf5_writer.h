@@ -25,11 +25,11 @@ struct WriteError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What the names of temporary files begin with. One that is left, of a process that was killed, may be deleted.
+/// Prefix of the names of temporary files. A file that a killed process has left may be deleted.
 inline constexpr std::string_view kTemporaryPrefix = ".vps.";
 
-/// Writes the asset whole or not at all: a temporary file in the folder of `path`, without a name where the file system
-/// has such files, fsync, then a link or rename. Same input, same bytes.
+/// Writes the asset whole or not at all: a temporary file in the folder of `path`, fsync, then a link or rename. The
+/// temporary file has no name where the file system supports that. Same input, same bytes.
 /// Threads may call it at the same time.
 /// @return size of the file. [bytes]
 /// @throw WriteError with the reason and what to do.

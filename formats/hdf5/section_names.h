@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How sections and scalars appear in the HDF5 file: paths, units, meanings. docs/format.md has the same table.
-/// Internal.
+/// @file How sections appear in the HDF5 file: paths, units, meanings. docs/format.md has the same table. Internal.
 #pragma once
 
 #include "formats/vps_format.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// VTK File Formats, "VTKHDF", ImageData. Values lie on points: VTK 9.1 and 9.2 misread cell data.
+// VTK File Formats, "VTKHDF", ImageData. Values lie on points, because VTK 9.1 and 9.2 misread cell data.
 #include "formats/hdf5/write_vtkhdf.h"
 
 #include "formats/hdf5/hdf5_handle.h"
@@ -10,7 +10,7 @@ namespace {
 using detail::Handle;
 using detail::require;
 
-// VTK compares the type without an end mark.
+// VTK compares the type without a terminating zero.
 void write_type(hid_t group) {
   constexpr const char kType[] = "ImageData";
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make an attribute");

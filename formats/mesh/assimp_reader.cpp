@@ -23,7 +23,7 @@
 namespace vps {
 namespace {
 
-// Row-major 4x4 in double: nested transforms lose no more than assimp's floats already have.
+// Row-major 4x4 in double, so that nested transforms lose no more digits than assimp's floats already have.
 using Matrix = std::array<double, 16>;
 
 constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -56,7 +56,7 @@ void add_mesh(const aiMesh& mesh, const Matrix& transform, RawMesh& out) {
   if (out.vertices.size() + mesh.mNumVertices > kMaxVertices) throw ReadError("more than 2^32 vertices");
   const auto base = static_cast<std::uint32_t>(out.vertices.size());
   for (unsigned i = 0; i < mesh.mNumVertices; ++i) out.vertices.push_back(transformed(transform, mesh.mVertices[i]));
-  // A mirroring transform turns the winding.
+  // A mirroring transform reverses the winding.
   const bool mirrored = determinant3(transform) < 0;
   std::vector<std::array<double, 3>> corners;
   for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
@@ -69,7 +69,7 @@ void add_mesh(const aiMesh& mesh, const Matrix& transform, RawMesh& out) {
     for (unsigned k = 0; k < face.mNumIndices; ++k) {
       // The parent checks indices too, but positions are needed here.
       if (face.mIndices[k] >= mesh.mNumVertices) throw ReadError("a face refers to a vertex that is not there");
-      // As in the file, before any transform: rounding must not bend what is straight there.
+      // Positions as in the file, before any transform, so that rounding does not bend a straight outline.
       const aiVector3D& v = mesh.mVertices[face.mIndices[k]];
       corners.push_back({v.x, v.y, v.z});
     }
@@ -100,8 +100,8 @@ void add_nodes(const aiScene& scene, RawMesh& out) {
   }
 }
 
-// The files that a glTF file's names mean, and no others: assimp looks for a missing one elsewhere, where a cache that
-// knows meshes by their bytes does not look.
+// Opens only the files that a glTF file's names refer to. assimp looks for a missing one elsewhere, where the cache,
+// which identifies meshes by their bytes, does not look.
 class Files : public Assimp::DefaultIOSystem {
  public:
   explicit Files(const std::string& mesh) : folder_(mesh.substr(0, mesh.rfind('/') + 1)) {}
@@ -127,13 +127,14 @@ bool supports(const aiImporterDesc& loader, const std::string& extension) {
   return false;
 }
 
-// Otherwise assimp guesses from the content, and a file named .ply may reach any of its 50 loaders.
+// Removes other loaders. Otherwise assimp guesses from the content, and a file named .ply may reach any of its 50
+// loaders.
 void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
   for (std::size_t i = importer.GetImporterCount(); i-- > 0;) {
     if (supports(*importer.GetImporterInfo(i), extension)) continue;
     Assimp::BaseImporter* const loader = importer.GetImporter(i);
     importer.UnregisterLoader(loader);
-    delete loader;  // now ours
+    delete loader;  // no longer owned by the importer
   }
 }
 
@@ -143,12 +144,12 @@ RawMesh read_with_assimp(const std::string& path, const std::string& extension) 
   Assimp::Importer importer;
   keep_loaders(importer, extension);
   if (extension == "gltf" || extension == "glb") importer.SetIOHandler(new Files(path));  // the importer deletes it
-  // The asset's frame is the mesh's own; turning it is the user's business.
+  // The asset's frame is the mesh's own, so the importer must not turn it.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* const scene = importer.ReadFile(path, 0);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     const std::string error = importer.GetErrorString();
-    // assimp turns what its loaders throw into text.
+    // assimp turns exceptions of its loaders into text.
     if (error.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
     const bool unknown = error.starts_with("No suitable reader found");
     throw ReadError(unknown ? "the content is not that of a sound ." + extension + " file" : error);

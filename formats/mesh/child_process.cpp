@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A child process as a fence round code that may crash, hang or eat memory.
+// Runs code that may crash, hang or use too much memory in a child process.
 #include "formats/mesh/child_process.h"
 
 #include <fcntl.h>
@@ -21,8 +21,8 @@
 namespace vps {
 namespace {
 
-// AddressSanitizer reserves terabytes of address space: nothing would run under a limit. gcc and clang differ in how
-// they tell.
+// AddressSanitizer reserves terabytes of address space: nothing would run under a limit. gcc and clang differ in how it
+// is detected.
 #ifdef __has_feature
 #define VPS_HAS_FEATURE(feature) __has_feature(feature)
 #else
@@ -42,7 +42,7 @@ void limit(int resource, rlim_t value) {
   ::setrlimit(static_cast<__rlimit_resource_t>(resource), &both);
 }
 
-// Address space this process already has: threads and arenas of the parent come along with the fork.
+// Address space that this process already has. The fork copies that of the parent's threads and arenas.
 std::size_t address_space() {
   char text[64] = {};
   const int fd = ::open("/proc/self/statm", O_RDONLY | O_CLOEXEC);
@@ -51,10 +51,10 @@ std::size_t address_space() {
   return got <= 0 ? 0 : std::strtoull(text, nullptr, 10) * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-// Leaves the standard descriptors, on /dev/null, and `fd`, which moves to number 3. Above all the pipes of other
-// children, which would not come to their end before this child does.
+// Closes all descriptors but the standard ones, which it puts on /dev/null, and `fd`, which it moves to number 3. Above
+// all it closes the pipes of other children, which would otherwise stay open until this child ends.
 int keep_only(int fd) {
-  // A parent without standard descriptors may have got one of their numbers for the pipe.
+  // In a parent without standard descriptors the pipe may have one of their numbers.
   if (fd <= STDERR_FILENO) fd = ::fcntl(fd, F_DUPFD, STDERR_FILENO + 1);
   const int null = ::open("/dev/null", O_RDWR);
   for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(null, standard);
@@ -67,11 +67,11 @@ int keep_only(int fd) {
 [[noreturn]] void run_child(const ChildLimits& limits, const std::function<void(int)>& work, int fd) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   fd = keep_only(fd);
-  // Handlers of the parent must not run here, and a crash has to look like one.
+  // Handlers of the parent must not run here, and a crash must end the child with its signal.
   for (const int signal : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGTERM, SIGINT}) ::signal(signal, SIG_DFL);
   ::signal(SIGPIPE, SIG_IGN);
 #ifdef __GLIBC__
-  ::malloc_trim(0);  // what the parent has freed would come on top of the limit
+  ::malloc_trim(0);  // memory that the parent has freed would add to the limit
 #endif
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<rlim_t>(std::ceil(limits.timeout)) + 1);
@@ -87,7 +87,7 @@ int keep_only(int fd) {
   ::_exit(code);
 }
 
-// Reads up to the end of the pipe. False when the time is over before.
+// Reads up to the end of the pipe. False when the time runs out before that.
 bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout);
@@ -103,7 +103,7 @@ bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
   }
 }
 
-// Waits for the child. The end of its pipe may come before its own end.
+// Waits for the child, which may end later than its pipe.
 void judge(pid_t child, bool in_time, ChildResult& result) {
   using End = ChildResult::End;
   int status = 0;
@@ -145,7 +145,7 @@ ChildResult run_in_child(const ChildLimits& limits, const std::function<void(int
     try {
       in_time = collect(ends[0], limits.timeout, result.bytes);
     } catch (...) {
-      // No memory for the answer: neither the child nor its descriptor may stay behind.
+      // No memory for the answer. Ends the child and closes its descriptor before the exception leaves.
       ::kill(child, SIGKILL);
       ::close(ends[0]);
       judge(child, true, result);

@@ -25,8 +25,8 @@ struct ChildResult {
 ///
 /// The parent may have threads. The child has only the calling one, and a lock that another thread held at the fork
 /// stays locked in the child. The C library makes its allocator safe for this; so `work` may allocate, but must not use
-/// anything else the parent's threads share: no logger, no thread pool. Should it hang in spite of this, the timeout
-/// ends it. AddressSanitizer's allocator is not safe in this way: under it, fork while no other thread allocates.
+/// anything else the parent's threads share: no logger, no thread pool. If it hangs anyway, the timeout ends it.
+/// AddressSanitizer's allocator is not safe in this way: under it, fork while no other thread allocates.
 [[nodiscard]] ChildResult run_in_child(const ChildLimits& limits, const std::function<void(int fd)>& work);
 
 /// Writes all bytes, or ends the child. For use in `work`.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Mesh import: the child process reads, this side trusts nothing it says.
+// Mesh import. The child process reads the file; the parent checks all that the child sends.
 #include "formats/mesh/mesh_import.h"
 
 #include <algorithm>
@@ -73,7 +73,7 @@ void check_content(const fs::path& path) {
   if (file.peek() == std::ifstream::traits_type::eof()) refuse("the file is empty; export it again");
 }
 
-// One short line of plain characters, without the file's path, whatever the importer says.
+// Turns any message of the importer into one short line of plain characters, without the file's path.
 std::string clean(std::string text, const std::string& path) {
   for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path)) {
     text.replace(at, path.size(), "this file");
@@ -90,7 +90,7 @@ std::string clean(std::string text, const std::string& path) {
   return line.empty() ? "the importer gave no reason" : line;
 }
 
-// In the child.
+// Runs in the child.
 RawMesh read_mesh(const std::string& path, const std::string& extension) {
   if (extension != "obj" && extension != "off" && extension != "ply" && extension != "stl")
     return read_with_assimp(path, extension);
@@ -184,7 +184,7 @@ void check_coordinate(double value, double unit, std::size_t vertex, std::size_t
          " (both counted from 0), is " + what + "; correct it or export it again");
 }
 
-// Joins identical positions in order of first use; unused vertices fall away.
+// Joins identical positions in order of first use; drops unused vertices.
 ImportedMesh join(const RawMesh& raw, double unit) {
   ImportedMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Reads a mesh file into triangles, with CGAL or assimp, in a child process: they crash on damaged files.
+/// @file Reads a mesh file into triangles with CGAL or assimp. They run in a child process, because they may crash on
+/// damaged files.
 #pragma once
 
 #include <cstddef>
@@ -29,18 +30,18 @@ struct ImportedMesh : TriangleMesh {
   std::vector<std::string> notes;  ///< what the caller should know, such as a loss of precision; one line each
 };
 
-/// Whether a file's name ends as those of meshes do that import_mesh reads.
+/// Whether a file's name has an extension that import_mesh reads.
 [[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
 
-/// The file that a buffer's name in a glTF file means: as it is written or, where no such file is, with its
-/// percent-encoded bytes decoded (RFC 3986, Sec. 2.1), or with slashes for backslashes too.
-/// @param folder  of the mesh, with a slash behind, or empty
+/// The file that a buffer's name in a glTF file refers to. Tries the name as it is written, then with its
+/// percent-encoded bytes decoded (RFC 3986, Sec. 2.1), then with slashes for backslashes too.
+/// @param folder  of the mesh, with a slash at its end, or empty
 [[nodiscard]] std::string referred_file(const std::string& folder, const std::string& name);
 
 /// Reads a mesh. obj, off, ply and stl keep double precision, except for rare variants, which a note names; the other
-/// formats come in single precision. Node transforms and instances applied, points and lines skipped, polygons
-/// triangulated (concave ones by ear clipping), identical positions joined, unused vertices dropped, every index and
-/// coordinate checked.
+/// formats come in single precision. Applies node transforms and instances, skips points and lines, triangulates
+/// polygons (concave ones by ear clipping), joins identical positions, drops unused vertices, and checks every index
+/// and coordinate.
 /// @throw ImportError on anything that is not a usable mesh with at least one triangle.
 [[nodiscard]] ImportedMesh import_mesh(const std::filesystem::path& path, const ImportOptions& options = {});
 

@@ -18,7 +18,7 @@
 namespace vps {
 namespace {
 
-// The PLY reader wants a kernel's point.
+// The PLY reader needs a kernel's point.
 using Point = CGAL::Simple_cartesian<double>::Point_3;
 using Polygon = std::vector<std::size_t>;
 
@@ -40,7 +40,7 @@ std::uint64_t tidy(std::string& bytes, const std::string& extension) {
 
 bool read(std::istream& in, const std::string& extension, std::vector<Point>& points, std::vector<Polygon>& polygons) {
   const auto quiet = CGAL::parameters::verbose(false);
-  // For this reader a file without faces is an error; here it gets a better message.
+  // This reader fails on a file without faces, which gets a better message later.
   if (extension == "obj") return CGAL::IO::read_OBJ(in, points, polygons, quiet) || polygons.empty();
   if (extension == "off") return CGAL::IO::read_OFF(in, points, polygons, quiet);
   if (extension == "ply") return CGAL::IO::read_PLY(in, points, polygons, quiet);
@@ -67,8 +67,8 @@ void add_polygon(const Polygon& polygon, const std::vector<Point>& points, RawMe
 }  // namespace
 
 RawMesh read_polygon_soup(const std::string& path, const std::string& extension) {
-  // CGAL's streams take over the global locale, in which a comma may be the decimal point. This is the child: nobody
-  // else is harmed.
+  // CGAL's streams use the global locale, in which the decimal point may be a comma. This process is the child, so no
+  // other code is affected.
   std::locale::global(std::locale::classic());
   std::string bytes = read_bytes(path);
   RawMesh raw;
@@ -83,7 +83,7 @@ RawMesh read_polygon_soup(const std::string& path, const std::string& extension)
   for (const Point& p : points) raw.vertices.push_back({p.x(), p.y(), p.z()});
   raw.triangles.reserve(polygons.size());
   for (const Polygon& polygon : polygons) add_polygon(polygon, points, raw);
-  // Last, for a wrong index is the usual reason and has a message of its own.
+  // Checked last, because a wrong index is the usual reason and has a message of its own.
   if (!complete) throw ReadError("a part of the file cannot be read");
   return raw;
 }

@@ -10,8 +10,8 @@
 
 namespace vps {
 
-/// What the child writes first. Then, without error, `note_bytes` of text, `vertices` times 3 doubles and `triangles`
-/// times 3 u32; with an error, its text up to the end.
+/// What the child writes first. For a mesh, `note_bytes` of text, `vertices` times 3 doubles and `triangles` times 3
+/// u32 follow. For an error, its text follows up to the end.
 struct RawMeshHeader {
   static constexpr std::uint32_t kMesh = 0x4853454D;
   static constexpr std::uint32_t kError = 0x20525245;
@@ -29,7 +29,7 @@ struct RawMesh {
   std::string note;  ///< what the caller should know; empty: nothing
 };
 
-/// A file that cannot be read rightly. `what()` is the reason, without advice.
+/// A file that cannot be read correctly. `what()` is the reason, without advice.
 struct ReadError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

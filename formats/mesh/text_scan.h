@@ -15,7 +15,7 @@ inline bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
-/// Cuts the first word off `line`; empty at the end of the line.
+/// Cuts the first word off `line` and returns it; empty at the end of the line.
 inline std::string_view take_word(std::string_view& line) {
   std::size_t begin = 0;
   while (begin < line.size() && is_blank(line[begin])) ++begin;
@@ -52,10 +52,10 @@ class LineScan {
   explicit LineScan(std::string_view text) : text_(text) {}
   /// Moves to the next line. False at the end of the text.
   bool next();
-  /// Moves to the next line that is more than blanks and a comment behind '#', and cuts the comment off.
+  /// Moves to the next line that has more than blanks and a comment after '#'. Cuts the comment off.
   bool next_with_content();
   [[nodiscard]] std::string_view line() const { return line_; }
-  /// Offset of the line behind this one.
+  /// Offset of the line after this one.
   [[nodiscard]] std::size_t end() const { return at_; }
   /// "line 12: " for messages.
   [[nodiscard]] std::string place() const { return "line " + std::to_string(number_) + ": "; }
@@ -67,8 +67,8 @@ class LineScan {
   std::size_t at_ = 0, number_ = 0;
 };
 
-/// The check of a coordinate.
-/// @throw ReadError when the word is no number, NeedsAssimp when it is not finite, for CGAL stops there
+/// Checks a coordinate.
+/// @throw ReadError when the word is no number, NeedsAssimp when it is not finite, because CGAL stops there
 void check_number(std::string_view word, const LineScan& at);
 
 }  // namespace vps

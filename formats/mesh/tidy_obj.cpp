@@ -21,7 +21,7 @@ void blank(std::string& text, std::string_view part) {
   std::fill_n(text.begin() + (part.data() - text.data()), part.size(), ' ');
 }
 
-// A backslash at the end of a line continues it. Not that of a comment: paths in comments may end with one.
+// A backslash at the end of a line continues the line, except in a comment, where a path may end with one.
 void join_continued_lines(std::string& text) {
   bool comment = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -45,7 +45,7 @@ void check_vertex(std::string_view rest, const LineScan& at, std::string& text) 
   blank(text, attributes);
 }
 
-// v, v/vt, v//vn, v/vt/vn: only the first number is used, but all must be sound.
+// v, v/vt, v//vn, v/vt/vn: only the first number is used, but all must be valid.
 void check_corner(std::string_view word, const LineScan& at) {
   std::string_view rest = word;
   for (int part = 0; part < 3; ++part) {
@@ -90,7 +90,7 @@ std::uint64_t tidy_obj(std::string& text) {
       throw NeedsAssimp(lines.place() + "unknown word " + in_quotes(keyword));
     }
   }
-  // CGAL takes a tab for a part of the corner.
+  // CGAL reads a tab as a part of the corner.
   std::replace_if(text.begin(), text.end(), is_blank, ' ');
   return skipped;
 }

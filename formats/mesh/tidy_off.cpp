@@ -19,7 +19,7 @@ void need_line(LineScan& lines) {
   if (!lines.next_with_content()) throw ReadError("the file ends before its last vertex or face");
 }
 
-// Word by word: the numbers may stand behind the keyword or on a line of their own.
+// The header's next word. Numbers may follow the keyword on its line or be on a line of their own.
 std::string_view header_word(LineScan& lines, std::string_view& rest) {
   std::string_view word = take_word(rest);
   if (!word.empty()) return word;

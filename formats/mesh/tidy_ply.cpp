@@ -46,7 +46,7 @@ struct PlyHeader {
   std::vector<Element> elements;
   std::size_t end = 0;  ///< offset of the body
   std::size_t lines = 0;
-  std::string special;  ///< what only assimp reads rightly; empty: nothing
+  std::string special;  ///< what only assimp reads correctly; empty: nothing
 };
 
 const Type* find_type(std::string_view name, const LineScan& lines) {
@@ -137,7 +137,7 @@ void check_elements(PlyHeader& header, std::size_t body_bytes) {
   for (const Element& element : header.elements) {
     std::size_t smallest = 0;
     for (const Property& p : element.properties) smallest += ascii ? 2 : (p.length ? p.length : p.type)->bytes;
-    // Or there would be no end of items that take no room.
+    // Otherwise a header could promise any number of items that take no bytes.
     if (element.items > (smallest == 0 ? 0 : (body_bytes + 1) / smallest)) {
       throw ReadError("the header promises " + std::to_string(element.items) + " of element " +
                       in_quotes(element.name) + ", more than " + std::to_string(body_bytes) + " bytes can hold");
@@ -153,7 +153,7 @@ void check_elements(PlyHeader& header, std::size_t body_bytes) {
     }
   }
   if (vertices != 1 || faces > 1) throw ReadError("the file needs one element 'vertex' and one element 'face'");
-  // assimp takes the lists of other elements for faces.
+  // assimp reads the lists of other elements as faces.
   if (!header.special.empty() && others > 0)
     throw ReadError(header.special + ", which is not supported beside other elements");
 }
@@ -227,7 +227,7 @@ void check_binary(const std::string& bytes, const PlyHeader& header) {
     throw ReadError("the file goes on after its last element");
 }
 
-// Only what is wanted keeps its name: CGAL trips over colours and half-edges of unusual types.
+// Only positions and corners keep their names, because CGAL fails on colours and half-edges of unusual types.
 std::string plain_header(const PlyHeader& header) {
   std::string text = "ply\nformat " + header.format + " 1.0\n";
   for (const Element& element : header.elements) {

@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kBinaryHeader = 84;
 constexpr std::size_t kBinaryTriangle = 50;
 
-/// The words of a text one after the other, whatever the lines.
+/// The words of a text one after the other, across lines.
 class WordScan {
  public:
   explicit WordScan(std::string_view text) : lines_(text) {}
@@ -38,7 +38,7 @@ void check_size(const std::string& bytes) {
   if (bytes.size() < kBinaryHeader) return;
   std::uint32_t triangles = 0;
   std::memcpy(&triangles, bytes.data() + kBinaryHeader - sizeof triangles, sizeof triangles);
-  // Whatever the header begins with: no text has such a count there.
+  // The header's first word does not matter, because no text has such a count there.
   if (kBinaryHeader + kBinaryTriangle * std::size_t{triangles} == bytes.size()) throw NeedsAssimp("");
 }
 
@@ -63,7 +63,7 @@ void tidy_stl(std::string& bytes) {
     if (word == "solid" || word == "endsolid") {
       if (in_facet) throw ReadError(place() + "a facet has no end");
       const bool opens = word == "solid";
-      // A name may hold any word. A solid without an end goes on with the next.
+      // A name may hold any word. A solid without an end continues with the next one.
       if (opens == open) blank(word);
       open = opens;
       blank(words.take_rest_of_line());
@@ -77,7 +77,7 @@ void tidy_stl(std::string& bytes) {
       if (corners != 3) throw ReadError(place() + "a facet of " + std::to_string(corners) + " corners");
       in_facet = false;
     } else if (word == "normal" && in_facet) {
-      // Not used; often not a number.
+      // The normal is not used, and is often not a number.
       for (int axis = 0; axis < 3; ++axis) words.next();
     } else if (word != "outer" && word != "loop" && word != "endloop") {
       throw ReadError(place() + "unexpected word " + in_quotes(word));

@@ -111,7 +111,7 @@ std::vector<std::array<std::uint32_t, 3>> triangulate_polygon(std::span<const st
     const std::size_t ear = next_corner(ring, start);
     triangles.push_back({ring.corners[(ear + n - 1) % n], ring.corners[ear], ring.corners[(ear + 1) % n]});
     ring.corners.erase(ring.corners.begin() + static_cast<std::ptrdiff_t>(ear));
-    // Going on behind the ear gives better shapes than a fan, and does not search what was just searched.
+    // Continuing after the ear gives better shapes than a fan, and does not search the same corners again.
     start = ear + 1;
   }
   triangles.push_back({ring.corners[0], ring.corners[1], ring.corners[2]});

@@ -10,8 +10,8 @@
 namespace vps {
 
 /// Ear clipping in the plane of the polygon's Newell normal. Concave polygons, and polygons that touch themselves
-/// (holes joined to the outline by a bridge), are cut rightly. A corner equal to the one before it is dropped; every
-/// other corner is used, of self-crossing or flat polygons too, so that neighbouring faces stay joined. Always ends.
+/// (holes joined to the outline by a bridge), are cut correctly. A corner equal to the one before it is dropped. Every
+/// other corner is used, also in self-crossing or flat polygons, so that neighbouring faces stay joined. Always ends.
 /// @param corners  positions of the polygon's n corners in order
 /// @return at most n - 2 triangles of corner numbers, wound like the polygon; none when fewer than 3 corners differ
 ///         from the one before. A triangle (n = 3) is passed through as it is.
