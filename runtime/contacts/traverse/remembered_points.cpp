@@ -53,7 +53,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const double needed = query.options.contact_distance + 2.0 * query.facts.error;
   const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
   cache.last = query.pose;
-  if (same && cache.reach >= needed + spent) {
+  if (same && cache.reach > 0 && cache.reach >= needed + spent) {
     query.field.test_list(d, {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
                               cache.points.data(),
                               cache.leaves.data(),

@@ -56,7 +56,9 @@ fs::path sample_mesh(const char* name) {
 
 // The result of a bake without a cache.
 std::string fresh(const TriangleMesh& mesh, const BakeOptions& options) {
-  return content_of({baked(mesh, options), true, {}, {}});
+  StoredAsset stored;
+  stored.asset = baked(mesh, options);
+  return content_of(stored);
 }
 
 TEST(Load, TheSecondTimeNothingIsBaked) {
