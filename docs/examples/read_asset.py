@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Zlib
-"""Reads a baked asset with h5py: its facts, its points, and the penetration of a place.
+"""Reads a baked asset with h5py: its scalars, its points, and the penetration at a place.
 
-    python3 read_asset.py bunny.vps.hdf            # facts and points
+    python3 read_asset.py bunny.vps.hdf            # scalars and points
     python3 read_asset.py bunny.vps.hdf 0.01 0 0   # and V at a place, asset frame, metres
 
-Needs h5py and numpy (Debian: python3-h5py, for /usr/bin/python3). docs/format.md says what every number means.
+Needs h5py and numpy (Debian: python3-h5py, for /usr/bin/python3). docs/format.md defines every number.
 """
 
 import sys
@@ -19,7 +19,7 @@ def read_points(f):
     facts, shell = f.attrs, f["pointshell"]
     # Positions are 16-bit steps from an origin; rows are x, y, z.
     positions = facts["position_origin"] + facts["position_step"] * shell["positions"][:].T
-    # Normals are folded onto an octahedron: u and v are its x and y, the lower half folded out into the corners.
+    # Octahedral code: u and v are x and y on an octahedron, whose lower half is folded out into the corners of the square.
     u, v = shell["inward_normals"][:] / 32767.0
     z = 1 - abs(u) - abs(v)
     t = np.maximum(-z, 0)
@@ -34,12 +34,12 @@ def penetration(f, point, field="scaled"):
     `field` is "scaled" or "real", whichever was baked.
     """
     facts, voxelmap = f.attrs, f["voxelmap"]
-    # Whole voxels, counted from the centre of voxel (0,0,0): samples lie between the centres.
+    # In voxels, from the centre of voxel (0,0,0). Samples cover 0 <= g < dims - 1.
     g = (np.asarray(point) - facts["origin"]) / facts["voxel_size"] - 0.5
     if (g < 0).any() or (g >= facts["dims"] - 1.0).any():
         return None
     i = g.astype(int)
-    # Down the octree, from blocks of 16 voxels. Arrays are indexed z, y, x.
+    # Descend the octree, from blocks of 16 voxels. Arrays are indexed z, y, x.
     entry = int(voxelmap["field_roots"][tuple(i[::-1] // 16)])
     edge = 8
     while 0x80000000 <= entry < 0xFFFFFFFE:
@@ -59,7 +59,7 @@ def penetration(f, point, field="scaled"):
         v = v[0] + t * (v[1] - v[0])
     if field == "real":
         return float(v)
-    # Steps of lambda, in the coarsest bricks of two.
+    # In steps of lambda, or of 2 lambda in the coarsest bricks.
     return float(v * facts["lambda"] * (2 if level == 1 else 1))
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// How deep does the wedge lie in the bracket, as it is lowered into its corner?
+// Prints how deep the wedge penetrates the bracket as it is lowered into the bracket's corner.
 #include <cstdio>
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace {
 
-// Says why when the file is no asset.
+// Prints the reason when the file is not an asset.
 bool open(const char* path, vps::Asset& asset) {
   const vps::Status status = vps::Asset::open(path, asset);
   if (status != vps::Status::ok) std::fprintf(stderr, "%s: %s\n", path, vps::describe(status));

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Zlib
-// Lets a body fall over another that stands on the ground: docs/tutorial.md.
-// usage: falling_body FALLING STANDING [MOTION]    assets; where to write the motion for `vpsbake view --motion`,
-// beside them
+// Drops a body over another that stands on the ground: docs/tutorial.md.
+// usage: falling_body FALLING STANDING [MOTION]
+// FALLING and STANDING are assets. MOTION is the file to write for `vpsbake view --motion`; it names the assets
+// relative to its own folder, by the paths given here.
 #include <btBulletDynamicsCommon.h>
 
 #include <cstdio>
@@ -15,7 +16,7 @@ namespace {
 constexpr btScalar kStep = btScalar(1.0 / 240);  // [s]
 constexpr int kSteps = 60;
 constexpr int kStepsPerLine = 6;
-constexpr btScalar kDrop = btScalar(0.01);  // above the top of the body that stands [m]
+constexpr btScalar kDrop = btScalar(0.01);  // above the top of the standing body [m]
 constexpr btScalar kTilt = btScalar(0.05);  // [rad]
 
 std::shared_ptr<const vps::Asset> open_asset(const char* file) {
@@ -26,7 +27,7 @@ std::shared_ptr<const vps::Asset> open_asset(const char* file) {
   return nullptr;
 }
 
-// Of the lowest point of the mesh above the body's origin, which is the centre of mass. [m]
+// Height of the mesh's lowest point above the body's origin, which is the centre of mass. [m]
 btScalar lowest(const vps::bullet::Shape& shape) {
   return btScalar(shape.asset().info().bounds_min[2]) - shape.centre_of_mass().z();
 }
@@ -34,7 +35,7 @@ btScalar highest(const vps::bullet::Shape& shape) {
   return btScalar(shape.asset().info().bounds_max[2]) - shape.centre_of_mass().z();
 }
 
-// A pose as docs/motion.md has it, of the mesh's own frame.
+// Writes the pose of the mesh's own frame, as docs/motion.md defines it.
 void write_pose(std::ostream& out, const btRigidBody& body, const vps::bullet::Shape& shape) {
   const btTransform& at = body.getWorldTransform();
   const btVector3 p = at * -shape.centre_of_mass();
@@ -79,7 +80,7 @@ int main(int argc, char** argv) {
   falling_shape.calculateLocalInertia(mass, inertia);
   btRigidBody falling(mass, nullptr, &falling_shape, inertia);
   falling.setWorldTransform(btTransform(btQuaternion({1, 0, 0}, kTilt), {0, 0, top + kDrop - lowest(falling_shape)}));
-  falling.setSleepingThresholds(btScalar(0.025), 2);  // Bullet's are for bodies of metres: lint would say so
+  falling.setSleepingThresholds(btScalar(0.025), 2);  // lint reports Bullet's own, which suit bodies of metres
 
   world.addRigidBody(&ground);
   world.addRigidBody(&standing);
