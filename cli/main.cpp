@@ -42,7 +42,7 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("SIZE")
       ->group("Output");
   add_integer(app, "--threads", arguments.threads, 1, 1024,
-              "Processor cores to use, 1 to 1024; no byte depends on it [default: all]")
+              "Processor cores to use, 1 to 1024; the output is identical for any number [default: all]")
       ->option_text("N")
       ->group("Output");
   app.add_flag("--dry-run", arguments.dry_run, "Read the mesh, say what would be baked, and write nothing")

@@ -61,14 +61,19 @@ void print_walls(const bake::MeshReport& r, bool voxel_size_given) {
   fmt::print("\n");
 }
 
-void print_check(const std::string& path, const bake::MeshReport& r, bool voxel_size_given) {
-  fmt::print("{}: {} triangles, {} vertices, {} component{}\n", path, r.triangles, r.vertices, r.components,
+// After the size of the mesh.
+std::string unit_hint(const BakeArguments& arguments, const std::string& likely_unit) {
+  if (arguments.unit != 1) return "";
+  if (likely_unit == "m") return "; assuming metres; for millimetres add --unit mm";
+  return fmt::format("; assuming metres, but such numbers are usually {}: see --unit", likely_unit);
+}
+
+void print_check(const BakeArguments& arguments, const bake::MeshReport& r, bool voxel_size_given) {
+  fmt::print("{}: {} triangles, {} vertices, {} component{}\n", arguments.mesh, r.triangles, r.vertices, r.components,
              r.components == 1 ? "" : "s");
-  fmt::print("size        {} x {} x {}; as numbers like these are mostly {}, ",
-             bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
+  fmt::print("size        {} x {} x {}{}\n", bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
              bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
-             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), r.likely_unit);
-  fmt::print("check --unit\n");
+             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r.likely_unit));
   const auto line = [](const char* name, std::size_t count, const char* what) {
     fmt::print("{:<11} {}{}\n", name, count == 0 ? "none" : std::to_string(count), count == 0 ? "" : what);
   };
@@ -95,7 +100,7 @@ int run_check(const BakeArguments& arguments) {
     if (arguments.json) {
       fmt::print("{}", to_text(to_json(arguments.mesh, report)));
     } else {
-      print_check(arguments.mesh, report, has_grid);
+      print_check(arguments, report, has_grid);
     }
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);

@@ -188,8 +188,7 @@ Command add_recommend_command(CLI::App& app) {
   add_import_options(*recommend, arguments->bake);
   add_text_option(
       *recommend, "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
-      "Depths and distances of whole queries are off by no more, such as 0.2mm, nor is the field, which is all "
-      "that "
+      "Largest error of depths and distances of whole queries, such as 0.2mm, and of the field, the only one that "
       "--max-error of a bake counts")
       ->option_text("LENGTH")
       ->group(kGroup);

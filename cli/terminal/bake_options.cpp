@@ -12,8 +12,8 @@ namespace {
 void add_error_option(CLI::App& app, BakeArguments& arguments) {
   add_text_option(
       app, "--max-error", [&](const std::string& text) { arguments.max_error = parse_length(text); },
-      "The coarsest voxels with which no field is found to be off by more, such as 0.2mm; `recommend` counts what "
-      "lies between points as well")
+      "The largest voxel whose measured field error stays below this, such as 0.2mm; `recommend` counts what lies "
+      "between points as well")
       ->excludes(app.get_option("--voxel"), app.get_option("--resolution"))
       ->option_text("LENGTH")
       ->group(kGridGroup);

@@ -309,8 +309,8 @@ Json pack_field_surface(const Asset& asset, std::size_t triangles) {
   Json out = pack_mesh(surface.mesh);
   out["flat"] = false;
   out["note"] = fmt::format(
-      "An asset holds no mesh: this is where the field \"{}\" is 0, found in cells of {}. In the corners and "
-      "the middles of these triangles the field is no farther than {} from 0.",
+      "Preview surface, rebuilt from the distance field \"{}\" in cells of {}. At the corners and the middles of "
+      "its triangles the field is within {} of 0.",
       field_name(map.field), bake::format_length(surface.step), bake::format_length(surface.residual));
   return out;
 }
