@@ -73,13 +73,11 @@ Trial far_queries(const Subject& subject, double distance) {
       return trial;
     }
     contacts += near.size();
-    // Both lists are in the order of the tree.
-    std::size_t at = 0;
+    const auto is_before = [](const Contact& a, const Contact& b) { return a.point < b.point; };
     for (const Contact& contact : near) {
-      while (at < far.size() && far[at].point < contact.point) ++at;
-      const auto found =
-          std::find_if(far.begin(), far.end(), [&](const Contact& c) { return c.point == contact.point; });
-      if (found == far.end()) {
+      // Contacts are in the order of the tree, in which points are numbered.
+      const auto found = std::lower_bound(far.begin(), far.end(), contact, is_before);
+      if (found == far.end() || found->point != contact.point) {
         keep_largest(worst, double(contact.penetration));
         ++lost;
       } else {
