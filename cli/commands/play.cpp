@@ -143,4 +143,10 @@ void print_played(const std::vector<Job>& jobs, const Played& played, bool json)
   fmt::print("{}", json ? to_text(to_json(jobs, played.results)) : to_table(jobs, played.results, played.seconds));
 }
 
+int play_and_print(const std::vector<Job>& jobs, const PlayArguments& arguments) {
+  const Played played = play(jobs, arguments);
+  print_played(jobs, played, arguments.json);
+  return played.code;
+}
+
 }  // namespace vps::cli

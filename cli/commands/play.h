@@ -34,4 +34,7 @@ struct Played {
 /// Prints the table or JSON. Call it after all files are written: standard output may be a closed pipe.
 void print_played(const std::vector<batch::Job>& jobs, const Played& played, bool json);
 
+/// Both. @return the exit code
+[[nodiscard]] int play_and_print(const std::vector<batch::Job>& jobs, const PlayArguments& arguments);
+
 }  // namespace vps::cli
