@@ -162,6 +162,9 @@ test-dev: deps
 	$(call say,1 of 3: running the tests: about 8 minutes)
 	$(call run_tests,build/dev,-LE slow)
 
+# Suites that bake whole meshes or run minutes of physics run with sanitizers only in `make test-all`: the same code runs in others too.
+LONG_SANITIZED := ^(BatchParts|Closed/.*|Extremes|Scene|StressCommand|Urdf|VirtualTool)\.
+
 # Runs the tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer. Leaves out those in which sanitizers can
 # find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
@@ -169,8 +172,8 @@ test-sanitize: deps
 	$(call say,3 of 3: building with clang and sanitizers)
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)
-	$(call say,3 of 3: running the tests with sanitizers)
-	$(call run_tests,build/sanitize,-LE slow)
+	$(call say,3 of 3: running the tests with sanitizers: about 14 minutes)
+	$(call run_tests,build/sanitize,-LE slow -E '$(LONG_SANITIZED)')
 
 # Runs queries, batches and Bullet's pairs on several threads under ThreadSanitizer, on an asset that the program of the dev build
 # bakes. GCC 12's ThreadSanitizer fails where addresses are randomized in more than 28 bits, so setarch switches this off where it may.
@@ -201,6 +204,7 @@ tidy: deps
 
 test-all: test deb tidy
 	$(call run_tests,build/dev,-L slow)
+	$(call run_tests,build/sanitize,-LE slow -R '$(LONG_SANITIZED)')
 
 clean:
 	rm -rf build
