@@ -57,7 +57,7 @@ TEST(LatticeExactness, ABoxWithItsFacesOnVoxelPlanes) {
   expect_surface_voxels_are_exact(make_box({0.5, 0.75, 0.25}), 0.125);
 }
 TEST(LatticeExactness, ABoxWithItsFacesThroughVoxelCentres) {
-  // The grid starts at the minimum corner and the box measures 9.5, 7.5 and 5.5 voxels: the faces of the maximum corner.
+  // The grid starts at the minimum corner. The box measures 9.5, 7.5 and 5.5 voxels: three faces pass through centres.
   expect_surface_voxels_are_exact(make_box({0.59375, 0.46875, 0.34375}), 0.125);
 }
 TEST(LatticeExactness, AnOctahedronWithItsVerticesOnVoxelCorners) {
