@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/bullet/partners/partner_field.h"
+#include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"
 #include "runtime/vps_queries.h"
@@ -76,7 +77,7 @@ void weigh(Contact& contact, Vec3 into_shell) {
 template <class Field>
 bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact) {
   if (grazes(contact, into_shell)) return true;
-  if (is_at_edge(contact, into_shell, beside, [&](Vec3 p) { return penetration(field, p); })) {
+  if (is_at_edge(contact, into_shell, beside, [&](Vec3 p) { return detail::value_at(field, p); })) {
     contact.inward_normal = into_shell;
   }
   weigh(contact, into_shell);
@@ -99,7 +100,7 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundCon
       has_face = contact.penetration >= 0 && face_shell(faces_of(field), alike, contact);
       contact.penetration += margin;
     }
-    if (!has_face) contact.inward_normal = outward_normal(field, contact.position);
+    if (!has_face) contact.inward_normal = detail::normal_at(field, contact.position);
     return settle(field, alike, into_shell, contact);
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
@@ -110,7 +111,7 @@ float penetration_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
 }
 template <class Field>
 float penetration_at(const Field& field, Vec3 p, Vec3) {
-  return vps::penetration(field, p);
+  return detail::value_at(field, p);
 }
 
 // A segment farther off the surface is about to land, and its deepest point is enough. With more contacts, 10

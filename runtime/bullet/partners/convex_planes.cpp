@@ -19,6 +19,7 @@
 #include <span>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 
 namespace vps::bullet {
@@ -223,11 +224,11 @@ void ConvexPlanes::finish(Contact& contact, float alike) const {
   const auto margin = static_cast<float>(margin_);
   const float to_core = contact.penetration - margin;
   const Vec3 p = contact.position;
-  const Vec3 out = outward_normal(all, p);
+  const Vec3 out = detail::normal_at(all, p);
   const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
   // Inside the core, and where the nearest place lies on a face, a face's plane is exact. Planes round a body without
   // faces give only a bound.
-  const bool known = has_faces() && (to_core >= 0 || penetration(all, below) >= margin + 1e-5F * to_core);
+  const bool known = has_faces() && (to_core >= 0 || detail::value_at(all, below) >= margin + 1e-5F * to_core);
   if (!known && find_nearest(contact)) return;
   if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;
   contact.inward_normal = out;
@@ -238,14 +239,14 @@ bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& con
   float best_agreement = 0;
   const float deepest = contact.penetration + alike;
   for (const HalfSpaceField& face : faces) {
-    if (!(penetration(face, contact.position) <= deepest)) continue;
+    if (!(detail::value_at(face, contact.position) <= deepest)) continue;
     const float agreement = detail::dot(face.outward_normal, contact.inward_normal);
     if (best != nullptr && !(agreement > best_agreement)) continue;
     best = &face;
     best_agreement = agreement;
   }
   if (best == nullptr) return false;
-  contact.penetration = penetration(*best, contact.position);
+  contact.penetration = detail::value_at(*best, contact.position);
   contact.inward_normal = best->outward_normal;
   return true;
 }
