@@ -47,7 +47,8 @@ Vec3 outward_normal(const MapField& field, Vec3 p) {
 // @param way     motion of the point in the step, contacts' frame. [m]
 // @param margin  thickness by the bodies' margins that the field does not include. [m]
 // @param near    distance from the surface at which it has arrived. [m]
-// @return whether it arrives; false for grazing points, which take too many steps
+// @return whether it arrives where the surfaces face each other; false also for points that take too many steps: they
+// graze
 template <class Field>
 bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float near) {
   constexpr int kSteps = 256;
@@ -61,6 +62,7 @@ bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float
     if (gap <= near) {
       const Vec3 normal = outward_normal(field, p);
       if (!(detail::dot(normal, normal) > 0)) return true;
+      if (detail::dot(normal, contact.inward_normal) < kGrazing) return false;
       contact.inward_normal = normal;
       contact.penetration = -std::max(0.0F, detail::dot(normal, contact.position - p) + gap);
       return true;

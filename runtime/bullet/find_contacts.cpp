@@ -47,7 +47,6 @@ std::array<HalfSpaceField, 6> faces_of(const BoxField& box) {
 // Whether a shell point lies near an edge of the field but is not about to touch. Its contact would stop a body that
 // slides past.
 bool grazes(const Contact& contact, Vec3 into_shell) {
-  constexpr float kGrazing = 0.3F;
   return contact.penetration < 0 && detail::dot(contact.inward_normal, into_shell) < kGrazing;
 }
 

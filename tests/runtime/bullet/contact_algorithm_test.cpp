@@ -189,6 +189,22 @@ TEST(ContactAlgorithm, AFoundationYieldsByWeightOverAreaWhateverTheSampling) {
   EXPECT_EQ(shape.foundation().stiffness, 0);
 }
 
+TEST(ContactAlgorithm, ABoxOfBulletsSlidesOverABakedSlabWithoutFriction) {
+  // Points of the slab ahead of the box, whose normals are up, must not stop its front face.
+  const bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btBoxShape box({btScalar(0.05), btScalar(0.05), btScalar(0.05)});
+  World scene;
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  scene.add(const_cast<bullet::Shape&>(slab), 0, {btScalar(0.8), 0, btScalar(-0.05)}).setFriction(0);
+  btRigidBody& body = scene.add(box, 1, {0, 0, btScalar(0.05)});
+  body.setFriction(0);
+  body.setLinearVelocity({3, 0, 0});
+  scene.step(120);
+  EXPECT_NEAR(body.getLinearVelocity().x(), 3, 0.01);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.002);
+}
+
 TEST(ContactAlgorithm, SegmentsStayRigidWhateverTheFoundation) {
   World scene;
   bullet::Shape shape(brick());

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies that roll and slide in Bullet, baked and as Bullet's own shapes, against what theory says. Worst rows first.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "cli/lab/assets.h"
+#include "sample_meshes/shapes.h"
+#include "tests/support/bullet_world.h"
+
+namespace {
+
+using namespace vps;
+using namespace vps::samples;
+using test::World;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kGravity = 9.81;
+constexpr double kRadius = 0.1;      // of wheel, cylinder and ball. [m]
+constexpr double kHalfWidth = 0.03;  // of wheel and cylinder. [m]
+constexpr int kStarts = 4;           // rotations about the axis, at which a body begins
+constexpr double kRates[] = {60, 240, 1000};
+
+// One shape for a body.
+struct Side {
+  std::string name;
+  std::shared_ptr<btCollisionShape> shape;
+};
+
+struct Row {
+  std::string scene, side;
+  double rate = 0;   // [Hz]
+  double ratio = 0;  // worst of all starts: speed over that of theory
+  double hop = 0;    // largest height above the surface. [m]
+  double drift = 0;  // largest way aside. [m]
+};
+
+// An n-gon about the y axis.
+TriangleMesh make_wheel(std::uint32_t sides) {
+  TriangleMesh mesh;
+  for (const double y : {-kHalfWidth, kHalfWidth}) {
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const double angle = 2 * kPi * i / sides;
+      mesh.vertices.push_back({kRadius * std::sin(angle), y, kRadius * std::cos(angle)});
+    }
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t next = (i + 1) % sides;
+    mesh.triangles.push_back({i, next, sides + next});
+    mesh.triangles.push_back({i, sides + next, sides + i});
+    if (i < 2) continue;
+    mesh.triangles.push_back({0, i, i - 1});
+    mesh.triangles.push_back({sides, sides + i - 1, sides + i});
+  }
+  return mesh;
+}
+
+Side baked_side(const TriangleMesh& mesh, double voxel_size) {
+  bake::BakeOptions options;
+  options.voxel_size = voxel_size;
+  return {"baked", std::make_shared<bullet::Shape>(lab::bake_in_memory(mesh, options))};
+}
+
+Side hull_side(const TriangleMesh& mesh) {
+  auto hull = std::make_shared<btConvexHullShape>();
+  for (const auto& v : mesh.vertices) hull->addPoint({btScalar(v[0]), btScalar(v[1]), btScalar(v[2])}, false);
+  hull->recalcLocalAabb();
+  hull->setMargin(btScalar(0.001));
+  return {"hull", hull};
+}
+
+// A solid that rolls: its sides, and its moments of inertia at a mass of 1 kg.
+struct Roller {
+  std::string name;
+  std::vector<Side> sides;
+  btVector3 inertia;  // [kg m^2]
+};
+
+std::vector<Roller> make_rollers() {
+  const double across = kRadius * kRadius / 4 + kHalfWidth * kHalfWidth / 3;
+  const btVector3 disc{btScalar(across), btScalar(kRadius * kRadius / 2), btScalar(across)};
+  const btScalar ball = btScalar(0.4 * kRadius * kRadius);
+  const TriangleMesh wheel = make_wheel(256);
+  const TriangleMesh sphere = make_sphere(kRadius, 5);
+  const btVector3 half{btScalar(kRadius), btScalar(kHalfWidth), btScalar(kRadius)};
+  return {{"wheel",
+           {baked_side(wheel, kRadius / 100), hull_side(wheel), {"Bullet's", std::make_shared<btCylinderShape>(half)}},
+           disc},
+          {"ball",
+           {baked_side(sphere, kRadius / 32), {"Bullet's", std::make_shared<btSphereShape>(btScalar(kRadius))}},
+           {ball, ball, ball}}};
+}
+
+struct Ground {
+  std::string name;
+  std::shared_ptr<btCollisionShape> shape;
+  btVector3 at{0, 0, 0};
+};
+
+std::vector<Ground> make_grounds() {
+  const double half_height = 0.05;
+  const TriangleMesh slab = make_box({2, 0.2, half_height});
+  const btVector3 below{0, 0, btScalar(-half_height)};
+  return {{"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
+          {"box", std::make_shared<btBoxShape>(btVector3(100, 100, btScalar(half_height))), below},
+          {"baked slab", baked_side(slab, 0.01).shape, {btScalar(1.8), 0, btScalar(-half_height)}}};
+}
+
+// What a body does in `seconds`: worst of all starts.
+Row play(World& scene, btRigidBody& body, double seconds, double rate, double expected, double height) {
+  Row row;
+  row.rate = rate;
+  const int steps = int(std::lround(seconds * rate));
+  for (int i = 0; i < steps; ++i) {
+    scene.step(1, btScalar(1 / rate));
+    const btVector3& at = body.getWorldTransform().getOrigin();
+    row.hop = std::max(row.hop, double(at.z()) - height);
+    row.drift = std::max(row.drift, std::abs(double(at.y())));
+  }
+  row.ratio = double(body.getLinearVelocity().x()) / expected;
+  return row;
+}
+
+void keep_worse(Row& worst, const Row& row) {
+  if (worst.rate == 0 || std::abs(row.ratio - 1) > std::abs(worst.ratio - 1)) worst.ratio = row.ratio;
+  worst.rate = row.rate;
+  worst.hop = std::max(worst.hop, row.hop);
+  worst.drift = std::max(worst.drift, row.drift);
+}
+
+void prepare(World& scene) {
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+}
+
+// Rolls from a start without slip: on the flat at a speed, down a slope from rest.
+Row roll(const Roller& roller, const Side& side, const Ground& ground, double rate, double speed, double slope) {
+  Row worst;
+  const double seconds = slope > 0 ? 1 : ground.name == "baked slab" ? 3.0 / speed : 4;
+  for (int start = 0; start < kStarts; ++start) {
+    World scene;
+    prepare(scene);
+    scene.world.setGravity({btScalar(kGravity * std::sin(slope)), 0, btScalar(-kGravity * std::cos(slope))});
+    scene.add(*ground.shape, 0, ground.at);
+    const btQuaternion turn(btVector3(0, 1, 0), btScalar(0.37 * start));
+    btRigidBody& body = scene.add(*side.shape, 1, btTransform(turn, {0, 0, btScalar(kRadius)}));
+    body.setMassProps(1, roller.inertia);
+    body.updateInertiaTensor();
+    body.setLinearVelocity({btScalar(speed), 0, 0});
+    body.setAngularVelocity({0, btScalar(speed / kRadius), 0});
+    const double theory =
+        speed + kGravity * std::sin(slope) * seconds / (1 + double(roller.inertia.y()) / (kRadius * kRadius));
+    keep_worse(worst, play(scene, body, seconds, rate, theory, kRadius));
+  }
+  worst.scene = fmt::format("{} {} {}", roller.name,
+                            slope > 0 ? "down 10 degrees on" : fmt::format("at {:.2g} m/s on", speed), ground.name);
+  worst.side = side.name;
+  return worst;
+}
+
+// A box of Bullet's, or a baked one, slides without friction.
+Row slide(const Side& side, const Ground& ground, double rate, double speed) {
+  World scene;
+  prepare(scene);
+  scene.add(*ground.shape, 0, ground.at).setFriction(0);
+  btRigidBody& body = scene.add(*side.shape, 1, {0, 0, btScalar(0.05)});
+  body.setFriction(0);
+  body.setLinearVelocity({btScalar(speed), 0, 0});
+  Row row = play(scene, body, 3 / speed, rate, speed, 0.05);
+  row.scene = fmt::format("box slides at {:.2g} m/s on {}", speed, ground.name);
+  row.side = side.name;
+  return row;
+}
+
+nlohmann::ordered_json to_json(const Row& row) {
+  return {{"scene", row.scene}, {"side", row.side}, {"rate", row.rate},
+          {"ratio", row.ratio}, {"hop", row.hop},   {"drift", row.drift}};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Bodies that roll and slide in Bullet, against theory");
+  std::string json;
+  app.add_option("--json", json, "Write the rows there");
+  CLI11_PARSE(app, argc, argv);
+  const std::vector<Ground> grounds = make_grounds();
+  const std::vector<Roller> rollers = make_rollers();
+  const std::vector<Side> boxes = {baked_side(make_box({0.05, 0.05, 0.05}), 0.002),
+                                   {"Bullet's", std::make_shared<btBoxShape>(btVector3(0.05F, 0.05F, 0.05F))}};
+  std::vector<Row> rows;
+  for (const double rate : kRates) {
+    for (const Ground& ground : grounds) {
+      for (const Roller& roller : rollers) {
+        for (const Side& side : roller.sides) {
+          rows.push_back(roll(roller, side, ground, rate, ground.name == "baked slab" ? 1 : 5, 0));
+          rows.push_back(roll(roller, side, ground, rate, 0, 10 * kPi / 180));
+        }
+      }
+      for (const Side& side : boxes) {
+        for (const double speed : {1.0, 3.0}) rows.push_back(slide(side, ground, rate, speed));
+      }
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const Row& a, const Row& b) { return std::abs(a.ratio - 1) > std::abs(b.ratio - 1); });
+  fmt::print("{:<40} {:<9} {:>5} {:>12} {:>9} {:>9}\n", "scene", "shape", "Hz", "speed/theory", "hop, mm", "aside, mm");
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (const Row& row : rows) {
+    fmt::print("{:<40} {:<9} {:>5.0f} {:>12.4f} {:>9.2f} {:>9.2f}\n", row.scene, row.side, row.rate, row.ratio,
+               1e3 * row.hop, 1e3 * row.drift);
+    out.push_back(to_json(row));
+  }
+  if (json.empty()) return 0;
+  std::FILE* const file = std::fopen(json.c_str(), "w");
+  if (file == nullptr) return 1;
+  const std::string text = out.dump(1);
+  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  return std::fclose(file) == 0 && written ? 0 : 1;
+}
