@@ -86,12 +86,17 @@ class Lint {
             "split impulses correct positions only, so the springs of set_foundation carry no weight: set "
             "m_splitImpulse = 0");
       }
-    } else if (solver.m_splitImpulse == 0 || threshold < -0.5 * finest_) {
+    } else if (solver.m_splitImpulse == 0 || threshold < -4 * finest_) {
       add(nullptr, "m_splitImpulsePenetrationThreshold",
           format(
               "penetrations below %.3g mm (without m_splitImpulse: all) are resolved by velocity, so bodies hop; set "
               "m_splitImpulse = 1 and m_splitImpulsePenetrationThreshold = %.2g",
-              -1000 * threshold, -0.02 * finest_));
+              -1000 * threshold, -2 * finest_));
+    } else if (threshold > -0.5 * finest_) {
+      add(nullptr, "m_splitImpulsePenetrationThreshold",
+          format("split impulses are not warm started, so stacks fall where they begin at %.2g mm of penetration; set "
+                 "m_splitImpulsePenetrationThreshold = %.2g",
+                 -1000 * threshold, -2 * finest_));
     }
     if ((solver.m_solverMode & SOLVER_USE_WARMSTARTING) == 0) {
       add(nullptr, "m_solverMode", "impulses are not carried over from step to step: set SOLVER_USE_WARMSTARTING");

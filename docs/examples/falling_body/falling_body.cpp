@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   vps::bullet::register_algorithm(dispatcher);
   world.setGravity({0, 0, btScalar(-9.81)});
-  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-5e-4);  // two voxels
   world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
 
   btStaticPlaneShape plane({0, 0, 1}, 0);

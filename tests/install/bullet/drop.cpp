@@ -19,7 +19,7 @@ int main(int argc, char** argv) {
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-2 * asset->info().voxel_size);
   vps::bullet::register_algorithm(dispatcher);
 
   vps::bullet::Shape shape(asset);
