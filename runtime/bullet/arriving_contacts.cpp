@@ -99,6 +99,22 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   const Course shell(pair.shell, step);
   const Course partner(pair.field, step);
   const auto near = static_cast<float>(contact_distance(pair));
+  if (found.is_sphere) {
+    const btVector3 centre = pair.field.world.getOrigin();
+    const btVector3 way = step * (partner.at(centre) - shell.at(centre));
+    const auto radius = static_cast<float>(static_cast<const btSphereShape*>(pair.field.shape)->getRadius());
+    const auto is_none = [&](const Contact& contact) {
+      Contact at_centre = contact;
+      at_centre.position = to_vec3(found.frame.invXform(centre));
+      at_centre.inward_normal = -1.0F * contact.inward_normal;
+      const float margin = radius + static_cast<float>(pair.shell.vps->getMargin());
+      return contact.penetration < -near && !arrives(MapField{pair.shell.vps->voxelmap()}, at_centre,
+                                                     to_vec3(found.frame.getBasis().transpose() * way), margin, near);
+    };
+    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+    found.contacts = {found.contacts.begin(), last};
+    return;
+  }
   const auto keep = [&](const auto& field, float margin) {
     const auto is_none = [&](Contact& contact) {
       if (contact.penetration >= -near) return false;

@@ -82,7 +82,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
-  if (options.segment_level == 0) {
+  if (options.segment_level == 0 || found.is_sphere) {
     fill_regular(pair, found, result);
   } else {
     fill_segments(pair, options.segment_level, found, result);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "runtime/bullet/partners/partner_field.h"
+#include "runtime/bullet/partners/sphere_contacts.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"
@@ -196,6 +197,31 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   return status;
 }
 
+// Replaces points of the shell that touch a sphere by places on the shell's own distance field. Springs stand for areas
+// and keep the points.
+void use_distances(const FieldQuery& query, const SphereField& sphere, FoundContacts& found) {
+  const Pair& pair = query.pair;
+  const Shape& shape = *pair.shell.vps;
+  if (!takes_sphere(shape, sphere.radius) || foundation_of(pair).stiffness > 0) return;
+  const btTransform frame = pair.shell.world * pair.shell.asset_frame();
+  const detail::Transform to_asset(
+      relative_pose(to_pose(frame, btTransform::getIdentity()), to_pose(found.frame, btTransform::getIdentity())));
+  std::vector<Contact>& seeds = query.space.sphere_seeds;
+  seeds.assign(found.contacts.begin(), found.contacts.end());
+  for (Contact& seed : seeds) {
+    seed.position = to_asset.apply(seed.position);
+    seed.inward_normal = to_asset.rotate(seed.inward_normal);
+  }
+  const SphereInMap in_map{to_asset.apply({0, 0, 0}), sphere.radius};
+  std::vector<Contact>& contacts = query.space.sphere;
+  found.is_sphere = find_sphere_contacts(shape.voxelmap(), in_map, seeds, query.options.contact_distance,
+                                         shape.pointshell().points, contacts);
+  if (!found.is_sphere) return;
+  found.contacts = contacts;
+  found.frame = frame;
+  found.refined = FoundContacts::Refined::all;
+}
+
 // The planes only bound a convex body. Its nearest face, edge or corner gives the contact.
 void finish_polytope(const FieldQuery& query, const PolytopeField& field, FoundContacts& found) {
   const float alike = alike_faces(query.pair);
@@ -216,6 +242,9 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
     const Status status = find_in_field(query, field, frame, found);
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
       if (status == Status::ok) finish_polytope(query, field, found);
+    }
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, SphereField>) {
+      if (status == Status::ok) use_distances(query, field, found);
     }
     return status;
   });

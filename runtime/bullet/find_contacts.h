@@ -27,6 +27,7 @@ struct Workspace {
   Scratch scratch;
   std::vector<Contact> contacts;
   TriangleContacts triangles;
+  std::vector<Contact> sphere, sphere_seeds;
   static Workspace& of_this_thread(const PointshellView& shell);
 };
 
@@ -45,6 +46,8 @@ struct FoundContacts {
   };
   Refined refined = Refined::none;
   float arriving_beyond = 0;  ///< [m]
+  /// A sphere in the shell's distance field (see find_sphere_contacts): a few contacts in all, without segments.
+  bool is_sphere = false;
 
   [[nodiscard]] bool is_refined(const Contact& contact) const {
     return refined == Refined::all || (refined == Refined::arriving && contact.penetration < -arriving_beyond);

@@ -205,6 +205,56 @@ TEST(ContactAlgorithm, ABoxOfBulletsSlidesOverABakedSlabWithoutFriction) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.002);
 }
 
+TEST(ContactAlgorithm, ABallOfBulletsRollsOverABakedSlabAsOverABox) {
+  bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btSphereShape ball(btScalar(0.1));
+  for (const int rate : {60, 240}) {
+    World scene;
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    scene.add(slab, 0, {btScalar(0.8), 0, btScalar(-0.05)});
+    btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(0.1)});
+    body.setLinearVelocity({1, 0, 0});
+    body.setAngularVelocity({0, 10, 0});
+    scene.step(3 * rate / 2, btScalar(1.0 / rate));
+    EXPECT_NEAR(body.getLinearVelocity().x(), 1, 0.002) << rate;
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.0005) << rate;
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.1, 0.0005) << rate;
+  }
+}
+
+TEST(ContactAlgorithm, ABallOfBulletsRestsOnSeveralPlacesOfABakedBody) {
+  // In the hole of a torus, and on both walls of a groove of 120 degrees.
+  bullet::Shape ring(torus());
+  const double height = 0.1;
+  const double half = height * std::sqrt(3.0);
+  TriangleMesh groove;
+  for (const double y : {-0.2, 0.2}) {
+    for (const auto& [x, z] : {std::pair{-half, -0.05}, {half, -0.05}, {half, height}, {0.0, 0.0}, {-half, height}}) {
+      groove.vertices.push_back({x, y, z});
+    }
+  }
+  groove.triangles = {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}, {5, 8, 6}, {6, 8, 7}, {5, 9, 8}};
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    const std::uint32_t next = (i + 1) % 5;
+    groove.triangles.push_back({i, i + 5, next});
+    groove.triangles.push_back({next, i + 5, next + 5});
+  }
+  bullet::Shape walls(baked_at(groove, 0.005));
+  const auto rests_at = [](bullet::Shape& ground, double radius, double z) {
+    btSphereShape ball{btScalar(radius)};
+    World scene;
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    scene.add(ground, 0, ground.centre_of_mass());
+    btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(z + 0.002)});
+    scene.step(480);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), z, 0.0007);
+    EXPECT_LT(speed(body), 0.02);
+    EXPECT_GE(scene.points().size(), 2U);
+  };
+  rests_at(ring, 0.08, std::sqrt(0.11 * 0.11 - 0.1 * 0.1));
+  rests_at(walls, 0.05, 0.05 / std::sin(double(SIMD_PI) / 3));
+}
+
 TEST(ContactAlgorithm, SegmentsStayRigidWhateverTheFoundation) {
   World scene;
   bullet::Shape shape(brick());
