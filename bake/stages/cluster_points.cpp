@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "bake/stages/point_grid.h"
+#include "bake/point_grid.h"
 
 namespace vps::bake {
 namespace {

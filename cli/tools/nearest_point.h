@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "bake/stages/point_grid.h"
+#include "bake/point_grid.h"
 #include "runtime/vps_runtime.h"
 
 namespace vps::cli {
@@ -21,7 +21,7 @@ class NearestPoint {
     std::uint32_t point = 0;
     double distance = std::numeric_limits<double>::infinity();  ///< [m]
   };
-  [[nodiscard]] Found operator()(const bake::Vector& p) const {
+  [[nodiscard]] Found operator()(const Eigen::Vector3d& p) const {
     Found best;
     const auto offer = [&](std::uint32_t i) {
       const double distance = (at(i) - p).norm();
@@ -37,7 +37,7 @@ class NearestPoint {
   }
 
  private:
-  [[nodiscard]] bake::Vector at(std::uint32_t i) const {
+  [[nodiscard]] Eigen::Vector3d at(std::uint32_t i) const {
     const Vec3 p = point_position(shell_, i);
     return {double(p.x), double(p.y), double(p.z)};
   }

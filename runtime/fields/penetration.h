@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Point lookups in a voxelmap and in the analytic fields, inline for the traverse. Paper: Sec. 2.2. Internal.
+/// @file Point lookups in a voxelmap and in analytic fields, inline for the traverse and for slices. Paper: Sec. 2.2.
 #pragma once
 
 #include <algorithm>

@@ -2,12 +2,12 @@
 // Compares an asset with its mesh: CGAL's distances and sides at random points.
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <span>
 
-#include "bake/geometry.h"
 #include "bake/quantity_text.h"
 #include "cli/lab/oracle.h"
 #include "cli/lab/random.h"
@@ -30,7 +30,7 @@ Vec3 to_float(const Point& p) {
 Point to_double(Vec3 p) {
   return {double(p.x), double(p.y), double(p.z)};
 }
-bake::Vector vector(const Point& p) {
+Eigen::Vector3d vector(const Point& p) {
   return {p[0], p[1], p[2]};
 }
 
@@ -40,7 +40,7 @@ class SurfacePoints {
   explicit SurfacePoints(const TriangleMesh& mesh) : mesh_(mesh) {
     double sum = 0;
     for (const auto& [a, b, c] : mesh.triangles) {
-      const bake::Vector p = vector(mesh.vertices[a]);
+      const Eigen::Vector3d p = vector(mesh.vertices[a]);
       sum += (vector(mesh.vertices[b]) - p).cross(vector(mesh.vertices[c]) - p).norm() / 2;
       areas_.push_back(sum);
     }
@@ -117,13 +117,13 @@ class MeshChecks {
 
   void check_mass() {
     double volume = 0;
-    bake::Vector moment = bake::Vector::Zero();
-    bake::Vector low = bake::Vector::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
     for (const auto& [a, b, c] : mesh_.triangles) {
       // Tetrahedra with an apex at a corner of the bounds keep rounding small.
-      const bake::Vector origin = vector(info_.bounds_min);
-      const bake::Vector p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
-                         r = vector(mesh_.vertices[c]) - origin;
+      const Eigen::Vector3d origin = vector(info_.bounds_min);
+      const Eigen::Vector3d p = vector(mesh_.vertices[a]) - origin, q = vector(mesh_.vertices[b]) - origin,
+                            r = vector(mesh_.vertices[c]) - origin;
       const double part = p.dot(q.cross(r)) / 6;
       volume += part;
       moment += part / 4 * (p + q + r);
@@ -132,7 +132,7 @@ class MeshChecks {
       low = low.cwiseMin(vector(v));
       high = high.cwiseMax(vector(v));
     }
-    const bake::Vector centre = moment / volume + vector(info_.bounds_min);
+    const Eigen::Vector3d centre = moment / volume + vector(info_.bounds_min);
     const double size = (high - low).norm();
     const double volume_off = std::abs(volume - info_.volume),
                  area_off = std::abs(surface_.area() - info_.surface_area);
@@ -321,9 +321,9 @@ class MeshChecks {
     const double step = std::max(8 * info_.position_step, 1e-3 * info_.voxel_size) + slack_;
     int turned = 0;
     const int count = for_some_points([&](std::uint32_t i) {
-      const bake::Vector p = vector(to_double(point_position(shell_, i))),
-                         n = vector(to_double(point_inward_normal(shell_, i)));
-      const bake::Vector in = p + step * n, out = p - step * n;
+      const Eigen::Vector3d p = vector(to_double(point_position(shell_, i))),
+                            n = vector(to_double(point_inward_normal(shell_, i)));
+      const Eigen::Vector3d in = p + step * n, out = p - step * n;
       if (oracle.penetration({in.x(), in.y(), in.z()}) <= oracle.penetration({out.x(), out.y(), out.z()})) ++turned;
     });
     // Up to 1 % may fail: a wall thinner than the step, or a needle's tip, has no inside at that distance.

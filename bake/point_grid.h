@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Hash grid of points that grows and shrinks, for neighbour searches while clustering.
+/// @file Hash grid of points that grows and shrinks: neighbour searches while clustering, and nearest points for tools.
 #pragma once
 
 #include <algorithm>
