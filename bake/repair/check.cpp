@@ -142,7 +142,7 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     }
     if (work.triangles.empty()) work = mesh;
   }
-  // `automatic` only fills holes of at most a voxel's width, which the grid cannot tell from a crack.
+  // `automatic` only fills holes of at most a voxel's width, which the grid cannot distinguish from a crack.
   const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()
                         : settings.repair == Repair::automatic ? settings.voxel_size
                                                                : 0;

@@ -197,8 +197,8 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   return status;
 }
 
-// Replaces points of the shell that touch a sphere by places on the shell's own distance field. Springs stand for areas
-// and keep the points.
+// Replaces points of the shell that touch a sphere by places on the shell's own distance field. Springs act on
+// areas and keep the points.
 void use_distances(const FieldQuery& query, const SphereField& sphere, FoundContacts& found) {
   const Pair& pair = query.pair;
   const Shape& shape = *pair.shell.vps;

@@ -50,7 +50,7 @@ def ball_reading(ball):
         prose(f"""The paper has 42.5 mm for Bullet's sphere, here it is at most {bullet:.1f} mm. Bullet makes a contact within its
               breaking threshold, 2 % of the ball's motion disc, and stops the ball at the floor. The ball stays out, but its
               first rebound ends up to {rebound('Bullet', 'box'):.0f} mm from the ideal, because the restitution is lost with the
-              approach speed. Ours rebounds within {rebound('ours, high'):.0f} mm (high) and {rebound('ours, low'):.0f} mm
+              approach speed. The baked ball rebounds within {rebound('ours, high'):.0f} mm (high) and {rebound('ours, low'):.0f} mm
               (low), advanced within {rebound('ours, high, advanced'):.0f} and {rebound('ours, low, advanced'):.0f} mm; advanced,
               the high shell is at most {advanced:.1f} mm deep."""), "",
         lose([(ours > bullet, f"""Without advancement the first contact is up to {ours:.1f} mm deep, about a step's travel,

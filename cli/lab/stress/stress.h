@@ -86,7 +86,7 @@ inline constexpr const char* kNoMesh =
 struct SubjectOptions {
   double mass = 1;                      ///< [Limits: value > 0] [Units: kg]
   std::uint64_t seed = 1;               ///< of disturbances and directions
-  std::optional<PeerMesh> mesh;         ///< the asset's own, for the peers and other sizes
+  std::optional<PeerMesh> mesh;         ///< the asset's own, for other libraries' shapes and other sizes
   std::optional<PeerMesh> zero_set;     ///< of few triangles, where there is no mesh or it has too many
   std::filesystem::path cache;          ///< folder for HACD's hulls and baked props; empty: none is kept
   std::vector<std::string> without;     ///< columns to leave out
@@ -205,7 +205,7 @@ void judge(Trial& trial, double value, double limit);
 /// Judges beside the value that Bullet's own boxes have in place of the body. The verdict is `solver` where that breaks
 /// the limit too, unless `value` is more than ten times as large.
 void judge_beside(Trial& trial, double value, double limit, double of_boxes);
-/// Judges bodies that stand for `seconds` of the wanted time `asked`. Bullet's own boxes stand for `of_boxes`. The
+/// Judges bodies that stay up for `seconds` of the wanted time `asked`. Bullet's own boxes stay up for `of_boxes`. The
 /// verdict is `solver` where the boxes fall too, after at most ten times as long.
 void judge_standing(Trial& trial, double seconds, double asked, double of_boxes);
 /// A trial that was not run.
