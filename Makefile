@@ -200,7 +200,7 @@ test-deb: deb
 tidy: PACKAGES += $(TIDY_PACKAGES)
 tidy: deps
 	cmake --preset edit
-	cmake --build --preset edit --target bake/store/cache_program.h
+	cmake --build --preset edit --target vps_cache_program
 	sh tests/style/tidy.sh build/edit $(JOBS)
 
 test-all: test deb tidy

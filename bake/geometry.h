@@ -60,7 +60,7 @@ struct Surface : Mesh {
   const double length = normal.squaredNorm();
   // Thinner than rounding: only the edges count.
   if (!(length > 1e-24 * edges[longest].squaredNorm() * edges[longest].squaredNorm())) return best;
-  const Vector q = p - normal * (normal.dot(p - best) / length);
+  Vector q = p - normal * (normal.dot(p - best) / length);
   for (int k = 0; k < 3; ++k) {
     if (normal.dot(edges[k].cross(q - corners[k])) < 0) return best;
   }

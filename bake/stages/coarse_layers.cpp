@@ -65,7 +65,7 @@ class Envelope {
     }
     std::size_t p = 0;
     for (int b = 0; b < bricks; ++b) {
-      const double centre = kBrickHalves * b + kBrickHalves / 2;
+      const double centre = kBrickHalves * (b + 0.5);
       if (parabolas_.empty()) {
         out(b, kFar);
         continue;

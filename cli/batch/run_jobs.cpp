@@ -239,7 +239,7 @@ class Runner {
   }
 
   // @return the child's JSON, or why there is none in `result`
-  std::optional<Json> ask(const Job& job, std::vector<std::string> words, JobResult& result) {
+  std::optional<Json> ask(const Job& job, const std::vector<std::string>& words, JobResult& result) {
     constexpr double kLeast = 1e-3;  // a timeout of 0 would mean none. [s]
     const double left = options_.timeout > 0 ? std::max(kLeast, options_.timeout - result.seconds) : 0;
     const ProgramResult run = run_program(words, left, stop_);

@@ -21,7 +21,7 @@ struct RunArguments {
 };
 
 std::vector<Job> chosen_jobs(const RunArguments& arguments) {
-  const std::vector<Job> jobs = read_jobs(arguments.file, option_reader());
+  std::vector<Job> jobs = read_jobs(arguments.file, option_reader());
   if (arguments.task > 0) {
     if (arguments.task > jobs.size())
       throw BatchError(arguments.file, fmt::format("there is no job {}; it has {}", arguments.task, jobs.size()));

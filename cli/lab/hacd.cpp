@@ -90,7 +90,7 @@ std::vector<Hull> hacd_hulls(const TriangleMesh& mesh, const HacdOptions& option
     return hulls;
   }
   if (options.announce) options.announce();
-  const std::vector<Hull> hulls = decompose(mesh, options);
+  std::vector<Hull> hulls = decompose(mesh, options);
   check_place(hulls, mesh);
   if (file.empty()) return hulls;
   std::vector<double> numbers;

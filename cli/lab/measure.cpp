@@ -31,7 +31,7 @@ double longest_of(const std::array<double, 3>& size) {
   return *std::max_element(size.begin(), size.end());
 }
 
-Contender contacts_side(const Setting& setting, std::shared_ptr<const Asset> asset) {
+Contender contacts_side(const Setting& setting, const std::shared_ptr<const Asset>& asset) {
   return {setting.name, [=]() -> std::unique_ptr<PairPeer> {
             if (setting.reading != Reading::queries) return read_otherwise(asset, setting.reading);
             QueryOptions options;

@@ -47,7 +47,7 @@ fs::path find_mesh(const fs::path& urdf, const std::string& name) {
   constexpr const char* kPackage = "package://";
   if (name.starts_with(kFile)) return name.substr(std::string(kFile).size());
   if (!name.starts_with(kPackage)) return (urdf.parent_path() / name).lexically_normal();
-  const fs::path whole = name.substr(std::string(kPackage).size());
+  fs::path whole = name.substr(std::string(kPackage).size());
   const fs::path rest = whole.lexically_relative(*whole.begin());
   std::error_code ignored;
   for (fs::path at = folder;; at = at.parent_path()) {

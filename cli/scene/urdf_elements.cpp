@@ -104,7 +104,7 @@ class Checker {
     if (known == nullptr) return;
     check_attributes(element, *known);
     for (const auto* child = element.FirstChildElement(); child != nullptr; child = child->NextSiblingElement()) {
-      const std::string name = child->ValueStr();
+      const std::string& name = child->ValueStr();
       if (has(known->children, name)) {
         check(*child);
       } else if (!has(known->others, name) && !has_namespace(name)) {
@@ -116,7 +116,7 @@ class Checker {
 
  private:
   void leave_out(const TiXmlElement& element, const Known& parent) {
-    const std::string name = element.ValueStr();
+    const std::string& name = element.ValueStr();
     if (const auto meant = nearest_name(name, parent.children)) {
       throw SceneError({file_, element.Row()},
                        fmt::format("<{}> has no <{}>; did you mean <{}>?", parent.name, name, *meant));

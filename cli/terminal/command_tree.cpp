@@ -53,7 +53,7 @@ bool is_flag(const CLI::Option& option) {
 }
 
 std::string value_name(const CLI::Option& option) {
-  const std::string text = CLI::detail::trim_copy(option.get_option_text());
+  std::string text = CLI::detail::trim_copy(option.get_option_text());
   if (!text.empty() || is_flag(option)) return text;
   return option.get_positional() ? option.get_name(true)
                                  : option.get_type_name().substr(0, option.get_type_name().find(':'));

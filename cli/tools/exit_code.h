@@ -4,6 +4,8 @@
 
 namespace vps::cli {
 
+// Constants of a plain enum, named as other constants.
+// NOLINTBEGIN(readability-identifier-naming)
 enum ExitCode : int {
   kOk = 0,
   kCommandLine = 1,  ///< the command line is wrong
@@ -12,6 +14,7 @@ enum ExitCode : int {
   kInternal = 4,     ///< out of memory, or a defect
   kSomeFailed = 5,   ///< some items of a batch failed
 };
+// NOLINTEND(readability-identifier-naming)
 
 /// For --help and the manual.
 inline constexpr const char* kExitCodes =

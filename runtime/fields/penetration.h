@@ -52,6 +52,7 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   std::uint32_t index[3];
   float to_centre[3];
   float to_brick_centre[3];
+  constexpr std::uint32_t kHalfBrick = kBrickEdge / 2;
   for (int axis = 0; axis < 3; ++axis) {
     const auto local = static_cast<float>(p[axis] - map.origin[axis]);
     const float grid = local / map.voxel_size;
@@ -59,8 +60,7 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
     if (!(grid >= 0.0F && grid < static_cast<float>(map.dims[axis]))) return found;
     index[axis] = static_cast<std::uint32_t>(grid);
     to_centre[axis] = (static_cast<float>(index[axis]) + 0.5F) * map.voxel_size - local;
-    to_brick_centre[axis] =
-        static_cast<float>((index[axis] & ~(kBrickEdge - 1)) + kBrickEdge / 2) * map.voxel_size - local;
+    to_brick_centre[axis] = static_cast<float>((index[axis] & ~(kBrickEdge - 1)) + kHalfBrick) * map.voxel_size - local;
   }
   found.in_grid = true;
   const std::size_t bx = index[0] / kBrickEdge;

@@ -25,7 +25,6 @@ using CellIndex = std::array<std::int64_t, 3>;
 constexpr std::uint32_t kNoCell = 0xFFFFFFFFu;
 constexpr double kMostCorners = 67108864;  // 64 Mi: 800 MB of memory
 constexpr double kMostBytes = 2147483647;  // Bullet counts them in an int
-constexpr std::uint32_t kFarSeed = 0xFFFFFFFFu;
 
 // The node of an edge: number 1 or 2 of its thirds, or 0 for the corner at its lower end.
 struct Node {

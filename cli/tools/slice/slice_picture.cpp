@@ -124,7 +124,7 @@ class SliceDrawing {
   // Ticks far enough apart for their numbers.
   [[nodiscard]] std::vector<double> ticks_across(const LengthUnit& unit) const {
     for (double apart = 70;; apart *= 1.25) {
-      const std::vector<double> out = ticks(low_[0], columns_, nice_step(apart * step_));
+      std::vector<double> out = ticks(low_[0], columns_, nice_step(apart * step_));
       int widest = 0;
       for (const double t : out) widest = std::max(widest, Picture::width_of(unit.number(t)));
       if (widest + 20 <= apart || out.size() < 2) return out;
