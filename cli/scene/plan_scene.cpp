@@ -132,8 +132,18 @@ std::uint64_t points_of(const ScenePlan& plan, const PlannedShape& shape) {
   return plan.assets[shape.asset].predicted_everything.predicted_points;
 }
 
-// Of two meshes the one with fewer points uses its pointshell, as at run time. Against Bullet's own shapes the mesh
-// uses its pointshell.
+// Whether the first of two meshes gives the pointshell, as assign_roles of the plug-in decides: the one with the finer
+// voxels, or the one with fewer points if both are about as fine.
+bool gives_pointshell(const ScenePlan& plan, const PlannedShape& a, const PlannedShape& b) {
+  constexpr double kFiner = 1.25;
+  const double voxel = plan.assets[a.asset].options.voxel_size;
+  const double other = plan.assets[b.asset].options.voxel_size;
+  if (voxel * kFiner < other) return true;
+  if (other * kFiner < voxel) return false;
+  return points_of(plan, a) <= points_of(plan, b);
+}
+
+// Against Bullet's own shapes the mesh uses its pointshell.
 void choose_parts(const Scene& scene, ScenePlan& plan) {
   const auto add = [&](PlannedShape& shape, Use part) { shape.parts = shape.parts | part; };
   for (PlannedShape& shape : plan.shapes) {
@@ -148,7 +158,7 @@ void choose_parts(const Scene& scene, ScenePlan& plan) {
       add(a, Use::scaled | Use::pointshell);
       add(b, Use::scaled | Use::pointshell);
     } else {
-      const bool first = points_of(plan, a) <= points_of(plan, b);
+      const bool first = gives_pointshell(plan, a, b);
       add(first ? a : b, Use::pointshell);
       add(first ? b : a, Use::scaled);
     }
@@ -247,7 +257,8 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, doub
   for (PlannedShape& shape : plan.shapes) {
     if (shape.asset == PlannedShape::kNone) continue;
     bake::BakeOptions& options = plan.assets[shape.asset].options;
-    options.voxelmap = options.voxelmap || overlap(shape.parts, Use::voxelmap);
+    // The distances of a pointshell's body place its contacts between the points.
+    options.voxelmap = options.voxelmap || overlap(shape.parts, Use::everything);
     options.pointshell = options.pointshell || overlap(shape.parts, Use::pointshell);
     if (overlap(shape.parts, Use::pointshell)) {
       shape.segments = scene.bodies[shape.body].segments.value_or(scene.step > kLongStep ? kSegments : 0);

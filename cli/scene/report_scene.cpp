@@ -90,8 +90,7 @@ std::string names_of(const Scene& scene, const std::vector<std::size_t>& bodies)
 
 std::string left_out_to_text(const bake::BakeOptions& options) {
   std::string text;
-  if (!options.voxelmap) text += "voxelmap (its partners have more points, or are Bullet's own shapes), ";
-  if (!options.pointshell) text += "pointshell (its partners have fewer points), ";
+  if (!options.pointshell) text += "pointshell (its partners have finer voxels or fewer points), ";
   return text + "layers and real (scaled answers)";
 }
 

@@ -72,6 +72,24 @@ bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float
   return false;
 }
 
+// Follows a place of the partner, a sphere's centre or a corner, into the shell's distance field.
+// @param step_way  motion of the shell at a place, relative to the partner
+template <class Way>
+bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact& contact, float near,
+                    const Way& step_way) {
+  const bool is_sphere = pair.field.shape->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
+  const float thickness =
+      is_sphere ? static_cast<float>(static_cast<const btSphereShape*>(pair.field.shape)->getRadius()) : 0.0F;
+  const Vec3 corner = contact.position + contact.penetration * contact.inward_normal;
+  const btVector3 place = is_sphere ? pair.field.world.getOrigin() : found.frame * to_bt(corner);
+  const btTransform to_asset = (pair.shell.world * pair.shell.asset_frame()).inverse();
+  Contact moving = contact;
+  moving.position = to_vec3(to_asset * place);
+  moving.inward_normal = to_vec3(to_asset.getBasis() * found.frame.getBasis() * -to_bt(contact.inward_normal));
+  return arrives(MapField{pair.shell.vps->distances()}, moving, to_vec3(to_asset.getBasis() * -step_way(place)),
+                 thickness + static_cast<float>(pair.shell.vps->getMargin()), near);
+}
+
 }  // namespace
 
 Approach approach(const Pair& pair, btScalar step) {
@@ -99,28 +117,14 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   const Course shell(pair.shell, step);
   const Course partner(pair.field, step);
   const auto near = static_cast<float>(contact_distance(pair));
-  if (found.is_sphere) {
-    const btVector3 centre = pair.field.world.getOrigin();
-    const btVector3 way = step * (partner.at(centre) - shell.at(centre));
-    const auto radius = static_cast<float>(static_cast<const btSphereShape*>(pair.field.shape)->getRadius());
-    const auto is_none = [&](const Contact& contact) {
-      Contact at_centre = contact;
-      at_centre.position = to_vec3(found.frame.invXform(centre));
-      at_centre.inward_normal = -1.0F * contact.inward_normal;
-      const float margin = radius + static_cast<float>(pair.shell.vps->getMargin());
-      return contact.penetration < -near && !arrives(MapField{pair.shell.vps->voxelmap()}, at_centre,
-                                                     to_vec3(found.frame.getBasis().transpose() * way), margin, near);
-    };
-    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
-    found.contacts = {found.contacts.begin(), last};
-    return;
-  }
+  // Motion of the shell in the step, relative to the partner.
+  const auto step_way = [&](const btVector3& place) { return step * (shell.at(place) - partner.at(place)); };
   const auto keep = [&](const auto& field, float margin) {
     const auto is_none = [&](Contact& contact) {
       if (contact.penetration >= -near) return false;
+      if (found.is_on_map(contact)) return !arrives_on_map(pair, found, contact, near, step_way);
       const btVector3 place = found.frame * to_bt(contact.position);
-      const btVector3 way = step * (shell.at(place) - partner.at(place));
-      return !arrives(field, contact, to_vec3(found.frame.getBasis().transpose() * way), margin, near);
+      return !arrives(field, contact, to_vec3(found.frame.getBasis().transpose() * step_way(place)), margin, near);
     };
     const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
     found.contacts = {found.contacts.begin(), last};
@@ -128,8 +132,9 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   };
   if (found.refined == FoundContacts::Refined::none) {
     found.refined = FoundContacts::Refined::arriving;
-    found.arriving_beyond = near;
   }
+  found.arriving_beyond = near;
+  found.turn = static_cast<float>(step * (shell.angular - partner.angular).length());
   if (pair.field.vps != nullptr) {
     (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));
   } else if (!is_triangle_mesh(pair.field.shape->getShapeType())) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "runtime/bullet/arriving_contacts.h"
+#include "runtime/bullet/between_samples.h"
 #include "runtime/bullet/choose_four.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
@@ -82,7 +83,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
-  if (options.segment_level == 0 || found.is_sphere) {
+  if (options.segment_level == 0 || found.has_map_contacts) {
     fill_regular(pair, found, result);
   } else {
     fill_segments(pair, options.segment_level, found, result);
@@ -100,7 +101,9 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
   const std::size_t count = choose_four(found.contacts, found.features, manifolds_.previous(), alike, chosen);
   for (std::size_t i = 0; i < count; ++i) few[i] = with_feature(found, chosen[i]);
-  manifolds_.fill(0, pair, {few.data(), refine(pair, found, {few.data(), count})}, found, result);
+  std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
+  left = left.first(move_between_samples(pair, found, *memory_, left));
+  manifolds_.fill(0, pair, left, found, result);
   manifolds_.clear_from(1);
 }
 
@@ -140,12 +143,18 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
   contacts.clear();
   for (std::size_t i = 0; i < found.contacts.size(); ++i) contacts.push_back(with_feature(found, i));
   contacts.resize(refine(pair, found, contacts));
-  int next = 0;
+  thread_local std::vector<ManifoldContact> few;
+  few.clear();
   for (const SegmentPoint& kept : keep_segments(contacts, static_cast<float>(beside(pair)), memory_->segments)) {
-    const int slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
-    for (; next < slot; ++next) manifolds_.clear(next);
-    manifolds_.fill(slot, pair, {kept.at, 1}, found, result);
-    next = slot + 1;
+    few.push_back(*kept.at);
+    few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
+  }
+  few.resize(move_between_samples(pair, found, *memory_, few));
+  int next = 0;
+  for (const ManifoldContact& contact : few) {
+    for (; next < contact.slot; ++next) manifolds_.clear(next);
+    manifolds_.fill(contact.slot, pair, {&contact, 1}, found, result);
+    next = contact.slot + 1;
   }
   manifolds_.clear_from(next);
 }

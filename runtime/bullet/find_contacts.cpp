@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "runtime/bullet/partners/corner_contacts.h"
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/bullet/partners/sphere_contacts.h"
 #include "runtime/fields/analytic_fields.h"
@@ -24,6 +25,12 @@ Workspace& Workspace::of_this_thread(const PointshellView& shell) {
   thread_local Workspace space;
   if (space.contacts.size() < shell.points) space.contacts.resize(shell.points);
   return space;
+}
+
+detail::Transform to_asset(const Pair& pair, const FoundContacts& found) {
+  const btTransform asset = pair.shell.world * pair.shell.asset_frame();
+  return detail::Transform(
+      relative_pose(to_pose(asset, btTransform::getIdentity()), to_pose(found.frame, btTransform::getIdentity())));
 }
 
 namespace {
@@ -197,29 +204,53 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   return status;
 }
 
-// Replaces points of the shell that touch a sphere by places on the shell's own distance field. Springs act on
-// areas and keep the points.
+// Replaces points of the shell that touch a sphere by places on the shell's own distance field.
 void use_distances(const FieldQuery& query, const SphereField& sphere, FoundContacts& found) {
   const Pair& pair = query.pair;
   const Shape& shape = *pair.shell.vps;
-  if (!takes_sphere(shape, sphere.radius) || foundation_of(pair).stiffness > 0) return;
-  const btTransform frame = pair.shell.world * pair.shell.asset_frame();
-  const detail::Transform to_asset(
-      relative_pose(to_pose(frame, btTransform::getIdentity()), to_pose(found.frame, btTransform::getIdentity())));
-  std::vector<Contact>& seeds = query.space.sphere_seeds;
+  if (!takes_sphere(shape, sphere.radius)) return;
+  const detail::Transform to_map = to_asset(pair, found);
+  std::vector<Contact>& seeds = query.space.seeds;
   seeds.assign(found.contacts.begin(), found.contacts.end());
   for (Contact& seed : seeds) {
-    seed.position = to_asset.apply(seed.position);
-    seed.inward_normal = to_asset.rotate(seed.inward_normal);
+    seed.position = to_map.apply(seed.position);
+    seed.inward_normal = to_map.rotate(seed.inward_normal);
   }
-  const SphereInMap in_map{to_asset.apply({0, 0, 0}), sphere.radius};
-  std::vector<Contact>& contacts = query.space.sphere;
-  found.is_sphere = find_sphere_contacts(shape.voxelmap(), in_map, seeds, query.options.contact_distance,
-                                         shape.pointshell().points, contacts);
-  if (!found.is_sphere) return;
+  const SphereInMap in_map{to_map.apply({0, 0, 0}), sphere.radius};
+  std::vector<Contact>& contacts = query.space.on_map;
+  if (!find_sphere_contacts(shape.distances(), in_map, seeds, query.options.contact_distance, found.shell_points,
+                            contacts)) {
+    return;
+  }
+  found.has_map_contacts = true;
   found.contacts = contacts;
-  found.frame = frame;
+  found.frame = pair.shell.world * pair.shell.asset_frame();
   found.refined = FoundContacts::Refined::all;
+}
+
+// Corners may lie between the points of the shell.
+void add_corners(const FieldQuery& query, FoundContacts& found) {
+  std::vector<Contact>& contacts = query.space.on_map;
+  contacts.assign(found.contacts.begin(), found.contacts.end());
+  found.has_map_contacts =
+      add_corner_contacts(query.pair, to_asset(query.pair, found), query.options.contact_distance, contacts);
+  if (!found.has_map_contacts) return;
+  // Three corners that touch carry the polyhedron, with the normals of the shell's body. Points of the shell only count
+  // if they are deeper, as on a bump.
+  const auto near = static_cast<float>(contact_distance(query.pair));
+  float deepest = -near;
+  int touching = 0;
+  for (const Contact& contact : contacts) {
+    if (!found.is_on_map(contact) || contact.penetration < -near) continue;
+    deepest = std::max(deepest, contact.penetration);
+    ++touching;
+  }
+  if (touching >= 3) {
+    std::erase_if(contacts, [&](const Contact& contact) {
+      return !found.is_on_map(contact) && contact.penetration <= deepest + near;
+    });
+  }
+  found.contacts = contacts;
 }
 
 // The planes only bound a convex body. Its nearest face, edge or corner gives the contact.
@@ -243,8 +274,14 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
       if (status == Status::ok) finish_polytope(query, field, found);
     }
+    // Springs act on the areas of points.
+    if (status != Status::ok || query.pair.shell.vps->segment_level() > 0 || foundation_of(pair).stiffness > 0) {
+      return status;
+    }
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, SphereField>) {
-      if (status == Status::ok) use_distances(query, field, found);
+      use_distances(query, field, found);
+    } else {
+      add_corners(query, found);
     }
     return status;
   });
@@ -256,23 +293,15 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
 // @return true for a contact to be removed: it grazes, or is farther off than `reach`
 bool settle_on_map(const VoxelmapView& map, float margin, float reach, Contact& contact) {
   const Vec3 into_shell = contact.inward_normal;
-  // Near the end of the band and beyond, V and its gradient are rough.
-  ClosestPoint closest;
-  if (contact.penetration - margin < -0.75F * map.band_outer &&
-      closest_point(map, contact.position, {}, closest) == Status::ok && closest.converged && closest.distance > 0) {
-    contact.inward_normal = (1 / closest.distance) * (contact.position - closest.position);
-    contact.penetration = margin - closest.distance;
-    weigh(contact, into_shell);
-    return grazes(contact, into_shell) || contact.penetration < -reach;
-  }
-  const Vec3 outward = outward_normal(map, contact.position);
-  if (!(detail::dot(outward, outward) > 0)) return false;
-  contact.inward_normal = outward;
-  contact.penetration = penetration(map, contact.position, outward) + margin;
-  if (grazes(contact, into_shell)) return true;
+  const MapPlace place = place_in_map(map, contact.position);
+  if (!(detail::dot(place.outward, place.outward) > 0)) return false;
+  contact.inward_normal = place.outward;
+  contact.penetration = place.penetration + margin;
+  if (grazes(contact, into_shell) || contact.penetration < -reach) return true;
   // The map's normals are differences of rounded samples: where both normals agree, the shell's is more accurate.
   const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
-  if (detail::dot(outward, into_shell) > kSameNormal || is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) {
+  if (!place.is_far && (detail::dot(place.outward, into_shell) > kSameNormal ||
+                        is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v))) {
     contact.inward_normal = into_shell;
   }
   weigh(contact, into_shell);
@@ -288,6 +317,7 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   options.cache = &memory.cache;
   memory.segments.belong_to(shell, options.segment_level);
   const FieldQuery query{pair, options, margin, memory, Workspace::of_this_thread(shell)};
+  found.shell_points = shell.points;
   Status status{};
   if (pair.field.vps != nullptr) {
     status = find_in_field(query, pair.field.vps->voxelmap(), pair.field.asset_frame(), found);

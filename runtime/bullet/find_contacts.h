@@ -2,11 +2,14 @@
 /// @file The contacts of a pair, for every kind of partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
+#include <limits>
+
 #include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
 #include "runtime/bullet/segment_contacts.h"
+#include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
 
@@ -27,7 +30,7 @@ struct Workspace {
   Scratch scratch;
   std::vector<Contact> contacts;
   TriangleContacts triangles;
-  std::vector<Contact> sphere, sphere_seeds;
+  std::vector<Contact> on_map, seeds;
   static Workspace& of_this_thread(const PointshellView& shell);
 };
 
@@ -45,14 +48,26 @@ struct FoundContacts {
     all,
   };
   Refined refined = Refined::none;
-  float arriving_beyond = 0;  ///< [m]
-  /// A sphere in the shell's distance field (see find_sphere_contacts): a few contacts in all, without segments.
-  bool is_sphere = false;
+  float arriving_beyond = std::numeric_limits<float>::infinity();  ///< [m]
+  float turn = 0;  ///< of the bodies relative to each other, in a step with contacts ahead. [rad]
+  /// Some are places in the shell's distance field (see is_on_map): a sphere's, or corners. There are no segments then.
+  bool has_map_contacts = false;
+  std::uint32_t shell_points = 0;
 
+  /// Whether a contact is a place of the partner in the distance field of the shell's body. It is final.
+  [[nodiscard]] bool is_on_map(const Contact& contact) const {
+    return has_map_contacts && contact.point >= shell_points;
+  }
+
+  /// Whether a contact is speculative: it meets the partner later in the step.
+  [[nodiscard]] bool is_ahead(const Contact& contact) const { return contact.penetration < -arriving_beyond; }
   [[nodiscard]] bool is_refined(const Contact& contact) const {
-    return refined == Refined::all || (refined == Refined::arriving && contact.penetration < -arriving_beyond);
+    return refined == Refined::all || is_on_map(contact) || (refined == Refined::arriving && is_ahead(contact));
   }
 };
+
+/// Takes the frame of a pair's contacts to the shell's asset frame.
+[[nodiscard]] detail::Transform to_asset(const Pair& pair, const FoundContacts& found);
 
 /// Finds the contacts of a pair. With segments, it tests the points in contact in the last step again, except on
 /// triangle meshes: a node may then have more than one contact.

@@ -13,6 +13,7 @@ struct ManifoldContact : Contact {
   /// The same number for the same contact from step to step: the point of the shell, or a corner of a triangle (see
   /// corner_feature).
   std::uint32_t feature = 0;
+  int slot = 0;  ///< of the manifold, see Manifolds
 };
 
 /// Feature of contact `i` of a query.

@@ -34,8 +34,9 @@ struct Pair {
   PairBody shell, field;
 };
 
-/// The side with fewer points gives the pointshell; the first if both have as many. If that side cannot, the other
-/// gives it. If neither can, the query reports it.
+/// The side with the finer voxels gives the pointshell: contacts between samples need samples where the other body is
+/// round. Of sides that are about as fine, the one with fewer points gives it (Sec. 3.2); the first if both have as
+/// many. If that side cannot, the other gives it. If neither can, the query reports it.
 /// @pre one of them is a Shape
 inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
@@ -45,6 +46,11 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   };
   if (!can(*second.vps, *first.vps)) return {first, second};
   if (!can(*first.vps, *second.vps)) return {second, first};
+  constexpr double kFiner = 1.25;
+  const double voxel = first.vps->asset().info().voxel_size;
+  const double other = second.vps->asset().info().voxel_size;
+  if (voxel * kFiner < other) return {first, second};
+  if (other * kFiner < voxel) return {second, first};
   return second.vps->pointshell().points < first.vps->pointshell().points ? Pair{second, first} : Pair{first, second};
 }
 

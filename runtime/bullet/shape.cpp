@@ -121,6 +121,7 @@ Shape::Shape(std::shared_ptr<const Asset> asset, Part part)
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
   // A missing part leaves its view empty. Pairs that need it report missing_part.
+  if (asset_->voxelmap(distances_) != Status::ok || distances_.field == Field::layers) distances_ = {};
   if (part != Part::pointshell) (void)asset_->voxelmap(map_);
   if (part != Part::voxelmap) (void)asset_->pointshell(shell_);
 }

@@ -63,6 +63,9 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const btVector3& centre_of_mass() const { return centre_of_mass_; }
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
+  /// Distances to the shape's own surface, for any part: they place contacts between the points of its shell.
+  /// Field::none without `scaled` or `real` distances in the asset and in use.
+  [[nodiscard]] const VoxelmapView& distances() const { return distances_; }
 
   /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell. There are about this many segments. Each has
   /// up to three contacts: its deepest point and, at rest and not on triangle meshes, points of earlier steps. 0: one
@@ -122,7 +125,7 @@ class Shape final : public btConcaveShape {
   void look_for_first_step(const btTransform& transform) const;
 
   std::shared_ptr<const Asset> asset_;
-  VoxelmapView map_;
+  VoxelmapView map_, distances_;
   PointshellView shell_;
   btVector3 centre_of_mass_;
   btVector3 scaling_{1, 1, 1};

@@ -78,6 +78,11 @@ struct Transform {
     return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
             r[6] * v.x + r[7] * v.y + r[8] * v.z};
   }
+  /// The inverse of `rotate`.
+  Vec3 rotate_back(Vec3 v) const noexcept {
+    return {r[0] * v.x + r[3] * v.y + r[6] * v.z, r[1] * v.x + r[4] * v.y + r[7] * v.z,
+            r[2] * v.x + r[5] * v.y + r[8] * v.z};
+  }
   Vec3 apply(Vec3 v) const noexcept { return rotate(v) + t; }
 };
 

@@ -42,8 +42,8 @@ bool touches_face(const VoxelmapView& map, const SphereInMap& sphere, const Cont
 }  // namespace
 
 bool takes_sphere(const Shape& shape, float radius) {
-  const VoxelmapView& map = shape.voxelmap();
-  if (map.field != Field::scaled && map.field != Field::real) return false;
+  const VoxelmapView& map = shape.distances();
+  if (map.field == Field::none) return false;
   float longest = 0;
   for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, map.bounds_max[axis] - map.bounds_min[axis]);
   return radius <= longest;
@@ -72,6 +72,7 @@ bool find_sphere_contacts(const VoxelmapView& map, const SphereInMap& sphere, st
     Contact contact;
     if (std::any_of(found.begin(), found.end(), is_same) || !touches_face(map, sphere, seed, contact)) continue;
     if (!(contact.penetration >= -reach)) continue;
+    contact.point = shell_points + 1 + seed.point;
     found.push_back(contact);
     if (found.size() == kMostContacts) break;
   }

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Zlib
+// Slides contacts to the place of deepest overlap, and keeps one of those that meet.
+#include "runtime/bullet/between_samples.h"
+
+#include <algorithm>
+
+#include "runtime/bullet/partners/partner_field.h"
+#include "runtime/contacts/slide_to_deepest.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::bullet {
+namespace {
+
+using detail::operator-;
+using detail::Slide;
+
+// Smaller rings see the rounding of the fields, larger ones the edges of the bodies (docs/benchmarks/motion.md).
+constexpr float kRing_vx = 4;
+constexpr float kRingOfOther_vx = 1.5F;
+constexpr float kOneNormal = 0.966F;  // 15 degrees
+constexpr float kRolls = 0.05F;       // turn of a body that may be rolling. [rad]
+constexpr int kLongestWay = 8;        // of the deepest contact. [rings]
+
+// A contact after its slide.
+struct Place {
+  ManifoldContact at;
+  Slide slide = Slide::stayed;
+  bool is_kept = false;
+};
+
+// Whether two contacts are one, as at least one of them has moved there.
+bool meet(const Place& a, const Place& b, float ring) {
+  if (a.slide == Slide::stayed && b.slide == Slide::stayed) return false;
+  return detail::length(a.at.position - b.at.position) < ring &&
+         detail::dot(a.at.inward_normal, b.at.inward_normal) > kOneNormal;
+}
+
+// @param most  [rings]
+Place slide_far(const detail::TouchingBodies& bodies, const ManifoldContact& contact, int most) {
+  Place place{contact, Slide::sloping, false};
+  for (int i = 0; i < most && place.slide == Slide::sloping; ++i) place.slide = slide_to_deepest(bodies, place.at);
+  return place;
+}
+
+}  // namespace
+
+std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,
+                                 std::span<ManifoldContact> contacts) {
+  const VoxelmapView& shell = pair.shell.vps->distances();
+  const bool on_triangles = pair.field.vps == nullptr && is_triangle_mesh(pair.field.shape->getShapeType());
+  if (contacts.empty() || shell.field == Field::none || on_triangles) return contacts.size();
+  if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
+  const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
+  const float ring = std::max(kRing_vx * shell.voxel_size, kRingOfOther_vx * other);
+  const detail::Transform to_shell = to_asset(pair, found);
+
+  const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
+  const auto deepest =
+      static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_deeper) - contacts.begin());
+  thread_local std::vector<Place> places;
+  places.assign(contacts.size(), {});
+  const auto slide_all = [&](FieldRef field) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      const ManifoldContact& contact = contacts[i];
+      places[i].at = contact;
+      if (found.is_on_map(contact)) continue;
+      // A contact ahead meets the plane of the place where it arrives.
+      const HalfSpaceField plane{contact.inward_normal,
+                                 detail::dot(contact.inward_normal, contact.position) + contact.penetration};
+      const bool is_ahead = found.is_ahead(contact);
+      const detail::TouchingBodies bodies{shell, field, to_shell, is_ahead ? &plane : nullptr,
+                                          is_ahead ? kRing_vx * shell.voxel_size : ring};
+      if (is_ahead && i != deepest && found.turn > kRolls && is_steep(bodies, contact)) {
+        places[i].slide = Slide::sloping;
+        continue;
+      }
+      places[i] = slide_far(bodies, contact, i == deepest ? kLongestWay : 1);
+    }
+    return Status::ok;
+  };
+  if (pair.field.vps != nullptr) {
+    (void)slide_all(pair.field.vps->voxelmap());
+  } else {
+    const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
+    (void)on_partner(*pair.field.shape, from, memory.planes,
+                     [&](const auto& field, const btTransform&) { return slide_all(field); });
+  }
+
+  places[deepest].is_kept = true;
+  contacts[deepest] = places[deepest].at;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    Place& place = places[i];
+    const bool is_sloping = place.slide == Slide::sloping;
+    if (i == deepest || is_sloping) continue;
+    if (std::any_of(places.begin(), places.end(), [&](const Place& k) { return k.is_kept && meet(place, k, ring); }))
+      continue;
+    place.is_kept = true;
+    contacts[i] = place.at;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (places[i].is_kept) contacts[kept++] = contacts[i];
+  }
+  return kept;
+}
+
+}  // namespace vps::bullet

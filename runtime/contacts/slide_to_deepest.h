@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Zlib
+/// @file Moves a contact from a sample of the shell to the place between the samples where the bodies overlap most.
+/// Internal. The paper's contacts (Sec. 2.3) stay at the samples.
+#pragma once
+
+#include <cstdint>
+
+#include "runtime/fields/place_field.h"
+
+namespace vps::detail {
+
+/// Two bodies that touch.
+struct TouchingBodies {
+  const VoxelmapView& shell;  ///< distances of the shell's body, asset frame; scaled or real
+  FieldRef field;             ///< of the other body
+  Transform field_to_shell;   ///< takes the field's frame to the shell's asset frame
+  /// Of a contact ahead: the plane of the place where it arrives, in place of the field. Null: the bodies touch now.
+  const HalfSpaceField* arrival = nullptr;
+  float ring = 0;  ///< radius of the neighbourhood that decides: two to four of the larger voxels. [m]
+};
+
+enum class Slide : std::uint8_t {
+  stayed,   ///< no place near it is better: the bodies are flat or sharp there
+  arrived,  ///< the contact is where the bodies overlap most
+  sloping,  ///< the overlap still grows farther away
+};
+
+/// Slides a contact along the bodies to where they overlap most, at most one ring away. The gap between the bodies, at
+/// a place between them, is the sum of both distances. A quadratic through the gaps at the contact and on a ring around
+/// it has its least value where two smooth bodies touch. Along directions in which the gap is flat or has an edge the
+/// contact stays. Values of a ring, unlike the gradient at one point, average the fields' rounding.
+/// @param contact  in the field's frame, with its final direction. Position, penetration and direction change when it
+///                 arrives or slopes
+Slide slide_to_deepest(const TouchingBodies& bodies, Contact& contact) noexcept;
+
+/// Whether the shell slopes away from a contact's plane by more than about 24 degrees, without an edge or corner there.
+bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept;
+
+}  // namespace vps::detail
