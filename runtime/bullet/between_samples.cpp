@@ -11,6 +11,7 @@
 namespace vps::bullet {
 namespace {
 
+using detail::operator+;
 using detail::operator-;
 using detail::Slide;
 
@@ -19,6 +20,7 @@ constexpr float kRing_vx = 4;
 constexpr float kRingOfOther_vx = 1.5F;
 constexpr float kOneNormal = 0.966F;  // 15 degrees
 constexpr float kRolls = 0.05F;       // turn of a body that may be rolling. [rad]
+constexpr double kStill_vx = 0.01;    // motion of a pair without a new search
 constexpr int kLongestWay = 8;        // of the deepest contact. [rings]
 
 // A contact after its slide.
@@ -27,6 +29,18 @@ struct Place {
   Slide slide = Slide::stayed;
   bool is_kept = false;
 };
+
+// Forgets places from which the pair has moved.
+// @param to_field  of the shell, in the contacts' frame
+void belong_to(SlideMemory& memory, const Pair& pair, const Pose& to_field, double far) {
+  const bool is_same = memory.shell == pair.shell.shape && memory.field == pair.field.shape &&
+                       detail::largest_displacement(pair.shell.vps->pointshell(), memory.pose, to_field) <= far;
+  if (is_same) return;
+  memory.slid.clear();
+  memory.shell = pair.shell.shape;
+  memory.field = pair.field.shape;
+  memory.pose = to_field;
+}
 
 // Whether two contacts are one, as at least one of them has moved there.
 bool meet(const Place& a, const Place& b, float ring) {
@@ -42,6 +56,28 @@ Place slide_far(const detail::TouchingBodies& bodies, const ManifoldContact& con
   return place;
 }
 
+// Slides a contact, or moves it as in a step before.
+Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies, const ManifoldContact& contact,
+                       bool is_deepest) {
+  const auto known = std::find_if(memory.slid.begin(), memory.slid.end(), [&](const SlideMemory::Slid& one) {
+    return one.feature == contact.feature && one.was_deepest == is_deepest;
+  });
+  if (known != memory.slid.end()) {
+    Place place{contact, known->slide, false};
+    place.at.position = contact.position + known->shift;
+    place.at.inward_normal = known->direction;
+    place.at.penetration += known->gain;
+    return place;
+  }
+  const Place place = slide_far(bodies, contact, is_deepest ? kLongestWay : 1);
+  constexpr std::size_t kMost = 256;
+  if (memory.slid.size() < kMost) {
+    memory.slid.push_back({contact.feature, is_deepest, place.slide, place.at.position - contact.position,
+                           place.at.inward_normal, place.at.penetration - contact.penetration});
+  }
+  return place;
+}
+
 }  // namespace
 
 std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,
@@ -53,6 +89,9 @@ std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, P
   const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
   const float ring = std::max(kRing_vx * shell.voxel_size, kRingOfOther_vx * other);
   const detail::Transform to_shell = to_asset(pair, found);
+  const Pose shell_pose = to_pose(pair.shell.world * pair.shell.asset_frame(), btTransform::getIdentity());
+  belong_to(memory.slides, pair, relative_pose(to_pose(found.frame, btTransform::getIdentity()), shell_pose),
+            kStill_vx * double{shell.voxel_size});
 
   const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest =
@@ -74,7 +113,8 @@ std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, P
         places[i].slide = Slide::sloping;
         continue;
       }
-      places[i] = slide_far(bodies, contact, i == deepest ? kLongestWay : 1);
+      places[i] = is_ahead ? slide_far(bodies, contact, i == deepest ? kLongestWay : 1)
+                           : slide_remembered(memory.slides, bodies, contact, i == deepest);
     }
     return Status::ok;
   };

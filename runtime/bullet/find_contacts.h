@@ -9,9 +9,25 @@
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
 #include "runtime/bullet/segment_contacts.h"
+#include "runtime/contacts/slide_to_deepest.h"
 #include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
+
+/// Where contacts slid to at a pose. A pair that hardly moves from it need not search again.
+struct SlideMemory {
+  struct Slid {
+    std::uint32_t feature = 0;
+    bool was_deepest = false;
+    detail::Slide slide = detail::Slide::stayed;
+    Vec3 shift;      ///< of the position, contacts' frame. [m]
+    Vec3 direction;  ///< contacts' frame, unit
+    float gain = 0;  ///< of the penetration. [m]
+  };
+  const void *shell = nullptr, *field = nullptr;  ///< the shapes
+  Pose pose;                                      ///< of the shell in the contacts' frame
+  std::vector<Slid> slid;
+};
 
 /// What a pair remembers from step to step.
 struct PairMemory {
@@ -19,6 +35,7 @@ struct PairMemory {
   SegmentMemory segments;
   ConvexPlanes planes;
   TriangleMemory triangles;
+  SlideMemory slides;
 };
 
 /// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces
