@@ -205,7 +205,7 @@ TEST(ContactAlgorithm, ABoxOfBulletsSlidesOverABakedSlabWithoutFriction) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.002);
 }
 
-// Contacts at the points of its shell alone leave 0.4 of the speed at 240 Hz, and less at 60.
+// Contacts at the points of its shell alone leave 0.46 to 0.94 of the speed here.
 TEST(ContactAlgorithm, ABakedBallRollsAsASphere) {
   bullet::Shape ball(baked_at(make_sphere(0.1, 5), 0.1 / 32));
   const bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
@@ -226,7 +226,7 @@ TEST(ContactAlgorithm, ABakedBallRollsAsASphere) {
   }
 }
 
-// Of four contacts at its corners none lies between the points of the slab.
+// Points of the slab alone give three contacts.
 TEST(ContactAlgorithm, CornersOfABoxTouchABakedSlabBetweenItsPoints) {
   bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
   btBoxShape box({btScalar(0.0131), btScalar(0.0157), btScalar(0.02)});
