@@ -16,7 +16,7 @@ struct TouchingBodies {
   Transform field_to_shell;   ///< takes the field's frame to the shell's asset frame
   /// Of a contact ahead: the plane of the place where it arrives, in place of the field. Null: the bodies touch now.
   const HalfSpaceField* arrival = nullptr;
-  float ring = 0;  ///< radius of the neighbourhood that decides: two to four of the larger voxels. [m]
+  float ring = 0;  ///< radius of the neighbourhood that decides: a few voxels. [m]
 };
 
 enum class Slide : std::uint8_t {
@@ -33,7 +33,7 @@ enum class Slide : std::uint8_t {
 ///                 arrives or slopes
 Slide slide_to_deepest(const TouchingBodies& bodies, Contact& contact) noexcept;
 
-/// Whether the shell slopes away from a contact's plane by more than about 24 degrees, without an edge or corner there.
+/// Whether the shell slopes away from a contact's plane by more than about 9 degrees, without an edge or corner there.
 bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept;
 
 }  // namespace vps::detail
