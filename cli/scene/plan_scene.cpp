@@ -12,6 +12,7 @@
 
 #include "bake/quantity_text.h"
 #include "bake/store/cache.h"
+#include "runtime/contacts/gives_pointshell.h"
 
 namespace vps::cli {
 namespace {
@@ -128,22 +129,12 @@ void for_each_pair(ScenePlan& plan, const Visit& visit) {
   }
 }
 
-std::uint64_t points_of(const ScenePlan& plan, const PlannedShape& shape) {
-  return plan.assets[shape.asset].predicted_everything.predicted_points;
+ShellSide side_of(const ScenePlan& plan, const PlannedShape& shape) {
+  const PlannedAsset& asset = plan.assets[shape.asset];
+  return {asset.options.voxel_size, asset.predicted_everything.predicted_points};
 }
 
-// Whether the first of two meshes gives the pointshell, as assign_roles of the plug-in decides: the one with the finer
-// voxels, or the one with fewer points if both are about as fine.
-bool gives_pointshell(const ScenePlan& plan, const PlannedShape& a, const PlannedShape& b) {
-  constexpr double kFiner = 1.25;
-  const double voxel = plan.assets[a.asset].options.voxel_size;
-  const double other = plan.assets[b.asset].options.voxel_size;
-  if (voxel * kFiner < other) return true;
-  if (other * kFiner < voxel) return false;
-  return points_of(plan, a) <= points_of(plan, b);
-}
-
-// Against Bullet's own shapes the mesh uses its pointshell.
+// The same roles as at run time. Against Bullet's own shapes the mesh uses its pointshell.
 void choose_parts(const Scene& scene, ScenePlan& plan) {
   const auto add = [&](PlannedShape& shape, Use part) { shape.parts = shape.parts | part; };
   for (PlannedShape& shape : plan.shapes) {
@@ -158,7 +149,7 @@ void choose_parts(const Scene& scene, ScenePlan& plan) {
       add(a, Use::scaled | Use::pointshell);
       add(b, Use::scaled | Use::pointshell);
     } else {
-      const bool first = gives_pointshell(plan, a, b);
+      const bool first = gives_pointshell(side_of(plan, a), side_of(plan, b));
       add(first ? a : b, Use::pointshell);
       add(first ? b : a, Use::scaled);
     }
@@ -229,9 +220,8 @@ double estimate_step(ScenePlan& plan) {
     const bool first = a.asset != PlannedShape::kNone;
     const bool second = b.asset != PlannedShape::kNone;
     if (!first && !second) return;
-    const std::uint64_t points =
-        first && second ? std::min(points_of(plan, a), points_of(plan, b)) : points_of(plan, first ? a : b);
-    const double root = std::sqrt(static_cast<double>(points));
+    const bool shell_is_first = !second || (first && gives_pointshell(side_of(plan, a), side_of(plan, b)));
+    const double root = std::sqrt(static_cast<double>(side_of(plan, shell_is_first ? a : b).points));
     pairs.push_back(first && second ? kPair + kPairPerRootPoint * root : kPrimitive + kPrimitivePerRootPoint * root);
     bodies.insert({a.body, b.body});
   });

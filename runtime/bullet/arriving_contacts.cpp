@@ -80,7 +80,7 @@ bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact&
   const bool is_sphere = pair.field.shape->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
   const float thickness =
       is_sphere ? static_cast<float>(static_cast<const btSphereShape*>(pair.field.shape)->getRadius()) : 0.0F;
-  const Vec3 corner = contact.position + contact.penetration * contact.inward_normal;
+  const Vec3 corner = contact.position + (contact.penetration - margin_of(pair)) * contact.inward_normal;
   const btVector3 place = is_sphere ? pair.field.world.getOrigin() : found.frame * to_bt(corner);
   const btTransform to_asset = (pair.shell.world * pair.shell.asset_frame()).inverse();
   Contact moving = contact;

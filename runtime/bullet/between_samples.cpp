@@ -88,7 +88,7 @@ std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, P
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
   const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
   const float ring = std::max(kRing_vx * shell.voxel_size, kRingOfOther_vx * other);
-  const detail::Transform to_shell = to_asset(pair, found);
+  const detail::Transform to_shell = to_asset(pair, found.frame);
   const Pose shell_pose = to_pose(pair.shell.world * pair.shell.asset_frame(), btTransform::getIdentity());
   belong_to(memory.slides, pair, relative_pose(to_pose(found.frame, btTransform::getIdentity()), shell_pose),
             kStill_vx * double{shell.voxel_size});

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -25,12 +27,6 @@ Workspace& Workspace::of_this_thread(const PointshellView& shell) {
   thread_local Workspace space;
   if (space.contacts.size() < shell.points) space.contacts.resize(shell.points);
   return space;
-}
-
-detail::Transform to_asset(const Pair& pair, const FoundContacts& found) {
-  const btTransform asset = pair.shell.world * pair.shell.asset_frame();
-  return detail::Transform(
-      relative_pose(to_pose(asset, btTransform::getIdentity()), to_pose(found.frame, btTransform::getIdentity())));
 }
 
 namespace {
@@ -209,7 +205,7 @@ void use_distances(const FieldQuery& query, const SphereField& sphere, FoundCont
   const Pair& pair = query.pair;
   const Shape& shape = *pair.shell.vps;
   if (!takes_sphere(shape, sphere.radius)) return;
-  const detail::Transform to_map = to_asset(pair, found);
+  const detail::Transform to_map = to_asset(pair, found.frame);
   std::vector<Contact>& seeds = query.space.seeds;
   seeds.assign(found.contacts.begin(), found.contacts.end());
   for (Contact& seed : seeds) {
@@ -231,25 +227,22 @@ void use_distances(const FieldQuery& query, const SphereField& sphere, FoundCont
 // Corners may lie between the points of the shell.
 void add_corners(const FieldQuery& query, FoundContacts& found) {
   std::vector<Contact>& contacts = query.space.on_map;
-  contacts.assign(found.contacts.begin(), found.contacts.end());
-  found.has_map_contacts =
-      add_corner_contacts(query.pair, to_asset(query.pair, found), query.options.contact_distance, contacts);
-  if (!found.has_map_contacts) return;
+  contacts.clear();
+  if (!add_corner_contacts(query.pair, found.frame, query.options.contact_distance, contacts)) return;
+  found.has_map_contacts = true;
   // Three corners that touch carry the polyhedron, with the normals of the shell's body. Points of the shell only count
   // if they are deeper, as on a bump.
   const auto near = static_cast<float>(contact_distance(query.pair));
   float deepest = -near;
   int touching = 0;
-  for (const Contact& contact : contacts) {
-    if (!found.is_on_map(contact) || contact.penetration < -near) continue;
-    deepest = std::max(deepest, contact.penetration);
+  for (const Contact& corner : contacts) {
+    if (corner.penetration < -near) continue;
+    deepest = std::max(deepest, corner.penetration);
     ++touching;
   }
-  if (touching >= 3) {
-    std::erase_if(contacts, [&](const Contact& contact) {
-      return !found.is_on_map(contact) && contact.penetration <= deepest + near;
-    });
-  }
+  const float least = touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
+  std::copy_if(found.contacts.begin(), found.contacts.end(), std::back_inserter(contacts),
+               [&](const Contact& contact) { return contact.penetration > least; });
   found.contacts = contacts;
 }
 
@@ -275,7 +268,7 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
       if (status == Status::ok) finish_polytope(query, field, found);
     }
     // Springs act on the areas of points.
-    if (status != Status::ok || query.pair.shell.vps->segment_level() > 0 || foundation_of(pair).stiffness > 0) {
+    if (status != Status::ok || pair.shell.vps->segment_level() > 0 || foundation_of(pair).stiffness > 0) {
       return status;
     }
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, SphereField>) {

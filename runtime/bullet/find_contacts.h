@@ -83,9 +83,6 @@ struct FoundContacts {
   }
 };
 
-/// Takes the frame of a pair's contacts to the shell's asset frame.
-[[nodiscard]] detail::Transform to_asset(const Pair& pair, const FoundContacts& found);
-
 /// Finds the contacts of a pair. With segments, it tests the points in contact in the last step again, except on
 /// triangle meshes: a node may then have more than one contact.
 /// @param options  of the query; this function sets the cache and adds the margins

@@ -6,6 +6,8 @@
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/vps_bullet.h"
+#include "runtime/contacts/gives_pointshell.h"
+#include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
 
@@ -46,12 +48,16 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   };
   if (!can(*second.vps, *first.vps)) return {first, second};
   if (!can(*first.vps, *second.vps)) return {second, first};
-  constexpr double kFiner = 1.25;
-  const double voxel = first.vps->asset().info().voxel_size;
-  const double other = second.vps->asset().info().voxel_size;
-  if (voxel * kFiner < other) return {first, second};
-  if (other * kFiner < voxel) return {second, first};
-  return second.vps->pointshell().points < first.vps->pointshell().points ? Pair{second, first} : Pair{first, second};
+  const auto side = [](const Shape& shape) {
+    return ShellSide{shape.asset().info().voxel_size, shape.pointshell().points};
+  };
+  return gives_pointshell(side(*first.vps), side(*second.vps)) ? Pair{first, second} : Pair{second, first};
+}
+
+/// Takes a frame, given in the world, to the shell's asset frame.
+inline detail::Transform to_asset(const Pair& pair, const btTransform& frame) {
+  const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
+  return detail::Transform(relative_pose(asset, to_pose(frame, btTransform::getIdentity())));
 }
 
 /// The smaller voxel size of the two: the scale for distances between contacts. [m]

@@ -127,9 +127,8 @@ Step newton(const std::array<Along, 2>& gap) {
     const bool is_parabola = along.smooth && along.curvature > 0;
     if ((!is_parabola || along.curvature < kFlat) && std::abs(along.slope) > kSlope) step.slopes[i] = along.axis;
     if (!is_parabola) continue;
-    const float c = along.curvature;
-    const float part = 1 / (1 + std::pow(kFlat / c, 4.0F));
-    step.way = step.way - (part * along.slope / c) * along.axis;
+    const float flat = (kFlat / along.curvature) * (kFlat / along.curvature);
+    step.way = step.way - along.slope / (along.curvature * (1 + flat * flat)) * along.axis;
   }
   return step;
 }
@@ -154,7 +153,9 @@ bool is_round(Vec3 at, Vec3 out, Vec3 normal, Vec3 across, float ring, const Gap
 class Gap {
  public:
   explicit Gap(const TouchingBodies& bodies) : b_(bodies) {}
-  [[nodiscard]] float shell(Vec3 p) const { return -penetration(b_.shell, b_.field_to_shell.apply(p), {}) / b_.ring; }
+  [[nodiscard]] float shell(Vec3 p) const {
+    return -voxelmap_penetration(b_.shell, b_.field_to_shell.apply(p), {}) / b_.ring;
+  }
   // Of the plane, for a contact ahead.
   [[nodiscard]] float field(Vec3 p) const {
     if (b_.arrival == nullptr) return -penetration(b_.field, p) / b_.ring;

@@ -26,8 +26,7 @@ MapPlace place_in_map(const VoxelmapView& map, Vec3 point) {
   return {v, outward, false};
 }
 
-bool add_corner_contacts(const Pair& pair, const detail::Transform& to_asset, float reach,
-                         std::vector<Contact>& contacts) {
+bool add_corner_contacts(const Pair& pair, const btTransform& frame, float reach, std::vector<Contact>& contacts) {
   const int type = pair.field.shape->getShapeType();
   if (type != BOX_SHAPE_PROXYTYPE && type != CONVEX_HULL_SHAPE_PROXYTYPE) return false;
   const VoxelmapView& map = pair.shell.vps->distances();
@@ -42,17 +41,18 @@ bool add_corner_contacts(const Pair& pair, const detail::Transform& to_asset, fl
   const Vec3 centre{shell.sphere[0][0], shell.sphere[1][0], shell.sphere[2][0]};
   const float farthest = shell.sphere[3][0] + reach + margin;
   const std::size_t before = contacts.size();
+  const detail::Transform to_map = to_asset(pair, frame);
   for (int i = 0; i < solid.getNumVertices(); ++i) {
     btVector3 vertex;
     solid.getVertex(i, vertex);
     const Vec3 corner = to_vec3(vertex);
-    const Vec3 at = to_asset.apply(corner);
+    const Vec3 at = to_map.apply(corner);
     const Vec3 away = at - centre;
     if (!(detail::dot(away, away) <= farthest * farthest) || penetration(map, at, {}) + margin < -reach) continue;
     const MapPlace place = place_in_map(map, at);
     if (place.penetration + margin < -reach || !(detail::dot(place.outward, place.outward) > 0)) continue;
     Contact contact;
-    contact.inward_normal = -1.0F * to_asset.rotate_back(place.outward);
+    contact.inward_normal = -1.0F * to_map.rotate_back(place.outward);
     contact.position = corner - place.penetration * contact.inward_normal;
     contact.penetration = place.penetration + margin;
     contact.point = shell.points + static_cast<std::uint32_t>(i);

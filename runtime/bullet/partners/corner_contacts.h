@@ -12,12 +12,11 @@ namespace vps::bullet {
 
 /// Appends a contact for each corner of a box or a hull of few corners that is in the voxelmap of the shell's body or
 /// near it. Such contacts are final, and their `point` is no point of the shell.
-/// @param to_asset  takes the polyhedron's frame to the shell's asset frame
+/// @param frame     of the polyhedron, in the world
 /// @param reach     largest distance of a contact off the surface. [m]
 /// @param contacts  polyhedron's frame
 /// @return whether there are any
-bool add_corner_contacts(const Pair& pair, const detail::Transform& to_asset, float reach,
-                         std::vector<Contact>& contacts);
+bool add_corner_contacts(const Pair& pair, const btTransform& frame, float reach, std::vector<Contact>& contacts);
 
 /// Penetration of a point into a map and the direction out of it, also far outside the band of its samples.
 struct MapPlace {

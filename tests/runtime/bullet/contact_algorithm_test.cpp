@@ -226,6 +226,34 @@ TEST(ContactAlgorithm, ABakedBallRollsAsASphere) {
   }
 }
 
+// Where a pair has moved, nothing is left of the places that its contacts had before.
+TEST(ContactAlgorithm, ContactsAreThoseOfAPairWithoutAPast) {
+  bullet::Shape ball(baked_at(make_sphere(0.1, 5), 0.1 / 32));
+  btBoxShape box({1, 1, btScalar(0.05)});
+  const auto at = [](double turn) {
+    return btTransform(btQuaternion({0, 1, 0}, btScalar(turn)), {btScalar(0.1 * turn), 0, btScalar(0.0999)});
+  };
+  const auto contact_at = [](World& scene, btRigidBody& body, const btTransform& pose) {
+    body.setWorldTransform(pose);
+    scene.world.performDiscreteCollisionDetection();
+    const auto points = scene.points();
+    EXPECT_EQ(points.size(), 1U);
+    return points.empty() ? btManifoldPoint() : points[0];
+  };
+  World scene;
+  scene.add(box, 0, {0, 0, btScalar(-0.05)});
+  btRigidBody& body = scene.add(ball, 1, at(0));
+  for (const double turn : {0.0, 0.0001, 0.002, 0.03, 0.7}) {
+    World fresh;
+    fresh.add(box, 0, {0, 0, btScalar(-0.05)});
+    btRigidBody& other = fresh.add(ball, 1, at(turn));
+    const btManifoldPoint expected = contact_at(fresh, other, at(turn));
+    const btManifoldPoint found = contact_at(scene, body, at(turn));
+    EXPECT_NEAR(found.getDistance(), expected.getDistance(), 1e-5) << turn;
+    EXPECT_LT(found.getPositionWorldOnA().distance(expected.getPositionWorldOnA()), 1e-4) << turn;
+  }
+}
+
 // Points of the slab alone give three contacts.
 TEST(ContactAlgorithm, CornersOfABoxTouchABakedSlabBetweenItsPoints) {
   bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));

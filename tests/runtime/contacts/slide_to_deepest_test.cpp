@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "runtime/contacts/slide_to_deepest.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "sample_meshes/shapes.h"
+#include "tests/support/baked.h"
+
+namespace vps::test {
+namespace {
+
+using namespace detail;
+using namespace samples;
+
+constexpr float kRadius = 0.05F;
+constexpr float kVoxel = kRadius / 32;
+constexpr float kRing = 4 * kVoxel;
+
+std::shared_ptr<Asset> body(const TriangleMesh& mesh) {
+  bake::BakeOptions options;
+  options.voxel_size = kVoxel;
+  return baked(mesh, options);
+}
+
+VoxelmapView map_of(const Asset& asset) {
+  VoxelmapView map;
+  EXPECT_EQ(asset.voxelmap(map), Status::ok);
+  return map;
+}
+
+// A body on the plane z = 0, whose asset frame lies at a height.
+struct OnPlane {
+  VoxelmapView map;
+  Pose pose;
+  HalfSpaceField plane;
+  OnPlane(const Asset& asset, float height) : map(map_of(asset)) { pose.translation[2] = -height; }
+  [[nodiscard]] TouchingBodies bodies() const { return {map, plane, Transform(pose), nullptr, kRing}; }
+};
+
+Contact contact_at(Vec3 position) {
+  Contact contact;
+  contact.position = position;
+  contact.inward_normal = {0, 0, 1};
+  contact.penetration = -position.z;
+  return contact;
+}
+
+TEST(SlideToDeepest, SamplesOfABallEndAtItsLowestPoint) {
+  const auto ball = body(make_sphere(kRadius, 5));
+  const float depth = 0.2F * kVoxel;
+  const OnPlane on(*ball, kRadius - depth);
+  for (const float way_vx : {0.5F, 1.0F, 2.0F, 3.0F}) {
+    for (int i = 0; i < 16; ++i) {
+      const auto angle = static_cast<float>(0.1 + i * 0.39);
+      const float r = way_vx * kVoxel;
+      Contact contact = contact_at(
+          {r * std::cos(angle), r * std::sin(angle), kRadius - depth - std::sqrt(kRadius * kRadius - r * r)});
+      EXPECT_EQ(slide_to_deepest(on.bodies(), contact), Slide::arrived) << way_vx;
+      EXPECT_LT(std::hypot(contact.position.x, contact.position.y), 0.4F * kVoxel) << way_vx;
+      EXPECT_NEAR(contact.penetration, depth, 0.05F * kVoxel) << way_vx;
+      EXPECT_GT(contact.inward_normal.z, 0.9999F) << way_vx;
+    }
+  }
+}
+
+TEST(SlideToDeepest, ASampleFarUpABallSlopes) {
+  const auto ball = body(make_sphere(kRadius, 5));
+  const OnPlane on(*ball, kRadius);
+  for (const float degrees : {20.0F, 30.0F}) {
+    const float angle = degrees * 0.01745F;
+    Contact contact = contact_at({kRadius * std::sin(angle), 0, kRadius * (1 - std::cos(angle))});
+    EXPECT_TRUE(is_steep(on.bodies(), contact));
+    EXPECT_EQ(slide_to_deepest(on.bodies(), contact), Slide::sloping) << degrees;
+  }
+}
+
+TEST(SlideToDeepest, ACubeKeepsItsFacesAndCorners) {
+  const auto cube = body(make_box({kRadius, kRadius, kRadius}));
+  const OnPlane on(*cube, kRadius);
+  for (const float place : {0.0F, 0.5F, 0.9F, 0.97F, 1.0F}) {
+    const Vec3 start{place * kRadius, 0.3F * kRadius, 0};
+    Contact contact = contact_at(start);
+    EXPECT_FALSE(is_steep(on.bodies(), contact));
+    EXPECT_NE(slide_to_deepest(on.bodies(), contact), Slide::sloping) << place;
+    EXPECT_LT(length(contact.position - start), 0.3F * kVoxel) << place;
+    EXPECT_NEAR(contact.penetration, 0, 0.05F * kVoxel) << place;
+    EXPECT_GT(contact.inward_normal.z, 0.9999F) << place;
+  }
+  Contact corner = contact_at({kRadius, kRadius, 0});
+  EXPECT_EQ(slide_to_deepest(on.bodies(), corner), Slide::stayed);
+}
+
+}  // namespace
+}  // namespace vps::test
