@@ -13,6 +13,7 @@
 #include "bake/stages/certify.h"
 #include "bake/stages/cluster_points.h"
 #include "bake/stages/coarse_layers.h"
+#include "bake/stages/far_field.h"
 #include "bake/stages/mass_properties.h"
 #include "bake/stages/pack_sections.h"
 #include "bake/stages/sample_pointshell.h"
@@ -119,7 +120,7 @@ ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 3 : 0) + (asked.pointshell ? 3 : 0));
+  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 4 : 0) + (asked.pointshell ? 3 : 0));
 
   stages.start("check");
   BakeOptions options = asked;
@@ -158,6 +159,11 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     stages.start("certify");
     certify_fields(surface, closest, inside, grid, field, fields, options, asset.info);
     pack_voxelmap(grid, field, coarse, fields, asset.sections);
+    stages.start("far_field");
+    const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
+    double bytes = kPointBytes * static_cast<double>(planned.plan.predicted_points);
+    for (const SectionData& section : asset.sections) bytes += static_cast<double>(section.bytes.size());
+    pack_far(far_field({surface, closest, inside, grid, coarse}, least, bytes), asset.info, asset.sections);
   }
   if (options.pointshell) {
     stages.start("sample_pointshell");

@@ -8,6 +8,11 @@
 
 namespace vps::bake {
 
+/// Bytes of a point in an asset: its codes and its share of the tree.
+inline constexpr double kPointBytes = 12 + 28.0 / 12;
+/// The far grid's largest share of an asset.
+inline constexpr double kFarShare = 0.04;
+
 struct GridPlan {
   Grid grid;
   int precision = 0;  ///< p of Eq. (1), or kAutoPrecision

@@ -140,7 +140,7 @@ struct ClosedMesh {
 [[nodiscard]] ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
 /// The whole bake: check, voxelize, fill_layers, distance_field, thin_walls, coarse_layers, sample_field, certify,
-/// sample_pointshell, cluster_points, bounding_spheres. The output is identical for any number of threads.
+/// far_field, sample_pointshell, cluster_points, bounding_spheres. The output is identical for any number of threads.
 /// @throw BakeError
 [[nodiscard]] BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options);
 

@@ -36,7 +36,7 @@ bool mesh_facts_are_good(const AssetInfo& info) noexcept {
   return all_finite(info.bounds_min) && all_finite(info.bounds_max) && all_finite(info.centre_of_mass) &&
          all_finite(info.inertia) && all_finite(info.volume, info.surface_area) && info.surface_area >= 0 &&
          certificate_is_good(info.layers_error) && certificate_is_good(info.scaled_error) &&
-         certificate_is_good(info.real_error) && info.generator.back() == '\0';
+         certificate_is_good(info.real_error) && certificate_is_good(info.far_error) && info.generator.back() == '\0';
 }
 
 bool grid_is_good(const AssetInfo& info) noexcept {
@@ -64,6 +64,18 @@ bool shell_is_good(const AssetInfo& info) noexcept {
                      [&](double origin) { return scale_is_good(origin, info.position_step); });
 }
 
+// Either there is no far grid, or its values can be used.
+bool far_is_good(const AssetInfo& info) noexcept {
+  if (info.far_spacing == 0) {
+    return info.far_origin == std::array<double, 3>{} && info.far_step_inner == 0 && info.far_step_outer == 0 &&
+           info.far_range == 0 && info.far_error.bound == 0;
+  }
+  return std::all_of(info.far_origin.begin(), info.far_origin.end(),
+                     [&](double origin) { return scale_is_good(origin, info.far_spacing); }) &&
+         scale_is_good(0, info.far_step_inner) && scale_is_good(0, info.far_step_outer) && info.far_range > 0 &&
+         info.far_range <= kLargestFarValue * info.far_step_outer;
+}
+
 // The layout that a kind must have. A shape entry of 0 is a count that is checked elsewhere.
 struct Layout {
   SectionKind kind;
@@ -82,6 +94,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::scaled, {ElementType::i8, ElementType::i16}, 2, {0, kFieldStride}},
     {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
     {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
+    {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
@@ -146,6 +159,22 @@ Status check_table(const Directory& directory) noexcept {
   return Status::ok;
 }
 
+// The nodes cover the mesh's bounds and the range around them, so that no point beyond them is within the range.
+// Offsets into the values are 32 bits wide in the vector kernels, which read words of four: the last word must lie in
+// the file.
+bool far_grid_is_good(const Section& far, const Directory& directory) noexcept {
+  const AssetInfo& info = directory.info;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::uint64_t nodes = far.shape[2 - axis];
+    if (nodes < 2 || nodes > 1u << 20) return false;
+    const double low = info.far_origin[axis];
+    const double high = low + static_cast<double>(nodes - 1) * info.far_spacing;
+    if (!(low <= info.bounds_min[axis] - info.far_range && high >= info.bounds_max[axis] + info.far_range))
+      return false;
+  }
+  return far.bytes < 1u << 31 && far.offset + far.bytes + 2 <= directory.file_bytes;
+}
+
 // The layers have a brick index of their own; scaled and real share an octree.
 Status check_voxelmap(const Directory& directory) noexcept {
   const Section* const coarse = directory.find(SectionKind::coarse_layers);
@@ -156,9 +185,10 @@ Status check_voxelmap(const Directory& directory) noexcept {
   const Section* const scaled = directory.find(SectionKind::scaled);
   const Section* const real = directory.find(SectionKind::real);
   const Section* const gradient = directory.find(SectionKind::real_gradient);
+  const Section* const far = directory.find(SectionKind::far);
   const auto& dims = directory.info.dims;
   if (dims[0] == 0) {
-    const Section* const all[] = {coarse, index, layers, roots, nodes, scaled, real, gradient};
+    const Section* const all[] = {coarse, index, layers, roots, nodes, scaled, real, gradient, far};
     return std::all_of(std::begin(all), std::end(all), [](const Section* s) { return s == nullptr; })
                ? Status::ok
                : Status::bad_info;
@@ -180,6 +210,7 @@ Status check_voxelmap(const Directory& directory) noexcept {
   if (layers != nullptr && layers->shape[0] > kMaxCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
   std::uint64_t bricks = 0;
+  if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
   for (const Section* field : {scaled, real, gradient}) {
     if (field == nullptr) continue;
     if (field->shape[0] > kNumberMask || (bricks != 0 && field->shape[0] != bricks)) return Status::bad_section;
@@ -223,7 +254,8 @@ Status check_pointshell(const Directory& directory) noexcept {
 
 Status check_directory(const Directory& directory) noexcept {
   const AssetInfo& info = directory.info;
-  if (!mesh_facts_are_good(info) || !grid_is_good(info) || !shell_is_good(info)) return Status::bad_info;
+  if (!mesh_facts_are_good(info) || !grid_is_good(info) || !far_is_good(info) || !shell_is_good(info))
+    return Status::bad_info;
   if (info.dims[0] == 0 && info.points == 0) return Status::bad_info;
   if (const Status status = check_table(directory); status != Status::ok) return status;
   if (const Status status = check_voxelmap(directory); status != Status::ok) return status;

@@ -50,6 +50,16 @@ void for_each_info_field(Info& info, Visit visit) {
   visit(600, info.layers_error.bound);
   visit(608, info.scaled_error.bound);
   visit(616, info.real_error.bound);
+  visit(624, info.far_origin);
+  visit(648, info.far_spacing);
+  visit(656, info.far_step_inner);
+  visit(664, info.far_step_outer);
+  visit(672, info.far_range);
+  visit(680, info.far_error.max);
+  visit(688, info.far_error.rms);
+  visit(696, info.far_error.p99);
+  visit(704, info.far_error.worst_at);
+  visit(728, info.far_error.bound);
 }
 
 /// Calls visit(offset in the entry, field) for each scalar of a section table entry.

@@ -17,7 +17,7 @@ namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 0;
+inline constexpr std::uint16_t kFormatMinor = 1;
 inline constexpr std::size_t kUserBlockBytes = 4096;
 inline constexpr std::size_t kSectionTableOffset = 1024;
 inline constexpr std::size_t kSectionEntryBytes = 96;
@@ -29,6 +29,8 @@ inline constexpr std::uint32_t kBrickEdge = 8;
 inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
 /// Value in `brick_index` of a brick whose layers are not stored: no voxel centre of it lies in the narrow band.
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
+/// Values of the far grid are clamped at this and its opposite.
+inline constexpr int kLargestFarValue = 127;
 /// A brick's centre is at least |coarse layer| and less than |coarse layer| + this from the surface. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
 
@@ -71,8 +73,10 @@ enum class SectionKind : std::uint32_t {
       16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
   scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
   real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
-  real_gradient = 19,    ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
-  point_positions = 32,  ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
+  real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
+  far = 20,  ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
+             ///< Optional
+  point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
@@ -147,6 +151,13 @@ struct AssetInfo {
   std::uint64_t points = 0;
   std::uint32_t branching = 0;  ///< K
   std::uint32_t levels = 0;     ///< L, root = 1
+  // Far grid: coarse samples of V inside and round the body. All 0 when the asset has none.
+  std::array<double, 3> far_origin{};  ///< node (0,0,0). [m]
+  double far_spacing = 0;              ///< between nodes. [m]
+  double far_step_inner = 0;           ///< of values above 0. [m]
+  double far_step_outer = 0;           ///< of values below 0. [m]
+  double far_range = 0;                ///< distances are known up to this far outside. [m]
+  FieldCertificate far_error;  ///< beyond the band, to the range. `bound` is proven: half a cell's diagonal and a step
   // Certificate.
   FieldCertificate layers_error, scaled_error, real_error;
   std::uint64_t certificate_samples = 0;

@@ -38,6 +38,7 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::field_nodes:
       return Use::scaled | Use::real;
     case SectionKind::coarse_layers:
+    case SectionKind::far:
       return Use::voxelmap;
     case SectionKind::scaled:
       return Use::scaled;
@@ -224,6 +225,18 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
                                         : out.field == Field::scaled ? facts.scaled_error
                                                                      : facts.layers_error;
   out.error = static_cast<float>(certificate.bound);
+  if (const Section* const far = directory_.find(SectionKind::far); far != nullptr) {
+    out.far.values = section_data<std::int8_t>(data_, far);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      out.far.dims[axis] = static_cast<std::uint32_t>(far->shape[2 - axis]);
+      out.far.origin[axis] = facts.far_origin[axis];
+    }
+    out.far.spacing = static_cast<float>(facts.far_spacing);
+    out.far.step_inner = static_cast<float>(facts.far_step_inner);
+    out.far.step_outer = static_cast<float>(facts.far_step_outer);
+    out.far.range = static_cast<float>(facts.far_range);
+    out.far.error = static_cast<float>(facts.far_error.bound);
+  }
   return Status::ok;
 }
 

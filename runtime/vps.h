@@ -118,6 +118,9 @@ typedef struct VpsAssetInfo {
   VpsCertificate layers_error;
   VpsCertificate scaled_error;
   VpsCertificate real_error;
+  double far_spacing;  ///< of the far grid's nodes; 0 without one. [m]
+  double far_range;    ///< distances outside are known up to this one. [m]
+  VpsCertificate far_error;
   uint64_t certificate_samples;
   char generator[32];  ///< tool and version, zero-terminated
 } VpsAssetInfo;
@@ -205,15 +208,16 @@ static inline VpsFieldRef vps_half_space_ref(const VpsHalfSpace* half_space) {
   return ref;
 }
 
-/// Penetration of a point into a field. Beyond the narrow band of a voxelmap the sign is right, and the distance is
-/// never more than the true one.
+/// Penetration of a point into a field. Beyond the narrow band of a voxelmap the sign is right. Up to `far_range` the
+/// distance is that of the far grid, within `far_error`; beyond it, and without a far grid, it is never more than the
+/// true one.
 /// @param point          the field's frame. [m]
 /// @param inward_normal  unit length, into the pointshell's body, the field's frame. Only `vps_field_layers` uses it;
 ///                       NULL is allowed for fields that are no voxelmap. [-]
 VpsStatus vps_penetration(VpsFieldRef field, const float point[3], const float inward_normal[3], float* penetration);
 /// Upper bound of the true penetration, also far outside the grid; FLT_MAX where there is none. [m]
 VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound);
-/// Direction out of the field, unit length; the zero vector beyond a voxelmap's grid and where it has no slope.
+/// Direction out of the field, unit length; the zero vector only where a voxelmap has no slope.
 VpsStatus vps_outward_normal(VpsFieldRef field, const float point[3], float normal[3]);
 
 /// One point of the pointshell in contact, map frame.
@@ -244,7 +248,8 @@ VpsStatus vps_contact_cache_destroy(VpsContactCache* cache);
 
 /// All zero is a good start.
 typedef struct VpsQueryOptions {
-  float contact_distance;  ///< points with penetration >= -contact_distance are contacts. [Limits: value >= 0] [m]
+  float contact_distance;  ///< points with penetration >= -contact_distance are contacts; beyond the distances that a
+                           ///< voxelmap knows there are none. [Limits: value >= 0] [m]
   VpsWeight weight;
   uint32_t segment_level;  ///< 0: every contact. l >= 1: the deepest contact of each cluster of the tree's level l
   uint32_t level;          ///< 0: all points. l >= 1: those that represent the nodes of the tree's level l, with the

@@ -37,6 +37,18 @@ struct Pose {
 /// Which stored field answers `penetration`.
 enum class Field : std::uint8_t { none, layers, scaled, real };
 
+/// Read-only view of a voxelmap's far grid: coarse samples of V for the places beyond the band.
+struct FarGridView {
+  const std::int8_t* values = nullptr;  ///< [nz,ny,nx]; null: the asset has none
+  std::uint32_t dims[3] = {};           ///< nodes along x, y, z
+  double origin[3] = {};                ///< node (0,0,0), asset frame. [m]
+  float spacing = 0;                    ///< between nodes. [m]
+  float step_inner = 0;                 ///< of values above 0. [m]
+  float step_outer = 0;                 ///< of values below 0. [m]
+  float range = 0;                      ///< distances are known up to this far outside. [m]
+  float error = 0;                      ///< proven bound of the interpolated V's error, to the range. [m]
+};
+
 /// Read-only view of an asset's voxelmap. Lives as long as its Asset.
 struct VoxelmapView {
   Field field = Field::none;                   ///< the finest stored one, unless Asset::voxelmap requested another
@@ -58,6 +70,7 @@ struct VoxelmapView {
   float error = 0;                       ///< error bound of the field, from its certificate. [m]
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
+  FarGridView far;
 };
 
 /// Read-only view of an asset's pointshell and point-sphere tree. Lives as long as its Asset.
@@ -222,8 +235,9 @@ class FieldRef {
 /// Penetration of a point into a field.
 ///
 /// Voxelmap: Paper, Sec. 2.2. Layers use Eq. (4). Scaled and real interpolate trilinearly between the eight samples
-/// round the point; the paper's Eqs. (4) and (5) extrapolate from one sample. Beyond the narrow band the sign is right,
-/// and the distance is never more than the true one.
+/// round the point; the paper's Eqs. (4) and (5) extrapolate from one sample. Beyond the narrow band the sign is right.
+/// V is that of the far grid there, within FarGridView::error; without one, and beyond its range, the distance is never
+/// more than the true one.
 /// @param point          P, the field's frame. [m]
 /// @param inward_normal  n, unit length, into the pointshell's body, the field's frame. Only Field::layers uses it. [-]
 /// @return V(P) [m], >= 0 inside or on the surface; infinite for a polytope of no planes.
@@ -236,10 +250,11 @@ float penetration(const VoxelmapView& map, Vec3 point) = delete;
 
 /// Direction out of a field, of unit length.
 ///
-/// Voxelmap: minus the gradient of V, which is stored (Eq. 5) or comes from the samples. Beyond the band, and for
-/// Field::layers, it is estimated from the layers. It is the zero vector beyond the grid and where the field has no
-/// slope, as in the middle of a wall. Analytic fields: exact everywhere; where several directions are nearest, it is
-/// one of them. Polytope: the normal of the plane whose distance `penetration` gives, or z without planes.
+/// Voxelmap: minus the gradient of V, which is stored (Eq. 5) or comes from the samples. Beyond the band it comes from
+/// the far grid, and beyond that from the mesh's bounds. For Field::layers, and without a far grid, it is estimated
+/// from the layers. It is the zero vector only where the field has no slope, as in the middle of a wall. Analytic
+/// fields: exact everywhere; where several directions are nearest, it is one of them. Polytope: the normal of the plane
+/// whose distance `penetration` gives, or z without planes.
 /// @param point  the field's frame. [m]
 [[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
@@ -274,7 +289,9 @@ struct ContactCache {
 };
 
 struct QueryOptions {
-  float contact_distance = 0;  ///< points with V >= -contact_distance become contacts. [Limits: value >= 0] [Units: m]
+  float contact_distance = 0;  ///< points with V >= -contact_distance become contacts. A voxelmap knows distances up to
+                               ///< FarGridView::range, or without a far grid to the end of its band; points farther
+                               ///< outside are no contacts. [Limits: value >= 0] [Units: m]
   Weight weight = Weight::per_area;
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)

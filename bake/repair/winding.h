@@ -35,11 +35,11 @@ class InsideTest {
   /// @param mesh, grid  must outlive this object
   InsideTest(const Mesh& mesh, const Grid& grid);
 
-  /// Safe from several threads. @pre the point lies in the grid
+  /// Safe from several threads. Points beyond the grid are outside.
   [[nodiscard]] bool inside(const Vector& point) const;
 
   /// Calls visit(triangle, crossing) for each triangle that the line through the point parallel to x crosses, before
-  /// and beyond it. Same precondition.
+  /// and beyond it.
   template <class Visit>
   void for_each_crossing(const Vector& point, Visit visit) const {
     const std::size_t at = column(point.y(), point.z());

@@ -77,8 +77,7 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
   for (const CertificateSample& sample : samples) {
     places.push_back({sample, std::abs(reconstruct(sample.point) - sample.penetration)});
   }
-  constexpr std::size_t kStarts = 256;
-  const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(kStarts, places.size()));
+  const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(truth.starts, places.size()));
   std::partial_sort(places.begin(), last, places.end(),
                     [](const Place& a, const Place& b) { return a.error > b.error; });
   places.erase(last, places.end());
@@ -90,7 +89,7 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
         CertificateSample other = best.sample;
         other.point[way / 2] += way % 2 == 0 ? step : -step;
         const double distance = truth.closest.distance(other.point);
-        if (distance > std::max(truth.inner, truth.outer)) continue;
+        if (distance > std::max(truth.inner, truth.outer) || distance < truth.least) continue;
         other.penetration = truth.inside.inside(other.point) ? distance : -distance;
         if (other.penetration > truth.inner || other.penetration < -truth.outer) continue;
         const double error = std::abs(reconstruct(other.point) - other.penetration);

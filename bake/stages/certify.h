@@ -36,9 +36,11 @@ using Reconstruction = std::function<double(const Vector&)>;
 struct Truth {
   const ClosestPoint& closest;
   const InsideTest& inside;
-  double voxel_size = 0;  ///< [m]
-  double inner = 0;       ///< the certificate covers -outer <= V <= inner. [m]
-  double outer = 0;       ///< [m]
+  double voxel_size = 0;     ///< [m]
+  double inner = 0;          ///< the certificate covers -outer <= V <= inner. [m]
+  double outer = 0;          ///< [m]
+  double least = 0;          ///< and |V| >= least. [m]
+  std::size_t starts = 256;  ///< samples that the search begins from
 };
 
 /// Searches around the worst samples for larger errors, because few samples meet the worst place itself. Puts the

@@ -179,6 +179,17 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<s
   }
 }
 
+void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& sections) {
+  for (std::size_t axis = 0; axis < 3; ++axis) info.far_origin[axis] = far.origin[static_cast<Eigen::Index>(axis)];
+  info.far_spacing = far.spacing;
+  info.far_step_inner = far.step_inner;
+  info.far_step_outer = far.step_outer;
+  info.far_range = far.range;
+  info.far_error = far.error;
+  sections.insert(sections.begin() + 1,
+                  section(SectionKind::far, ElementType::i8, {far.dims[2], far.dims[1], far.dims[0]}, far.values));
+}
+
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {
   info.spacing = shell.spacing;
   info.normal_error_mean = shell.normal_error_mean;

@@ -7,6 +7,7 @@
 
 #include "bake/stages/bounding_spheres.h"
 #include "bake/stages/closest_point.h"
+#include "bake/stages/far_field.h"
 #include "bake/stages/sample_field.h"
 #include "bake/vps_bake.h"
 
@@ -33,6 +34,8 @@ void certify_fields(const Surface& surface, const ClosestPoint& closest, const I
 
 void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
                        const BakeOptions& options, double lambda, AssetInfo& info);
+/// Places the far grid behind the coarse layers: other sections must follow it.
+void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& sections);
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections);
 

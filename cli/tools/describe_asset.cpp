@@ -63,6 +63,14 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
     if (info.layers_error.max > 0) certificate["layers"] = certificate_to_json(info.layers_error);
     if (info.scaled_error.max > 0) certificate["scaled"] = certificate_to_json(info.scaled_error);
     if (info.real_error.max > 0) certificate["real"] = certificate_to_json(info.real_error);
+    if (info.far_spacing > 0) {
+      j["far"] = {{"origin", info.far_origin},
+                  {"spacing", info.far_spacing},
+                  {"step_inner", info.far_step_inner},
+                  {"step_outer", info.far_step_outer},
+                  {"range", info.far_range}};
+      certificate["far"] = certificate_to_json(info.far_error);
+    }
   }
   if (info.points > 0) {
     j["pointshell"] = {{"points", info.points},
@@ -143,9 +151,14 @@ std::string info_to_text(const AssetInfo& info) {
                     info.dims[2], bake::format_length(info.voxel_size), info.surface_voxels, info.inner_voxels);
     out += fmt::format("  distances from {} outside to {} inside; steps of {}\n", bake::format_length(info.band_outer),
                        bake::format_length(info.band_inner), bake::format_length(info.lambda));
+    if (info.far_spacing > 0) {
+      out += fmt::format("  coarse distances to {} outside and to the deepest place inside, {} apart\n",
+                         bake::format_length(info.far_range), bake::format_length(info.far_spacing));
+    }
     out += certificate_line("layers", info.layers_error);
     out += certificate_line("scaled", info.scaled_error);
     out += certificate_line("real", info.real_error);
+    out += certificate_line("far", info.far_error);
   }
   if (info.points > 0) {
     out += fmt::format("pointshell  {} points sampled at least {} apart, every surface point within {} of one\n",
@@ -191,6 +204,8 @@ const char* section_name(SectionKind kind) {
       return "parent_points";
     case SectionKind::level_offsets:
       return "level_offsets";
+    case SectionKind::far:
+      return "far";
     case SectionKind::record:
       return "record";
   }

@@ -63,6 +63,23 @@ def penetration(f, point, field="scaled"):
     return float(v * facts["lambda"] * (2 if level == 1 else 1))
 
 
+def far_penetration(f, point):
+    """V at a point by the far grid [m]: coarse, for places beyond the band. None beyond the grid and without one."""
+    facts = f.attrs
+    if "far" not in f["voxelmap"]:
+        return None
+    at = (np.asarray(point) - facts["far_origin"]) / facts["far_spacing"]
+    values = f["voxelmap/far"]
+    if (at < 0).any() or (at >= np.array(values.shape[::-1]) - 1.0).any():
+        return None
+    x, y, z = at.astype(int)
+    v = values[z : z + 2, y : y + 2, x : x + 2].astype(float)
+    v *= np.where(v > 0, facts["far_step_inner"], facts["far_step_outer"])
+    for t in at[::-1] % 1:
+        v = v[0] + t * (v[1] - v[0])
+    return float(v)
+
+
 def main():
     with h5py.File(sys.argv[1]) as f:
         for name, value in sorted(f.attrs.items()):
@@ -77,6 +94,9 @@ def main():
                 if "voxelmap" in f and field in f["voxelmap"]:
                     v = penetration(f, point, field)
                     print(f"V of {field} at {point}: " + ("none stored there" if v is None else f"{v:.9g} m"))
+            if "voxelmap" in f:
+                v = far_penetration(f, point)
+                print(f"V of the far grid at {point}: " + ("none there" if v is None else f"{v:.4g} m"))
 
 
 if __name__ == "__main__":

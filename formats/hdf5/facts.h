@@ -42,6 +42,11 @@ void for_each_fact(const AssetInfo& info, Visit visit) {
   visit("points", info.points);
   visit("branching", std::uint64_t{info.branching});
   visit("levels", std::uint64_t{info.levels});
+  visit("far_origin", info.far_origin);
+  visit("far_spacing", info.far_spacing);
+  visit("far_step_inner", info.far_step_inner);
+  visit("far_step_outer", info.far_step_outer);
+  visit("far_range", info.far_range);
   const auto certificate = [&](const std::string& field, const FieldCertificate& c) {
     visit((field + "_error_max").c_str(), c.max);
     visit((field + "_error_rms").c_str(), c.rms);
@@ -52,6 +57,7 @@ void for_each_fact(const AssetInfo& info, Visit visit) {
   certificate("layers", info.layers_error);
   certificate("scaled", info.scaled_error);
   certificate("real", info.real_error);
+  certificate("far", info.far_error);
   visit("certificate_samples", info.certificate_samples);
 }
 

@@ -160,7 +160,8 @@ Section write_section(hid_t file, const SectionData& data) {
   Section section;
   section.kind = data.kind;
   section.element = data.element;
-  section.flags = data.kind == SectionKind::record ? 0 : kSectionRequired;
+  const bool optional = data.kind == SectionKind::record || data.kind == SectionKind::far;
+  section.flags = optional ? 0 : kSectionRequired;
   section.rank = static_cast<std::uint32_t>(data.shape.size());
   std::uint64_t count = 1;
   for (std::size_t axis = 0; axis < data.shape.size() && axis < section.shape.size(); ++axis) {

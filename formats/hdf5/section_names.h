@@ -35,6 +35,10 @@ inline constexpr SectionName kSectionNames[] = {
     {SectionKind::real, "/voxelmap/real", "m",
      "penetration of the 5x5x5 samples of each field brick, then 3 of padding; positive inside", "Eq. (5)"},
     {SectionKind::real_gradient, "/voxelmap/real_gradient", "m/voxel", "gradient (x, y, z) of real", "Eq. (5)"},
+    {SectionKind::far, "/voxelmap/far", "far_step_inner, far_step_outer",
+     "penetration at the nodes of a coarse grid, far_origin + far_spacing (x, y, z); values above 0 count in "
+     "far_step_inner, below 0 in far_step_outer, and -127 may mean farther outside",
+     ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},
     {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1/32767",

@@ -174,6 +174,9 @@ VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info) {
   to.layers_error = to_c(from.layers_error);
   to.scaled_error = to_c(from.scaled_error);
   to.real_error = to_c(from.real_error);
+  to.far_spacing = from.far_spacing;
+  to.far_range = from.far_range;
+  to.far_error = to_c(from.far_error);
   to.certificate_samples = from.certificate_samples;
   std::copy(from.generator.begin(), from.generator.end(), to.generator);
   return vps_ok;

@@ -83,6 +83,13 @@ TEST(Directory, EveryFieldSurvivesARoundTrip) {
   EXPECT_EQ(d.info.layers_error.worst_at, tiny.info.layers_error.worst_at);
   EXPECT_EQ(d.info.scaled_error.p99, tiny.info.scaled_error.p99);
   EXPECT_EQ(d.info.real_error.max, tiny.info.real_error.max);
+  EXPECT_EQ(d.info.far_origin, tiny.info.far_origin);
+  EXPECT_EQ(d.info.far_spacing, tiny.info.far_spacing);
+  EXPECT_EQ(d.info.far_step_inner, tiny.info.far_step_inner);
+  EXPECT_EQ(d.info.far_step_outer, tiny.info.far_step_outer);
+  EXPECT_EQ(d.info.far_range, tiny.info.far_range);
+  EXPECT_EQ(d.info.far_error.worst_at, tiny.info.far_error.worst_at);
+  EXPECT_EQ(d.info.far_error.bound, tiny.info.far_error.bound);
   EXPECT_EQ(d.info.certificate_samples, 1234U);
   EXPECT_STREQ(d.info.generator.data(), "tiny");
   EXPECT_EQ(d.section_count, tiny.sections.size());
@@ -97,7 +104,7 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(1), unsigned('V'));
   EXPECT_EQ(at(8), 1U);
   EXPECT_EQ(at(13), 0x10U);   // 4096, little-endian
-  EXPECT_EQ(at(32), 13U);     // sections
+  EXPECT_EQ(at(32), 14U);     // sections
   EXPECT_EQ(at(64), 16U);     // dims[0]
   EXPECT_EQ(at(76), 8U);      // brick edge
   EXPECT_EQ(at(112), 3U);     // precision
@@ -109,8 +116,11 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(598), 0xD0U);  // area_step is a quarter
   EXPECT_EQ(at(1024), 1U);    // brick_index
   EXPECT_EQ(at(1024 + 96), 2U);
-  EXPECT_EQ(at(1024 + 6 * 96), 32U);  // point_positions
-  EXPECT_EQ(at(1024 + 6 * 96 + 4), 7U);
+  EXPECT_EQ(at(655), 0x3FU);          // far_spacing is three quarters
+  EXPECT_EQ(at(735), 0x3FU);          // the far error's bound
+  EXPECT_EQ(at(1024 + 6 * 96), 20U);  // far
+  EXPECT_EQ(at(1024 + 7 * 96), 32U);  // point_positions
+  EXPECT_EQ(at(1024 + 7 * 96 + 4), 7U);
 }
 
 TEST(Directory, TruncatingTheFileAtAnyByteIsRejected) {
@@ -192,6 +202,16 @@ TEST(Directory, ScalarsOutOfRangeAreRefused) {
       [&](Directory& d) { d.info.levels = 65; },
       [&](Directory& d) { d.info.scaled_error.max = -1; },
       [&](Directory& d) { d.info.real_error.worst_at[1] = nan; },
+      [&](Directory& d) { d.info.far_origin[2] = nan; },
+      [&](Directory& d) { d.info.far_spacing = -1; },
+      [&](Directory& d) { d.info.far_spacing = inf; },
+      [&](Directory& d) { d.info.far_spacing = 1e300; },
+      [&](Directory& d) { d.info.far_spacing = 0; },  // the other scalars say that there is a far grid
+      [&](Directory& d) { d.info.far_step_inner = 0; },
+      [&](Directory& d) { d.info.far_step_outer = nan; },
+      [&](Directory& d) { d.info.far_range = 0; },
+      [&](Directory& d) { d.info.far_range = 128 * d.info.far_step_outer; },
+      [&](Directory& d) { d.info.far_error.bound = 0.1; },
       [&](Directory& d) { d.info.generator.fill('x'); },
   };
   for (std::size_t i = 0; i < std::size(changes); ++i) {
@@ -236,6 +256,14 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
        }},
       {Status::bad_section, [](Directory& d) { d.info.points = 3; }},
       {Status::bad_section, [](Directory& d) { d.info.levels = 1; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::far).element = ElementType::u16; }},
+      {Status::bad_section,
+       [](Directory& d) {
+         find(d, Kind::far).shape = {4, 3, 3};  // too few nodes along x
+       }},
+      {Status::bad_section, [](Directory& d) { d.info.far_origin[1] += 0.01; }},
+      {Status::bad_section, [](Directory& d) { d.info.far_spacing -= 0.26; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::far).kind = Kind(999); }},  // optional, but announced
       {Status::missing_section, [](Directory& d) { --d.section_count; }},
       {Status::missing_section, [](Directory& d) { std::swap(d.sections[2], d.sections[--d.section_count]); }},
       {Status::unknown_section, [](Directory& d) { find(d, Kind::scaled).kind = Kind(999); }},
@@ -268,7 +296,7 @@ TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
 
 TEST(Directory, ReservedBytesMustBeZero) {
   Bytes bytes{TinyAsset{}};
-  for (const std::size_t offset : {48U, 116U, 504U, 624U, 1023U, 1024U + 88U, 4095U}) {
+  for (const std::size_t offset : {48U, 116U, 504U, 736U, 1023U, 1024U + 88U, 4095U}) {
     std::array<std::byte, kUserBlockBytes> copy;
     std::memcpy(copy.data(), bytes.all().data(), copy.size());
     copy[offset] = std::byte{1};

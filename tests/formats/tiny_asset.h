@@ -53,6 +53,12 @@ struct TinyAsset {
     info.layers_error = {0.1, 0.05, 0.08, {1, 2, 3}, 0.2};
     info.scaled_error = {0.01, 0.005, 0.008, {4, 5, 6}, 0.02};
     info.real_error = {0.001, 0.0005, 0.0008, {7, 8, 9}, 0.002};
+    info.far_origin = {-0.75, 0, 1.25};
+    info.far_spacing = 0.75;
+    info.far_step_inner = 0.0078125;
+    info.far_step_outer = 0.015625;
+    info.far_range = 0.5;
+    info.far_error = {0.25, 0.125, 0.2, {1, 0.5, 2}, 0.7};
     info.certificate_samples = 1234;
     std::strcpy(info.generator.data(), "tiny");
 
@@ -67,6 +73,7 @@ struct TinyAsset {
         {coarse, coarse + 1, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarInside}));
     sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
                                     std::vector<std::int8_t>(2 * kFieldStride, -5)));
+    sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
     const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));

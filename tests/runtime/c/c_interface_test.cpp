@@ -136,6 +136,9 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   expect_equal(c->info.layers_error, info.layers_error);
   expect_equal(c->info.scaled_error, info.scaled_error);
   expect_equal(c->info.real_error, info.real_error);
+  EXPECT_EQ(c->info.far_spacing, info.far_spacing);
+  EXPECT_EQ(c->info.far_range, info.far_range);
+  expect_equal(c->info.far_error, info.far_error);
   EXPECT_EQ(c->info.certificate_samples, info.certificate_samples);
   EXPECT_STREQ(c->info.generator, info.generator.data());
 

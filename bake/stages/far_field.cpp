@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The paper stores its layers up to the medial axis, voxel by voxel (Sec. 2.1.1). Far from the surface a coarse grid of
+// exact distances suffices.
+#include "bake/stages/far_field.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/plan.h"
+#include "bake/uniform.h"
+
+namespace vps::bake {
+namespace {
+
+constexpr double kRange_vx = 11;
+constexpr int kLeastSpacing_vx = 4;
+constexpr int kMostSpacing_vx = 64;
+
+// Lower bound of a point's distance, from the coarse layers: docs/bounds.md, "Anywhere". [m]
+double least_distance(const FarSource& from, const Vector& p) {
+  const Grid& grid = from.grid;
+  Vector nearest;
+  std::uint32_t brick[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto last = static_cast<double>(grid.dims[static_cast<std::size_t>(axis)] - 1);
+    const double voxel = std::clamp((p[axis] - grid.origin[axis]) / grid.voxel_size - 0.5, 0.0, last);
+    nearest[axis] = grid.origin[axis] + (voxel + 0.5) * grid.voxel_size;
+    brick[axis] = static_cast<std::uint32_t>(voxel + 0.5) / kBrickEdge;
+  }
+  const Vector centre =
+      grid.origin + kBrickEdge * grid.voxel_size * (Vector(brick[0], brick[1], brick[2]) + Vector::Constant(0.5));
+  const double layer = std::abs(from.coarse_layers[grid.brick_at(brick[0], brick[1], brick[2])]);
+  const double inner = std::max(layer * grid.voxel_size - (nearest - centre).norm(), 0.0);
+  return std::hypot((p - nearest).norm(), inner);
+}
+
+// V, but -most where the point is outside and farther than that.
+double penetration_down_to(double most, const FarSource& from, const Vector& p) {
+  const bool within = from.inside.inside(p);
+  if (!within && least_distance(from, p) >= most) return -most;
+  const double distance = from.closest.distance(p);
+  return within ? distance : -std::min(distance, most);
+}
+
+// A grid with a spacing of `spacing` voxels, without values.
+FarField plan_far(const FarSource& from, int spacing) {
+  FarField far;
+  far.range = kRange_vx * from.grid.voxel_size;
+  far.spacing = spacing * from.grid.voxel_size;
+  // A little wider than the range, so that rounding leaves no gap.
+  const Vector margin = Vector::Constant(1.001 * far.range);
+  far.origin = from.surface.bounds_min - margin;
+  const Vector cells = (from.surface.bounds_max + margin - far.origin) / far.spacing;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    far.dims[axis] = static_cast<std::uint32_t>(std::ceil(cells[static_cast<Eigen::Index>(axis)])) + 1;
+  }
+  return far;
+}
+
+std::size_t node_count(const FarField& far) {
+  return std::size_t{far.dims[0]} * far.dims[1] * far.dims[2];
+}
+
+void sample_nodes(const FarSource& from, FarField& far) {
+  // Interpolation near the range must not meet clamped values.
+  const double most = far.range + far.spacing;
+  std::vector<double> exact(node_count(far));
+  tbb::parallel_for(std::size_t{0}, std::size_t{far.dims[1]} * far.dims[2], [&](std::size_t row) {
+    for (std::size_t x = 0; x < far.dims[0]; ++x) {
+      const Vector cell(static_cast<double>(x), static_cast<double>(row % far.dims[1]),
+                        static_cast<double>(row / far.dims[1]));
+      exact[row * far.dims[0] + x] = penetration_down_to(most, from, far.origin + far.spacing * cell);
+    }
+  });
+  const double deepest = *std::max_element(exact.begin(), exact.end());
+  far.step_outer = most / kLargestFarValue;
+  far.step_inner = std::max(deepest, from.grid.voxel_size) / kLargestFarValue;
+  far.values.resize(exact.size());
+  std::transform(exact.begin(), exact.end(), far.values.begin(), [&](double v) {
+    return static_cast<std::int8_t>(std::lrint(v / (v > 0 ? far.step_inner : far.step_outer)));
+  });
+}
+
+void certify_far(const FarSource& from, double least, FarField& far) {
+  constexpr std::size_t kTries = 8192;
+  std::vector<CertificateSample> samples(kTries);
+  std::vector<std::uint8_t> used(kTries, 0);
+  const Vector size(far.dims[0] - 1, far.dims[1] - 1, far.dims[2] - 1);
+  tbb::parallel_for(std::size_t{0}, kTries, [&](std::size_t n) {
+    const std::uint64_t counter = 3 * static_cast<std::uint64_t>(n);
+    const Vector part(uniform(counter), uniform(counter + 1), uniform(counter + 2));
+    CertificateSample& sample = samples[n];
+    sample.point = far.origin + far.spacing * part.cwiseProduct(size);
+    sample.penetration = penetration_down_to(2 * far.range, from, sample.point);
+    used[n] = sample.penetration >= -far.range && std::abs(sample.penetration) >= least ? 1 : 0;
+  });
+  std::size_t kept = 0;
+  for (std::size_t n = 0; n < kTries; ++n) {
+    if (used[n] != 0) samples[kept++] = samples[n];
+  }
+  samples.resize(kept);
+  const Reconstruction value = [&](const Vector& p) { return far.value(p); };
+  far.error = certify(samples, value);
+  const double deepest = far.step_inner * kLargestFarValue + far.spacing;
+  find_worst(samples, value, {from.closest, from.inside, far.spacing, deepest, far.range, least, 64}, far.error);
+  // Proven: docs/bounds.md, "The far grid".
+  far.error.bound = std::sqrt(0.75) * far.spacing + 0.5 * std::max(far.step_inner, far.step_outer);
+}
+
+}  // namespace
+
+double FarField::value(const Vector& point) const {
+  const Vector at = (point - origin) / spacing;
+  std::size_t low[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto last = static_cast<double>(dims[static_cast<std::size_t>(axis)] - 2);
+    low[axis] = static_cast<std::size_t>(std::clamp(std::floor(at[axis]), 0.0, last));
+  }
+  double sum = 0;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const std::size_t node[3] = {low[0] + (corner & 1), low[1] + (corner >> 1 & 1), low[2] + (corner >> 2)};
+    double weight = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      weight *= 1 - std::abs(at[static_cast<Eigen::Index>(axis)] - static_cast<double>(node[axis]));
+    }
+    const double v = values[(node[2] * dims[1] + node[1]) * dims[0] + node[0]];
+    sum += weight * v * (v > 0 ? step_inner : step_outer);
+  }
+  return sum;
+}
+
+FarField far_field(const FarSource& from, double least, double other_bytes) {
+  FarField far;
+  for (int spacing = kLeastSpacing_vx; spacing <= kMostSpacing_vx; ++spacing) {
+    far = plan_far(from, spacing);
+    const auto bytes = static_cast<double>(node_count(far));
+    if (bytes <= kFarShare * (bytes + other_bytes)) break;
+  }
+  sample_nodes(from, far);
+  certify_far(from, least, far);
+  return far;
+}
+
+}  // namespace vps::bake

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Coarse samples of V for the places beyond the narrow band. Internal to bake.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "bake/stages/certify.h"
+
+namespace vps::bake {
+
+/// V at the nodes of a regular grid that covers the mesh's bounds and `range` around them. docs/format.md, "The far
+/// grid".
+struct FarField {
+  Index3 dims{};                          ///< nodes
+  Vector origin = Vector::Zero();         ///< node (0,0,0). [m]
+  double spacing = 0;                     ///< a whole number of voxels. [m]
+  double step_inner = 0, step_outer = 0;  ///< of values above and below 0. [m]
+  double range = 0;                       ///< [m]
+  std::vector<std::int8_t> values;        ///< [nz,ny,nx]
+  FieldCertificate error;
+
+  /// V by trilinear interpolation. @pre the point lies in the grid
+  [[nodiscard]] double value(const Vector& point) const;
+};
+
+/// What the stages before know about distances.
+struct FarSource {
+  const Surface& surface;
+  const ClosestPoint& closest;
+  const InsideTest& inside;
+  const Grid& grid;
+  const std::vector<std::int16_t>& coarse_layers;
+};
+
+/// Samples exact distances. The spacing is the least with which the values take a few per cent of the asset.
+/// @param least        depth and distance from which queries use the grid: the certificate starts there. [Units: m]
+/// @param other_bytes  of the asset without the far grid
+[[nodiscard]] FarField far_field(const FarSource& from, double least, double other_bytes);
+
+}  // namespace vps::bake
