@@ -36,8 +36,9 @@ struct Course {
 struct MapField {
   const VoxelmapView& map;
 };
+// No farther from the surface than the point is: a step must not miss it.
 float penetration(const MapField& field, Vec3 p) {
-  return vps::penetration(field.map, p, {});
+  return detail::own_penetration(field.map, p, {}).v;
 }
 Vec3 outward_normal(const MapField& field, Vec3 p) {
   return vps::outward_normal(field.map, p);

@@ -19,6 +19,11 @@ FieldFacts facts_of(const VoxelmapView& map) noexcept {
   FieldFacts facts;
   facts.most = detail::greatest_penetration(map);
   facts.excess = map.error;
+  if (map.far.values != nullptr) {
+    facts.certain = detail::end_of_band(map.band_outer, map.voxel_size);
+    facts.known_inside = detail::end_of_band(map.band_inner, map.voxel_size);
+    facts.far_error = map.far.error;
+  }
   facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
   if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
     // The diagonal of the largest cell: docs/bounds.md.
@@ -50,15 +55,15 @@ void traverse_once(TraverseQuery& query) noexcept {
   const std::uint32_t last_node = level > 0 ? shell.level_offsets[level - 1] : shell.nodes;
   query.result.complete = detail::descend_in_blocks(query, 0, 0, last_node);
   detail::take_hits(query, detail::HitsAre::points);
-  const std::uint32_t end_of_inner = query.end_of_inner_nodes(0, d.begin);
+  const std::uint32_t expanded = d.begin;
   detail::represent(query, d.begin, d.end);
-  detail::sharpen_distance(query, 0, end_of_inner);
+  detail::sharpen_distance(query, 0, expanded);
 }
 
 void traverse_with_cache(TraverseQuery& query) noexcept {
-  const std::uint32_t inner_nodes = detail::find_hits_with(*query.options.cache, query);
+  const std::uint32_t expanded = detail::find_hits_with(*query.options.cache, query);
   detail::take_hits(query, detail::HitsAre::points);
-  detail::sharpen_distance(query, 0, inner_nodes);
+  detail::sharpen_distance(query, 0, expanded);
 }
 
 Status run(TraverseQuery query) noexcept {
@@ -72,7 +77,8 @@ Status run(TraverseQuery query) noexcept {
   }
   QueryResult& result = query.result;
   result.delta = d.unit * (d.deepest > detail::kNothingTested ? d.deepest : d.rejected);
-  result.delta_bound = d.unit * std::max(d.deepest, d.rejected);
+  const float tested = d.deepest > detail::kNothingTested ? query.facts.highest(d.unit * d.deepest) : d.deepest;
+  result.delta_bound = std::max(tested, d.unit * d.rejected);
   result.nodes_tested = d.nodes_tested;
   result.points_tested = d.points_tested;
   return result.contacts > query.out.size() ? Status::output_full : Status::ok;
@@ -127,9 +133,12 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
                 Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
+    QueryOptions within = options;
     if constexpr (std::is_same_v<Kind, VoxelmapView>) {
       if (kind.field == Field::none) return Status::missing_part;
-      if (answer_apart(shell, kind, shell_to_field, options.contact_distance, result)) return Status::ok;
+      // Points farther outside have no known distance.
+      within.contact_distance = std::min(options.contact_distance, detail::known_distance(kind));
+      if (answer_apart(shell, kind, shell_to_field, within.contact_distance, result)) return Status::ok;
     }
     const auto run_kernel = [&]<class Kernel>(const Kernel& kernel_field, const Frame& frame, float error,
                                               const Pose& kernel_pose) {
@@ -138,7 +147,7 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
       facts.error = error;
       if (options.cache != nullptr) facts.id = id_of(kind);
       scratch.reserve(shell);
-      return run(TraverseQuery(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, options,
+      return run(TraverseQuery(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within,
                                scratch, out, result));
     };
     return detail::in_kernel_form(kind, shell_to_field, run_kernel);

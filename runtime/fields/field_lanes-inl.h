@@ -97,6 +97,7 @@ struct Penetrations {
 
 struct Everywhere {
   static constexpr bool kPaired = false;
+  static constexpr bool kHasFarGrid = false;
   static HWY_INLINE Points place(const Affine& a, const Points& p) {
     return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
   }
@@ -199,6 +200,7 @@ struct PolytopeLanes : Everywhere {
 
 struct BelowLanes {
   static constexpr bool kPaired = false;
+  static constexpr bool kHasFarGrid = false;
   const SolidBelow& below;
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
   HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }

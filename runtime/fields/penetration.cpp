@@ -9,6 +9,15 @@
 namespace vps {
 namespace {
 
+using detail::operator*;
+using detail::operator-;
+
+// The vector with unit length; zero where it is shorter than `least`.
+Vec3 unit_above(float least, Vec3 v) noexcept {
+  const float size = detail::length(v);
+  return size > least ? (1 / size) * v : Vec3();
+}
+
 // Decrease of the layers along each axis from `low` to `high`, the neighbours of a place in a grid of this shape.
 // Neighbours beyond the grid are replaced by the nearest place in it.
 template <class Layer>
@@ -35,7 +44,6 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   const std::int64_t brick[3] = {b % map.brick_dims[0], b / map.brick_dims[0] % map.brick_dims[1],
                                  b / map.brick_dims[0] / map.brick_dims[1]};
   float out[3];
-  float least = kBrickEdge;  // half of the decrease of a distance over two bricks
   if (map.field == Field::layers && map.brick_index[found.brick] != kNoBrick) {
     const auto v = static_cast<std::int64_t>(found.voxel);
     const std::int64_t voxel[3] = {brick[0] * kEdge + v % kEdge, brick[1] * kEdge + v / kEdge % kEdge,
@@ -50,15 +58,50 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
           return static_cast<float>(detail::layer_of(map, other));
         },
         out);
-    least = 1;
   } else {
     layer_slopes(
         brick, map.brick_dims,
         [&](const std::int64_t(&at)[3]) { return static_cast<float>(map.coarse_layers[brick_at(at)]); }, out);
   }
-  const float slope = detail::length({out[0], out[1], out[2]});
-  if (!(slope >= least)) return {};
-  return {out[0] / slope, out[1] / slope, out[2] / slope};
+  return unit_above(0.5F, {out[0], out[1], out[2]});
+}
+
+// Normal beyond the samples of the band: from the far grid, the coarse layers or the mesh's bounds.
+Vec3 normal_beyond(const VoxelmapView& map, Vec3 point) noexcept {
+  const FarGridView& far = map.far;
+  const detail::FarCell cell = detail::find_far_cell(far, point);
+  if (cell.in_grid && detail::far_value(cell) > detail::farthest_value(far) + far.step_outer) {
+    const Vec3 fall = detail::trilinear_fall(cell.corners, cell.part, far.spacing);
+    // Cells on a ridge of the field have less slope. One with less than the samples' rounding has none.
+    const Vec3 out = unit_above(0.5F * std::max(far.step_inner, far.step_outer) / far.spacing, fall);
+    if (detail::dot(out, out) > 0) return out;
+  }
+  const Vec3 estimate = normal_from_layers(map, point);
+  if (detail::dot(estimate, estimate) > 0) return estimate;
+  const float* const low = map.bounds_min;
+  const float* const high = map.bounds_max;
+  const Vec3 nearest{std::clamp(point.x, low[0], high[0]), std::clamp(point.y, low[1], high[1]),
+                     std::clamp(point.z, low[2], high[2])};
+  return unit_above(0, point - nearest);
+}
+
+// Minus the gradient of V between the samples of a field brick.
+Vec3 sampled_fall(const VoxelmapView& map, const detail::FieldCell& cell) noexcept {
+  if (map.field != Field::real) {
+    float v[8];
+    detail::corner_values(map, cell, v);
+    return detail::trilinear_fall(v, cell.part, cell.edge);
+  }
+  float out[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    float v[8];
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      const std::size_t step = (corner >> 2) * kFieldEdge * kFieldEdge + (corner >> 1 & 1) * kFieldEdge + (corner & 1);
+      v[corner] = map.gradients[3 * (cell.first + step) + axis];
+    }
+    out[axis] = -detail::trilinear(v, cell.part) / map.voxel_size;
+  }
+  return {out[0], out[1], out[2]};
 }
 
 float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
@@ -72,42 +115,26 @@ float value_at(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexce
 }  // namespace
 
 Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
-  if (map.field == Field::layers) return normal_from_layers(map, point);
-  const detail::FieldCell cell = detail::find_cell(map, point);
-  if (!octree::is_brick(cell.entry)) return normal_from_layers(map, point);
-  float out[3];
-  if (map.field == Field::real) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      float sum = 0;
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        const std::size_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-        float weight = 1;
-        for (std::size_t k = 0; k < 3; ++k) weight *= d[k] != 0 ? cell.part[k] : 1 - cell.part[k];
-        sum += weight * map.gradients[3 * (cell.first + (d[2] * kFieldEdge + d[1]) * kFieldEdge + d[0]) + axis];
-      }
-      out[axis] = -sum / map.voxel_size;
-    }
-  } else {
-    // The gradient of the interpolation.
-    float v[8];
-    detail::corner_values(map, cell, v);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::size_t step = std::size_t{1} << axis;
-      const std::size_t a = (axis + 1) % 3;
-      const std::size_t b = (axis + 2) % 3;
-      const auto rise = [&](std::size_t along_a, std::size_t along_b) {
-        const std::size_t low = along_a << a | along_b << b;
-        return v[low | step] - v[low];
-      };
-      out[axis] = -detail::mix(detail::mix(rise(0, 0), rise(1, 0), cell.part[a]),
-                               detail::mix(rise(0, 1), rise(1, 1), cell.part[a]), cell.part[b]) /
-                  cell.edge;
-    }
+  if (map.field == Field::layers) {
+    const Voxel found = find_voxel(map, point);
+    if (!found.in_grid || map.brick_index[found.brick] == kNoBrick) return normal_beyond(map, point);
+    const Vec3 estimate = normal_from_layers(map, point);
+    return dot(estimate, estimate) > 0 ? estimate : normal_beyond(map, point);
   }
-  const float slope = detail::length({out[0], out[1], out[2]});
-  constexpr float kLeastSlope = 0.5F;  // a distance field has slope 1 except on its ridges
-  if (!(slope > kLeastSlope)) return {};
-  return {out[0] / slope, out[1] / slope, out[2] / slope};
+  const FieldCell cell = find_cell(map, point);
+  if (!octree::is_brick(cell.entry)) return normal_beyond(map, point);
+  // A distance field has slope 1 except on its ridges. Clamped samples make it less.
+  const Vec3 fall = sampled_fall(map, cell);
+  const float slope = length(fall);
+  constexpr float kWhole = 0.9F;
+  if (slope > kWhole) return (1 / slope) * fall;
+  const float v = interpolate(map, cell);
+  if (std::abs(v) >= end_of_band(v >= 0 ? map.band_inner : map.band_outer, map.voxel_size)) {
+    const Vec3 beyond = normal_beyond(map, point);
+    if (dot(beyond, beyond) > 0) return beyond;
+  }
+  // Less is the samples' rounding.
+  return unit_above(2 * map.lambda / cell.edge, fall);
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {

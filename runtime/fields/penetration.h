@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "runtime/vps_runtime.h"
+#include "runtime/fields/far_grid.h"
 
 namespace vps::detail {
 
@@ -131,16 +131,10 @@ inline void corner_values(const VoxelmapView& map, const FieldCell& cell, float 
   }
 }
 
-inline float mix(float a, float b, float part) noexcept {
-  return a + part * (b - a);
-}
-
 inline float interpolate(const VoxelmapView& map, const FieldCell& cell) noexcept {
   float v[8];
   corner_values(map, cell, v);
-  const float y0 = mix(mix(v[0], v[1], cell.part[0]), mix(v[2], v[3], cell.part[0]), cell.part[1]);
-  const float y1 = mix(mix(v[4], v[5], cell.part[0]), mix(v[6], v[7], cell.part[0]), cell.part[1]);
-  return mix(y0, y1, cell.part[2]);
+  return trilinear(v, cell.part);
 }
 
 /// The layer of a voxel of a stored brick. [vx]
@@ -177,31 +171,56 @@ inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float 
 /// `outward_normal` of a voxelmap.
 Vec3 normal_at(const VoxelmapView& map, Vec3 point) noexcept;
 
-/// V(P). Paper: Sec. 2.2.
-inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  bool inside = false;
-  if (map.field == Field::layers) {
-    const Voxel found = find_voxel(map, point);
-    if (!found.in_grid) return -distance_to_bounds(map, point);
-    if (map.brick_index[found.brick] != kNoBrick) {
-      // Eq. (4) with sigma = s.
-      return dot(inward_normal, found.to_centre) + static_cast<float>(layer_of(map, found)) * map.voxel_size;
-    }
-    inside = map.coarse_layers[found.brick] > 0;
-  } else {
-    const FieldCell cell = find_cell(map, point);
-    if (octree::is_brick(cell.entry)) return interpolate(map, cell);
-    inside = cell.entry == kFarInside;
-  }
-  const Voxel found = find_voxel(map, point);
-  if (inside && found.in_grid) return far_interval(map, found, map.band_inner).low;
-  const float to_bounds = distance_to_bounds(map, point);
-  return -(found.in_grid ? std::max(to_bounds, far_interval(map, found, map.band_outer).low) : to_bounds);
-}
-
 // Interpolation between the corners of a cell of edge h never exceeds sqrt(d^2 + 3 h^2 / 4), d the true distance:
 // docs/bounds.md has the proof.
 inline constexpr float kHalfDiagonalSquared = 0.75F;
+
+/// Where the last cells of the band begin. From there on a field's own values may be clamped. [m]
+inline float end_of_band(float band, float voxel_size) noexcept {
+  return std::max(band - std::sqrt(kHalfDiagonalSquared) * voxel_size, 0.0F);
+}
+/// V is known up to this distance outside. [m]
+inline float known_distance(const VoxelmapView& map) noexcept {
+  return map.far.values != nullptr ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
+}
+
+/// V without the far grid.
+struct OwnPenetration {
+  float v = 0;           ///< beyond the band no farther from 0 than the true V, with the right sign. [m]
+  bool sampled = false;  ///< the field has values there; beyond the band they may be clamped
+};
+inline OwnPenetration own_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  const Voxel found = find_voxel(map, point);
+  bool inside = false;
+  if (map.field == Field::layers) {
+    if (found.in_grid && map.brick_index[found.brick] != kNoBrick) {
+      // Eq. (4) with sigma = s.
+      return {dot(inward_normal, found.to_centre) + static_cast<float>(layer_of(map, found)) * map.voxel_size, true};
+    }
+    inside = found.in_grid && map.coarse_layers[found.brick] > 0;
+  } else {
+    const FieldCell cell = find_cell(map, point);
+    if (octree::is_brick(cell.entry)) return {interpolate(map, cell), true};
+    inside = cell.entry == kFarInside;
+  }
+  if (inside && found.in_grid) return {far_interval(map, found, map.band_inner).low};
+  const float to_bounds = distance_to_bounds(map, point);
+  return {-(found.in_grid ? std::max(to_bounds, far_interval(map, found, map.band_outer).low) : to_bounds)};
+}
+
+/// V(P). Paper: Sec. 2.2. Beyond the band it comes from the far grid. At the band's end it changes over to the far
+/// grid, in the range of the field's own values that may be clamped.
+inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  const OwnPenetration own = own_penetration(map, point, inward_normal);
+  const float band = own.v >= 0 ? map.band_inner : map.band_outer;
+  const float end = end_of_band(band, map.voxel_size);
+  if (std::abs(own.v) < end) return own.v;
+  const FarCell cell = find_far_cell(map.far, point);
+  if (!cell.in_grid) return own.v;
+  const float far = far_value(cell);
+  const float weight = own.sampled ? std::min((std::abs(own.v) - end) / (band - end), 1.0F) : 1.0F;
+  return mix(own.v, own.v >= 0 ? std::max(own.v, far) : std::min(own.v, far), weight);
+}
 
 /// Lower bound of the true signed distance where interpolation gives `interpolated`. [m]
 inline float least_distance(float interpolated, float h) noexcept {
@@ -292,8 +311,20 @@ inline Interval layer_interval(const VoxelmapView& map, const Voxel& found, Inte
   return signed_interval(coarse, layer > 0);
 }
 
-/// Interval of the true V at any point: docs/bounds.md. In the certified band it comes from the certificate. [m]
-inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
+/// An interval of the true V, made narrower by the far grid's. [m]
+inline Interval within_far_grid(const VoxelmapView& map, Vec3 point, Interval known) noexcept {
+  const FarCell cell = find_far_cell(map.far, point);
+  if (!cell.in_grid) return known;
+  const float v = far_value(cell);
+  const float rounding = 0.5F * std::max(map.far.step_inner, map.far.step_outer);
+  known.high = std::min(known.high, -least_distance(-v - rounding, map.far.spacing));
+  // Clamped samples hide how far outside a point is.
+  if (v - map.far.error > farthest_value(map.far)) known.low = std::max(known.low, v - map.far.error);
+  return {std::min(known.low, known.high), known.high};
+}
+
+/// Interval of the true V at any point, without the far grid.
+inline Interval interval_of_field(const VoxelmapView& map, Vec3 point) noexcept {
   const float error = field_error(map);
   FieldCell cell;
   float v = 0;
@@ -320,6 +351,11 @@ inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexce
   // There are no samples because the voxel's centre lies beyond the band.
   if (cell.in_grid) far.low = std::max(far.low, (inside ? map.band_inner : map.band_outer) - length(found.to_centre));
   return signed_interval(far, inside);
+}
+
+/// Interval of the true V at any point: docs/bounds.md. In the certified band it comes from the certificate. [m]
+inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
+  return within_far_grid(map, point, interval_of_field(map, point));
 }
 
 }  // namespace vps::detail

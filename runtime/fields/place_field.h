@@ -37,6 +37,14 @@ struct SampledMap {
   float step = 0;                                  ///< lambda; bricks of level 1 have twice that. [vx]
   float error = 0;                                 ///< field_error. [vx]
   float certified_inner = 0, certified_outer = 0;  ///< certified_band. [vx]
+  float end_inner = 0, end_outer = 0;              ///< end_of_band. [vx]
+  // The far grid.
+  const std::int8_t* far = nullptr;              ///< null: there is none
+  std::int32_t far_dims[2] = {};                 ///< x, y
+  float far_top[3] = {};                         ///< the last node, counted from the first
+  float far_origin[3] = {};                      ///< the first node. [vx]
+  float far_per_voxel = 0;                       ///< nodes in a voxel
+  float far_step_inner = 0, far_step_outer = 0;  ///< of values above and below 0. [vx]
 };
 
 struct SampledMap8 : SampledMap {};   ///< samples of 8 bits
@@ -137,6 +145,19 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   const CertifiedBand certified = certified_band(view);
   map.certified_inner = certified.inner / view.voxel_size;
   map.certified_outer = certified.outer / view.voxel_size;
+  map.end_inner = end_of_band(view.band_inner, view.voxel_size) / view.voxel_size;
+  map.end_outer = end_of_band(view.band_outer, view.voxel_size) / view.voxel_size;
+  const FarGridView& far = view.far;
+  map.far = far.values;
+  if (map.far == nullptr) return map;
+  for (int axis = 0; axis < 3; ++axis) {
+    map.far_top[axis] = static_cast<float>(far.dims[axis] - 1);
+    map.far_origin[axis] = static_cast<float>((far.origin[axis] - frame.origin[axis]) / frame.unit);
+  }
+  for (int axis = 0; axis < 2; ++axis) map.far_dims[axis] = static_cast<std::int32_t>(far.dims[axis]);
+  map.far_per_voxel = static_cast<float>(frame.unit / double{far.spacing});
+  map.far_step_inner = far.step_inner / view.voxel_size;
+  map.far_step_outer = far.step_outer / view.voxel_size;
   return map;
 }
 

@@ -7,6 +7,7 @@
 #define VPS_RUNTIME_SAMPLED_LANES_INL_H_
 #endif
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -18,6 +19,7 @@ namespace vps::detail::HWY_NAMESPACE {
 template <class Integer>
 struct SampledLanes : Everywhere {
   static constexpr bool kPaired = true;
+  static constexpr bool kHasFarGrid = true;
   const SampledMap& map;
 
   struct Looked {
@@ -194,7 +196,7 @@ struct SampledLanes : Everywhere {
 
   // Lower bound of the distance beyond the band: the band's end less the distance to the voxel's centre. The centre
   // decides whether a voxel lies beyond the band.
-  HWY_INLINE F beyond_band(const Looked& found) const {
+  HWY_INLINE F least_beyond(const Looked& found) const {
     const F half = set(0.5F);
     const auto from_voxel = [&](F g) {
       return square(hn::Sub(g, hn::ConvertTo(f32, hn::ConvertTo(i32, hn::Add(g, half)))));
@@ -216,7 +218,7 @@ struct SampledLanes : Everywhere {
   // layers, as far_interval.
   HWY_NOINLINE F far_distance(const Points& p, const Looked& found) const {
     const Coarse coarse = coarse_at(found.grid);
-    const F known = hn::Max(hn::Sub(coarse.layers, coarse.reach), beyond_band(found));
+    const F known = hn::Max(hn::Sub(coarse.layers, coarse.reach), least_beyond(found));
     const F in_grid_distance = hn::Max(known, hn::Zero(f32));
     const F bounds = to_bounds(p);
     const F outside = hn::IfThenElse(found.in_grid, hn::Max(bounds, in_grid_distance), bounds);
@@ -226,11 +228,71 @@ struct SampledLanes : Everywhere {
     return hn::AllTrue(f32, found.sampled) ? hn::Zero(f32) : far_distance(p, found);
   }
 
-  HWY_INLINE F value(const Points& p, const Batch&, M) const { return value_of(p, look_up(p)); }
+  // V, but beyond the band only a value that is no farther from 0 than the true V.
   HWY_INLINE F value_of(const Points& p, const Looked& found) const {
     const F distance = far(p, found);
     const F beyond = hn::IfThenElse(found.far_inside, distance, hn::Neg(distance));
     return hn::IfThenElse(found.sampled, found.value, beyond);
+  }
+
+  // Where value_of is not V: the field's own values may be clamped there.
+  HWY_INLINE M beyond_band(F v) const { return hn::Or(hn::Ge(v, set(map.end_inner)), hn::Le(v, set(-map.end_outer))); }
+  // V in these lanes, from the far grid: voxelmap_penetration in lanes.
+  HWY_NOINLINE F with_far_grid(const Points& p, F known, M sampled) const {
+    const Far far = far_at(p);
+    const F zero = hn::Zero(f32);
+    const M inside = hn::Ge(known, zero);
+    const F farther = hn::IfThenElse(inside, hn::Max(known, far.value), hn::Min(known, far.value));
+    const F end = hn::IfThenElse(inside, set(map.end_inner), set(map.end_outer));
+    const F band = hn::IfThenElse(inside, set(map.band_inner), set(map.band_outer));
+    const F into = hn::Div(hn::Sub(hn::Abs(known), end), hn::Sub(band, end));
+    const F weight = hn::IfThenElse(sampled, hn::Min(hn::Max(into, zero), set(1)), set(1));
+    const F v = hn::MulAdd(weight, hn::Sub(farther, known), known);
+    return hn::IfThenElse(hn::And(far.in_grid, beyond_band(known)), v, known);
+  }
+  struct Far {
+    F value;
+    M in_grid;
+  };
+  HWY_INLINE Far far_at(const Points& p) const {
+    const auto place = [&](F a, int axis) {
+      return hn::Mul(hn::Sub(a, set(map.far_origin[axis])), set(map.far_per_voxel));
+    };
+    const F ax = place(p.x, 0);
+    const F ay = place(p.y, 1);
+    const F az = place(p.z, 2);
+    const auto within = [&](F a, int axis) {
+      return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.far_top[axis])));
+    };
+    const M in_grid = hn::And(within(ax, 0), hn::And(within(ay, 1), within(az, 2)));
+    const I ix = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, ax));
+    const I iy = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, ay));
+    const I iz = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, az));
+    const F fx = hn::Sub(ax, hn::ConvertTo(f32, ix));
+    const F fy = hn::Sub(ay, hn::ConvertTo(f32, iy));
+    const F fz = hn::Sub(az, hn::ConvertTo(f32, iz));
+    const I nx = hn::Set(i32, map.far_dims[0]);
+    const I node = hn::Add(hn::Mul(hn::Add(hn::Mul(iz, hn::Set(i32, map.far_dims[1])), iy), nx), ix);
+    const I above = hn::Add(node, hn::Mul(nx, hn::Set(i32, map.far_dims[1])));
+    // Words of four values, of which two are used. All words lie in the file, which was checked.
+    const auto* const words = reinterpret_cast<const std::int32_t*>(map.far);
+    const auto metric = [&](I q) {
+      const F v = hn::ConvertTo(f32, q);
+      return hn::Mul(v, hn::IfThenElse(hn::Gt(v, hn::Zero(f32)), set(map.far_step_inner), set(map.far_step_outer)));
+    };
+    const auto along_x = [&](I at) {
+      const I word = hn::GatherOffset(i32, words, at);
+      const F low = metric(hn::ShiftRight<24>(hn::ShiftLeft<24>(word)));
+      const F high = metric(hn::ShiftRight<24>(hn::ShiftLeft<16>(word)));
+      return hn::MulAdd(fx, hn::Sub(high, low), low);
+    };
+    const F v00 = along_x(node);
+    const F v10 = along_x(hn::Add(node, nx));
+    const F v01 = along_x(above);
+    const F v11 = along_x(hn::Add(above, nx));
+    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
+    return {hn::MulAdd(fz, hn::Sub(v1, v0), v0), in_grid};
   }
 
   // Where the true distance is at most `reach`, the interpolated one is at most reach + slack: see least_distance.
@@ -250,8 +312,24 @@ struct SampledLanes : Everywhere {
                                                        hn::Lt(found.value, set(map.certified_inner))));
     if (hn::AllFalse(f32, hn::AndNot(certified, valid))) return {found.value, found.value};
     const Penetrations beyond = penetrations_beyond(p, found);
-    return {hn::IfThenElse(found.sampled, found.value, beyond.value),
-            hn::IfThenElse(certified, found.value, beyond.highest)};
+    F v = hn::IfThenElse(found.sampled, found.value, beyond.value);
+    F highest = beyond.highest;
+    if (map.far != nullptr) {
+      v = with_far_grid(p, v, found.sampled);
+      highest = hn::Min(highest, far_highest(p));
+    }
+    return {v, hn::IfThenElse(certified, found.value, highest)};
+  }
+  // Upper end of within_far_grid; the field's error is left out as in `highest`.
+  HWY_INLINE F far_highest(const Points& p) const {
+    const Far far = far_at(p);
+    const float h = 1 / map.far_per_voxel;
+    const F least = hn::Sub(hn::Neg(far.value), set(0.5F * std::max(map.far_step_inner, map.far_step_outer)));
+    const F squared = hn::Sub(square(least), set(kHalfDiagonalSquared * h * h));
+    const F near = hn::Sub(least, set(std::sqrt(kHalfDiagonalSquared) * h));
+    const M is_far = hn::And(hn::Gt(least, hn::Zero(f32)), hn::Gt(squared, hn::Zero(f32)));
+    const F distance = hn::IfThenElse(is_far, hn::Sqrt(squared), near);
+    return hn::IfThenElse(far.in_grid, hn::Neg(distance), set(std::numeric_limits<float>::max()));
   }
   HWY_NOINLINE Penetrations penetrations_beyond(const Points& p, const Looked& found) const {
     const F zero = hn::Zero(f32);
@@ -264,7 +342,7 @@ struct SampledLanes : Everywhere {
                                   square(hn::Sub(p.z, nearest.z)));
     const F least_coarse = hn::Max(hn::Sub(coarse.layers, coarse.reach), zero);
     const F least = hn::Max(to_bounds(p), hn::Sqrt(hn::MulAdd(least_coarse, least_coarse, gap_squared)));
-    const F unsampled = hn::IfThenElse(found.in_grid, hn::Max(least, beyond_band(found)), least);
+    const F unsampled = hn::IfThenElse(found.in_grid, hn::Max(least, least_beyond(found)), least);
 
     const F interpolated = hn::Sub(hn::Neg(found.value), set(map.error));
     const F squared = hn::Sub(square(interpolated), hn::Mul(set(kHalfDiagonalSquared), square(found.cell)));

@@ -19,15 +19,20 @@ class SurfaceWalk {
   SurfaceWalk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
       : map_(map), tolerance_(options.tolerance_vx * map.voxel_size), left_(options.max_iterations) {}
 
-  // Takes Newton steps where there are samples. Elsewhere it goes from brick to brick towards the surface.
+  // Takes Newton steps where there are samples, and in the far grid while it comes nearer. Elsewhere it goes from brick
+  // to brick towards the surface.
   bool to_surface(Vec3& at, float& residual) noexcept {
+    constexpr float kNearer = 0.75F;
+    float nearest = std::numeric_limits<float>::max();
     for (; left_ > 0; --left_) {
       const FieldCell cell = find_cell(map_, at);
       const bool sampled = octree::is_brick(cell.entry);
-      const float v = sampled ? interpolate(map_, cell) : 0;
+      const float v = sampled ? interpolate(map_, cell) : voxelmap_penetration(map_, at, {});
       residual = std::abs(v);
       if (sampled && residual <= tolerance_) return true;
-      const Vec3 normal = sampled ? normal_at(map_, at) : Vec3();
+      const bool steps = sampled || (residual < kNearer * nearest && find_far_cell(map_.far, at).in_grid);
+      if (!sampled) nearest = std::min(nearest, residual);
+      const Vec3 normal = steps ? normal_at(map_, at) : Vec3();
       if (dot(normal, normal) > 0) {
         at = at + scaled(normal, v);
       } else if (!approach(at, sampled ? residual : std::numeric_limits<float>::max())) {

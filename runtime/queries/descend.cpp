@@ -36,6 +36,34 @@ HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
   return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
 }
 
+// V at points that were not looked up, as the look-up gives it.
+// @param sampled  lanes where the field has samples
+template <class Lanes>
+HWY_INLINE F value_at(const Lanes& field, const Points& p, const Batch& batch, M valid, M& sampled) {
+  if constexpr (Lanes::kHasFarGrid) {
+    const auto found = field.look_up(p);
+    sampled = found.sampled;
+    return field.value_of(p, found);
+  } else {
+    sampled = valid;
+    return field.value(p, batch, valid);
+  }
+}
+
+// Which points are hits. Beyond the band a look-up gives a value that is no farther from 0 than V: outside an upper
+// bound. It suffices for points that are no hits. For others the far grid gives V.
+template <class Lanes>
+HWY_INLINE M find_hits(const Lanes& field, const Points& p, M sampled, M valid, F limit, F& v) {
+  const M hit = hn::And(valid, hn::Ge(v, limit));
+  if constexpr (Lanes::kHasFarGrid) {
+    if (!hn::AllFalse(f32, hit) && field.map.far != nullptr && !hn::AllFalse(f32, hn::And(hit, field.beyond_band(v)))) {
+      v = field.with_far_grid(p, v, sampled);
+      return hn::And(valid, hn::Ge(v, limit));
+    }
+  }
+  return hit;
+}
+
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   const Batch batch{{node, 1, 0}, {}};
@@ -104,11 +132,11 @@ void descend_lanes(const Lanes& field, Descent& d) {
     tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
     d.nodes_tested += batch.low.count + batch.high.count;
   };
-  const auto take_points = [&](const Batch& batch, F v) {
+  const auto take_points = [&](const Batch& batch, const Points& p, F v, M sampled) {
     const M valid = valid_lanes<Lanes::kPaired>(batch);
+    const M hit = find_hits(field, p, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     d.points_tested += batch.low.count + batch.high.count;
-    const M hit = hn::And(valid, hn::Ge(v, limit));
     if (hn::AllFalse(f32, hit)) return;
     auto parents = hn::Set(u32, batch.low.parent);
     if constexpr (kTwo) {
@@ -150,12 +178,14 @@ void descend_lanes(const Lanes& field, Descent& d) {
         typename Lanes::Looked at_first;
         typename Lanes::Looked at_other;
         field.look_up(points, others, at_first, at_other);
-        take_points(batch, field.value_of(points, at_first));
-        take_points(other, field.value_of(others, at_other));
+        take_points(batch, points, field.value_of(points, at_first), at_first.sampled);
+        take_points(other, others, field.value_of(others, at_other), at_other.sampled);
         continue;
       }
     }
-    take_points(batch, field.value(points, batch, valid_lanes<Lanes::kPaired>(batch)));
+    M sampled;
+    const F v = value_at(field, points, batch, valid_lanes<Lanes::kPaired>(batch), sampled);
+    take_points(batch, points, v, sampled);
   }
   d.begin = chunks.head();
   d.end = tail;
@@ -172,9 +202,11 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
     const Points codes = {hn::LoadU(f32, list.codes[0] + i), hn::LoadU(f32, list.codes[1] + i),
                           hn::LoadU(f32, list.codes[2] + i)};
     const M valid = hn::FirstN(f32, list.count - i);
-    const F v = field.value(field.place(d.points, codes), Batch(), valid);
+    const Points p = field.place(d.points, codes);
+    M sampled;
+    F v = value_at(field, p, Batch(), valid, sampled);
+    const M hit = find_hits(field, p, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    const M hit = hn::And(valid, hn::Ge(v, limit));
     const auto hit_word = hn::RebindMask(u32, hit);
     store_packed(u32, hn::LoadU(u32, list.points + i), hit_word, d.hits + d.hit_count);
     store_packed(u32, hn::LoadU(u32, list.leaves + i), hit_word, d.leaves + d.hit_count);
@@ -202,9 +234,12 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
     }
     const Points stored = {hn::Load(f32, codes[0]), hn::Load(f32, codes[1]), hn::Load(f32, codes[2])};
     const M valid = hn::FirstN(f32, count);
-    const F v = field.value(field.place(d.points, stored), Batch{{points[0], count, 0}, {}}, valid);
+    const Batch batch{{points[0], count, 0}, {}};
+    const Points p = field.place(d.points, stored);
+    M sampled;
+    F v = value_at(field, p, batch, valid, sampled);
+    const M hit = find_hits(field, p, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    const M hit = hn::And(valid, hn::Ge(v, limit));
     const auto hit_word = hn::RebindMask(u32, hit);
     store_packed(u32, hn::Load(u32, points), hit_word, d.hits + d.hit_count);
     store_packed(u32, hn::LoadU(u32, d.queue + from), hit_word, d.leaves + d.hit_count);

@@ -27,7 +27,7 @@ struct Descent {
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V
   std::uint32_t hit_count = 0;
-  float deepest = 0;   ///< max V of the points tested
+  float deepest = 0;   ///< max V of the points tested; of points beyond the band that are no hits an upper bound of V
   float rejected = 0;  ///< upper bound of V below all rejected spheres
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };

@@ -40,17 +40,18 @@ DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal)
   if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
   ClosestPoint closest;
   if (closest_point(map, point, {}, closest) != Status::ok || !closest.converged) return out;
+  if (!(closest.distance > 0)) return out;
+  const Vec3 away = closest.inside ? closest.position - point : point - closest.position;
   if (closest.inside) {
     out.v = std::clamp(closest.distance, out.truth.low, out.truth.high);
+    out.direction = (1 / closest.distance) * away;
     return out;
   }
-  const Vec3 away = point - closest.position;
-  if (!(closest.distance > 0)) return out;
   out.walked = true;
   out.surface = closest.position;
   out.v = std::min(-closest.distance, out.truth.high);
   out.truth.low = std::max(out.truth.low, -closest.upper);
-  out.direction = {away.x / closest.distance, away.y / closest.distance, away.z / closest.distance};
+  out.direction = (1 / closest.distance) * away;
   return out;
 }
 template <class Analytic>

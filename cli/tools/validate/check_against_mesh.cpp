@@ -219,13 +219,14 @@ class MeshChecks {
            std::abs(truth) <= std::sqrt(3.0) * (layer + 1) * info_.voxel_size + slack_;
   }
 
-  // Where nothing is stored, a query must give the right sign and at most the true distance.
+  // Beyond the band a query must give the right sign and a distance within the far grid's error. Without a far grid,
+  // and beyond its range, it must give at most the true distance.
   void check_far(const lab::Oracle& oracle) {
     VoxelmapView map;
     if (asset_.voxelmap(map) != Status::ok) return;
     lab::Random random(options_.seed + 1);
     int count = 0, wrong = 0;
-    double excess = 0;
+    double excess = 0, worst = 0;
     for (int i = 0; i < options_.samples; ++i) {
       Point p;
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -235,17 +236,30 @@ class MeshChecks {
       p = to_double(to_float(p));
       if (std::isfinite(stored_penetration(map, to_float(p)))) continue;
       ++count;
-      const double truth = oracle.penetration(p), told = double(penetration(map, to_float(p), {}));
-      if ((told >= 0) != (truth >= 0)) ++wrong;
-      excess = std::max(excess, std::abs(told) - std::abs(truth));
+      const double truth = oracle.penetration(p), found = double(penetration(map, to_float(p), {}));
+      if ((found >= 0) != (truth >= 0)) ++wrong;
+      if (info_.far_spacing > 0 && truth > -info_.far_range) {
+        worst = std::max(worst, std::abs(found - truth));
+      } else {
+        excess = std::max(excess, std::abs(found) - std::abs(truth));
+      }
     }
     if (count == 0) return;
-    const bool good = wrong == 0 && excess <= double(map.error) + slack_;
+    // Distances that the far grid gives farther outside are within its error, too.
+    const double allowed = std::max(double(map.error), info_.far_error.bound);
+    const bool good = wrong == 0 && excess <= allowed + slack_ && worst <= info_.far_error.bound + slack_;
     add("far", passed(good),
-        good ? fmt::format("{} points beyond the band: the right side, and never more distance than there is", count)
-             : fmt::format("of {} points beyond the band {} on the wrong side, distances too large by up to {}", count,
-                           wrong, bake::format_length(std::max(excess, 0.0))),
-        {{"samples", count}, {"wrong_side", wrong}, {"excess", std::max(excess, 0.0)}});
+        good ? fmt::format("{} points beyond the band: the right side, and the largest error {}", count,
+                           against(worst, info_.far_error.bound))
+             : fmt::format(
+                   "of {} points beyond the band {} on the wrong side, errors up to {}, distances too large by up "
+                   "to {}",
+                   count, wrong, bake::format_length(worst), bake::format_length(std::max(excess, 0.0))),
+        {{"samples", count},
+         {"wrong_side", wrong},
+         {"max", worst},
+         {"bound", info_.far_error.bound},
+         {"excess", std::max(excess, 0.0)}});
   }
 
   void check_coarse_layers(const lab::Oracle& oracle) {

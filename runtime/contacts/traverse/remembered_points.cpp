@@ -11,11 +11,11 @@
 namespace vps::detail {
 namespace {
 
-// Returns how many inner nodes lie at the front of the queue.
+// Returns how many expanded nodes lie at the front of the queue.
 std::uint32_t find_all_hits(TraverseQuery& query) noexcept {
   if (!query.field.touches(query.descent, 0)) return 0;
   (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
-  return query.end_of_inner_nodes(0, query.descent.end);
+  return query.descent.end;
 }
 
 void remember_hits(const TraverseQuery& query, ContactCache& cache) noexcept {
@@ -65,23 +65,24 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   cache.shell_points = shell.points;
   cache.field = query.facts.id;
   cache.reference = query.pose;
-  // The list suffices for some steps like the last one. A fast body gets none, because it would be long.
+  // The list suffices for some steps like the last one. A fast body gets none, because it would be long. Nor does a
+  // list help where V is only an estimate.
   constexpr double kSteps = 8;
   const double least = 0.05 * shell.covering_radius;
   const double most = 0.5 * shell.covering_radius;
-  if (kSteps * step > most) {
+  const double reach = needed + std::max(least, kSteps * step);
+  if (kSteps * step > most || reach > query.facts.certain) {
     cache.reach = 0;
     return find_all_hits(query);
   }
-  const double reach = needed + std::max(least, kSteps * step);
   const float wanted = d.contact_distance;
   d.contact_distance = static_cast<float>(reach / d.unit);
-  const std::uint32_t inner_nodes = find_all_hits(query);
+  const std::uint32_t expanded = find_all_hits(query);
   d.contact_distance = wanted;
   remember_hits(query, cache);
   cache.reach = reach;
   drop_hits_below(-wanted, d);
-  return inner_nodes;
+  return expanded;
 }
 
 }  // namespace vps::detail

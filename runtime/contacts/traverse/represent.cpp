@@ -2,6 +2,7 @@
 // Represents each node by one point: P_1 of Eq. (6). Used for levels of detail, for parts that a budget left out, and
 // for the distance of bodies that do not touch.
 #include <algorithm>
+#include <limits>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 
@@ -16,6 +17,27 @@ float most_below(const TraverseQuery& query, std::uint32_t entry) noexcept {
   const float centre = d.unit * d.bounds[entry] - radius;
   const float most = centre < facts.known ? std::min(centre + radius + facts.excess, facts.most) : facts.most;
   return most / d.unit;
+}
+
+// For a shell beyond the band: V of the points that represent entries [from, to) of the queue, by the far grid. Then of
+// the points of the nearest leaf.
+void test_far(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
+  Descent& d = query.descent;
+  const float wanted = d.contact_distance;
+  d.rejected = std::max(d.rejected, d.deepest);  // a bound
+  d.deepest = kNothingTested;
+  d.contact_distance = std::numeric_limits<float>::max();  // all are hits
+  d.hit_count = 0;
+  query.field.test_parents(d, from, to);
+  const auto nearest = std::max_element(d.penetrations, d.penetrations + d.hit_count) - d.penetrations;
+  const std::uint32_t node = d.hit_count > 0 ? d.leaves[nearest] : 0;
+  d.contact_distance = -d.deepest;
+  d.hit_count = 0;
+  if (node >= query.shell.level_offsets[query.shell.levels - 1] && !query.budget.limited()) {
+    (void)descend_in_blocks(query, node, to, query.shell.nodes);
+  }
+  d.contact_distance = wanted;
+  d.deepest = query.deepest_far = std::max(query.deepest_far, d.deepest);
 }
 
 }  // namespace
@@ -39,11 +61,18 @@ void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexc
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
   Descent& d = query.descent;
   if (d.deepest >= -d.contact_distance) return;
+  constexpr float kRounding = 1 - 1e-4F;
+  const bool is_far = d.unit * d.deepest < -kRounding * query.facts.certain;
+  if (!is_far) to = query.end_of_inner_nodes(from, to);
   if (query.budget.limited()) {
     to = from +
          static_cast<std::uint32_t>(std::min<std::uint64_t>(to - from, query.budget.left_in_block(query.tests(), 0)));
   }
-  query.field.test_parents(d, from, to);
+  if (is_far) {
+    test_far(query, from, to);
+  } else {
+    query.field.test_parents(d, from, to);
+  }
   d.hit_count = 0;
 }
 

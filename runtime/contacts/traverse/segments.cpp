@@ -16,13 +16,13 @@ void traverse_segment(TraverseQuery& query, std::uint32_t segment, std::uint32_t
   if (d.bounds != nullptr) d.bounds[room] = d.bounds[segment];
   query.result.complete = descend_in_blocks(query, node, room, query.shell.nodes);
   take_hits(query, HitsAre::points);
-  const std::uint32_t end_of_inner = query.end_of_inner_nodes(room, d.begin);
+  const std::uint32_t expanded = d.begin;
   represent(query, d.begin, d.end);
   if (deepest.penetration > kNothingTested) {
     deepest.node = node;
     write_contact(query, deepest);
   } else {
-    sharpen_distance(query, room, end_of_inner);
+    sharpen_distance(query, room, expanded);
   }
   query.segment = nullptr;
 }
@@ -45,7 +45,7 @@ void traverse_segments(TraverseQuery& query) noexcept {
   query.waiting = 0;
   // The segments that the budget did not reach.
   represent(query, segment, last);
-  sharpen_distance(query, 0, query.end_of_inner_nodes(0, first));
+  sharpen_distance(query, 0, first);
 }
 
 }  // namespace vps::detail

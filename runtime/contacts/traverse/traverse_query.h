@@ -12,6 +12,7 @@
 /// traverse.cpp calls them.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <span>
 
@@ -31,6 +32,15 @@ struct FieldFacts {
   float excess = 0;
   float known = std::numeric_limits<float>::max();
   float most = std::numeric_limits<float>::max();
+  /// Where -certain < V < known_inside, V is within `error` of the true V; elsewhere within `far_error`. [m]
+  float certain = std::numeric_limits<float>::max();
+  float known_inside = std::numeric_limits<float>::max();
+  float far_error = 0;
+
+  /// Upper bound of the true V, less `error`, where a query gives V. [m]
+  [[nodiscard]] float highest(float v) const noexcept {
+    return v > -certain && v < known_inside ? v : std::min(v + far_error, std::max(v, most));
+  }
 };
 /// Fields that differ have different ids: for a ContactCache.
 std::uint64_t field_id(const VoxelmapView& map) noexcept;
@@ -67,8 +77,9 @@ struct TraverseQuery {
   QueryResult& result;
   const Vec3 centre_of_mass;  ///< map frame. [m]
   Descent descent;
-  Contact* segment = nullptr;  ///< if not null, only the deepest contact is kept, and stored here
-  std::uint32_t waiting = 0;   ///< segments that are not begun, for which the budget must suffice
+  Contact* segment = nullptr;          ///< if not null, only the deepest contact is kept, and stored here
+  float deepest_far = kNothingTested;  ///< max V by the far grid, of a shell beyond the band. In the field's unit
+  std::uint32_t waiting = 0;           ///< segments that are not begun, for which the budget must suffice
 };
 
 /// Kind of a descent's hits: points, or points that represent the nodes in `Descent::leaves`.
@@ -90,13 +101,13 @@ bool descend_in_blocks(TraverseQuery& query, std::uint32_t node, std::uint32_t a
 /// Represents unvisited parts of the tree by their top nodes, entries [from, to) of the queue: adds the bounds of these
 /// nodes and tests the points that represent them.
 void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
-/// If no tested point touches, tests the points that represent expanded nodes, entries [from, to) of the queue. They
-/// give a more accurate distance.
+/// If no tested point touches, tests the points that represent expanded inner nodes, entries [from, to) of the queue.
+/// They give a more accurate distance. Beyond the band these include the leaves', and the nearest leaf's points.
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
 
 /// Finds all hits. Tests only the points in the cache if these suffice. Otherwise traverses the tree and stores new
 /// points.
-/// @return how many inner nodes lie at the front of the queue
+/// @return how many expanded nodes lie at the front of the queue
 std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept;
 
 /// One contact for each cluster of QueryOptions::segment_level.

@@ -4,7 +4,10 @@
 #include <BulletDynamics/Character/btKinematicCharacterController.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "tests/runtime/bullet/world.h"
 #include "tests/support/random.h"
@@ -97,6 +100,46 @@ TEST(Rays, APointshellAloneIsHitByItsSurfels) {
     EXPECT_NEAR(hit.m_hitPointWorld.z(), 1.03, 0.004);
     EXPECT_GT(hit.m_hitNormalWorld.z(), 0.8);
   }
+}
+
+// Collects the reported contacts, with their places on the first body.
+struct Reported : btCollisionWorld::ContactResultCallback {
+  std::vector<std::pair<btVector3, double>> contacts;
+  btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
+                           const btCollisionObjectWrapper*, int, int) override {
+    contacts.emplace_back(point.getPositionWorldOnA(), double(point.getDistance()));
+    return 0;
+  }
+};
+
+TEST(PairTests, ReportNoPhantomsAtAnyDistance) {
+  World scene;
+  bullet::Shape torus_shape(fine_torus());
+  bullet::Shape ball_shape(ball());
+  scene.add(torus_shape, 0, btVector3(0, 0, 0));
+  btRigidBody& body = scene.add(ball_shape, 1, btVector3(1, 0, 0));
+  const double reach = fine_torus()->info().far_range;
+  Random random;
+  int found = 0;
+  for (int i = 0; i < 400; ++i) {
+    const btVector3 at(btScalar(random.between(-0.3, 0.3)), btScalar(random.between(-0.3, 0.3)),
+                       btScalar(random.between(-0.2, 0.2)));
+    const double gap = distance_to_torus(at) - 0.05;
+    if (gap < 0.001) continue;
+    body.setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
+    Reported report;
+    report.m_closestDistanceThreshold = btScalar(std::pow(10, random.between(-4, 0)));
+    const double threshold = double(report.m_closestDistanceThreshold);
+    scene.world.contactPairTest(&body, scene.world.getCollisionObjectArray()[0], report);
+    constexpr double kTolerance = 0.002;  // half a voxel
+    for (const auto& [place, distance] : report.contacts) {
+      EXPECT_GT(distance, gap - kTolerance) << i;
+      EXPECT_NEAR(distance_to_torus(place), distance, 2 * kTolerance) << i;
+      EXPECT_LT(gap, std::min(std::max(threshold, 0.0004), reach) + kTolerance) << i;
+    }
+    found += report.contacts.empty() ? 0 : 1;
+  }
+  EXPECT_GT(found, 20);
 }
 
 TEST(Sweeps, AConvexShapeStopsWithinAVoxelOfTheSurface) {
