@@ -104,6 +104,17 @@ Vec3 sampled_fall(const VoxelmapView& map, const detail::FieldCell& cell) noexce
   return {out[0], out[1], out[2]};
 }
 
+// Minus the gradient of V over a voxel.
+Vec3 fall_over_voxel(const VoxelmapView& map, Vec3 p) noexcept {
+  const float h = 0.5F * map.voxel_size;
+  const auto rise = [&](Vec3 step) {
+    const Vec3 low{p.x - step.x, p.y - step.y, p.z - step.z};
+    const Vec3 high{p.x + step.x, p.y + step.y, p.z + step.z};
+    return (detail::voxelmap_penetration(map, high, {}) - detail::voxelmap_penetration(map, low, {})) / (2 * h);
+  };
+  return {-rise({h, 0, 0}), -rise({0, h, 0}), -rise({0, 0, h})};
+}
+
 float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
@@ -133,8 +144,9 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
     const Vec3 beyond = normal_beyond(map, point);
     if (dot(beyond, beyond) > 0) return beyond;
   }
-  // Less is the samples' rounding.
-  return unit_above(2 * map.lambda / cell.edge, fall);
+  // On a ridge the sides of a whole voxel decide. Less is the samples' rounding.
+  const Vec3 wide = slope > 0.5F ? fall : fall_over_voxel(map, point);
+  return unit_above(2 * map.lambda / cell.edge, wide);
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {

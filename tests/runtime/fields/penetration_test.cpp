@@ -55,10 +55,10 @@ void expect_penetration(const TriangleMesh& mesh, double s, const Case& c) {
       ++in_band;
     } else if (c.field != Field::layers) {
       ASSERT_EQ(v > 0, truth > 0);
-      if (truth > -12 * s) {
+      if (truth > -info.far_range) {
         ASSERT_NEAR(v, truth, info.far_error.bound);
       } else {
-        ASSERT_LE(v, -11 * s);
+        ASSERT_LE(v, -info.far_range + info.far_error.bound);
       }
     }
   }
@@ -117,8 +117,9 @@ TEST(OutwardNormal, IsZeroOnlyWhereTheFieldHasNoSlope) {
     EXPECT_FLOAT_EQ(far.x, 1);
     const Vec3 deep = outward_normal(map, {0.01F, 0, 0.004F});
     EXPECT_GT(deep.z, 0.9F);
+    // In the middle either side is nearest, or none.
     const Vec3 middle = outward_normal(map, {0.01F, 0, 0});
-    EXPECT_EQ(middle.x * middle.x + middle.y * middle.y + middle.z * middle.z, 0);
+    EXPECT_LT(std::hypot(middle.x, middle.y), 0.3F);
   }
 }
 
