@@ -313,7 +313,10 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   found.shell_points = shell.points;
   Status status{};
   if (pair.field.vps != nullptr) {
-    status = find_in_field(query, pair.field.vps->voxelmap(), pair.field.asset_frame(), found);
+    VoxelmapView map = pair.field.vps->voxelmap();
+    // Where a point arrives is found later: farther out a bound of its distance is enough.
+    if (found.looks_ahead) map.far.range = std::numeric_limits<float>::max();
+    status = find_in_field(query, map, pair.field.asset_frame(), found);
   } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
     status = find_on_triangles(query, found);
   } else {

@@ -56,7 +56,8 @@ struct FoundContacts {
   std::span<Contact> contacts;
   std::span<const std::uint32_t> features;  ///< see feature_of
   btTransform frame;                        ///< takes the contacts' frame to the world
-  float reach = 0;                          ///< largest distance of a contact off the surface. [m]
+  bool looks_ahead = false;  ///< contacts may be any distance ahead: those that do not arrive are removed later
+  float reach = 0;           ///< largest distance of a contact off the surface. [m]
 
   /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
   enum class Refined : std::uint8_t {

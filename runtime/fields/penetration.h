@@ -181,7 +181,7 @@ inline float end_of_band(float band, float voxel_size) noexcept {
 }
 /// V is known up to this distance outside. [m]
 inline float known_distance(const VoxelmapView& map) noexcept {
-  return map.far.values != nullptr ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
+  return map.far.range > 0 ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
 }
 
 /// V without the far grid.

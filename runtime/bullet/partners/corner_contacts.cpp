@@ -5,8 +5,6 @@
 
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 
-#include <algorithm>
-
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
 
@@ -33,7 +31,6 @@ bool add_corner_contacts(const Pair& pair, const btTransform& frame, float reach
   if (type != BOX_SHAPE_PROXYTYPE && type != CONVEX_HULL_SHAPE_PROXYTYPE) return false;
   const VoxelmapView& map = pair.shell.vps->distances();
   if (map.field == Field::none) return false;
-  reach = std::min(reach, detail::known_distance(map));
   const PointshellView& shell = pair.shell.vps->pointshell();
   const auto& solid = static_cast<const btPolyhedralConvexShape&>(*pair.field.shape);
   // The corners of a hull with many are facets of something round: contacts there would brake its rolling.
