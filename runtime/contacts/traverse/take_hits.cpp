@@ -61,7 +61,11 @@ void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   std::uint32_t found = query.result.contacts;
   Contact* const segment = query.segment;
   ForceSum sum(query);
+  const float unit = query.descent.unit;
   for (std::uint32_t i = 0; i < count; ++i) {
+    // Of the points of a segment that do not touch, most are not its deepest: they need no contact.
+    const float penetration = unit * query.descent.penetrations[i];
+    if (segment != nullptr && penetration < 0 && penetration <= segment->penetration) continue;
     const Contact contact = contact_of(query, transform, hits, i);
     if (contact.penetration >= 0) sum.add(contact);
     if (segment == nullptr) {
