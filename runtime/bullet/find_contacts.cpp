@@ -195,6 +195,7 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   const Status status = find_triangle_contacts(pair, query.options, query.memory.triangles, triangles);
   found.contacts = triangles.contacts;
   found.features = triangles.features;
+  found.triangles = triangles.triangles;
   found.frame = pair.shell.world * pair.shell.asset_frame();
   found.refined = FoundContacts::Refined::all;
   return status;

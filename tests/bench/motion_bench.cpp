@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -97,6 +98,26 @@ std::vector<Roller> make_rollers() {
            {ball, ball, ball}}};
 }
 
+// A flat grid of triangles on z = 0.
+struct Grid {
+  static constexpr int kCells = 100;
+  static constexpr double kCell = 0.25;  // [m]
+  btTriangleMesh mesh;
+  std::unique_ptr<btBvhTriangleMeshShape> shape;
+  Grid() {
+    const auto corner = [](int i, int j) {
+      return btVector3(btScalar((i - 2) * kCell), btScalar((j - kCells / 2) * kCell), 0);
+    };
+    for (int i = 0; i < kCells; ++i) {
+      for (int j = 0; j < kCells; ++j) {
+        mesh.addTriangle(corner(i, j), corner(i + 1, j), corner(i + 1, j + 1));
+        mesh.addTriangle(corner(i, j), corner(i + 1, j + 1), corner(i, j + 1));
+      }
+    }
+    shape = std::make_unique<btBvhTriangleMeshShape>(&mesh, true);
+  }
+};
+
 struct Ground {
   std::string name;
   std::shared_ptr<btCollisionShape> shape;
@@ -107,7 +128,9 @@ std::vector<Ground> make_grounds() {
   const double half_height = 0.05;
   const TriangleMesh slab = make_box({2, 0.2, half_height});
   const btVector3 below{0, 0, btScalar(-half_height)};
-  return {{"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
+  const auto grid = std::make_shared<Grid>();
+  return {{"triangle grid", {grid, grid->shape.get()}},
+          {"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
           {"box", std::make_shared<btBoxShape>(btVector3(100, 100, btScalar(half_height))), below},
           {"baked slab", baked_side(slab, 0.01).shape, {btScalar(1.8), 0, btScalar(-half_height)}}};
 }

@@ -324,6 +324,41 @@ bool has_triangles(const btCollisionShape& shape) {
 
 }  // namespace
 
+SheetField::SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach)
+    : side_(contact.inward_normal) {
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(near_),
+               [&](const Triangle& t) { return t.is_within(contact.position, reach); });
+}
+
+const Triangle* SheetField::nearest(Vec3 place, NearestPlace& found) const noexcept {
+  const Triangle* best = nullptr;
+  for (const Triangle& triangle : near_) {
+    if (!(triangle.least_squared(place) < found.squared)) continue;
+    const NearestPlace at = triangle.nearest(place);
+    if (!(at.squared < found.squared)) continue;
+    found = at;
+    best = &triangle;
+  }
+  return best;
+}
+
+Vec3 SheetField::outward_normal(Vec3 place) const noexcept {
+  NearestPlace found;
+  const Triangle* const triangle = nearest(place, found);
+  if (triangle == nullptr) return {};
+  return dot(triangle->normal, side_) < 0 ? -1 * triangle->normal : triangle->normal;
+}
+
+void SheetField::penetrations(const Places& places, Values& out) const noexcept {
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    NearestPlace found;
+    const Triangle* const triangle = nearest(places[i], found);
+    const float distance = std::sqrt(found.squared);
+    const bool is_behind = triangle != nullptr && triangle->height(places[i]) * dot(triangle->normal, side_) < 0;
+    out[i] = is_behind ? distance : -distance;
+  }
+}
+
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
                               TriangleContacts& found) {
   const Shape& body = *pair.shell.vps;
@@ -339,6 +374,10 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   const auto& sheet = static_cast<const btConcaveShape&>(*pair.field.shape);
   thread_local Sheets sheets;
   Search search(body, options, to_asset, sheets, found);
+  const auto finish = [&] {
+    found.triangles = sheets.triangles;
+    return Status::ok;
+  };
 
   const double step = largest_displacement(shell, memory.last, to_mesh);
   memory.last = to_mesh;
@@ -346,7 +385,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
       memory.distance >= options.contact_distance &&
       largest_displacement(shell, memory.reference, to_mesh) <= memory.room &&
       memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
-    return Status::ok;
+    return finish();
   }
   // Room for some steps like the last one. None for a fast body, which would remember too many places.
   constexpr double kSteps = 8;
@@ -362,7 +401,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
   memory.mesh = gather(sheet, memory.low, memory.high, sheets);
   search.run(info, memory);
-  return Status::ok;
+  return finish();
 }
 
 }  // namespace vps::bullet
