@@ -93,7 +93,7 @@ scenes: deps
 	cmake --build --preset release -j $(JOBS) --target bunnies gears nut_on_bolt peg_in_hole tabletop
 	xvfb-run -a /usr/bin/python3 -B tests/scenes/render.py --programs build/release/tests/scenes --work build/scenes --pictures docs/scenes
 
-# Compares, in the same run, baking with OpenVDB, and queries with Bullet's own, HACD, GImpact and FCL. Measures the fields' errors,
+# Compares, in the same run, baking with OpenVDB, and queries and scenes with Bullet's own, HACD, GImpact and FCL. Measures the fields' errors,
 # overruns of budgets, and the sizes of the libraries. Prints Markdown tables. The first run takes minutes more: it decomposes the
 # bunny with HACD, and finds its poses with the oracle. Ends with bench-accuracy.
 bench: PACKAGES += $(BENCH_PACKAGES)
