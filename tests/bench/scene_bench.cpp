@@ -20,7 +20,7 @@ namespace {
 struct Options {
   SceneOptions scenes;
   std::string only, json;
-  int rounds = 3;
+  int rounds = 0;  // 0: three, or one if quick
 };
 
 struct InstructionSet {
@@ -63,13 +63,16 @@ void play_round(Contender& contender, int plays) {
 
 // A step's time is the least of its rounds: a play repeats to the bit, and other programs only add time.
 StepTimes times_of(const Contender& contender, const Phase& phase) {
-  std::vector<double> us;
+  std::vector<double> all, starts;
   for (const auto& steps : contender.us) {
+    std::vector<double> us;
     for (std::size_t i = phase.first; i < std::min(phase.last, steps.size()); ++i) {
       us.push_back(*std::min_element(steps[i].begin(), steps[i].end()));
     }
+    starts.push_back(lab::percentile(us, 0.5));
+    all.insert(all.end(), us.begin(), us.end());
   }
-  return {lab::percentile(us, 0.5), lab::percentile(us, 0.99), lab::percentile(us, 1)};
+  return {lab::percentile(all, 0.5), lab::percentile(all, 0.99), lab::percentile(all, 1), starts};
 }
 
 Quality quality_of(const Side& side, int plays) {
@@ -151,18 +154,16 @@ int main(int argc, char** argv) {
   app.add_option("--scale", options.scenes.scale, "Metres per unit of the mesh");
   app.add_option("--work", options.scenes.work, "Folder for hulls and poses that the next run finds again");
   app.add_option("--only", options.only, "Play only rows whose 'SCENE, SIDE' contains this");
-  app.add_option("--rounds", options.rounds, "Measured rounds")->check(CLI::PositiveNumber);
+  app.add_option("--rounds", options.rounds, "Measured rounds (default 3)")->check(CLI::PositiveNumber);
   app.add_option("--json", options.json, "Also write the numbers there");
   bool quick = false;
-  app.add_flag("--quick", quick, "Four rotations, one round, no bin of 100");
+  app.add_flag("--quick", quick, "Four rotations, 40 poses, no bin of 100; one round unless --rounds says otherwise");
   bool no_hacd = false;
   app.add_flag("--without-hacd", no_hacd, "Leave out HACD's hulls, which take minutes once");
   CLI11_PARSE(app, argc, argv);
   if (no_hacd) options.scenes.hacd = vps::bench::Hacd::without;
-  if (quick) {
-    options.scenes.length = vps::bench::Length::quick;
-    options.rounds = 1;
-  }
+  if (quick) options.scenes.length = vps::bench::Length::quick;
+  if (options.rounds == 0) options.rounds = quick ? 1 : 3;
   try {
     vps::bench::run(options);
     return EXIT_SUCCESS;

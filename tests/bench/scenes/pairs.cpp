@@ -6,13 +6,15 @@
 namespace vps::bench {
 
 std::vector<Scene> pair_scenes(Bodies& bodies) {
-  constexpr std::size_t kPoses = 400;
+  const std::size_t count = bodies.options().length == Length::quick ? 40 : 400;
   Scene scene;
   scene.name = "bunny on bunny";
-  scene.phases = {{"fresh poses", 0, kPoses}};
-  scene.sides = [&bodies] {
-    const auto poses =
-        std::make_shared<std::vector<lab::PairPose>>(lab::pair_poses(bodies.bunny_mesh(), {}, bodies.options().work));
+  scene.phases = {{"fresh poses", 0, count}};
+  scene.sides = [&bodies, count] {
+    lab::PoseOptions options;
+    options.ranges[0].count = count;
+    const auto poses = std::make_shared<std::vector<lab::PairPose>>(
+        lab::pair_poses(bodies.bunny_mesh(), options, bodies.options().work));
     std::vector<Side> sides;
     for (const BodySide& side : bodies.get("bunny").sides) {
       lab::BulletShape shape = side.part->hulls;

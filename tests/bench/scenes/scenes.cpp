@@ -97,6 +97,7 @@ void Quality::keep_worse(const Quality& other, int play) {
   gain = larger(gain, other.gain);
   drift = larger(drift, other.drift);
   released = larger(released, other.released);
+  drifts.push_back(other.drift);
 }
 
 Body Bodies::make_bunny() {

@@ -36,6 +36,7 @@ struct Quality {
   double drift = kUnknown;         ///< largest way of a centre of mass in the last second. [m/s]
   double released = kUnknown;      ///< largest potential energy lost: the scale of `gain`. [J]
   int deepest_play = 0, drift_play = 0;
+  std::vector<double> drifts{};  ///< of each play. [m/s]
 
   void keep_worse(const Quality& other, int play);
 };

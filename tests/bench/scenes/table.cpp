@@ -21,6 +21,13 @@ std::string known(double value, double scale) {
   return std::isnan(value) ? "" : number(scale * value);
 }
 
+// Least and greatest median of the starts; empty with one start.
+std::string span_of(const std::vector<double>& starts) {
+  if (starts.size() < 2) return "";
+  const auto [least, most] = std::minmax_element(starts.begin(), starts.end());
+  return fmt::format("{} to {}", number(*least), number(*most));
+}
+
 nlohmann::ordered_json json_number(double value) {
   return std::isnan(value) ? nlohmann::ordered_json() : nlohmann::ordered_json(value);
 }
@@ -64,11 +71,13 @@ std::string Table::markdown() const {
   std::vector<std::string> head = {"scene", "baked side", "/ hull", "/ HACD", "/ box"};
   for (std::size_t i = 0; i < sets.size(); ++i) {
     head.push_back(sets[i] + ": median, us");
-    head.insert(head.end(), {"99 %", "max"});
+    head.insert(head.end(), {"of starts", "99 %", "max"});
   }
   std::string out = header(head);
   const auto time_cells = [](std::vector<std::string>& cells, const TimeRow& r) {
-    for (const StepTimes& t : r.times) cells.insert(cells.end(), {number(t.median), number(t.p99), number(t.max)});
+    for (const StepTimes& t : r.times) {
+      cells.insert(cells.end(), {number(t.median), span_of(t.starts), number(t.p99), number(t.max)});
+    }
   };
   for (const TimeRow* r : worst_first(times, [this](const TimeRow& t) { return first_ratio(t); })) {
     if (r->kind != Kind::baked) continue;
@@ -80,7 +89,7 @@ std::string Table::markdown() const {
     time_cells(cells, *r);
     out += row(cells);
   }
-  out += "\n" + header({"scene", "side", "median, us", "99 %", "max"});
+  out += "\n" + header({"scene", "side", "median, us", "of starts", "99 %", "max"});
   for (const TimeRow& r : times) {
     if (r.kind == Kind::baked) continue;
     std::vector<std::string> cells = {r.scene + " " + r.phase, r.side};
@@ -88,14 +97,14 @@ std::string Table::markdown() const {
     out += row(cells);
   }
   out += "\n" + header({"scene", "side", "deepest, mm", "in the last fifth, mm", "of start", "drift, mm/s", "of start",
-                        "energy gained, mJ", "% of released"});
+                        "median of starts", "energy gained, mJ", "% of released"});
   for (const QualityRow* r : worst_first(qualities, [](const QualityRow& q) { return q.badness(); })) {
     const Quality& q = r->quality;
     if (std::isnan(q.deepest)) continue;
     out +=
         row({r->scene, r->side, number(1000 * q.deepest), number(1000 * q.deepest_late), std::to_string(q.deepest_play),
-             known(q.drift, 1000), std::isnan(q.drift) ? "" : std::to_string(q.drift_play), number(1000 * q.gain),
-             known(q.gain / q.released, 100)});
+             known(q.drift, 1000), std::isnan(q.drift) ? "" : std::to_string(q.drift_play),
+             known(lab::percentile(q.drifts, 0.5), 1000), number(1000 * q.gain), known(q.gain / q.released, 100)});
   }
   return out;
 }
@@ -107,7 +116,7 @@ nlohmann::ordered_json Table::json() const {
     for (std::size_t i = 0; i < r.times.size(); ++i) {
       const StepTimes& t = r.times[i];
       entry["times"][r.kind == Kind::baked ? sets[i] : "any"] = {
-          {"median_us", t.median}, {"p99_us", t.p99}, {"max_us", t.max}};
+          {"median_us", t.median}, {"p99_us", t.p99}, {"max_us", t.max}, {"starts_us", t.starts}};
     }
     if (r.kind == Kind::baked) {
       const std::string names[] = {"hull", "HACD", "box"};
@@ -127,6 +136,7 @@ nlohmann::ordered_json Table::json() const {
                               {"deepest_start", q.deepest_play},
                               {"drift_m_per_s", json_number(q.drift)},
                               {"drift_start", q.drift_play},
+                              {"drifts_m_per_s", q.drifts},
                               {"energy_gained_j", json_number(q.gain)},
                               {"energy_released_j", json_number(q.released)}});
   }

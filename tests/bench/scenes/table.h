@@ -14,6 +14,7 @@ namespace vps::bench {
 /// Of the narrowphase of a step. [us]
 struct StepTimes {
   double median = 0, p99 = 0, max = 0;
+  std::vector<double> starts{};  ///< median of each start
 };
 
 /// A side in a phase of a scene.
