@@ -174,6 +174,7 @@ class Lint {
               far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
     }
     for_each_leaf(body, [&](const Leaf& leaf) { look_at_foundation(body, as_vps(leaf.shape)); });
+    if (const Shape* const shape = as_vps(body.getCollisionShape())) look_at_inertia(body, *shape);
     btVector3 low;
     btVector3 high;
     body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
@@ -194,6 +195,16 @@ class Lint {
                  "setSleepingThresholds(%.2g, %.2g)",
                  double(body.getLinearSleepingThreshold()), 1000 * size, 0.05 * lively, 0.05 * lively / (0.5 * size)));
     }
+  }
+
+  void look_at_inertia(const btRigidBody& body, const Shape& shape) {
+    constexpr double kMatters = 0.02;
+    const double lost = shape.lost_inertia();
+    if (!(lost > kMatters) || body.getLocalInertia().isZero()) return;
+    add(&body, "Axes::of_asset",
+        format("its products of inertia are up to %.2g of its largest moment, and Bullet leaves them out: make the "
+               "Shape with Axes::principal, and convert its poses with mesh_pose and body_pose",
+               lost));
   }
 
   void look_at_foundation(const btRigidBody& body, const Shape* shape) {

@@ -29,7 +29,7 @@ struct PairBody {
       : shape(of_shape), object(of_object), world(at), vps(as_vps(of_shape)) {}
 
   /// Takes the asset's frame to the shape's.
-  [[nodiscard]] btTransform asset_frame() const { return translation(-vps->centre_of_mass()); }
+  [[nodiscard]] const btTransform& asset_frame() const { return vps->asset_frame(); }
 };
 
 struct Pair {

@@ -56,9 +56,7 @@ int scene(const Options& options) {
   double z = 0;
   while (run.time() < 1.0) {
     run.step();
-    const btTransform mesh =
-        body.getWorldTransform() * btTransform(btQuaternion::getIdentity(), -peg.baked->centre_of_mass());
-    z = double(mesh.getOrigin().z());
+    z = double(peg.baked->mesh_pose(body.getWorldTransform()).getOrigin().z());
   }
   run.print("peg in hole, " + options.variant);
   const double voxel = fit.voxel;
