@@ -33,12 +33,17 @@ struct Place {
 // Forgets places from which the pair has moved.
 // @param to_field  of the shell, in the contacts' frame
 void belong_to(SlideMemory& memory, const Pair& pair, const Pose& to_field, double far) {
+  const btScalar shell_scale = pair.shell.shape->getLocalScaling().x();
+  const btScalar field_scale = pair.field.shape->getLocalScaling().x();
   const bool is_same = memory.shell == pair.shell.shape && memory.field == pair.field.shape &&
+                       memory.shell_scale == shell_scale && memory.field_scale == field_scale &&
                        detail::largest_displacement(pair.shell.vps->pointshell(), memory.pose, to_field) <= far;
   if (is_same) return;
   memory.slid.clear();
   memory.shell = pair.shell.shape;
   memory.field = pair.field.shape;
+  memory.shell_scale = shell_scale;
+  memory.field_scale = field_scale;
   memory.pose = to_field;
 }
 

@@ -25,7 +25,8 @@ struct SlideMemory {
     float gain = 0;  ///< of the penetration. [m]
   };
   const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  Pose pose;                                      ///< of the shell in the contacts' frame
+  btScalar shell_scale = 1, field_scale = 1;
+  Pose pose;  ///< of the shell in the contacts' frame
   std::vector<Slid> slid;
 };
 

@@ -48,7 +48,7 @@ class Lint {
         const Shape* const shape = as_vps(leaf.shape);
         if (shape == nullptr) return void(others_ = true);
         if (any_ == nullptr) any_ = shape;
-        finest_ = std::min(finest_, shape->asset().info().voxel_size);
+        finest_ = std::min(finest_, shape->info().voxel_size);
         shells_ = shells_ || shape->pointshell().points > 0;
         springs_ = springs_ || shape->foundation().stiffness > 0;
         maps_ = maps_ || shape->voxelmap().field != Field::none;
@@ -136,7 +136,8 @@ class Lint {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
       if (vps->refuses_scaling()) {
-        add(&object, "setLocalScaling", "a baked shape is not scaled: bake the mesh at the size you need");
+        add(&object, "setLocalScaling",
+            "a baked shape is scaled by one positive factor, from 0.001 to 1000; this scaling was not applied");
       }
       const bool has_shell = vps->pointshell().points > 0;
       const bool has_map = vps->voxelmap().field != Field::none;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <utility>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/lint.h"
@@ -37,8 +38,7 @@ class Surfels {
 
   // The recursion is no deeper than the tree has levels.
   void visit(std::uint32_t node) {
-    const btVector3 centre = in_shape({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
-    if (!near(centre, shell_.sphere[3][node] + reach())) return;
+    if (!near(in_shape(sphere_centre(shell_, node)), sphere_radius(shell_, node) + reach())) return;
     const std::uint32_t first = shell_.children[2 * node];
     const std::uint32_t end = first + shell_.children[2 * node + 1];
     const bool leaf = node >= shell_.level_offsets[shell_.levels - 1];
@@ -124,24 +124,29 @@ bool hit_by_field(const Shape& shape, btTriangleRaycastCallback& ray) {
 }  // namespace
 
 Shape::Shape(std::shared_ptr<const Asset> asset, Part part, Axes axes)
-    : asset_(std::move(asset)),
-      axes_(axes),
-      centre_of_mass_(vector3(asset_->info().centre_of_mass)),
-      asset_frame_(translation(-centre_of_mass_)),
-      label_(asset_key(*asset_)) {
+    : asset_(std::move(asset)), part_(part), axes_(axes), label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
-  const std::array<double, 6>& inertia = asset_->info().inertia;
-  moments_ = {inertia[0], inertia[1], inertia[2]};
-  if (axes == Axes::principal) {
-    const PrincipalAxes found = find_principal_axes(inertia);
+  set_scale(1);
+}
+
+void Shape::set_scale(btScalar scale) {
+  scaling_.setValue(scale, scale, scale);
+  info_ = scaled(asset_->info(), double(scale));
+  centre_of_mass_ = vector3(info_.centre_of_mass);
+  asset_frame_ = translation(-centre_of_mass_);
+  moments_ = {info_.inertia[0], info_.inertia[1], info_.inertia[2]};
+  if (axes_ == Axes::principal) {
+    const PrincipalAxes found = find_principal_axes(info_.inertia);
     moments_ = found.moments;
     asset_frame_ = btTransform(found.rotation.transpose()) * asset_frame_;
   }
   // A missing part leaves its view empty. Pairs that need it report missing_part.
-  if (asset_->voxelmap(distances_) != Status::ok || distances_.field == Field::layers) distances_ = {};
-  if (part != Part::pointshell) (void)asset_->voxelmap(map_);
-  if (part != Part::voxelmap) (void)asset_->pointshell(shell_);
+  if (asset_->voxelmap(distances_, Field::none, double(scale)) != Status::ok || distances_.field == Field::layers) {
+    distances_ = {};
+  }
+  if (part_ != Part::pointshell) (void)asset_->voxelmap(map_, Field::none, double(scale));
+  if (part_ != Part::voxelmap) (void)asset_->pointshell(shell_, double(scale));
 }
 
 std::uint32_t Shape::segment_level() const {
@@ -199,29 +204,27 @@ void Shape::look_for_first_step(const btTransform& transform) const {
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
   if (!is_any_dispatcher_registered()) look_for_first_step(transform);
-  const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
+  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
   // The box of the asset's axes, turned: tighter than a box of the shape's axes.
   const btTransform turned(transform.getBasis() * asset_frame_.getBasis(), transform.getOrigin());
   btTransformAabb(from, to, getMargin(), turned, low, high);
 }
 
 void Shape::getBoundingSphere(btVector3& centre, btScalar& radius) const {
-  const AssetInfo& info = asset_->info();
-  const btVector3 from = vector3(info.bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(info.bounds_max) - centre_of_mass_;
+  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
   centre = asset_frame_.getBasis() * ((from + to) / 2);
   radius = (to - from).length() / 2 + getMargin();
 }
 
 void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
-  const AssetInfo& info = asset_->info();
-  const double density = static_cast<double>(mass) / info.volume;
+  const double density = static_cast<double>(mass) / info_.volume;
   inertia = static_cast<btScalar>(density) * vector3(moments_);
   // Aerogel has 1 kg/m^3, osmium 22,600. A density far outside this range means mixed units of mass and size.
   if (mass > 0 && (density < 0.05 || density > 1e6)) {
     double size = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info.bounds_max[axis] - info.bounds_min[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info_.bounds_max[axis] - info_.bounds_min[axis]);
     char text[256];
     std::snprintf(text, sizeof text,
                   "is %.4g m long and weighs %.4g kg, %.2g kg/m^3; assets are in metres and kilograms: bake the mesh "
@@ -233,15 +236,20 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
 
 double Shape::lost_inertia() const {
   if (axes_ == Axes::principal) return 0;
-  const std::array<double, 6>& i = asset_->info().inertia;
+  const std::array<double, 6>& i = info_.inertia;
   return std::max({std::abs(i[3]), std::abs(i[4]), std::abs(i[5])}) / std::max({i[0], i[1], i[2]});
 }
 
 void Shape::setLocalScaling(const btVector3& scaling) {
-  refuses_scaling_ = scaling != scaling_;
-  if (!refuses_scaling_) return;
-  status_.store(Status::bad_argument, std::memory_order_relaxed);
-  send_once(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
+  const bool was_refused = std::exchange(refuses_scaling_, true);
+  if (scaling.x() != scaling.y() || scaling.x() != scaling.z() || check_scale(double(scaling.x())) != Status::ok) {
+    status_.store(Status::bad_argument, std::memory_order_relaxed);
+    return send_once(Notice::scaling,
+                     "is scaled by one factor from 0.001 to 1000 along all axes; another scaling was not applied");
+  }
+  refuses_scaling_ = false;
+  if (was_refused && status() == Status::bad_argument) status_.store(Status::ok, std::memory_order_relaxed);
+  if (scaling.x() != scaling_.x()) set_scale(scaling.x());
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {

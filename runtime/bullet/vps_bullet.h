@@ -67,9 +67,12 @@ class Shape final : public btConcaveShape {
   explicit Shape(std::shared_ptr<const Asset> asset, Part part = Part::mixed, Axes axes = Axes::of_asset);
 
   [[nodiscard]] const Asset& asset() const { return *asset_; }
-  /// Origin of the shape's frame, in the asset's frame. [m]
+  /// The asset's facts at the shape's scale.
+  [[nodiscard]] const AssetInfo& info() const { return info_; }
+  /// Origin of the shape's frame, in the asset's frame at the shape's scale. [m]
   [[nodiscard]] const btVector3& centre_of_mass() const { return centre_of_mass_; }
-  /// Takes the asset's frame, which is the mesh's, to the shape's. With Axes::of_asset: moves it by -centre_of_mass().
+  /// Takes the asset's frame, which is the scaled mesh's, to the shape's. With Axes::of_asset: moves it by
+  /// -centre_of_mass().
   [[nodiscard]] const btTransform& asset_frame() const { return asset_frame_; }
   /// Pose at which the mesh of a body is drawn. @param body  world transform of a body with this shape
   [[nodiscard]] btTransform mesh_pose(const btTransform& body) const { return body * asset_frame_; }
@@ -103,7 +106,8 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const std::string& label() const { return label_; }
 
   /// Why the last failed pair with this shape has no contacts: missing_part when neither shape can play the other part,
-  /// bad_pose, ... Also bad_argument after a refused scaling. `ok` when nothing has failed so far.
+  /// bad_pose, ... Also bad_argument after a refused scaling, until the next one that is applied. `ok` when nothing has
+  /// failed so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
   /// Stores a status, and sends a message the first time. Internal.
   void report(Status status) const;
@@ -120,9 +124,11 @@ class Shape final : public btConcaveShape {
   /// From the asset's volume integrals, scaled to `mass`, about the shape's axes. Sends a message when mass and volume
   /// give an implausible density, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
-  /// Only (1,1,1): bake the mesh at the size you need. Any other scaling is not applied, and a message says so.
+  /// The same positive factor along all axes, within kLeastScale and kMostScale: the mesh's size times that, about the
+  /// centre of mass. Anything else is not applied, and a message says so. As with any shape of Bullet, set the mass
+  /// properties of its bodies again and update their bounds. Not during a step.
   void setLocalScaling(const btVector3& scaling) override;
-  /// Whether the last requested scaling was refused, as it was not (1,1,1). Internal.
+  /// Whether the last requested scaling was refused. Internal.
   [[nodiscard]] bool refuses_scaling() const { return refuses_scaling_; }
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
@@ -140,11 +146,14 @@ class Shape final : public btConcaveShape {
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
   void send_once(Notice notice, const std::string& text) const;
   void look_for_first_step(const btTransform& transform) const;
+  void set_scale(btScalar scale);
 
   std::shared_ptr<const Asset> asset_;
+  const Part part_;
+  const Axes axes_;
+  AssetInfo info_;
   VoxelmapView map_, distances_;
   PointshellView shell_;
-  const Axes axes_;
   btVector3 centre_of_mass_;
   btTransform asset_frame_;
   std::array<double, 3> moments_;  // about the shape's axes, at unit density. [m^5]

@@ -121,12 +121,12 @@ TEST(Lint, ScalingIsNamedWhateverWentWrongElsewhere) {
   };
   EXPECT_EQ(advice_after([&](World& scene) { shape_of(scene).report(Status::bad_argument); }), "");
   EXPECT_EQ(advice_after([&](World& scene) {
-              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).setLocalScaling({2, 2, 1});
               shape_of(scene).report(Status::bad_pose);
             }),
             "setLocalScaling ");
   EXPECT_EQ(advice_after([&](World& scene) {
-              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).setLocalScaling({2, 2, 1});
               shape_of(scene).setLocalScaling({1, 1, 1});
             }),
             "");

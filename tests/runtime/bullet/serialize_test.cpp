@@ -31,6 +31,7 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   {
     World scene;
     bullet::Shape shape(asset, bullet::Part::mixed, bullet::Axes::principal);
+    shape.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
     shape.set_name("brick");
     btBoxShape box({1, 1, btScalar(0.5)});
     btCompoundShape pair;
@@ -50,10 +51,12 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   ASSERT_TRUE(importer.loadFileFromMemory(file.data(), static_cast<int>(file.size())));
   ASSERT_EQ(loaded.world.getNumCollisionObjects(), 3);
   bullet::Shape shape(asset, bullet::Part::mixed, bullet::Axes::principal);
-  // A Shape in other axes has another box.
+  // A Shape in other axes or of another size has another box.
   bullet::Shape plain(asset);
-  bullet::Shape* plains[] = {&plain};
-  EXPECT_EQ(bullet::reattach(loaded.world, plains), 0);
+  bullet::Shape* others_of_asset[] = {&plain, &shape};
+  plain.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
+  EXPECT_EQ(bullet::reattach(loaded.world, others_of_asset), 0);
+  shape.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
   EXPECT_EQ(std::string(importer.getNameForPointer(loaded.world.getCollisionObjectArray()[1]->getCollisionShape())),
             bullet::asset_key(*asset) + " brick");
   // A Shape of another asset replaces no box.
@@ -71,7 +74,7 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   EXPECT_EQ(body->getCollisionShape(), &shape);
   EXPECT_EQ(btRigidBody::upcast(body)->getLocalInertia(), inertia);
   EXPECT_LT((body->getWorldTransform().getOrigin() - end).length(), 1e-3);
-  EXPECT_NEAR(loaded.world.getCollisionObjectArray()[2]->getWorldTransform().getOrigin().z(), 0.03, 1e-3);
+  EXPECT_NEAR(loaded.world.getCollisionObjectArray()[2]->getWorldTransform().getOrigin().z(), 0.045, 1e-3);
   importer.deleteAllData();
 }
 
