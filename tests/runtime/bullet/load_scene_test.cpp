@@ -303,7 +303,7 @@ TEST(LoadScene, ABodyTurnsAboutItsPrincipalAxes) {
              "[[body]]\nname = \"floor\"\nshape = \"plane\"\ntype = \"static\"\n[[body]]\nname = \"plate\"\n"
              "mass = \"3kg\"\nvoxel = \"2mm\"\nmesh = \"plate.obj\"\nrotation = [\"0deg\", \"90deg\", \"0deg\"]\n"
              "position = [\"0m\", \"0m\", \"1m\"]\n");
-  const Outcome run = vpsbake(folder, "scene scene.toml -o out --unit m");
+  const Outcome run = vpsbake(folder, "scene scene.toml -o out");
   ASSERT_EQ(run.code, 0) << run.err;
   World world;
   const bullet::Scene scene = bullet::load_scene(folder / "out/scene.vps.json", world.world);
