@@ -176,8 +176,9 @@ bool Asset::has_pointshell() const noexcept {
   return overlap(use_, Use::pointshell) && directory_.find(SectionKind::point_positions) != nullptr;
 }
 
-Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
+Status Asset::voxelmap(VoxelmapView& out, Field field, double scale) const noexcept {
   out = {};
+  if (const Status status = check_scale(scale); status != Status::ok) return status;
   struct Candidate {
     Field field;
     SectionKind kind;
@@ -207,7 +208,8 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
     out.field_nodes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_nodes));
   }
   out.coarse_layers = section_data<std::int16_t>(data_, directory_.find(SectionKind::coarse_layers));
-  const AssetInfo& facts = info();
+  out.scale = static_cast<float>(scale);
+  const AssetInfo facts = scaled(info(), scale);
   for (int axis = 0; axis < 3; ++axis) {
     out.dims[axis] = facts.dims[axis];
     out.brick_dims[axis] = facts.dims[axis] / kBrickEdge;
@@ -227,10 +229,12 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   return Status::ok;
 }
 
-Status Asset::pointshell(PointshellView& out) const noexcept {
+Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out = {};
+  if (const Status status = check_scale(scale); status != Status::ok) return status;
   if (!has_pointshell()) return Status::missing_part;
-  const AssetInfo& facts = info();
+  out.scale = static_cast<float>(scale);
+  const AssetInfo facts = scaled(info(), scale);
   out.points = static_cast<std::uint32_t>(facts.points);
   out.levels = facts.levels;
   const auto* positions = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_positions));

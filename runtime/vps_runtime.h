@@ -34,6 +34,13 @@ struct Pose {
 /// first^-1 * second: takes second's body frame to first's body frame.
 [[nodiscard]] Pose relative_pose(const Pose& first, const Pose& second) noexcept;
 
+/// An asset may be used at another size than its bake's, the same along all axes: lengths are multiplied by a scale.
+inline constexpr double kLeastScale = 1e-3, kMostScale = 1e3;
+/// `bad_argument` for a scale beyond these limits or NaN.
+[[nodiscard]] Status check_scale(double scale) noexcept;
+/// The facts of an asset at a scale: lengths and errors times `scale`, areas, volume and inertia by its powers 2, 3, 5.
+[[nodiscard]] AssetInfo scaled(const AssetInfo& info, double scale) noexcept;
+
 /// Which stored field answers `penetration`.
 enum class Field : std::uint8_t { none, layers, scaled, real };
 
@@ -58,6 +65,8 @@ struct VoxelmapView {
   float error = 0;                       ///< error bound of the field, from its certificate. [m]
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
+  float scale =
+      1;  ///< of all lengths, included in those above; `values` and `gradients` of Field::real are without. [-]
 };
 
 /// Read-only view of an asset's pointshell and point-sphere tree. Lives as long as its Asset.
@@ -71,12 +80,13 @@ struct PointshellView {
   float position_origin[3] = {};              ///< asset frame. [m]
   float position_step = 0;                    ///< [m]
   float area_step = 0;                        ///< [m^2]
-  const float* sphere[4] = {};                ///< x, y, z, radius rows. [m]
+  const float* sphere[4] = {};                ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
   const std::uint32_t* children = nullptr;    ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
   float covering_radius = 0;                     ///< [m]
+  float scale = 1;                               ///< of all lengths, included in the numbers above. [-]
 };
 
 /// Position of a point, asset frame. The bounding spheres enclose exactly these floats. [m]
@@ -85,6 +95,16 @@ struct PointshellView {
     return decode_coordinate(shell.position[axis][i], shell.position_origin[axis], shell.position_step);
   };
   return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+/// Centre of a node's bounding sphere, asset frame. [m]
+[[nodiscard]] inline Vec3 sphere_centre(const PointshellView& shell, std::uint32_t node) noexcept {
+  return {shell.scale * shell.sphere[0][node], shell.scale * shell.sphere[1][node],
+          shell.scale * shell.sphere[2][node]};
+}
+/// [m]
+[[nodiscard]] inline float sphere_radius(const PointshellView& shell, std::uint32_t node) noexcept {
+  return shell.scale * shell.sphere[3][node];
 }
 
 /// Unit normal of a point, into the body, asset frame. [-]
@@ -146,8 +166,11 @@ class Asset {
 
   /// Fills `out`. `Field::none` picks the finest field that is stored and in use: real, then scaled, then layers.
   /// `missing_part` when there is none.
-  [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none) const noexcept;
-  [[nodiscard]] Status pointshell(PointshellView& out) const noexcept;
+  /// @param scale  all lengths of the view are multiplied by it. Any number of views may have scales of their own;
+  /// every query takes them, and queries of unscaled views cost the same. [Limits: kLeastScale <= value <= kMostScale]
+  [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none, double scale = 1) const noexcept;
+  /// @param scale  as of `voxelmap`: a body's views have the same
+  [[nodiscard]] Status pointshell(PointshellView& out, double scale = 1) const noexcept;
 
  private:
   void release() noexcept;
@@ -270,6 +293,7 @@ struct ContactCache {
   double reach = 0;             ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
+  float shell_scale = 1;
   std::uint64_t field = 0;
 };
 

@@ -34,13 +34,18 @@ struct Place {
 void belong_to(SlideMemory& memory, const Pair& pair, std::uint64_t mesh, double far) {
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
   const Pose pose = relative_pose(to_pose(pair.field.world, btTransform::getIdentity()), shell_pose);
+  const btScalar shell_scale = pair.shell.shape->getLocalScaling().x();
+  const btScalar field_scale = pair.field.shape->getLocalScaling().x();
   const bool is_same = memory.shell == pair.shell.shape && memory.field == pair.field.shape && memory.mesh == mesh &&
+                       memory.shell_scale == shell_scale && memory.field_scale == field_scale &&
                        detail::largest_displacement(pair.shell.vps->pointshell(), memory.pose, pose) <= far;
   if (is_same) return;
   memory.slid.clear();
   memory.shell = pair.shell.shape;
   memory.field = pair.field.shape;
   memory.mesh = mesh;
+  memory.shell_scale = shell_scale;
+  memory.field_scale = field_scale;
   memory.pose = pose;
 }
 

@@ -26,7 +26,8 @@ struct SlideMemory {
   };
   const void *shell = nullptr, *field = nullptr;  ///< the shapes
   std::uint64_t mesh = 0;                         ///< hash of the triangles near the shell
-  Pose pose;                                      ///< of the shell's asset frame in the other body
+  btScalar shell_scale = 1, field_scale = 1;
+  Pose pose;  ///< of the shell's asset frame in the other body
   std::vector<Slid> slid;
 };
 

@@ -61,11 +61,11 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }
 
-float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+float value_in(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
 template <class Analytic>
-float value_at(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
+float value_in(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
   return detail::value_at(field, point);
 }
 
@@ -85,7 +85,7 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
         for (std::size_t k = 0; k < 3; ++k) weight *= d[k] != 0 ? cell.part[k] : 1 - cell.part[k];
         sum += weight * map.gradients[3 * (cell.first + (d[2] * kFieldEdge + d[1]) * kFieldEdge + d[0]) + axis];
       }
-      out[axis] = -sum / map.voxel_size;
+      out[axis] = -sum * map.scale / map.voxel_size;
     }
   } else {
     // The gradient of the interpolation.
@@ -111,7 +111,7 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {
-  return field.visit([&](const auto& kind) { return value_at(kind, point, inward_normal); });
+  return field.visit([&](const auto& kind) { return value_in(kind, point, inward_normal); });
 }
 Vec3 outward_normal(FieldRef field, Vec3 point) noexcept {
   return field.visit([point](const auto& kind) { return detail::normal_at(kind, point); });

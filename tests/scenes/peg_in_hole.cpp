@@ -27,9 +27,7 @@ int scene(const Options& options) {
   double z = 0;
   while (run.time() < 1.0) {
     run.step();
-    const btTransform mesh =
-        body.getWorldTransform() * btTransform(btQuaternion::getIdentity(), -fit.peg.baked->centre_of_mass());
-    z = double(mesh.getOrigin().z());
+    z = double(fit.peg.baked->mesh_pose(body.getWorldTransform()).getOrigin().z());
   }
   run.print("peg in hole, " + options.variant);
   const double voxel = fit.peg.baked->asset().info().voxel_size;

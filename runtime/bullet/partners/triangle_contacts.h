@@ -22,6 +22,7 @@ struct TriangleMemory {
   float distance = 0;         ///< contact distance of `places`. [m]
   std::uint32_t level = 0;    ///< of the segments
   const void* shell = nullptr;
+  float scale = 1;                        ///< of the shell
   btVector3 low{0, 0, 0}, high{0, 0, 0};  ///< the box that was searched, mesh's frame
   std::uint64_t mesh = 0;                 ///< hash of the triangles in it
 };

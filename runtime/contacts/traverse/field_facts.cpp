@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Properties of a field besides its values, and the shell's place in the field. Paper: Sec. 2.3.
 #include <algorithm>
+#include <bit>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 
@@ -11,7 +12,9 @@ std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept {
 }
 
 std::uint64_t field_id(const VoxelmapView& map) noexcept {
-  return field_id(std::as_bytes(std::span(&map.values, 1)));
+  const std::uint64_t parts[2] = {reinterpret_cast<std::uintptr_t>(map.values),
+                                  std::bit_cast<std::uint32_t>(map.scale)};
+  return field_id(std::as_bytes(std::span(parts)));
 }
 
 float greatest_penetration(const VoxelmapView& map) noexcept {
@@ -40,7 +43,8 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
   const auto unit = static_cast<float>(facts.frame.unit);
   descent.shell = &shell;
   descent.unit = unit;
-  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, 1);
+  descent.radius_scale = shell.scale / unit;
+  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, shell.scale);
   descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
   descent.contact_distance = options.contact_distance / unit;
   descent.slack = facts.error / unit + rounding(shell, descent.nodes, unit);
