@@ -82,6 +82,7 @@ Run::~Run() {
 }
 
 btRigidBody& Run::add_mass(const Part& part, double mass, const btTransform& mesh_at) {
+  scene_.split_from(part.baked->asset().info().voxel_size);  // for hulls as well
   btRigidBody& body = scene_.add(part.shape(), btScalar(mass), mesh_at * centre_of(*part.baked));
   if (mass > 0) {
     // Hulls get the body's true inertia.

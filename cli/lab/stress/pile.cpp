@@ -103,10 +103,10 @@ Trial mass_ratio(const Subject& subject, const Column& column, double ratio, dou
   Column bullets = column;
   bullets.ours = false;
   Pile boxes;
-  Arena control({});
+  Arena control(subject, {});
   const bool finite = pile(control, box_of(body), slab_of(bullets), options, boxes);
   Pile measured;
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   if (!pile(arena, body, slab_of(column), options, measured)) return broken(arena);
   Trial trial;
   trial.trace = measured.trace;
@@ -172,10 +172,10 @@ Trial stack(const Subject& subject, const Column& column, const StackOptions& op
   box.at.setBasis(as_box.rotation);
   box.at.getOrigin().setZ(btScalar(0.5 * part.height));
   Fall boxes;
-  Arena control({Detection::discrete, kGravity, options.iterations});
+  Arena control(subject, {Detection::discrete, kGravity, options.iterations});
   (void)topple(control, box, subject.mass, options.rate, options.seconds, boxes);
   Fall fall;
-  Arena arena({column.detection, kGravity, options.iterations});
+  Arena arena(subject, {column.detection, kGravity, options.iterations});
   if (!topple(arena, part, subject.mass, options.rate, options.seconds, fall)) return broken(arena);
   Trial trial;
   trial.trace = fall.trace;
@@ -190,7 +190,7 @@ Trial foundation(const Subject& subject, const Column& column, double rate, doub
   if (!column.ours) return skipped("no springs by area");
   const auto poses = rest_poses(subject.corners, 0.5 * subject.voxel, 1);
   if (poses.empty()) return skipped("no pose in which the asset stands");
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.world().getSolverInfo().m_splitImpulse = 0;
   arena.add_plane();
   const auto shape = std::make_shared<bullet::Shape>(subject.asset);

@@ -28,11 +28,12 @@ const char* bad_number(const btRigidBody& body) {
 
 }  // namespace
 
-Arena::Arena(const ArenaOptions& options) : options_(options) {
+Arena::Arena(const Subject& subject, const ArenaOptions& options) : options_(options) {
   btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
   bullet::register_algorithm(dispatcher_);  // GImpact overwrites entries
   world_.setGravity({0, 0, -btScalar(options.gravity)});
-  world_.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world_.getSolverInfo().m_splitImpulsePenetrationThreshold =
+      -2 * btScalar(options.voxel > 0 ? options.voxel : subject.voxel);
   world_.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   world_.getSolverInfo().m_numIterations = options.iterations;
   if (options.detection == Detection::continuous) world_.addAction(&continuous_);

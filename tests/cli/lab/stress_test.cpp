@@ -121,7 +121,7 @@ TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
 }
 
 TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
-  Arena arena({});
+  Arena arena(box(), {});
   arena.add_plane();
   btRigidBody& body = arena.add(box().columns[0].body, 1, standing(box().corners, 0.1));
   EXPECT_TRUE(arena.step(1.0 / 240));
@@ -219,7 +219,7 @@ TEST(Stress, EverySeedDisturbsInItsOwnWay) {
 TEST(Stress, ANaNBreaksTheCase) {
   Case one;
   const CaseResult result = run_alone(one, [](const Subject& subject, const Column& column, std::span<const double>) {
-    Arena arena({column.detection});
+    Arena arena(subject, {column.detection});
     arena.add(column.body, 1, btTransform::getIdentity())
         .setAngularVelocity({std::numeric_limits<btScalar>::quiet_NaN(), 0, 0});
     if (!arena.step(1.0 / 240)) return broken(arena);
