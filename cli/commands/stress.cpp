@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -31,6 +32,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kColumns[] = {"ours", "continuous", "hull", "hacd", "gimpact"};
+const std::map<std::string, stress::Solver> kSolvers = {{"sequential", stress::Solver::sequential},
+                                                        {"nncg", stress::Solver::nncg},
+                                                        {"dantzig", stress::Solver::dantzig},
+                                                        {"lemke", stress::Solver::lemke}};
 
 struct StressArguments {
   std::vector<std::string> assets;
@@ -261,6 +266,12 @@ Command add_stress_command(CLI::App& app) {
       ->group(kCases);
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")
       ->option_text("N")
+      ->group(kCases);
+  stress
+      ->add_option("--solver", a.subject.solver,
+                   "Bullet's solver: sequential, nncg, dantzig or lemke [default: sequential]")
+      ->transform(CLI::CheckedTransformer(kSolvers))
+      ->option_text("NAME")
       ->group(kCases);
   stress
       ->add_flag("--quick", a.quick,

@@ -55,8 +55,8 @@ class Arena {
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
-  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  const std::unique_ptr<btConstraintSolver> solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, solver_.get(), &configuration_};
   bullet::ContinuousMotion continuous_;
   std::vector<std::unique_ptr<btCollisionShape>> planes_;
   std::vector<lab::BulletShape> shapes_;
