@@ -268,9 +268,10 @@ Command add_stress_command(CLI::App& app) {
       ->option_text("N")
       ->group(kCases);
   stress
-      ->add_option("--solver", a.subject.solver,
-                   "Bullet's solver: sequential, nncg, dantzig or lemke [default: sequential]")
-      ->transform(CLI::CheckedTransformer(kSolvers))
+      ->add_option_function<std::string>(
+          "--solver", [&a](const std::string& name) { a.subject.solver = kSolvers.at(name); },
+          "Bullet's solver: sequential, nncg, dantzig or lemke [default: sequential]")
+      ->check(CLI::IsMember(kSolvers))
       ->option_text("NAME")
       ->group(kCases);
   stress
