@@ -148,8 +148,10 @@ TEST(ContactAlgorithm, ImpulsesSurviveFromStepToStep) {
   EXPECT_GT(oldest, 10);
 }
 
+// With split impulses: by velocity the brick hops 46 mm, as a fifth of the overlap is resolved in a millisecond.
 TEST(ContactAlgorithm, AnInitialOverlapIsResolvedWithoutAHop) {
   World scene;
+  scene.split_from(5e-6);
   bullet::Shape shape(brick());
   btBoxShape box({1, 1, btScalar(0.5)});
   scene.add(box, 0, {0, 0, btScalar(-0.5)});
