@@ -64,15 +64,18 @@ struct VoxelmapView {
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                   ///< root = 1
-  const std::uint16_t* position[3] = {};      ///< codes, x, y, z rows: see point_position
-  const std::int16_t* inward_normal[2] = {};  ///< octahedral codes, u, v rows: see point_inward_normal
-  const std::uint16_t* area = nullptr;        ///< codes: see point_area
-  float position_origin[3] = {};              ///< asset frame. [m]
-  float position_step = 0;                    ///< [m]
-  float area_step = 0;                        ///< [m^2]
-  const float* sphere[4] = {};                ///< x, y, z, radius rows. [m]
-  const std::uint32_t* children = nullptr;    ///< pairs: first, count
+  std::uint32_t levels = 0;                     ///< root = 1
+  const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
+  const std::int16_t* inward_normal[2] = {};    ///< octahedral codes, u, v rows: see point_inward_normal
+  const std::uint16_t* area = nullptr;          ///< codes: see point_area
+  std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
+  const std::uint32_t* facet_points = nullptr;  ///< ascending
+  const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
+  float position_origin[3] = {};                ///< asset frame. [m]
+  float position_step = 0;                      ///< [m]
+  float area_step = 0;                          ///< [m^2]
+  const float* sphere[4] = {};                  ///< x, y, z, radius rows. [m]
+  const std::uint32_t* children = nullptr;      ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
@@ -243,12 +246,14 @@ float penetration(const VoxelmapView& map, Vec3 point) = delete;
 /// @param point  the field's frame. [m]
 [[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
-/// One point of the pointshell in contact, map frame.
+/// One point of the pointshell in contact, map frame. With Weight::per_patch also a facet of the point's part of the
+/// surface. The sum of penetration * area * inward_normal over the contacts with V >= 0 is QueryResult::force, and that
+/// of the moments at `position` is QueryResult::torque (regular traverse, not with Weight::per_point).
 struct Contact {
-  Vec3 position;            ///< of the shell's point. [m]
+  Vec3 position;            ///< P, of the shell's point. Of a facet: the centre of pressure of its part in contact. [m]
   Vec3 inward_normal;       ///< into the pointshell's body, unit. [-]
   float penetration = 0;    ///< V(P). [m]
-  float area = 0;           ///< [m^2]
+  float area = 0;           ///< of the point. Of a facet: the integral of V over it, divided by `penetration`. [m^2]
   std::uint32_t point = 0;  ///< index of the point: stable from step to step
   std::uint32_t node = 0;   ///< segmented traverse: the segment's node. If the point represents a node (see
                             ///< QueryOptions::level and max_tests): that node. Otherwise: the point's leaf
@@ -258,6 +263,7 @@ struct Contact {
 enum class Weight : std::uint8_t {
   per_point,  ///< the paper's: sums of V n [m] and P x V n [m^2]; grows with the number of points
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
+  per_patch,  ///< the same units. Integrals over facets where a point's part of the surface is folded
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body

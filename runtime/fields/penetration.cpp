@@ -61,11 +61,11 @@ Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   return {out[0] / slope, out[1] / slope, out[2] / slope};
 }
 
-float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+float value_in(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
 template <class Analytic>
-float value_at(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
+float value_in(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
   return detail::value_at(field, point);
 }
 
@@ -111,7 +111,7 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {
-  return field.visit([&](const auto& kind) { return value_at(kind, point, inward_normal); });
+  return field.visit([&](const auto& kind) { return value_in(kind, point, inward_normal); });
 }
 Vec3 outward_normal(FieldRef field, Vec3 point) noexcept {
   return field.visit([point](const auto& kind) { return detail::normal_at(kind, point); });
