@@ -263,7 +263,15 @@ struct Contact {
 enum class Weight : std::uint8_t {
   per_point,  ///< the paper's: sums of V n [m] and P x V n [m^2]; grows with the number of points
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
-  per_patch,  ///< the same units. Integrals over facets where a point's part of the surface is folded
+  /// The same units. A point whose part of the surface is folded (a sharp edge, a corner, a strong curve) adds the
+  /// integrals of V n and P x V n over its flat facets, as far as they lie in the field. Every other point adds what
+  /// per_area adds. The force is as continuous as the field. Shells without facets give what per_area gives.
+  /// Median error of the force of contacts up to a voxel deep on a plane: corners and edges 4 % at alpha 0.7 and 1.4,
+  /// 6 % at 4. A curved surface without facets has that of per_area (sphere of 40 voxels: 0.1, 0.5, 6 %). Where a field
+  /// has an edge or corner within a patch, the error is larger: 7 % at 0.7, 17 % at 1.4 (a box on its copy).
+  /// A query takes 4 to 10 times as long, because facets of points outside are tested too. Not the default, because
+  /// facets take the place of their points among the contacts.
+  per_patch,
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body
