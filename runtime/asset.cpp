@@ -47,6 +47,8 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::point_positions:
     case SectionKind::point_inward_normals:
     case SectionKind::point_areas:
+    case SectionKind::facet_points:
+    case SectionKind::facet_corners:
     case SectionKind::spheres:
     case SectionKind::children:
     case SectionKind::parent_points:
@@ -248,6 +250,11 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out.area = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_areas));
   out.position_step = static_cast<float>(facts.position_step);
   out.area_step = static_cast<float>(facts.area_step);
+  if (const Section* const facets = directory_.find(SectionKind::facet_points); facets != nullptr) {
+    out.facets = static_cast<std::uint32_t>(facets->shape[0]);
+    out.facet_points = section_data<std::uint32_t>(data_, facets);
+    out.facet_corners = section_data<std::int8_t>(data_, directory_.find(SectionKind::facet_corners));
+  }
   const Section* const spheres = directory_.find(SectionKind::spheres);
   out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
   for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;

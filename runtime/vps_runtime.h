@@ -73,15 +73,18 @@ struct VoxelmapView {
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                   ///< root = 1
-  const std::uint16_t* position[3] = {};      ///< codes, x, y, z rows: see point_position
-  const std::int16_t* inward_normal[2] = {};  ///< octahedral codes, u, v rows: see point_inward_normal
-  const std::uint16_t* area = nullptr;        ///< codes: see point_area
-  float position_origin[3] = {};              ///< asset frame. [m]
-  float position_step = 0;                    ///< [m]
-  float area_step = 0;                        ///< [m^2]
-  const float* sphere[4] = {};                ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
-  const std::uint32_t* children = nullptr;    ///< pairs: first, count
+  std::uint32_t levels = 0;                     ///< root = 1
+  const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
+  const std::int16_t* inward_normal[2] = {};    ///< octahedral codes, u, v rows: see point_inward_normal
+  const std::uint16_t* area = nullptr;          ///< codes: see point_area
+  std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
+  const std::uint32_t* facet_points = nullptr;  ///< ascending
+  const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
+  float position_origin[3] = {};                ///< asset frame. [m]
+  float position_step = 0;                      ///< [m]
+  float area_step = 0;                          ///< [m^2]
+  const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
+  const std::uint32_t* children = nullptr;      ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
@@ -266,12 +269,14 @@ float penetration(const VoxelmapView& map, Vec3 point) = delete;
 /// @param point  the field's frame. [m]
 [[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
-/// One point of the pointshell in contact, map frame.
+/// One point of the pointshell in contact, map frame. With Weight::per_patch also a facet of the point's part of the
+/// surface. The sum of penetration * area * inward_normal over the contacts with V >= 0 is QueryResult::force, and that
+/// of the moments at `position` is QueryResult::torque (regular traverse, not with Weight::per_point).
 struct Contact {
-  Vec3 position;            ///< of the shell's point. [m]
+  Vec3 position;            ///< P, of the shell's point. Of a facet: the centre of pressure of its part in contact. [m]
   Vec3 inward_normal;       ///< into the pointshell's body, unit. [-]
   float penetration = 0;    ///< V(P). [m]
-  float area = 0;           ///< [m^2]
+  float area = 0;           ///< of the point. Of a facet: the integral of V over it, divided by `penetration`. [m^2]
   std::uint32_t point = 0;  ///< index of the point: stable from step to step
   std::uint32_t node = 0;   ///< segmented traverse: the segment's node. If the point represents a node (see
                             ///< QueryOptions::level and max_tests): that node. Otherwise: the point's leaf
@@ -281,6 +286,15 @@ struct Contact {
 enum class Weight : std::uint8_t {
   per_point,  ///< the paper's: sums of V n [m] and P x V n [m^2]; grows with the number of points
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
+  /// The same units. A point whose part of the surface is folded (a sharp edge, a corner, a strong curve) adds the
+  /// integrals of V n and P x V n over its flat facets, as far as they lie in the field. Every other point adds what
+  /// per_area adds. The force is as continuous as the field. Shells without facets give what per_area gives.
+  /// Median error of the force of contacts up to a voxel deep on a plane: corners and edges 4 % at alpha 0.7 and 1.4,
+  /// 6 % at 4. A curved surface without facets has that of per_area (sphere of 40 voxels: 0.1, 0.5, 6 %). Where a field
+  /// has an edge or corner within a patch, the error is larger: 7 % at 0.7, 17 % at 1.4 (a box on its copy).
+  /// A query takes 4 to 10 times as long, because facets of points outside are tested too. Not the default, because
+  /// facets take the place of their points among the contacts.
+  per_patch,
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body

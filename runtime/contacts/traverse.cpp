@@ -16,7 +16,7 @@ using detail::TraverseQuery;
 
 template <class Kernel>
 FieldFacts facts_of(const VoxelmapView& map) noexcept {
-  FieldFacts facts;
+  FieldFacts facts(map);
   facts.most = detail::greatest_penetration(map);
   facts.excess = map.error;
   facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
@@ -29,8 +29,8 @@ FieldFacts facts_of(const VoxelmapView& map) noexcept {
   return facts;
 }
 template <class Kernel, class Analytic>
-FieldFacts facts_of(const Analytic&) noexcept {
-  return {};
+FieldFacts facts_of(const Analytic& field) noexcept {
+  return FieldFacts(field);
 }
 
 std::uint64_t id_of(const VoxelmapView& map) noexcept {

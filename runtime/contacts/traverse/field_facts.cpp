@@ -35,7 +35,10 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
       facts(the_facts),
       pose(shell_to_field),
       transform(shell_to_field),
+      has_facets(the_options.weight == Weight::per_patch && the_shell.facets > 0),
       options(the_options),
+      reach(has_facets ? std::max(the_options.contact_distance, the_shell.covering_radius)
+                       : the_options.contact_distance),
       budget(the_options),
       out(contacts),
       result(the_result),
@@ -46,7 +49,7 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
   descent.radius_scale = shell.scale / unit;
   descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, shell.scale);
   descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
-  descent.contact_distance = options.contact_distance / unit;
+  descent.contact_distance = reach / unit;
   descent.slack = facts.error / unit + rounding(shell, descent.nodes, unit);
   descent.queue = scratch.queue.data();
   descent.hits = scratch.hits.data();

@@ -50,7 +50,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const bool same = cache.shell == shell.position[0] && cache.shell_points == shell.points &&
                     cache.shell_scale == shell.scale && cache.field == query.facts.id;
   const double spent = same ? largest_displacement(shell, cache.reference, query.pose) : 0;
-  const double needed = query.options.contact_distance + 2.0 * query.facts.error;
+  const double needed = query.reach + 2.0 * query.facts.error;
   const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
   cache.last = query.pose;
   if (same && cache.reach > 0 && cache.reach >= needed + spent) {
