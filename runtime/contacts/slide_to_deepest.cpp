@@ -229,6 +229,7 @@ Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact
   float off_shell = 0;
   Step step;
   bool is_capped = false;
+  bool is_least = false;  // where the fit says otherwise, the gap does not
   for (int i = 0;; ++i) {
     const std::array<Along, 2> axes = along_principal_axes(near, here.gap, gap_at);
     step = newton(axes);
@@ -246,11 +247,14 @@ Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact
     if (!(length(next - start) < 2 * ring)) break;
     const Neighbourhood beyond{next, near.plane, ring};
     const Around there(gap, beyond);
-    if (!(there.gap[0] <= here.gap[0] + kWorse)) break;
+    if (!(there.gap[0] <= here.gap[0] + kWorse)) {
+      is_least = true;
+      break;
+    }
     near = beyond;
     here = there;
   }
-  bool is_sloping = is_capped || length(step.way) > kLeft;
+  bool is_sloping = !is_least && (is_capped || length(step.way) > kLeft);
   for (const Vec3& across : step.slopes) {
     is_sloping = is_sloping || (dot(across, across) > 0 && gap.is_round(near, normal, across));
   }
