@@ -98,6 +98,8 @@ constexpr Layout kLayouts[] = {
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
+    {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
@@ -247,7 +249,13 @@ Status check_pointshell(const Directory& directory) noexcept {
       return Status::bad_section;
     }
   }
-  return Status::ok;
+  // Optional, but both or none.
+  const Section* const facets = directory.find(SectionKind::facet_points);
+  const Section* const corners = directory.find(SectionKind::facet_corners);
+  if (facets == nullptr && corners == nullptr) return Status::ok;
+  if (info.points == 0) return Status::bad_info;
+  if (facets == nullptr || corners == nullptr) return Status::missing_section;
+  return facets->shape[0] == corners->shape[0] && facets->shape[0] <= kMaxCount ? Status::ok : Status::bad_section;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Checks every index stored in the sections, and the floats of the spheres. After this no query can leave the mapping.
 // Loops are plain and without early exits, so that compilers vectorize them: this runs at every open.
+#include <algorithm>
 #include <bit>
 
 #include "formats/vps_format.h"
@@ -106,6 +107,10 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
                                    section<std::uint32_t>(file, directory, SectionKind::children), points);
   if (status != Status::ok) return status;
   if (!all_below(section<std::uint32_t>(file, directory, SectionKind::parent_points), points)) return Status::bad_index;
+  if (directory.find(SectionKind::facet_points) != nullptr) {
+    const auto facets = section<std::uint32_t>(file, directory, SectionKind::facet_points);
+    if (!std::is_sorted(facets.begin(), facets.end()) || facets.back() >= points) return Status::bad_index;
+  }
   const auto spheres = section<float>(file, directory, SectionKind::spheres);
   const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3));
   return good ? Status::ok : Status::bad_index;

@@ -62,7 +62,7 @@ enum class Status : std::uint8_t {
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
 /// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = field bricks,
-/// P = points, M = tree nodes, L = tree levels.
+/// P = points, F = facets, M = tree nodes, L = tree levels.
 enum class SectionKind : std::uint32_t {
   brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick; with `layers` only
   coarse_layers = 2,  ///< i16 [bz,by,bx]: lower bound of the distance of each brick's CENTRE to the surface, signed as
@@ -79,12 +79,17 @@ enum class SectionKind : std::uint32_t {
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
+  facet_points = 35,  ///< u32 [F]: points whose part of the surface is folded, ascending, one entry per facet. Optional
+  facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
   record = 64,  ///< i8 [n]: what the asset was baked from, as text (bake/store/cache.h). Optional; no query reads it
 };
+
+/// Steps of `facet_corners` in a covering radius.
+inline constexpr float kFacetSteps = 112;
 
 /// No kind uses i32.
 enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };

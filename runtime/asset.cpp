@@ -48,6 +48,8 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::point_positions:
     case SectionKind::point_inward_normals:
     case SectionKind::point_areas:
+    case SectionKind::facet_points:
+    case SectionKind::facet_corners:
     case SectionKind::spheres:
     case SectionKind::children:
     case SectionKind::parent_points:
@@ -177,8 +179,9 @@ bool Asset::has_pointshell() const noexcept {
   return overlap(use_, Use::pointshell) && directory_.find(SectionKind::point_positions) != nullptr;
 }
 
-Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
+Status Asset::voxelmap(VoxelmapView& out, Field field, double scale) const noexcept {
   out = {};
+  if (const Status status = check_scale(scale); status != Status::ok) return status;
   struct Candidate {
     Field field;
     SectionKind kind;
@@ -208,7 +211,8 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
     out.field_nodes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_nodes));
   }
   out.coarse_layers = section_data<std::int16_t>(data_, directory_.find(SectionKind::coarse_layers));
-  const AssetInfo& facts = info();
+  out.scale = static_cast<float>(scale);
+  const AssetInfo facts = scaled(info(), scale);
   for (int axis = 0; axis < 3; ++axis) {
     out.dims[axis] = facts.dims[axis];
     out.brick_dims[axis] = facts.dims[axis] / kBrickEdge;
@@ -240,10 +244,12 @@ Status Asset::voxelmap(VoxelmapView& out, Field field) const noexcept {
   return Status::ok;
 }
 
-Status Asset::pointshell(PointshellView& out) const noexcept {
+Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out = {};
+  if (const Status status = check_scale(scale); status != Status::ok) return status;
   if (!has_pointshell()) return Status::missing_part;
-  const AssetInfo& facts = info();
+  out.scale = static_cast<float>(scale);
+  const AssetInfo facts = scaled(info(), scale);
   out.points = static_cast<std::uint32_t>(facts.points);
   out.levels = facts.levels;
   const auto* positions = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_positions));
@@ -257,6 +263,11 @@ Status Asset::pointshell(PointshellView& out) const noexcept {
   out.area = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_areas));
   out.position_step = static_cast<float>(facts.position_step);
   out.area_step = static_cast<float>(facts.area_step);
+  if (const Section* const facets = directory_.find(SectionKind::facet_points); facets != nullptr) {
+    out.facets = static_cast<std::uint32_t>(facets->shape[0]);
+    out.facet_points = section_data<std::uint32_t>(data_, facets);
+    out.facet_corners = section_data<std::int8_t>(data_, directory_.find(SectionKind::facet_corners));
+  }
   const Section* const spheres = directory_.find(SectionKind::spheres);
   out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
   for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;

@@ -125,6 +125,11 @@ typedef struct VpsAssetInfo {
   char generator[32];  ///< tool and version, zero-terminated
 } VpsAssetInfo;
 VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info);
+/// Uses the asset at another size: all lengths of its facts, voxelmap and pointshell become those of the bake times
+/// `scale`; areas, volume and inertia follow. For several scales open the asset several times: a file is in memory
+/// once. Not while a query uses the asset.
+/// @param scale  other values are `vps_bad_argument`, without a change. [Limits: 0.001 <= value <= 1000]
+VpsStatus vps_asset_scale(VpsAsset* asset, double scale);
 
 /// Which stored field of a voxelmap answers.
 typedef int32_t VpsField;

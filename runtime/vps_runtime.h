@@ -34,6 +34,13 @@ struct Pose {
 /// first^-1 * second: takes second's body frame to first's body frame.
 [[nodiscard]] Pose relative_pose(const Pose& first, const Pose& second) noexcept;
 
+/// An asset may be used at another size than its bake's, the same along all axes: lengths are multiplied by a scale.
+inline constexpr double kLeastScale = 1e-3, kMostScale = 1e3;
+/// `bad_argument` for a scale beyond these limits or NaN.
+[[nodiscard]] Status check_scale(double scale) noexcept;
+/// The facts of an asset at a scale: lengths and errors times `scale`, areas, volume and inertia by its powers 2, 3, 5.
+[[nodiscard]] AssetInfo scaled(const AssetInfo& info, double scale) noexcept;
+
 /// Which stored field answers `penetration`.
 enum class Field : std::uint8_t { none, layers, scaled, real };
 
@@ -71,25 +78,31 @@ struct VoxelmapView {
   float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
   FarGridView far;
+  float scale =
+      1;  ///< of all lengths, included in those above; `values` and `gradients` of Field::real are without. [-]
 };
 
 /// Read-only view of an asset's pointshell and point-sphere tree. Lives as long as its Asset.
 struct PointshellView {
   std::uint32_t points = 0;
   std::uint32_t nodes = 0;
-  std::uint32_t levels = 0;                   ///< root = 1
-  const std::uint16_t* position[3] = {};      ///< codes, x, y, z rows: see point_position
-  const std::int16_t* inward_normal[2] = {};  ///< octahedral codes, u, v rows: see point_inward_normal
-  const std::uint16_t* area = nullptr;        ///< codes: see point_area
-  float position_origin[3] = {};              ///< asset frame. [m]
-  float position_step = 0;                    ///< [m]
-  float area_step = 0;                        ///< [m^2]
-  const float* sphere[4] = {};                ///< x, y, z, radius rows. [m]
-  const std::uint32_t* children = nullptr;    ///< pairs: first, count
+  std::uint32_t levels = 0;                     ///< root = 1
+  const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
+  const std::int16_t* inward_normal[2] = {};    ///< octahedral codes, u, v rows: see point_inward_normal
+  const std::uint16_t* area = nullptr;          ///< codes: see point_area
+  std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
+  const std::uint32_t* facet_points = nullptr;  ///< ascending
+  const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
+  float position_origin[3] = {};                ///< asset frame. [m]
+  float position_step = 0;                      ///< [m]
+  float area_step = 0;                          ///< [m^2]
+  const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
+  const std::uint32_t* children = nullptr;      ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
   float covering_radius = 0;                     ///< [m]
+  float scale = 1;                               ///< of all lengths, included in the numbers above. [-]
 };
 
 /// Position of a point, asset frame. The bounding spheres enclose exactly these floats. [m]
@@ -98,6 +111,16 @@ struct PointshellView {
     return decode_coordinate(shell.position[axis][i], shell.position_origin[axis], shell.position_step);
   };
   return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+/// Centre of a node's bounding sphere, asset frame. [m]
+[[nodiscard]] inline Vec3 sphere_centre(const PointshellView& shell, std::uint32_t node) noexcept {
+  return {shell.scale * shell.sphere[0][node], shell.scale * shell.sphere[1][node],
+          shell.scale * shell.sphere[2][node]};
+}
+/// [m]
+[[nodiscard]] inline float sphere_radius(const PointshellView& shell, std::uint32_t node) noexcept {
+  return shell.scale * shell.sphere[3][node];
 }
 
 /// Unit normal of a point, into the body, asset frame. [-]
@@ -159,8 +182,11 @@ class Asset {
 
   /// Fills `out`. `Field::none` picks the finest field that is stored and in use: real, then scaled, then layers.
   /// `missing_part` when there is none.
-  [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none) const noexcept;
-  [[nodiscard]] Status pointshell(PointshellView& out) const noexcept;
+  /// @param scale  all lengths of the view are multiplied by it. Any number of views may have scales of their own;
+  /// every query takes them, and queries of unscaled views cost the same. [Limits: kLeastScale <= value <= kMostScale]
+  [[nodiscard]] Status voxelmap(VoxelmapView& out, Field field = Field::none, double scale = 1) const noexcept;
+  /// @param scale  as of `voxelmap`: a body's views have the same
+  [[nodiscard]] Status pointshell(PointshellView& out, double scale = 1) const noexcept;
 
  private:
   void release() noexcept;
@@ -258,12 +284,14 @@ float penetration(const VoxelmapView& map, Vec3 point) = delete;
 /// @param point  the field's frame. [m]
 [[nodiscard]] Vec3 outward_normal(FieldRef field, Vec3 point) noexcept;
 
-/// One point of the pointshell in contact, map frame.
+/// One point of the pointshell in contact, map frame. With Weight::per_patch also a facet of the point's part of the
+/// surface. The sum of penetration * area * inward_normal over the contacts with V >= 0 is QueryResult::force, and that
+/// of the moments at `position` is QueryResult::torque (regular traverse, not with Weight::per_point).
 struct Contact {
-  Vec3 position;            ///< of the shell's point. [m]
+  Vec3 position;            ///< P, of the shell's point. Of a facet: the centre of pressure of its part in contact. [m]
   Vec3 inward_normal;       ///< into the pointshell's body, unit. [-]
   float penetration = 0;    ///< V(P). [m]
-  float area = 0;           ///< [m^2]
+  float area = 0;           ///< of the point. Of a facet: the integral of V over it, divided by `penetration`. [m^2]
   std::uint32_t point = 0;  ///< index of the point: stable from step to step
   std::uint32_t node = 0;   ///< segmented traverse: the segment's node. If the point represents a node (see
                             ///< QueryOptions::level and max_tests): that node. Otherwise: the point's leaf
@@ -273,6 +301,15 @@ struct Contact {
 enum class Weight : std::uint8_t {
   per_point,  ///< the paper's: sums of V n [m] and P x V n [m^2]; grows with the number of points
   per_area,   ///< sums of V n A [m^3] and P x V n A [m^4]; times a foundation stiffness [N/m^3] gives N and N m
+  /// The same units. A point whose part of the surface is folded (a sharp edge, a corner, a strong curve) adds the
+  /// integrals of V n and P x V n over its flat facets, as far as they lie in the field. Every other point adds what
+  /// per_area adds. The force is as continuous as the field. Shells without facets give what per_area gives.
+  /// Median error of the force of contacts up to a voxel deep on a plane: corners and edges 4 % at alpha 0.7 and 1.4,
+  /// 6 % at 4. A curved surface without facets has that of per_area (sphere of 40 voxels: 0.1, 0.5, 6 %). Where a field
+  /// has an edge or corner within a patch, the error is larger: 7 % at 0.7, 17 % at 1.4 (a box on its copy).
+  /// A query takes 4 to 10 times as long, because facets of points outside are tested too. Not the default, because
+  /// facets take the place of their points among the contacts.
+  per_patch,
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body
@@ -285,6 +322,7 @@ struct ContactCache {
   double reach = 0;             ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
+  float shell_scale = 1;
   std::uint64_t field = 0;
 };
 

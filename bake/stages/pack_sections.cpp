@@ -10,6 +10,7 @@
 #include <cstring>
 #include <limits>
 #include <numbers>
+#include <numeric>
 
 #include "bake/plan.h"
 #include "bake/stages/certify.h"
@@ -226,6 +227,30 @@ std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree,
   return points;
 }
 
+// @param order  the points' old numbers, in tree order
+void pack_facets(const Pointshell& shell, const std::vector<std::uint32_t>& order, const AssetInfo& info,
+                 std::vector<SectionData>& sections) {
+  if (shell.facets.empty()) return;
+  std::vector<std::uint32_t> begin(order.size() + 1, 0);
+  for (const PointFacet& facet : shell.facets) ++begin[facet.point + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<std::uint32_t> points;
+  std::vector<std::int8_t> corners;
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    for (std::uint32_t at = begin[order[i]]; at < begin[order[i] + 1]; ++at) {
+      points.push_back(i);
+      for (const Vector& corner : shell.facets[at].corners) {
+        for (const double x : corner) {
+          const double code = std::nearbyint(x * double{kFacetSteps} / info.covering_radius);
+          corners.push_back(static_cast<std::int8_t>(std::clamp(code, -127.0, 127.0)));
+        }
+      }
+    }
+  }
+  sections.push_back(section(SectionKind::facet_points, ElementType::u32, {points.size()}, points));
+  sections.push_back(section(SectionKind::facet_corners, ElementType::i8, {points.size(), 4, 3}, corners));
+}
+
 void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
                      const AssetInfo& info, std::vector<SectionData>& sections) {
   const std::size_t count = tree.order.size();
@@ -255,6 +280,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
   sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
   sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
+  pack_facets(shell, tree.order, info, sections);
   sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));

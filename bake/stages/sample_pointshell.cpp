@@ -2,7 +2,7 @@
 // Pointshell sampling. Paper: Sec. 2.1.2: surface voxel centres projected onto triangles, kept at least alpha s apart.
 // Beyond the paper: sharp vertices and edges are sampled first, so that no tip is cut. Then every gap is found in the
 // Voronoi cells of the points on each patch of the surface and filled, which proves the covering radius. Each point
-// gets the area of its cells.
+// gets the area of its cells, and facets where these are folded.
 #include "bake/stages/sample_pointshell.h"
 
 #include <tbb/parallel_for.h>
@@ -26,6 +26,9 @@ constexpr double kSameSide = -0.25;
 constexpr double kSharp = 0.766;
 // Largest distance of the surface from the points, in spacings.
 constexpr double kCovering = 1.05;
+// A point's cell is folded if the length of its vector area, divided by its area, is below this: normals that deviate
+// by 14 degrees (root mean square), or an edge of 28 degrees in the middle.
+constexpr double kFlat = 0.97;
 
 // Place on a piece: the weights of its first two corners.
 using Place = std::array<double, 2>;
@@ -143,6 +146,7 @@ class Sampler {
   void sample_triangles(const Grid& grid, const SurfaceVoxels& voxels);
   void fill_gaps();
   void measure_areas();
+  void find_folds();
 
   [[nodiscard]] std::vector<const Sample*> samples();
   [[nodiscard]] double covering_radius() const { return covering_; }
@@ -318,7 +322,37 @@ void Sampler::measure_areas() {
       // They sum to one but for rounding.
       const double scale =
           (p[1] - p[0]).cross(p[2] - p[0]).norm() / 2 / std::accumulate(shares.begin(), shares.end(), 0.0);
-      for (std::size_t i = 0; i < shares.size(); ++i) cells.candidates()[i].sample->area += shares[i] * scale;
+      for (std::size_t i = 0; i < shares.size(); ++i) {
+        Sample& sample = *cells.candidates()[i].sample;
+        sample.area += shares[i] * scale;
+        sample.vector_area += shares[i] * scale * surface_.normals[patch.triangle];
+      }
+    }
+  });
+}
+
+// Collects the cells that are folded.
+void Sampler::find_folds() {
+  const auto mark = [](Block& block) {
+    for (Sample& s : block.samples) {
+      if (s.vector_area.norm() < kFlat * s.area) s.cell = std::make_unique<std::vector<CellPart>>();
+      block.has_folds = block.has_folds || s.cell != nullptr;
+    }
+  };
+  blocks_.for_each_block(mark);
+  blocks_.for_each_block([&](Block& block) {
+    const auto has_folds = [](const Block* b) { return b != nullptr && b->has_folds; };
+    if (std::none_of(block.around.begin(), block.around.end(), has_folds)) return;
+    PieceCells cells(blocks_, 1.01 * covering_);
+    for (const Patch& patch : block.patches) {
+      const Vector& normal = surface_.normals[patch.triangle];
+      cells.start(block, patch.piece, normal);
+      for (const Candidate& c : cells.candidates()) {
+        if (c.sample->cell == nullptr) continue;
+        CellPart part{normal, {}};
+        for (const Place& p : cells.cell(c)) part.corners.push_back(cells.at(p) - c.sample->position);
+        if (part.corners.size() > 2) c.sample->cell->push_back(std::move(part));
+      }
     }
   });
 }
@@ -386,6 +420,7 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   sampler.sample_triangles(grid, voxels);
   sampler.fill_gaps();
   sampler.measure_areas();
+  sampler.find_folds();
   const std::vector<const Sample*> samples = sampler.samples();
   Pointshell shell;
   shell.spacing = spacing;
@@ -399,6 +434,10 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
     shell.inward_normals[i] = as_stored(inward_normal(grid, runs, field, sample));
     shell.areas[i] = sample.area;
   });
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    if (samples[i]->cell == nullptr) continue;
+    for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});
+  }
   std::size_t on_faces = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     if (samples[i]->on_edge) continue;

@@ -3,13 +3,21 @@
 #pragma once
 
 #include "bake/stages/distance_field.h"
+#include "bake/stages/fit_facets.h"
 
 namespace vps::bake {
+
+/// A facet of a point's part of the surface.
+struct PointFacet {
+  std::uint32_t point;
+  Facet corners;  ///< relative to the point. [m]
+};
 
 struct Pointshell {
   std::vector<Vector> positions;       ///< on the surface. [m]
   std::vector<Vector> inward_normals;  ///< unit, rounded to what the asset can hold
   std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
+  std::vector<PointFacet> facets;      ///< of the points whose part of the surface is folded, by point
   double spacing = 0;                  ///< points on the same side are no closer than this. [m]
   double normal_error_mean = 0;        ///< angle to the face's normal, over points that lie on no sharp edge. [rad]
   double normal_error_max = 0;         ///< the worst of these. [rad]

@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <memory>
 #include <unordered_map>
 
 #include "bake/geometry.h"
+#include "bake/stages/fit_facets.h"
 
 namespace vps::bake {
 
@@ -40,11 +42,13 @@ using Piece = std::array<Vector, 3>;
 
 /// A point on the surface.
 struct Sample {
-  Vector position;  ///< [m]
-  Vector normal;    ///< outward, of the triangle it was made on
-  double area;      ///< [m^2]
-  Sample* next;     ///< in the same cell
-  bool on_edge;     ///< a sharp one
+  Vector position;                                        ///< [m]
+  Vector normal;                                          ///< outward, of the triangle it was made on
+  double area;                                            ///< [m^2]
+  Sample* next;                                           ///< in the same cell
+  bool on_edge;                                           ///< a sharp one
+  Vector vector_area = Vector::Zero();                    ///< of its cell, outward. [m^2]
+  std::unique_ptr<std::vector<CellPart>> cell = nullptr;  ///< where it is folded, else null
 };
 
 /// A piece that is small against a block.
@@ -60,7 +64,8 @@ struct Block {
   std::array<Sample*, 64> heads{};  ///< first sample of each cell
   std::deque<Sample> samples;       ///< in the order of their creation; pointers to them stay valid
   std::vector<Patch> patches;
-  double covering = 0;  ///< largest squared distance of its patches from the samples. [m^2]
+  bool has_folds = false;  ///< some of its samples have a `Sample::cell`
+  double covering = 0;     ///< largest squared distance of its patches from the samples. [m^2]
 };
 
 /// Work on a patch reads and writes its own block and those around it. Blocks three apart share none of these. So all

@@ -295,7 +295,7 @@ class Runner {
       plan.insert(plan.begin(), "--dry-run");
       const std::size_t bytes = alone ? options_.memory_bytes : import_memory(job.mesh, job.settings.import);
       const MemoryBudget::Share share(budget_, bytes);
-      const auto said = ask(job, std::move(plan), result);
+      const auto said = ask(job, plan, result);
       if (!said) return result;
       predicted = said->at("plan").at("predicted_memory_bytes");
       if (options_.dry_run) {
@@ -309,7 +309,7 @@ class Runner {
       words.insert(words.begin(), fmt::format("--cache-size={}B", options_.cache_bytes));
     words.insert(words.begin(), options_.cache.empty() ? "--no-cache" : "--cache=" + options_.cache);
     const MemoryBudget::Share share(budget_, predicted);
-    const auto said = ask(job, std::move(words), result);
+    const auto said = ask(job, words, result);
     if (!said) return result;
     result.state = said->at("cache") == "hit" ? State::cached : State::baked;
     result.bytes = said->at("bytes");

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -31,6 +32,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kColumns[] = {"ours", "continuous", "hull", "hacd", "gimpact"};
+const std::map<std::string, stress::Solver> kSolvers = {{"sequential", stress::Solver::sequential},
+                                                        {"nncg", stress::Solver::nncg},
+                                                        {"dantzig", stress::Solver::dantzig},
+                                                        {"lemke", stress::Solver::lemke}};
 
 struct StressArguments {
   std::vector<std::string> assets;
@@ -261,6 +266,13 @@ Command add_stress_command(CLI::App& app) {
       ->group(kCases);
   add_integer(*stress, "--seed", a.seed, 0, 99999999, "Of disturbances and directions, 0 to 99999999 [default: 1]")
       ->option_text("N")
+      ->group(kCases);
+  stress
+      ->add_option_function<std::string>(
+          "--solver", [&a](const std::string& name) { a.subject.solver = kSolvers.at(name); },
+          "Bullet's solver: sequential, nncg, dantzig or lemke [default: sequential]")
+      ->check(CLI::IsMember(kSolvers))
+      ->option_text("NAME")
       ->group(kCases);
   stress
       ->add_flag("--quick", a.quick,

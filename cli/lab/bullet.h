@@ -52,6 +52,7 @@ struct Ground {
 
 /// A body of 1 kg falls from 0.5 m at 200 Hz and never sleeps.
 struct DropOptions {
+  double voxel = 0.02;    ///< of the finest asset that is compared: split impulses start at twice this. [m]
   double lowest = 0;      ///< y of the body's lowest point, from its centre of mass; negative. [m]
   int first_timed = 200;  ///< first step that is timed
   int last_timed = 600;   ///< last step of the simulation

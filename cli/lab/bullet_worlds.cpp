@@ -101,7 +101,7 @@ DropResult drop(const BulletShape& body, const Ground& ground, const DropOptions
   btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
   world.setGravity({0, btScalar(-9.81), 0});
   // Bullet's default of 4 cm lets small bodies hop out of an overlap.
-  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-2 * options.voxel);
 
   btRigidBody still(0, nullptr, ground.shape.shape.get());
   still.setWorldTransform(btTransform(btQuaternion::getIdentity(), ground.position));

@@ -127,6 +127,15 @@ void add_inertial(Rigid& rigid, const urdf::Inertial& inertial, const Placement&
   add_moved(rigid.second, m, at.position);
 }
 
+// Whether every principal moment of an inertia is positive (Sylvester's criterion). @pre its diagonal is positive
+bool is_positive(const std::array<double, 9>& i) {
+  const double minor = i[0] * i[4] - i[1] * i[1];
+  const double determinant =
+      i[0] * (i[4] * i[8] - i[5] * i[5]) - i[1] * (i[1] * i[8] - i[5] * i[2]) + i[2] * (i[1] * i[5] - i[4] * i[2]);
+  constexpr double kLeast = 1e-9;  // of the moments' product
+  return minor > 0 && determinant > kLeast * i[0] * i[4] * i[8];
+}
+
 class Reader {
  public:
   Reader(const urdf::ModelInterface& model, const fs::path& file, const UrdfElements& elements)
@@ -215,8 +224,13 @@ class Reader {
       for (std::size_t axis = 0; axis < 3; ++axis) centre[axis] = rigid.first_moment[axis] / body.mass;
       add_moved(rigid.second, -body.mass, centre);
       body.centre_of_mass = centre;
-      const Triple inertia = {rigid.second[0], rigid.second[4], rigid.second[8]};
-      if (inertia[0] > 0 && inertia[1] > 0 && inertia[2] > 0) body.inertia = inertia;
+      const std::array<double, 9>& i = rigid.second;
+      if (i[0] > 0 && i[4] > 0 && i[8] > 0) body.inertia = {i[0], i[4], i[8], i[1], i[2], i[5]};
+      if (body.inertia && !is_positive(i)) {
+        body.inertia = {i[0], i[4], i[8], 0, 0, 0};
+        scene_.assumptions.push_back(
+            fmt::format("link '{}' has products of inertia too large for its moments: they are left out", body.name));
+      }
     } else {
       body.mass = 0;
       body.motion = is_root ? Motion::fixed : Motion::kinematic;

@@ -59,7 +59,8 @@ struct SceneBody {
   Motion motion = Motion::dynamic;
   double mass = 0;                       ///< of a dynamic body. [kg]
   std::optional<Triple> centre_of_mass;  ///< body's frame; empty: from the shape. [m]
-  std::optional<Triple> inertia;         ///< about the centre of mass, along the body's axes. [kg m^2]
+  /// xx, yy, zz, xy, xz, yz about the centre of mass, along the body's axes. [kg m^2]
+  std::optional<std::array<double, 6>> inertia;
   Placement pose;
   Triple velocity{};            ///< at the start. [m/s]
   std::optional<double> speed;  ///< largest expected speed. [m/s]

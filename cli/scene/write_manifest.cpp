@@ -42,7 +42,11 @@ Json body_to_json(const SceneBody& body, bool meets) {
   Json json = {{"name", body.name}, {"type", motion_name(body.motion)}};
   if (body.motion == Motion::dynamic) {
     json["mass"] = body.mass;
-    if (body.inertia) json["inertia"] = *body.inertia;
+    if (body.inertia) {
+      const std::array<double, 6>& i = *body.inertia;
+      json["inertia"] = {i[0], i[1], i[2]};
+      if (i[3] != 0 || i[4] != 0 || i[5] != 0) json["inertia"] = i;
+    }
     if (body.velocity != Triple{}) json["velocity"] = body.velocity;
   }
   if (body.centre_of_mass) json["centre_of_mass"] = *body.centre_of_mass;

@@ -196,6 +196,10 @@ const char* section_name(SectionKind kind) {
       return "point_inward_normals";
     case SectionKind::point_areas:
       return "point_areas";
+    case SectionKind::facet_points:
+      return "facet_points";
+    case SectionKind::facet_corners:
+      return "facet_corners";
     case SectionKind::spheres:
       return "spheres";
     case SectionKind::children:

@@ -73,16 +73,18 @@ bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float
   return false;
 }
 
-// Follows a place of the partner, a sphere's centre or a corner, into the shell's distance field.
+// Follows a place of the partner, the centre of a round end or a corner, into the shell's distance field.
 // @param step_way  motion of the shell at a place, relative to the partner
 template <class Way>
 bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact& contact, float near,
                     const Way& step_way) {
-  const bool is_sphere = pair.field.shape->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
-  const float thickness =
-      is_sphere ? static_cast<float>(static_cast<const btSphereShape*>(pair.field.shape)->getRadius()) : 0.0F;
-  const Vec3 corner = contact.position + (contact.penetration - margin_of(pair)) * contact.inward_normal;
-  const btVector3 place = is_sphere ? pair.field.world.getOrigin() : found.frame * to_bt(corner);
+  const btCollisionShape& shape = *pair.field.shape;
+  btScalar radius = 0;
+  if (shape.getShapeType() == SPHERE_SHAPE_PROXYTYPE) radius = static_cast<const btSphereShape&>(shape).getRadius();
+  if (shape.getShapeType() == CAPSULE_SHAPE_PROXYTYPE) radius = static_cast<const btCapsuleShape&>(shape).getRadius();
+  const auto thickness = static_cast<float>(radius);
+  const Vec3 centre = contact.position + (contact.penetration - margin_of(pair) - thickness) * contact.inward_normal;
+  const btVector3 place = found.frame * to_bt(centre);
   const btTransform to_asset = (pair.shell.world * pair.shell.asset_frame()).inverse();
   Contact moving = contact;
   moving.position = to_vec3(to_asset * place);

@@ -31,15 +31,22 @@ struct Place {
 };
 
 // Forgets places from which the pair has moved.
-// @param to_field  of the shell, in the contacts' frame
-void belong_to(SlideMemory& memory, const Pair& pair, const Pose& to_field, double far) {
-  const bool is_same = memory.shell == pair.shell.shape && memory.field == pair.field.shape &&
-                       detail::largest_displacement(pair.shell.vps->pointshell(), memory.pose, to_field) <= far;
+void belong_to(SlideMemory& memory, const Pair& pair, std::uint64_t mesh, double far) {
+  const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
+  const Pose pose = relative_pose(to_pose(pair.field.world, btTransform::getIdentity()), shell_pose);
+  const btScalar shell_scale = pair.shell.shape->getLocalScaling().x();
+  const btScalar field_scale = pair.field.shape->getLocalScaling().x();
+  const bool is_same = memory.shell == pair.shell.shape && memory.field == pair.field.shape && memory.mesh == mesh &&
+                       memory.shell_scale == shell_scale && memory.field_scale == field_scale &&
+                       detail::largest_displacement(pair.shell.vps->pointshell(), memory.pose, pose) <= far;
   if (is_same) return;
   memory.slid.clear();
   memory.shell = pair.shell.shape;
   memory.field = pair.field.shape;
-  memory.pose = to_field;
+  memory.mesh = mesh;
+  memory.shell_scale = shell_scale;
+  memory.field_scale = field_scale;
+  memory.pose = pose;
 }
 
 // Whether two contacts are one, as at least one of them has moved there.
@@ -50,17 +57,20 @@ bool meet(const Place& a, const Place& b, float ring) {
 }
 
 // @param most  [rings]
-Place slide_far(const detail::TouchingBodies& bodies, const ManifoldContact& contact, int most) {
+Place slide_far(const detail::TouchingBodies& bodies, const detail::Reach& reach, const ManifoldContact& contact,
+                int most) {
   Place place{contact, Slide::sloping, false};
-  for (int i = 0; i < most && place.slide == Slide::sloping; ++i) place.slide = slide_to_deepest(bodies, place.at);
+  for (int i = 0; i < most && place.slide == Slide::sloping; ++i) {
+    place.slide = slide_to_deepest(bodies, reach, place.at);
+  }
   return place;
 }
 
 // Slides a contact, or moves it as in a step before.
-Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies, const ManifoldContact& contact,
-                       bool is_deepest) {
+Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies, float ring,
+                       const ManifoldContact& contact, int most) {
   const auto known = std::find_if(memory.slid.begin(), memory.slid.end(), [&](const SlideMemory::Slid& one) {
-    return one.feature == contact.feature && one.was_deepest == is_deepest;
+    return one.feature == contact.feature && one.most == most;
   });
   if (known != memory.slid.end()) {
     Place place{contact, known->slide, false};
@@ -69,10 +79,10 @@ Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies
     place.at.penetration += known->gain;
     return place;
   }
-  const Place place = slide_far(bodies, contact, is_deepest ? kLongestWay : 1);
+  const Place place = slide_far(bodies, {ring, nullptr}, contact, most);
   constexpr std::size_t kMost = 256;
   if (memory.slid.size() < kMost) {
-    memory.slid.push_back({contact.feature, is_deepest, place.slide, place.at.position - contact.position,
+    memory.slid.push_back({contact.feature, most, place.slide, place.at.position - contact.position,
                            place.at.inward_normal, place.at.penetration - contact.penetration});
   }
   return place;
@@ -83,43 +93,44 @@ Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies
 std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,
                                  std::span<ManifoldContact> contacts) {
   const VoxelmapView& shell = pair.shell.vps->distances();
-  const bool on_triangles = pair.field.vps == nullptr && is_triangle_mesh(pair.field.shape->getShapeType());
-  if (contacts.empty() || shell.field == Field::none || on_triangles) return contacts.size();
+  if (contacts.empty() || shell.field == Field::none) return contacts.size();
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
   const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
   const float ring = std::max(kRing_vx * shell.voxel_size, kRingOfOther_vx * other);
-  const detail::Transform to_shell = to_asset(pair, found.frame);
-  const Pose shell_pose = to_pose(pair.shell.world * pair.shell.asset_frame(), btTransform::getIdentity());
-  belong_to(memory.slides, pair, relative_pose(to_pose(found.frame, btTransform::getIdentity()), shell_pose),
-            kStill_vx * double{shell.voxel_size});
+  belong_to(memory.slides, pair, memory.triangles.mesh, kStill_vx * double{shell.voxel_size});
 
   const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest =
       static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_deeper) - contacts.begin());
   thread_local std::vector<Place> places;
   places.assign(contacts.size(), {});
+  const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
+  const detail::PlacedField distances(shell, relative_pose(asset, to_pose(found.frame, btTransform::getIdentity())));
+  const auto slide = [&](std::size_t i, const detail::FieldAtPlaces& field) {
+    const ManifoldContact& contact = contacts[i];
+    const detail::TouchingBodies bodies{distances, field, shell.voxel_size};
+    const int most = i == deepest ? kLongestWay : 1;
+    if (!found.is_ahead(contact)) return slide_remembered(memory.slides, bodies, ring, contact, most);
+    if (i != deepest && found.turn > kRolls && is_steep(bodies, contact)) return Place{contact, Slide::sloping, false};
+    // A contact ahead meets the plane of the place where it arrives.
+    const HalfSpaceField plane{contact.inward_normal,
+                               detail::dot(contact.inward_normal, contact.position) + contact.penetration};
+    return slide_far(bodies, {kRing_vx * shell.voxel_size, &plane}, contact, most);
+  };
   const auto slide_all = [&](FieldRef field) {
+    const detail::PlacedField placed(field, Pose());
     for (std::size_t i = 0; i < contacts.size(); ++i) {
-      const ManifoldContact& contact = contacts[i];
-      places[i].at = contact;
-      if (found.is_on_map(contact)) continue;
-      // A contact ahead meets the plane of the place where it arrives.
-      const HalfSpaceField plane{contact.inward_normal,
-                                 detail::dot(contact.inward_normal, contact.position) + contact.penetration};
-      const bool is_ahead = found.is_ahead(contact);
-      const detail::TouchingBodies bodies{shell, field, to_shell, is_ahead ? &plane : nullptr,
-                                          is_ahead ? kRing_vx * shell.voxel_size : ring};
-      if (is_ahead && i != deepest && found.turn > kRolls && is_steep(bodies, contact)) {
-        places[i].slide = Slide::sloping;
-        continue;
-      }
-      places[i] = is_ahead ? slide_far(bodies, contact, i == deepest ? kLongestWay : 1)
-                           : slide_remembered(memory.slides, bodies, contact, i == deepest);
+      places[i].at = contacts[i];
+      if (!found.is_on_map(contacts[i])) places[i] = slide(i, placed);
     }
     return Status::ok;
   };
   if (pair.field.vps != nullptr) {
     (void)slide_all(pair.field.vps->voxelmap());
+  } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+      places[i] = slide(i, SheetField(found.triangles, contacts[i], 2 * ring));
+    }
   } else {
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     (void)on_partner(*pair.field.shape, from, memory.planes,

@@ -80,7 +80,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
-    manifolds_.clear_from(0);
+    manifolds_.release_from(0);
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
@@ -105,7 +105,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
   left = left.first(move_between_samples(pair, found, *memory_, left));
   manifolds_.fill(0, pair, left, found, result);
-  manifolds_.clear_from(1);
+  manifolds_.release_from(1);
 }
 
 // Fills the manifold with few springs that have the wrench of all penetrating points.
@@ -132,7 +132,7 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
     few[i].point = source.point;
   }
   manifolds_.fill(0, pair, {few.data(), reduction.kept}, found, result);
-  manifolds_.clear_from(1);
+  manifolds_.release_from(1);
 }
 
 // Sec. 2.4: up to three manifolds for each segment, with one contact each. A contact keeps its manifold from step to
@@ -157,7 +157,7 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
     manifolds_.fill(contact.slot, pair, {&contact, 1}, found, result);
     next = contact.slot + 1;
   }
-  manifolds_.clear_from(next);
+  manifolds_.release_from(next);
 }
 
 std::atomic<bool> registered{false};

@@ -159,7 +159,7 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
       const Shape* const shape = as_vps(leaf.shape);
       if (shape == nullptr) return;
       any = shape;
-      finest = btMin(finest, static_cast<btScalar>(shape->asset().info().voxel_size));
+      finest = btMin(finest, static_cast<btScalar>(shape->info().voxel_size));
     });
   }
   if (any != nullptr && checked_ != world->getDispatcher()) {

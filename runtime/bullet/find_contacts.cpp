@@ -195,16 +195,18 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   const Status status = find_triangle_contacts(pair, query.options, query.memory.triangles, triangles);
   found.contacts = triangles.contacts;
   found.features = triangles.features;
+  found.triangles = triangles.triangles;
   found.frame = pair.shell.world * pair.shell.asset_frame();
   found.refined = FoundContacts::Refined::all;
   return status;
 }
 
-// Replaces points of the shell that touch a sphere by places on the shell's own distance field.
-void use_distances(const FieldQuery& query, const SphereField& sphere, FoundContacts& found) {
+// Replaces points of the shell that touch a sphere or capsule by places on the shell's own distance field.
+// @param half_axis  field's frame. [m]
+void use_distances(const FieldQuery& query, Vec3 half_axis, float radius, FoundContacts& found) {
   const Pair& pair = query.pair;
   const Shape& shape = *pair.shell.vps;
-  if (!takes_sphere(shape, sphere.radius)) return;
+  if (!takes_round(shape, radius)) return;
   const detail::Transform to_map = to_asset(pair, found.frame);
   std::vector<Contact>& seeds = query.space.seeds;
   seeds.assign(found.contacts.begin(), found.contacts.end());
@@ -212,10 +214,10 @@ void use_distances(const FieldQuery& query, const SphereField& sphere, FoundCont
     seed.position = to_map.apply(seed.position);
     seed.inward_normal = to_map.rotate(seed.inward_normal);
   }
-  const SphereInMap in_map{to_map.apply({0, 0, 0}), sphere.radius};
+  const RoundInMap in_map{to_map.apply({0, 0, 0}), to_map.rotate(half_axis), radius};
   std::vector<Contact>& contacts = query.space.on_map;
-  if (!find_sphere_contacts(shape.distances(), in_map, seeds, query.options.contact_distance, found.shell_points,
-                            contacts)) {
+  if (!find_round_contacts(shape.distances(), in_map, seeds, query.options.contact_distance, found.shell_points,
+                           contacts)) {
     return;
   }
   found.has_map_contacts = true;
@@ -271,8 +273,13 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
     if (status != Status::ok || pair.shell.vps->segment_level() > 0 || foundation_of(pair).stiffness > 0) {
       return status;
     }
-    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, SphereField>) {
-      use_distances(query, field, found);
+    using Kind = std::remove_cvref_t<decltype(field)>;
+    if constexpr (std::is_same_v<Kind, SphereField>) {
+      use_distances(query, {}, field.radius, found);
+    } else if constexpr (std::is_same_v<Kind, RevolvedField>) {
+      if (field.profile == RevolvedField::Profile::capsule) {
+        use_distances(query, {0, 0, field.half_height}, field.radius, found);
+      }
     } else {
       add_corners(query, found);
     }

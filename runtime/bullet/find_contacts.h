@@ -18,14 +18,16 @@ namespace vps::bullet {
 struct SlideMemory {
   struct Slid {
     std::uint32_t feature = 0;
-    bool was_deepest = false;
+    int most = 0;  ///< rings that it could go
     detail::Slide slide = detail::Slide::stayed;
     Vec3 shift;      ///< of the position, contacts' frame. [m]
     Vec3 direction;  ///< contacts' frame, unit
     float gain = 0;  ///< of the penetration. [m]
   };
   const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  Pose pose;                                      ///< of the shell in the contacts' frame
+  std::uint64_t mesh = 0;                         ///< hash of the triangles near the shell
+  btScalar shell_scale = 1, field_scale = 1;
+  Pose pose;  ///< of the shell's asset frame in the other body
   std::vector<Slid> slid;
 };
 
@@ -55,6 +57,7 @@ struct FoundContacts {
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
   std::span<const std::uint32_t> features;  ///< see feature_of
+  std::span<const Triangle> triangles;      ///< of a triangle mesh near the shell, contacts' frame
   btTransform frame;                        ///< takes the contacts' frame to the world
   bool looks_ahead = false;  ///< contacts may be any distance ahead: those that do not arrive are removed later
   float reach = 0;           ///< largest distance of a contact off the surface. [m]

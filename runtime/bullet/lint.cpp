@@ -48,7 +48,7 @@ class Lint {
         const Shape* const shape = as_vps(leaf.shape);
         if (shape == nullptr) return void(others_ = true);
         if (any_ == nullptr) any_ = shape;
-        finest_ = std::min(finest_, shape->asset().info().voxel_size);
+        finest_ = std::min(finest_, shape->info().voxel_size);
         shells_ = shells_ || shape->pointshell().points > 0;
         springs_ = springs_ || shape->foundation().stiffness > 0;
         maps_ = maps_ || shape->voxelmap().field != Field::none;
@@ -136,7 +136,8 @@ class Lint {
     const double margin = double(shape.getMargin());
     if (const Shape* const vps = as_vps(&shape)) {
       if (vps->refuses_scaling()) {
-        add(&object, "setLocalScaling", "a baked shape is not scaled: bake the mesh at the size you need");
+        add(&object, "setLocalScaling",
+            "a baked shape is scaled by one positive factor, from 0.001 to 1000; this scaling was not applied");
       }
       const bool has_shell = vps->pointshell().points > 0;
       const bool has_map = vps->voxelmap().field != Field::none;
@@ -174,6 +175,7 @@ class Lint {
               far, 1000 * far * double(std::numeric_limits<btScalar>::epsilon())));
     }
     for_each_leaf(body, [&](const Leaf& leaf) { look_at_foundation(body, as_vps(leaf.shape)); });
+    if (const Shape* const shape = as_vps(body.getCollisionShape())) look_at_inertia(body, *shape);
     btVector3 low;
     btVector3 high;
     body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
@@ -194,6 +196,16 @@ class Lint {
                  "setSleepingThresholds(%.2g, %.2g)",
                  double(body.getLinearSleepingThreshold()), 1000 * size, 0.05 * lively, 0.05 * lively / (0.5 * size)));
     }
+  }
+
+  void look_at_inertia(const btRigidBody& body, const Shape& shape) {
+    constexpr double kMatters = 0.02;
+    const double lost = shape.lost_inertia();
+    if (!(lost > kMatters) || body.getLocalInertia().isZero()) return;
+    add(&body, "Axes::of_asset",
+        format("its products of inertia are up to %.2g of its largest moment, and Bullet leaves them out: make the "
+               "Shape with Axes::principal, and convert its poses with mesh_pose and body_pose",
+               lost));
   }
 
   void look_at_foundation(const btRigidBody& body, const Shape* shape) {

@@ -60,9 +60,7 @@ void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const 
 }  // namespace
 
 Manifolds::~Manifolds() {
-  for (int i = 0; i < manifolds_.size(); ++i) {
-    if (manifolds_[i] != nullptr) dispatcher_->releaseManifold(manifolds_[i]);
-  }
+  release_from(0);
 }
 
 Manifolds::Previous Manifolds::previous() const {
@@ -77,8 +75,11 @@ Manifolds::Previous Manifolds::previous() const {
 void Manifolds::clear(int slot) {
   if (slot < manifolds_.size() && manifolds_[slot] != nullptr) manifolds_[slot]->clearManifold();
 }
-void Manifolds::clear_from(int slot) {
-  for (int i = slot; i < manifolds_.size(); ++i) clear(i);
+void Manifolds::release_from(int slot) {
+  for (int i = slot; i < manifolds_.size(); ++i) {
+    if (manifolds_[i] != nullptr) dispatcher_->releaseManifold(manifolds_[i]);
+  }
+  if (slot < manifolds_.size()) manifolds_.resize(slot);
 }
 void Manifolds::append_to(btManifoldArray& all) const {
   for (int i = 0; i < manifolds_.size(); ++i) {

@@ -31,9 +31,10 @@ class Manifolds {
   /// @param contacts  from `found`; at most as many as a manifold holds
   void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
             btManifoldResult* result);
-  /// Empties one slot, or that slot and all after it.
+  /// Empties one slot.
   void clear(int slot);
-  void clear_from(int slot);
+  /// Gives back the manifolds of a slot and of all after it: Bullet visits empty ones in every step.
+  void release_from(int slot);
   void append_to(btManifoldArray& all) const;
 
  private:

@@ -29,7 +29,7 @@ struct PairBody {
       : shape(of_shape), object(of_object), world(at), vps(as_vps(of_shape)) {}
 
   /// Takes the asset's frame to the shape's.
-  [[nodiscard]] btTransform asset_frame() const { return translation(-vps->centre_of_mass()); }
+  [[nodiscard]] const btTransform& asset_frame() const { return vps->asset_frame(); }
 };
 
 struct Pair {
@@ -48,9 +48,7 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   };
   if (!can(*second.vps, *first.vps)) return {first, second};
   if (!can(*first.vps, *second.vps)) return {second, first};
-  const auto side = [](const Shape& shape) {
-    return ShellSide{shape.asset().info().voxel_size, shape.pointshell().points};
-  };
+  const auto side = [](const Shape& shape) { return ShellSide{shape.info().voxel_size, shape.pointshell().points}; };
   return gives_pointshell(side(*first.vps), side(*second.vps)) ? Pair{first, second} : Pair{second, first};
 }
 
@@ -62,8 +60,8 @@ inline detail::Transform to_asset(const Pair& pair, const btTransform& frame) {
 
 /// The smaller voxel size of the two: the scale for distances between contacts. [m]
 inline btScalar voxel_size(const Pair& pair) {
-  const double shell = pair.shell.vps->asset().info().voxel_size;
-  const double map = pair.field.vps != nullptr ? pair.field.vps->asset().info().voxel_size : shell;
+  const double shell = pair.shell.vps->info().voxel_size;
+  const double map = pair.field.vps != nullptr ? pair.field.vps->info().voxel_size : shell;
   return static_cast<btScalar>(shell < map ? shell : map);
 }
 

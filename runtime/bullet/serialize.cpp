@@ -3,6 +3,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btSerializer.h>
 
 #include <cmath>
@@ -108,6 +109,14 @@ int reattach(btCollisionWorld& world, std::span<Shape* const> shapes) {
     btCollisionShape* const shape = reattach.in_place_of(object->getCollisionShape());
     if (shape == object->getCollisionShape()) continue;
     object->setCollisionShape(shape);
+    btRigidBody* const body = btRigidBody::upcast(object);
+    if (body != nullptr && body->getInvMass() > 0) {
+      const btScalar mass = 1 / body->getInvMass();
+      btVector3 inertia;
+      shape->calculateLocalInertia(mass, inertia);
+      body->setMassProps(mass, inertia);
+      body->updateInertiaTensor();
+    }
     world.getBroadphase()->getOverlappingPairCache()->cleanProxyFromPairs(object->getBroadphaseHandle(),
                                                                           world.getDispatcher());
     world.updateSingleAabb(object);

@@ -8,10 +8,12 @@
 #include <cmath>
 #include <cstdio>
 #include <span>
+#include <utility>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/messages.h"
+#include "runtime/bullet/principal_axes.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {
@@ -31,14 +33,12 @@ std::uint64_t hash_of_pose(const btTransform& transform) {
 // Walks the point-sphere tree and passes the surfels that meet a box to a callback.
 class Surfels {
  public:
-  Surfels(const PointshellView& shell, const btVector3& centre_of_mass, const btVector3& low, const btVector3& high,
-          btTriangleCallback& callback)
-      : shell_(shell), centre_of_mass_(centre_of_mass), low_(low), high_(high), callback_(callback) {}
+  Surfels(const Shape& shape, const btVector3& low, const btVector3& high, btTriangleCallback& callback)
+      : shape_(shape), shell_(shape.pointshell()), low_(low), high_(high), callback_(callback) {}
 
   // The recursion is no deeper than the tree has levels.
   void visit(std::uint32_t node) {
-    const btVector3 centre = in_body({shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]});
-    if (!near(centre, shell_.sphere[3][node] + reach())) return;
+    if (!near(in_shape(sphere_centre(shell_, node)), sphere_radius(shell_, node) + reach())) return;
     const std::uint32_t first = shell_.children[2 * node];
     const std::uint32_t end = first + shell_.children[2 * node + 1];
     const bool leaf = node >= shell_.level_offsets[shell_.levels - 1];
@@ -47,16 +47,15 @@ class Surfels {
 
  private:
   btScalar reach() const { return 2 * btScalar(shell_.covering_radius); }
-  btVector3 in_body(Vec3 p) const { return btVector3(p.x, p.y, p.z) - centre_of_mass_; }
+  btVector3 in_shape(Vec3 p) const { return shape_.asset_frame().getBasis() * (to_bt(p) - shape_.centre_of_mass()); }
   bool near(const btVector3& p, btScalar distance) const {
     const btVector3 margin(distance, distance, distance);
     return TestPointAgainstAabb2(low_ - margin, high_ + margin, p);
   }
   void emit(std::uint32_t point) {
-    const btVector3 p = in_body(point_position(shell_, point));
+    const btVector3 p = in_shape(point_position(shell_, point));
     if (!near(p, reach())) return;
-    const Vec3 inward = point_inward_normal(shell_, point);
-    const btVector3 outward(-inward.x, -inward.y, -inward.z);
+    const btVector3 outward = shape_.asset_frame().getBasis() * -to_bt(point_inward_normal(shell_, point));
     btVector3 u;
     btVector3 v;
     btPlaneSpace1(outward, u, v);
@@ -70,20 +69,28 @@ class Surfels {
     callback_.processTriangle(corners, 0, static_cast<int>(point));
   }
 
+  const Shape& shape_;
   const PointshellView& shell_;
-  const btVector3 centre_of_mass_;
   const btVector3 low_, high_;
   btTriangleCallback& callback_;
 };
 
 // Bullet requests the triangles near a ray from concave shapes. The field gives the hit directly.
 // @return false where the field cannot answer, as without distances
-bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTriangleRaycastCallback& ray) {
+bool hit_by_field(const Shape& shape, btTriangleRaycastCallback& ray) {
+  const VoxelmapView& map = shape.voxelmap();
   if (map.field != Field::scaled && map.field != Field::real) return false;
+  const btVector3& centre_of_mass = shape.centre_of_mass();
+  const auto in_asset = [&](const btVector3& v, int axis) {
+    const btVector3 row = shape.asset_frame().getBasis().getColumn(axis);
+    return double(row.x()) * double(v.x()) + double(row.y()) * double(v.y()) + double(row.z()) * double(v.z());
+  };
+  double start[3];
   double direction[3];
   double length = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    direction[axis] = double(ray.m_to[axis]) - double(ray.m_from[axis]);
+    start[axis] = in_asset(ray.m_from, axis);
+    direction[axis] = in_asset(ray.m_to, axis) - start[axis];
     length = std::hypot(length, direction[axis]);
   }
   if (!(length > 0)) return true;
@@ -94,12 +101,12 @@ bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTr
     direction[axis] /= length;
     const double low = double{map.bounds_min[axis]} - double(centre_of_mass[axis]);
     const double high = double{map.bounds_max[axis]} - double(centre_of_mass[axis]);
-    ahead += direction[axis] * ((low + high) / 2 - double(ray.m_from[axis]));
+    ahead += direction[axis] * ((low + high) / 2 - start[axis]);
     radius = std::hypot(radius, (high - low) / 2);
   }
   const double skipped = std::clamp(ahead - radius - double{map.voxel_size}, 0.0, length);
   const auto at = [&](int axis) {
-    return static_cast<float>(double(ray.m_from[axis]) + skipped * direction[axis] + double(centre_of_mass[axis]));
+    return static_cast<float>(start[axis] + skipped * direction[axis] + double(centre_of_mass[axis]));
   };
   const Ray local{
       {at(0), at(1), at(2)},
@@ -109,21 +116,37 @@ bool hit_by_field(const VoxelmapView& map, const btVector3& centre_of_mass, btTr
   if (cast_ray(map, local, {}, hit) != Status::ok) return false;
   const auto fraction = static_cast<btScalar>((skipped + double{hit.distance}) / length);
   if (hit.hit && fraction < ray.m_hitFraction) {
-    ray.m_hitFraction = ray.reportHit(to_bt(hit.outward_normal), fraction, 0, 0);
+    ray.m_hitFraction = ray.reportHit(shape.asset_frame().getBasis() * to_bt(hit.outward_normal), fraction, 0, 0);
   }
   return true;
 }
 
 }  // namespace
 
-Shape::Shape(std::shared_ptr<const Asset> asset, Part part)
-    : asset_(std::move(asset)), centre_of_mass_(vector3(asset_->info().centre_of_mass)), label_(asset_key(*asset_)) {
+Shape::Shape(std::shared_ptr<const Asset> asset, Part part, Axes axes)
+    : asset_(std::move(asset)), part_(part), axes_(axes), label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
+  set_scale(1);
+}
+
+void Shape::set_scale(btScalar scale) {
+  scaling_.setValue(scale, scale, scale);
+  info_ = scaled(asset_->info(), double(scale));
+  centre_of_mass_ = vector3(info_.centre_of_mass);
+  asset_frame_ = translation(-centre_of_mass_);
+  moments_ = {info_.inertia[0], info_.inertia[1], info_.inertia[2]};
+  if (axes_ == Axes::principal) {
+    const PrincipalAxes found = find_principal_axes(info_.inertia);
+    moments_ = found.moments;
+    asset_frame_ = btTransform(found.rotation.transpose()) * asset_frame_;
+  }
   // A missing part leaves its view empty. Pairs that need it report missing_part.
-  if (asset_->voxelmap(distances_) != Status::ok || distances_.field == Field::layers) distances_ = {};
-  if (part != Part::pointshell) (void)asset_->voxelmap(map_);
-  if (part != Part::voxelmap) (void)asset_->pointshell(shell_);
+  if (asset_->voxelmap(distances_, Field::none, double(scale)) != Status::ok || distances_.field == Field::layers) {
+    distances_ = {};
+  }
+  if (part_ != Part::pointshell) (void)asset_->voxelmap(map_, Field::none, double(scale));
+  if (part_ != Part::voxelmap) (void)asset_->pointshell(shell_, double(scale));
 }
 
 std::uint32_t Shape::segment_level() const {
@@ -181,27 +204,27 @@ void Shape::look_for_first_step(const btTransform& transform) const {
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
   if (!is_any_dispatcher_registered()) look_for_first_step(transform);
-  const btVector3 from = vector3(asset_->info().bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(asset_->info().bounds_max) - centre_of_mass_;
-  btTransformAabb(from, to, getMargin(), transform, low, high);
+  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
+  // The box of the asset's axes, turned: tighter than a box of the shape's axes.
+  const btTransform turned(transform.getBasis() * asset_frame_.getBasis(), transform.getOrigin());
+  btTransformAabb(from, to, getMargin(), turned, low, high);
 }
 
 void Shape::getBoundingSphere(btVector3& centre, btScalar& radius) const {
-  const AssetInfo& info = asset_->info();
-  const btVector3 from = vector3(info.bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(info.bounds_max) - centre_of_mass_;
-  centre = (from + to) / 2;
+  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
+  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
+  centre = asset_frame_.getBasis() * ((from + to) / 2);
   radius = (to - from).length() / 2 + getMargin();
 }
 
 void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
-  const AssetInfo& info = asset_->info();
-  const double density = static_cast<double>(mass) / info.volume;
-  inertia = static_cast<btScalar>(density) * vector3({info.inertia[0], info.inertia[1], info.inertia[2]});
+  const double density = static_cast<double>(mass) / info_.volume;
+  inertia = static_cast<btScalar>(density) * vector3(moments_);
   // Aerogel has 1 kg/m^3, osmium 22,600. A density far outside this range means mixed units of mass and size.
   if (mass > 0 && (density < 0.05 || density > 1e6)) {
     double size = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info.bounds_max[axis] - info.bounds_min[axis]);
+    for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info_.bounds_max[axis] - info_.bounds_min[axis]);
     char text[256];
     std::snprintf(text, sizeof text,
                   "is %.4g m long and weighs %.4g kg, %.2g kg/m^3; assets are in metres and kilograms: bake the mesh "
@@ -211,20 +234,31 @@ void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
   }
 }
 
+double Shape::lost_inertia() const {
+  if (axes_ == Axes::principal) return 0;
+  const std::array<double, 6>& i = info_.inertia;
+  return std::max({std::abs(i[3]), std::abs(i[4]), std::abs(i[5])}) / std::max({i[0], i[1], i[2]});
+}
+
 void Shape::setLocalScaling(const btVector3& scaling) {
-  refuses_scaling_ = scaling != scaling_;
-  if (!refuses_scaling_) return;
-  status_.store(Status::bad_argument, std::memory_order_relaxed);
-  send_once(Notice::scaling, "is not scaled: bake the mesh at the size you need (vpsbake --scale)");
+  const bool was_refused = std::exchange(refuses_scaling_, true);
+  if (scaling.x() != scaling.y() || scaling.x() != scaling.z() || check_scale(double(scaling.x())) != Status::ok) {
+    status_.store(Status::bad_argument, std::memory_order_relaxed);
+    return send_once(Notice::scaling,
+                     "is scaled by one factor from 0.001 to 1000 along all axes; another scaling was not applied");
+  }
+  refuses_scaling_ = false;
+  if (was_refused && status() == Status::bad_argument) status_.store(Status::ok, std::memory_order_relaxed);
+  if (scaling.x() != scaling_.x()) set_scale(scaling.x());
 }
 
 void Shape::processAllTriangles(btTriangleCallback* callback, const btVector3& low, const btVector3& high) const {
   // Bullet's own algorithm gets a Shape only if this one is not registered.
   if (dynamic_cast<btConvexTriangleCallback*>(callback) != nullptr) report_not_registered();
   if (auto* const ray = dynamic_cast<btTriangleRaycastCallback*>(callback)) {
-    if (hit_by_field(map_, centre_of_mass_, *ray)) return;
+    if (hit_by_field(*this, *ray)) return;
   }
-  if (shell_.points > 0) Surfels(shell_, centre_of_mass_, low, high, *callback).visit(0);
+  if (shell_.points > 0) Surfels(*this, low, high, *callback).visit(0);
 }
 
 }  // namespace vps::bullet

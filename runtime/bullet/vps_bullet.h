@@ -18,6 +18,7 @@
 #include <BulletDynamics/Dynamics/btActionInterface.h>
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 
+#include <array>
 #include <atomic>
 #include <memory>
 #include <span>
@@ -38,6 +39,13 @@ enum class Part : std::uint8_t {
   voxelmap,    ///< meets pointshells
 };
 
+/// Axes of a shape's frame. Bullet keeps a body's moments of inertia about its axes, and no products of inertia.
+enum class Axes : std::uint8_t {
+  of_asset,   ///< parallel to the mesh's axes. Products of inertia are left out
+  principal,  ///< the principal axes of inertia: a body turns as it should. As btCompoundShape's
+              ///< calculatePrincipalAxisTransform does; of all such axes, those nearest to the mesh's
+};
+
 // Bullet does not detect that a program and a library differ in the precision of btScalar. This namespace makes linking
 // them fail.
 #ifdef BT_USE_DOUBLE_PRECISION
@@ -51,16 +59,25 @@ inline namespace float32 {
 ///
 /// A margin (default 0) thickens the body on all sides.
 ///
-/// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame is the asset's frame moved there;
-/// axes stay parallel. A point p of the mesh lies at p - centre_of_mass() in the body.
+/// Frame: Bullet puts a body's origin at its centre of mass, so the shape's frame lies there, with the chosen Axes.
+/// mesh_pose and body_pose convert between the poses of the mesh and of the body.
 class Shape final : public btConcaveShape {
  public:
   /// @pre asset is open
-  explicit Shape(std::shared_ptr<const Asset> asset, Part part = Part::mixed);
+  explicit Shape(std::shared_ptr<const Asset> asset, Part part = Part::mixed, Axes axes = Axes::of_asset);
 
   [[nodiscard]] const Asset& asset() const { return *asset_; }
-  /// Origin of the shape's frame, in the asset's frame. [m]
+  /// The asset's facts at the shape's scale.
+  [[nodiscard]] const AssetInfo& info() const { return info_; }
+  /// Origin of the shape's frame, in the asset's frame at the shape's scale. [m]
   [[nodiscard]] const btVector3& centre_of_mass() const { return centre_of_mass_; }
+  /// Takes the asset's frame, which is the scaled mesh's, to the shape's. With Axes::of_asset: moves it by
+  /// -centre_of_mass().
+  [[nodiscard]] const btTransform& asset_frame() const { return asset_frame_; }
+  /// Pose at which the mesh of a body is drawn. @param body  world transform of a body with this shape
+  [[nodiscard]] btTransform mesh_pose(const btTransform& body) const { return body * asset_frame_; }
+  /// World transform of a body with this shape. @param mesh  pose of the mesh's frame
+  [[nodiscard]] btTransform body_pose(const btTransform& mesh) const { return mesh * asset_frame_.inverse(); }
   [[nodiscard]] const VoxelmapView& voxelmap() const { return map_; }
   [[nodiscard]] const PointshellView& pointshell() const { return shell_; }
   /// Distances to the shape's own surface, for any part: they place contacts between the points of its shell.
@@ -89,23 +106,29 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const std::string& label() const { return label_; }
 
   /// Why the last failed pair with this shape has no contacts: missing_part when neither shape can play the other part,
-  /// bad_pose, ... Also bad_argument after a refused scaling. `ok` when nothing has failed so far.
+  /// bad_pose, ... Also bad_argument after a refused scaling, until the next one that is applied. `ok` when nothing has
+  /// failed so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
   /// Stores a status, and sends a message the first time. Internal.
   void report(Status status) const;
   /// Sends a message, the first time only, that this shape has met a dispatcher without its algorithm. Internal.
   void report_not_registered() const;
 
+  /// Largest product of inertia about the shape's axes, which Bullet leaves out, as a share of the largest moment; 0
+  /// with Axes::principal. [-]
+  [[nodiscard]] double lost_inertia() const;
+
   // btCollisionShape
   void getAabb(const btTransform& transform, btVector3& low, btVector3& high) const override;
   void getBoundingSphere(btVector3& centre, btScalar& radius) const override;
-  /// From the asset's volume integrals, scaled to `mass`, about the centre of mass. Products of inertia are left out:
-  /// Bullet has no place for them. Sends a message when mass and volume give an implausible density, as in a world in
-  /// other units.
+  /// From the asset's volume integrals, scaled to `mass`, about the shape's axes. Sends a message when mass and volume
+  /// give an implausible density, as in a world in other units.
   void calculateLocalInertia(btScalar mass, btVector3& inertia) const override;
-  /// Only (1,1,1): bake the mesh at the size you need. Any other scaling is not applied, and a message says so.
+  /// The same positive factor along all axes, within kLeastScale and kMostScale: the mesh's size times that, about the
+  /// centre of mass. Anything else is not applied, and a message says so. As with any shape of Bullet, set the mass
+  /// properties of its bodies again and update their bounds. Not during a step.
   void setLocalScaling(const btVector3& scaling) override;
-  /// Whether the last requested scaling was refused, as it was not (1,1,1). Internal.
+  /// Whether the last requested scaling was refused. Internal.
   [[nodiscard]] bool refuses_scaling() const { return refuses_scaling_; }
   const btVector3& getLocalScaling() const override { return scaling_; }
   const char* getName() const override { return "VPS"; }
@@ -123,11 +146,17 @@ class Shape final : public btConcaveShape {
   enum class Notice : std::uint8_t { missing_part, bad_pose, other, units, scaling, not_registered };
   void send_once(Notice notice, const std::string& text) const;
   void look_for_first_step(const btTransform& transform) const;
+  void set_scale(btScalar scale);
 
   std::shared_ptr<const Asset> asset_;
+  const Part part_;
+  const Axes axes_;
+  AssetInfo info_;
   VoxelmapView map_, distances_;
   PointshellView shell_;
   btVector3 centre_of_mass_;
+  btTransform asset_frame_;
+  std::array<double, 3> moments_;  // about the shape's axes, at unit density. [m^5]
   btVector3 scaling_{1, 1, 1};
   bool refuses_scaling_ = false;
   std::uint32_t wished_segments_ = 0;
@@ -166,7 +195,8 @@ class ContinuousMotion final : public btActionInterface {
 };
 }
 
-/// Replaces the boxes that represent Shapes in a world loaded from a file, also as children of compounds.
+/// Replaces the boxes that represent Shapes in a world loaded from a file, also as children of compounds. A body gets
+/// its shape's inertia: Bullet's importer has given it the box's.
 /// @param shapes  shapes to put back; boxes of other assets stay
 /// @return how many boxes were replaced
 int reattach(btCollisionWorld& world, std::span<Shape* const> shapes);

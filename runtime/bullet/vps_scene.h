@@ -42,7 +42,8 @@ class Scene {
   [[nodiscard]] std::span<const std::unique_ptr<btRigidBody>> bodies() const;
   /// Null when no body has this name.
   [[nodiscard]] btRigidBody* find(std::string_view name) const;
-  /// Present pose of the mesh's frame (the link's, for a URDF). Bullet's own transform is that of the centre of mass.
+  /// Present pose of the mesh's frame (the link's, for a URDF). Bullet's own transform is that of the centre of
+  /// mass, and for dynamic bodies of the principal axes of inertia.
   /// @param body  one of `bodies`
   [[nodiscard]] btTransform origin(const btRigidBody& body) const;
   /// Time step that the scene was planned for. [s]

@@ -88,6 +88,18 @@ VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   return to_c(status);
 }
 
+// Fills the views of an open asset.
+void fill_views(VpsAsset& asset, double scale) {
+  asset.scale = scale;
+  // Parts that are missing leave their view empty.
+  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
+    (void)asset.asset.voxelmap(asset.maps[field].view, static_cast<vps::Field>(field), scale);
+  }
+  if (asset.asset.pointshell(asset.shell.view, scale) == vps::Status::ok) {
+    (void)vps::node_areas(asset.shell.view, asset.shell.areas);
+  }
+}
+
 // Fills a new handle. open(vps::Asset&) opens its asset.
 template <class Open>
 VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
@@ -97,18 +109,14 @@ VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
   std::unique_ptr<VpsAsset> opened(new (std::nothrow) VpsAsset);
   if (opened == nullptr) return vps_no_memory;
   if (const vps::Status status = open(opened->asset); status != vps::Status::ok) return to_c(status);
-  // Parts that are missing leave their view empty.
-  for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
-    (void)opened->asset.voxelmap(opened->maps[field].view, static_cast<vps::Field>(field));
-  }
   if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
     try {
       opened->shell.areas.resize(opened->shell.view.nodes);
     } catch (const std::bad_alloc&) {
       return vps_no_memory;
     }
-    (void)vps::node_areas(opened->shell.view, opened->shell.areas);
   }
+  fill_views(*opened, 1);
   *asset = opened.release();
   return vps_ok;
 }
@@ -149,7 +157,7 @@ VpsStatus vps_asset_verify(const VpsAsset* asset) {
 
 VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info) {
   if (asset == nullptr || info == nullptr) return vps_bad_argument;
-  const vps::AssetInfo& from = asset->asset.info();
+  const vps::AssetInfo from = vps::scaled(asset->asset.info(), asset->scale);
   VpsAssetInfo& to = *info;
   std::copy_n(from.bounds_min.begin(), 3, to.bounds_min);
   std::copy_n(from.bounds_max.begin(), 3, to.bounds_max);
@@ -179,6 +187,12 @@ VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info) {
   to.far_error = to_c(from.far_error);
   to.certificate_samples = from.certificate_samples;
   std::copy(from.generator.begin(), from.generator.end(), to.generator);
+  return vps_ok;
+}
+
+VpsStatus vps_asset_scale(VpsAsset* asset, double scale) {
+  if (asset == nullptr || vps::check_scale(scale) != vps::Status::ok) return vps_bad_argument;
+  fill_views(*asset, scale);
   return vps_ok;
 }
 

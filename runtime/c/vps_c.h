@@ -18,6 +18,7 @@ struct VpsPointshell {
 };
 struct VpsAsset {
   vps::Asset asset;
+  double scale = 1;
   VpsVoxelmap maps[4];  // by VpsField
   VpsPointshell shell;
 };

@@ -66,9 +66,10 @@ double length(const double* v) noexcept {
 
 // Upper bound of the points' distance from the centre of mass, which need not be near the root sphere's centre. [m]
 double turning_radius(const PointshellView& tool) noexcept {
-  double apart[3];
-  for (int i = 0; i < 3; ++i) apart[i] = double{tool.sphere[i][0]} - double{tool.centre_of_mass[i]};
-  return length(apart) + double{tool.sphere[3][0]};
+  const float* const c = tool.centre_of_mass;
+  const Vec3 root = sphere_centre(tool, 0);
+  const double apart[3] = {double{root.x} - double{c[0]}, double{root.y} - double{c[1]}, double{root.z} - double{c[2]}};
+  return length(apart) + double{sphere_radius(tool, 0)};
 }
 
 Status check(const CouplingOptions& options) noexcept {

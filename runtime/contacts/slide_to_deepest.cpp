@@ -39,13 +39,28 @@ struct Plane {
   }
 };
 
+// The place around which a function is looked up: there, and on the ring.
+struct Neighbourhood {
+  Vec3 at;
+  Plane plane;
+  float ring;  // [m]
+
+  [[nodiscard]] Places centre_and_ring() const {
+    Places places;
+    places.push(at);
+    for (std::size_t i = 0; i < kRing; ++i) places.push(at + ring * (kCosine[i] * plane.u + kSine[i] * plane.v));
+    return places;
+  }
+};
+
 // A quadratic in a plane, fitted by least squares to its values at the centre and on the ring.
 struct Quadratic {
   float u = 0, v = 0;            // slope
   float uu = 0, uv = 0, vv = 0;  // second derivatives
   float residual = 0;            // root of the sum of squares, on the ring
 
-  Quadratic(float centre, const std::array<float, kRing>& ring) {
+  explicit Quadratic(const Values& values) {
+    const float* const ring = values.data() + 1;
     float mean = 0;
     float cosine2 = 0;
     float sine2 = 0;
@@ -56,7 +71,7 @@ struct Quadratic {
       cosine2 += ring[i] * (kCosine[i] * kCosine[i] - kSine[i] * kSine[i]);
       sine2 += ring[i] * 2 * kCosine[i] * kSine[i];
     }
-    const float trace = 4 * (mean - centre);
+    const float trace = 4 * (mean - values[0]);
     uu = (trace + cosine2) / 2;
     vv = (trace - cosine2) / 2;
     uv = sine2 / 2;
@@ -79,36 +94,37 @@ struct Along {
 };
 
 // A function along the principal axes of its curvature.
-// @param value  at a place, divided by the ring
-template <class Value>
-std::array<Along, 2> along_principal_axes(Vec3 at, const Plane& plane, float ring, const Value& value) {
-  std::array<float, kRing> values{};
-  for (std::size_t i = 0; i < kRing; ++i) values[i] = value(at + ring * (kCosine[i] * plane.u + kSine[i] * plane.v));
-  const float centre = value(at);
-  const Quadratic q(centre, values);
+// @param values   at the centre and on the ring. [rings]
+// @param look_up  writes the function's values at places. [rings]
+template <class LookUp>
+std::array<Along, 2> along_principal_axes(const Neighbourhood& near, const Values& values, const LookUp& look_up) {
+  const Quadratic q(values);
   const float angle = 0.5F * std::atan2(q.uv, (q.uu - q.vv) / 2);
   const float axes[2][2] = {{std::cos(angle), std::sin(angle)}, {-std::sin(angle), std::cos(angle)}};
   std::array<Along, 2> both;
+  Places places;
   for (std::size_t i = 0; i < 2; ++i) {
     const auto [u, v] = axes[i];
     Along& a = both[i];
-    a.axis = u * plane.u + v * plane.v;
+    a.axis = u * near.plane.u + v * near.plane.v;
     a.slope = q.u * u + q.v * v;
     a.curvature = q.uu * u * u + 2 * q.uv * u * v + q.vv * v * v;
+    for (const float way : {1.0F, -1.0F, 0.5F, -0.5F}) places.push(near.at + way * near.ring * a.axis);
   }
-  for (Along& a : both) {
+  Values along;
+  look_up(places, along);
+  for (std::size_t i = 0; i < 2; ++i) {
+    Along& a = both[i];
+    const float* const at = along.data() + 4 * i;
     // An edge that the ring crosses along one axis spoils the fit along the other.
     if (q.residual > kEdge) {
-      const float ahead = value(at + ring * a.axis);
-      const float behind = value(at - ring * a.axis);
-      a.slope = (ahead - behind) / 2;
-      a.curvature = ahead + behind - 2 * centre;
+      a.slope = (at[0] - at[1]) / 2;
+      a.curvature = at[0] + at[1] - 2 * values[0];
     }
     // An edge between half the ring and the ring changes the slope.
-    const Vec3 half = 0.5F * ring * a.axis;
-    const float near = value(at + half) - value(at - half);
-    a.smooth = std::abs(a.slope - near) < kBend + 0.25F * std::abs(near);
-    if (!a.smooth) a.slope = near;
+    const float half = at[2] - at[3];
+    a.smooth = std::abs(a.slope - half) < kBend + 0.25F * std::abs(half);
+    if (!a.smooth) a.slope = half;
   }
   return both;
 }
@@ -133,92 +149,123 @@ Step newton(const std::array<Along, 2>& gap) {
   return step;
 }
 
-// Whether a body is round where it is cut by the plane of a direction across the contact and the contact's normal. Its
-// own tangent there shows it also where it is steep.
-// @param out  of the body
-// @param gap  distance from the body, divided by the ring
-template <class Gap>
-bool is_round(Vec3 at, Vec3 out, Vec3 normal, Vec3 across, float ring, const Gap& gap) {
-  const Vec3 tangent = dot(out, normal) * across - dot(out, across) * normal;
-  const float size = length(tangent);
-  if (!(size > 0)) return false;
-  const Vec3 way = (ring / size) * tangent;
-  const float centre = gap(at);
-  const float curvature = gap(at + way) + gap(at - way) - 2 * centre;
-  const float half = gap(at + 0.5F * way) + gap(at - 0.5F * way) - 2 * centre;
-  return curvature > kFlat && std::abs(curvature / 4 - half) < kBend + 0.25F * half;
-}
-
 // Distances from both bodies, and the gap between them, in rings.
 class Gap {
  public:
-  explicit Gap(const TouchingBodies& bodies) : b_(bodies) {}
-  [[nodiscard]] float shell(Vec3 p) const {
-    return -voxelmap_penetration(b_.shell, b_.field_to_shell.apply(p), {}) / b_.ring;
+  Gap(const TouchingBodies& bodies, const Reach& reach) : b_(bodies), reach_(reach), per_ring_(1 / reach.ring) {}
+
+  void shell(const Places& places, Values& out) const {
+    b_.shell.penetrations(places, out);
+    for (std::size_t i = 0; i < places.count; ++i) out[i] *= -per_ring_;
   }
+  [[nodiscard]] float shell(Vec3 p) const { return -b_.shell.penetration(p) * per_ring_; }
   // Of the plane, for a contact ahead.
-  [[nodiscard]] float field(Vec3 p) const {
-    if (b_.arrival == nullptr) return -penetration(b_.field, p) / b_.ring;
-    return (dot(b_.arrival->outward_normal, p) - b_.arrival->offset) / b_.ring;
+  void field(const Places& places, Values& out) const {
+    if (reach_.arrival == nullptr) {
+      b_.field.penetrations(places, out);
+      for (std::size_t i = 0; i < places.count; ++i) out[i] *= -per_ring_;
+      return;
+    }
+    const auto& [normal, offset] = *reach_.arrival;
+    for (std::size_t i = 0; i < places.count; ++i) out[i] = (dot(normal, places[i]) - offset) * per_ring_;
   }
-  [[nodiscard]] float operator()(Vec3 p) const { return shell(p) + field(p); }
 
   // Whether one of the bodies is round in a direction: then they do not meet at a place that slopes, but farther on.
-  [[nodiscard]] bool is_round(Vec3 at, Vec3 normal, Vec3 across) const {
-    const Vec3 out = b_.field_to_shell.rotate_back(outward_normal(b_.shell, b_.field_to_shell.apply(at)));
-    if (detail::is_round(at, out, normal, across, b_.ring, [this](Vec3 p) { return shell(p); })) return true;
-    return detail::is_round(at, outward_normal(b_.field, at), normal, across, b_.ring,
-                            [this](Vec3 p) { return -penetration(b_.field, p) / b_.ring; });
+  [[nodiscard]] bool is_round(const Neighbourhood& near, Vec3 normal, Vec3 across) const {
+    return is_round(b_.shell, near, normal, across) || is_round(b_.field, near, normal, across);
   }
 
  private:
+  // Whether a body is round where it is cut by the plane of a direction across the contact and the contact's normal.
+  // Its own tangent there shows it also where it is steep.
+  static bool is_round(const FieldAtPlaces& body, const Neighbourhood& near, Vec3 normal, Vec3 across) {
+    const Vec3 out = body.outward_normal(near.at);
+    const Vec3 tangent = dot(out, normal) * across - dot(out, across) * normal;
+    const float size = length(tangent);
+    if (!(size > 0)) return false;
+    Places places;
+    for (const float way : {0.0F, 1.0F, -1.0F, 0.5F, -0.5F}) {
+      places.push(near.at + (way * near.ring / size) * tangent);
+    }
+    Values v;
+    body.penetrations(places, v);
+    const float curvature = (2 * v[0] - v[1] - v[2]) / near.ring;
+    const float half = (2 * v[0] - v[3] - v[4]) / near.ring;
+    return curvature > kFlat && std::abs(curvature / 4 - half) < kBend + 0.25F * half;
+  }
+
   const TouchingBodies& b_;
+  const Reach& reach_;
+  const float per_ring_;
+};
+
+// Distances from both bodies at a place and on the ring around it, and their sum, in rings.
+struct Around {
+  Values shell, field, gap;
+  Around(const Gap& of, const Neighbourhood& near) {
+    const Places places = near.centre_and_ring();
+    of.shell(places, shell);
+    of.field(places, field);
+    for (std::size_t i = 0; i < places.count; ++i) gap[i] = shell[i] + field[i];
+  }
 };
 
 }  // namespace
 
-Slide slide_to_deepest(const TouchingBodies& bodies, Contact& contact) noexcept {
-  const float ring = bodies.ring;
-  const Gap gap(bodies);
+Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact& contact) noexcept {
+  const float ring = reach.ring;
+  const Gap gap(bodies, reach);
   const Vec3 start = contact.position;
   const Vec3 normal = contact.inward_normal;
-  const Plane plane(normal);
+  const auto gap_at = [&](const Places& places, Values& out) {
+    Values of_field;
+    gap.shell(places, out);
+    gap.field(places, of_field);
+    for (std::size_t i = 0; i < places.count; ++i) out[i] += of_field[i];
+  };
+  Neighbourhood near{start, Plane(normal), ring};
+  Around here(gap, near);
+  const float start_field = here.field[0];
   float off_shell = 0;
-  Vec3 at = start;
-  float least = gap(at);
   Step step;
   bool is_capped = false;
+  bool is_least = false;  // where the fit says otherwise, the gap does not
   for (int i = 0;; ++i) {
-    const std::array<Along, 2> axes = along_principal_axes(at, plane, ring, gap);
+    const std::array<Along, 2> axes = along_principal_axes(near, here.gap, gap_at);
     step = newton(axes);
     // Fields round edges off. Elsewhere the depth must not depend on the sample.
     const auto is_sharp = [](const Along& along) { return along.curvature > kSharp; };
-    if (i == 0 && std::any_of(axes.begin(), axes.end(), is_sharp)) off_shell = gap.shell(start);
+    if (i == 0 && std::any_of(axes.begin(), axes.end(), is_sharp)) off_shell = here.shell[0];
     if (!is_finite(step.way)) return Slide::stayed;
     if (i == kSteps || length(step.way) < kMoved) break;
-    Vec3 next = at + ring * step.way;
+    Vec3 next = near.at + ring * step.way;
     const float whole = length(next - start);
     is_capped = whole > ring;
     if (is_capped) next = start + (ring / whole) * (next - start);
     // Back to the shell's surface.
     for (int k = 0; k < 2; ++k) next = next + ring * (gap.shell(next) - off_shell) * normal;
-    const float there = gap(next);
-    if (!(there <= least + kWorse) || !(length(next - start) < 2 * ring)) break;
-    at = next;
-    least = there;
+    if (!(length(next - start) < 2 * ring)) break;
+    const Neighbourhood beyond{next, near.plane, ring};
+    const Around there(gap, beyond);
+    if (!(there.gap[0] <= here.gap[0] + kWorse)) {
+      is_least = true;
+      break;
+    }
+    near = beyond;
+    here = there;
   }
-  bool is_sloping = is_capped || length(step.way) > kLeft;
+  bool is_sloping = !is_least && (is_capped || length(step.way) > kLeft);
   for (const Vec3& across : step.slopes) {
-    is_sloping = is_sloping || (dot(across, across) > 0 && gap.is_round(at, normal, across));
+    is_sloping = is_sloping || (dot(across, across) > 0 && gap.is_round(near, normal, across));
   }
-  if (!(length(at - start) > kMoved * ring)) return is_sloping ? Slide::sloping : Slide::stayed;
-  const float gain = ring * (gap.field(start) - gap.field(at));
+  if (!(length(near.at - start) > kMoved * ring)) return is_sloping ? Slide::sloping : Slide::stayed;
+  const float gain = ring * (start_field - here.field[0]);
   // The shell's own distances are too rough there.
-  if (gain < -kWorst_vx * bodies.shell.voxel_size) return Slide::stayed;
+  if (gain < -kWorst_vx * bodies.voxel_size) return Slide::stayed;
   contact.penetration += gain;
-  contact.position = at;
-  const auto field = [&](Vec3 p) { return -gap.field(p); };
-  for (const Along& along : along_principal_axes(at, plane, ring, field)) {
+  contact.position = near.at;
+  const auto field_at = [&](const Places& places, Values& out) { gap.field(places, out); };
+  for (const Along& along : along_principal_axes(near, here.field, field_at)) {
     if (!along.smooth || !(std::abs(along.curvature) < kSharp)) continue;
     contact.inward_normal = contact.inward_normal - along.slope * along.axis;
   }
@@ -227,11 +274,13 @@ Slide slide_to_deepest(const TouchingBodies& bodies, Contact& contact) noexcept 
 }
 
 bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept {
-  const Gap gap(bodies);
-  const float ring = 1.25F * bodies.shell.voxel_size;  // in the band, also where the shell is steep
-  const float size = bodies.ring / ring;
-  const auto apart = [&](Vec3 p) { return size * gap.shell(p); };
-  const auto both = along_principal_axes(contact.position, Plane(contact.inward_normal), ring, apart);
+  const Reach reach{1.25F * bodies.voxel_size, nullptr};  // in the band, also where the shell is steep
+  const Gap gap(bodies, reach);
+  const Neighbourhood near{contact.position, Plane(contact.inward_normal), reach.ring};
+  const auto apart = [&](const Places& places, Values& out) { gap.shell(places, out); };
+  Values values;
+  apart(near.centre_and_ring(), values);
+  const auto both = along_principal_axes(near, values, apart);
   return std::any_of(both.begin(), both.end(),
                      [&](const Along& along) { return along.curvature < kSharp && std::abs(along.slope) > kSteep; });
 }

@@ -5,18 +5,22 @@
 
 #include <cstdint>
 
-#include "runtime/fields/place_field.h"
+#include "runtime/fields/placed_field.h"
 
 namespace vps::detail {
 
-/// Two bodies that touch.
+/// Two bodies that touch, seen from the frame of their contacts.
 struct TouchingBodies {
-  const VoxelmapView& shell;  ///< distances of the shell's body, asset frame; scaled or real
-  FieldRef field;             ///< of the other body
-  Transform field_to_shell;   ///< takes the field's frame to the shell's asset frame
+  const PlacedField& shell;    ///< distances of the shell's body; scaled or real
+  const FieldAtPlaces& field;  ///< the other body
+  float voxel_size = 0;        ///< of the shell's distances. [m]
+};
+
+/// Where a contact may go.
+struct Reach {
+  float ring = 0;  ///< radius of the neighbourhood that decides: a few voxels. [m]
   /// Of a contact ahead: the plane of the place where it arrives, in place of the field. Null: the bodies touch now.
   const HalfSpaceField* arrival = nullptr;
-  float ring = 0;  ///< radius of the neighbourhood that decides: a few voxels. [m]
 };
 
 enum class Slide : std::uint8_t {
@@ -29,9 +33,8 @@ enum class Slide : std::uint8_t {
 /// a place between them, is the sum of both distances. A quadratic through the gaps at the contact and on a ring around
 /// it has its least value where two smooth bodies touch. Along directions in which the gap is flat or has an edge the
 /// contact stays. Values of a ring, unlike the gradient at one point, average the fields' rounding.
-/// @param contact  in the field's frame, with its final direction. Position, penetration and direction change when it
-///                 arrives or slopes
-Slide slide_to_deepest(const TouchingBodies& bodies, Contact& contact) noexcept;
+/// @param contact  with its final direction. Position, penetration and direction change when it arrives or slopes
+Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact& contact) noexcept;
 
 /// Whether the shell slopes away from a contact's plane by more than about 9 degrees, without an edge or corner there.
 bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept;

@@ -16,7 +16,7 @@ using detail::TraverseQuery;
 
 template <class Kernel>
 FieldFacts facts_of(const VoxelmapView& map) noexcept {
-  FieldFacts facts;
+  FieldFacts facts(map);
   facts.most = detail::greatest_penetration(map);
   facts.excess = map.error;
   if (map.far.values != nullptr) {
@@ -34,8 +34,8 @@ FieldFacts facts_of(const VoxelmapView& map) noexcept {
   return facts;
 }
 template <class Kernel, class Analytic>
-FieldFacts facts_of(const Analytic&) noexcept {
-  return {};
+FieldFacts facts_of(const Analytic& field) noexcept {
+  return FieldFacts(field);
 }
 
 std::uint64_t id_of(const VoxelmapView& map) noexcept {
@@ -97,18 +97,21 @@ Status check_query(const PointshellView& shell, const Pose& pose, const QueryOpt
 // Sec. 3.2: whether the root sphere is out of reach of the map's bounds. If so, fills the result. This test is cheap.
 bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Pose& pose, float contact_distance,
                   QueryResult& result) noexcept {
+  const Vec3 root = sphere_centre(shell, 0);
+  const double centre[3] = {root.x, root.y, root.z};
+  const double radius = sphere_radius(shell, 0);
   double squared = 0;
-  double size = shell.sphere[3][0];
+  double size = radius;
   for (int axis = 0; axis < 3; ++axis) {
     double at = pose.translation[axis];
-    for (int k = 0; k < 3; ++k) at += pose.rotation[3 * axis + k] * shell.sphere[k][0];
+    for (int k = 0; k < 3; ++k) at += pose.rotation[3 * axis + k] * centre[k];
     size += std::abs(at);
     const double gap = std::max({map.bounds_min[axis] - at, at - map.bounds_max[axis], 0.0});
     squared += gap * gap;
   }
   // For rounding, and for rotations that check_pose accepts.
   constexpr double kStretch = 1 + 1e-3;
-  const double apart = std::sqrt(squared) - kStretch * shell.sphere[3][0] - map.error - 1e-6 * size;
+  const double apart = std::sqrt(squared) - kStretch * radius - map.error - 1e-6 * size;
   if (!(apart > contact_distance)) return false;
   result.delta = result.delta_bound = -apart;
   result.nodes_tested = 1;

@@ -99,7 +99,7 @@ Vec3 sampled_fall(const VoxelmapView& map, const detail::FieldCell& cell) noexce
       const std::size_t step = (corner >> 2) * kFieldEdge * kFieldEdge + (corner >> 1 & 1) * kFieldEdge + (corner & 1);
       v[corner] = map.gradients[3 * (cell.first + step) + axis];
     }
-    out[axis] = -detail::trilinear(v, cell.part) / map.voxel_size;
+    out[axis] = -map.scale * detail::trilinear(v, cell.part) / map.voxel_size;
   }
   return {out[0], out[1], out[2]};
 }
@@ -115,11 +115,11 @@ Vec3 fall_over_voxel(const VoxelmapView& map, Vec3 p) noexcept {
   return {-rise({h, 0, 0}), -rise({0, h, 0}), -rise({0, 0, h})};
 }
 
-float value_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+float value_in(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
 template <class Analytic>
-float value_at(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
+float value_in(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexcept {
   return detail::value_at(field, point);
 }
 
@@ -150,7 +150,7 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {
-  return field.visit([&](const auto& kind) { return value_at(kind, point, inward_normal); });
+  return field.visit([&](const auto& kind) { return value_in(kind, point, inward_normal); });
 }
 Vec3 outward_normal(FieldRef field, Vec3 point) noexcept {
   return field.visit([point](const auto& kind) { return detail::normal_at(kind, point); });

@@ -117,7 +117,7 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
 
 /// A sample of `scaled` or `real`. [m]
 inline float sample_value(const VoxelmapView& map, const FieldCell& cell, std::size_t at) noexcept {
-  if (map.field == Field::real) return static_cast<float>(static_cast<const double*>(map.values)[at]);
+  if (map.field == Field::real) return map.scale * static_cast<float>(static_cast<const double*>(map.values)[at]);
   const std::int32_t value = map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
                                                             : static_cast<const std::int16_t*>(map.values)[at];
   return static_cast<float>(value) * (cell.edge > map.voxel_size ? 2 * map.lambda : map.lambda);

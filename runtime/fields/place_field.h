@@ -204,29 +204,32 @@ Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const R
 inline float rounding(const PointshellView& shell, const Affine& nodes, float unit) noexcept {
   float largest = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    largest = std::max(largest, std::abs(nodes.translation[axis]) + std::abs(shell.sphere[axis][0]) / unit);
+    largest =
+        std::max(largest, std::abs(nodes.translation[axis]) + shell.scale * std::abs(shell.sphere[axis][0]) / unit);
   }
-  largest += shell.sphere[3][0] / unit;
+  largest += sphere_radius(shell, 0) / unit;
   constexpr float kRounding = 1e-6F;
   return kRounding * largest;
 }
 
 /// Upper bound of the distance that any point of the shell moves from one pose to the other. [m]
 inline double largest_displacement(const PointshellView& shell, const Pose& from, const Pose& to) noexcept {
+  const Vec3 at = sphere_centre(shell, 0);
+  const double centre[3] = {at.x, at.y, at.z};
   double turned = 0;
   double moved = 0;
   for (int i = 0; i < 3; ++i) {
     double along = to.translation[i] - from.translation[i];
     for (int k = 0; k < 3; ++k) {
       const double change = to.rotation[3 * i + k] - from.rotation[3 * i + k];
-      along += change * shell.sphere[k][0];
+      along += change * centre[k];
       turned += change * change;
     }
     moved += along * along;
   }
   // The difference of two rotations stretches a vector by its Frobenius norm over sqrt(2).
   constexpr double kRounding = 1 + 1e-6;
-  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * shell.sphere[3][0]);
+  return kRounding * (std::sqrt(moved) + std::sqrt(turned / 2) * sphere_radius(shell, 0));
 }
 
 }  // namespace vps::detail

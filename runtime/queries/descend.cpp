@@ -26,7 +26,7 @@ HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch&
   const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
                          load_floats<Lanes::kPaired>(rows[1], length, batch),
                          load_floats<Lanes::kPaired>(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(1 / d.unit), set(d.slack));
+  const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(d.radius_scale), set(d.slack));
   return {field.place(d.nodes, stored), radius, hn::Add(radius, set(d.contact_distance))};
 }
 

@@ -13,9 +13,10 @@ namespace vps::detail {
 /// metres.
 struct Descent {
   const PointshellView* shell = nullptr;
-  Affine nodes{};   ///< takes sphere centres to the field
-  Affine points{};  ///< takes codes of positions to the field
-  float unit = 1;   ///< metres in the field's unit
+  Affine nodes{};          ///< takes sphere centres to the field
+  Affine points{};         ///< takes codes of positions to the field
+  float unit = 1;          ///< metres in the field's unit
+  float radius_scale = 1;  ///< takes the stored radii to the field's unit
   float contact_distance = 0;
   float slack = 0;                 ///< added to every radius: the field's error and rounding
   std::uint32_t* queue = nullptr;  ///< entries [begin, end) are nodes whose spheres touch, of one level

@@ -41,7 +41,7 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
   const std::size_t length = s.shell->nodes;
   const Points centre = {load_floats<false>(rows[0], length, batch), load_floats<false>(rows[1], length, batch),
                          load_floats<false>(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats<false>(rows[3], length, batch), set(1 / s.unit), set(s.slack));
+  const F radius = hn::MulAdd(load_floats<false>(rows[3], length, batch), set(s.radius_scale), set(s.slack));
   const M valid = hn::FirstN(f32, batch.low.count);
   const F bound = hn::Add(field.penetrations(field.place(s.nodes, centre), batch, valid).highest, radius);
   const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));

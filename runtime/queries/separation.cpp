@@ -100,7 +100,8 @@ DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame
   DeepestSearch search;
   search.shell = &shell;
   search.unit = static_cast<float>(frame.unit);
-  search.nodes = affine(pose, frame, {0, 0, 0}, 1);
+  search.radius_scale = shell.scale / search.unit;
+  search.nodes = affine(pose, frame, {0, 0, 0}, shell.scale);
   search.points = affine(pose, frame, shell.position_origin, shell.position_step);
   search.slack = rounding(shell, search.nodes, search.unit);
   search.stack = query.scratch.queue.data();

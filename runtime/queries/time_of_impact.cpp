@@ -14,10 +14,11 @@ double norm(const double (&v)[3]) noexcept {
 
 // Upper bound of the speed of the body's points. [m/s]
 double largest_speed(const PointshellView& shell, const Sweep& sweep) noexcept {
-  double arm[3];
-  for (int axis = 0; axis < 3; ++axis) arm[axis] = double{shell.sphere[axis][0]} - shell.centre_of_mass[axis];
+  const float* const c = shell.centre_of_mass;
+  const Vec3 root = sphere_centre(shell, 0);
+  const double arm[3] = {double{root.x} - c[0], double{root.y} - c[1], double{root.z} - c[2]};
   // The true surface lies a little farther out than the points.
-  const double reach = norm(arm) + shell.sphere[3][0] + shell.covering_radius;
+  const double reach = norm(arm) + sphere_radius(shell, 0) + shell.covering_radius;
   return norm(sweep.velocity) + norm(sweep.angular_velocity) * reach;
 }
 

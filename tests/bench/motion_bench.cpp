@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <string>
@@ -24,6 +25,7 @@ constexpr double kPi = std::numbers::pi;
 constexpr double kGravity = 9.81;
 constexpr double kRadius = 0.1;      // of wheel, cylinder and ball. [m]
 constexpr double kHalfWidth = 0.03;  // of wheel and cylinder. [m]
+constexpr double kBoxVoxel = 0.002;  // of the baked box that slides. [m]
 constexpr int kStarts = 4;           // rotations about the axis, at which a body begins
 constexpr double kRates[] = {60, 240, 1000};
 
@@ -80,6 +82,7 @@ struct Roller {
   std::string name;
   std::vector<Side> sides;
   btVector3 inertia;  // [kg m^2]
+  double voxel;       // of the baked side. [m]
 };
 
 std::vector<Roller> make_rollers() {
@@ -88,14 +91,38 @@ std::vector<Roller> make_rollers() {
   const btScalar ball = btScalar(0.4 * kRadius * kRadius);
   const TriangleMesh wheel = make_wheel(256);
   const TriangleMesh sphere = make_sphere(kRadius, 5);
+  const double fine = kRadius / 100;
+  const double coarse = kRadius / 32;
   const btVector3 half{btScalar(kRadius), btScalar(kHalfWidth), btScalar(kRadius)};
   return {{"wheel",
-           {baked_side(wheel, kRadius / 100), hull_side(wheel), {"Bullet's", std::make_shared<btCylinderShape>(half)}},
-           disc},
+           {baked_side(wheel, fine), hull_side(wheel), {"Bullet's", std::make_shared<btCylinderShape>(half)}},
+           disc,
+           fine},
           {"ball",
-           {baked_side(sphere, kRadius / 32), {"Bullet's", std::make_shared<btSphereShape>(btScalar(kRadius))}},
-           {ball, ball, ball}}};
+           {baked_side(sphere, coarse), {"Bullet's", std::make_shared<btSphereShape>(btScalar(kRadius))}},
+           {ball, ball, ball},
+           coarse}};
 }
+
+// A flat grid of triangles on z = 0.
+struct Grid {
+  static constexpr int kCells = 100;
+  static constexpr double kCell = 0.25;  // [m]
+  btTriangleMesh mesh;
+  std::unique_ptr<btBvhTriangleMeshShape> shape;
+  Grid() {
+    const auto corner = [](int i, int j) {
+      return btVector3(btScalar((i - 2) * kCell), btScalar((j - kCells / 2) * kCell), 0);
+    };
+    for (int i = 0; i < kCells; ++i) {
+      for (int j = 0; j < kCells; ++j) {
+        mesh.addTriangle(corner(i, j), corner(i + 1, j), corner(i + 1, j + 1));
+        mesh.addTriangle(corner(i, j), corner(i + 1, j + 1), corner(i, j + 1));
+      }
+    }
+    shape = std::make_unique<btBvhTriangleMeshShape>(&mesh, true);
+  }
+};
 
 struct Ground {
   std::string name;
@@ -107,7 +134,9 @@ std::vector<Ground> make_grounds() {
   const double half_height = 0.05;
   const TriangleMesh slab = make_box({2, 0.2, half_height});
   const btVector3 below{0, 0, btScalar(-half_height)};
-  return {{"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
+  const auto grid = std::make_shared<Grid>();
+  return {{"triangle grid", {grid, grid->shape.get()}},
+          {"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
           {"box", std::make_shared<btBoxShape>(btVector3(100, 100, btScalar(half_height))), below},
           {"baked slab", baked_side(slab, 0.01).shape, {btScalar(1.8), 0, btScalar(-half_height)}}};
 }
@@ -154,7 +183,7 @@ Row roll(const Roller& roller, const Side& side, const Ground& ground, double ra
   if (!is_chosen(worst)) return worst;
   const double seconds = slope > 0 ? 1 : ground.name == "baked slab" ? 3.0 / speed : 4;
   for (int start = 0; start < kStarts; ++start) {
-    World scene;
+    World scene(roller.voxel);
     prepare(scene);
     scene.world.setGravity({btScalar(kGravity * std::sin(slope)), 0, btScalar(-kGravity * std::cos(slope))});
     scene.add(*ground.shape, 0, ground.at);
@@ -177,7 +206,7 @@ Row slide(const Side& side, const Ground& ground, double rate, double speed) {
   row.scene = fmt::format("box slides at {:.2g} m/s on {}", speed, ground.name);
   row.side = side.name;
   if (!is_chosen(row)) return row;
-  World scene;
+  World scene(kBoxVoxel);
   prepare(scene);
   scene.add(*ground.shape, 0, ground.at).setFriction(0);
   btRigidBody& body = scene.add(*side.shape, 1, {0, 0, btScalar(0.05)});
@@ -202,7 +231,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   const std::vector<Ground> grounds = make_grounds();
   const std::vector<Roller> rollers = make_rollers();
-  const std::vector<Side> boxes = {baked_side(make_box({0.05, 0.05, 0.05}), 0.002),
+  const std::vector<Side> boxes = {baked_side(make_box({0.05, 0.05, 0.05}), kBoxVoxel),
                                    {"Bullet's", std::make_shared<btBoxShape>(btVector3(0.05F, 0.05F, 0.05F))}};
   std::vector<Row> rows;
   for (const double rate : kRates) {

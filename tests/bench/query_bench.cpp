@@ -115,6 +115,7 @@ struct DropSide {
 std::vector<DropSide> drop_sides(const Bodies& bodies, const std::string& work, int rounds) {
   const Ground ground = work == "on a box" ? box_ground(kBoxHalfExtents) : plane_ground();
   DropOptions options;
+  options.voxel = kVoxelSize;
   options.lowest = bodies.lowest;
   std::vector<DropSide> sides;
   for (const auto& [name, shape] : bodies.peers) sides.push_back({name, shape, ground, options, rounds});

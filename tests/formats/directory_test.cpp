@@ -359,6 +359,38 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
   }
 }
 
+// A tiny asset with facets of these points, and corners for `corners` facets.
+TinyAsset with_facets(const std::vector<std::uint32_t>& points, std::size_t corners) {
+  TinyAsset tiny;
+  if (!points.empty()) {
+    tiny.sections.push_back(make_section(SectionKind::facet_points, ElementType::u32, {points.size()}, points));
+  }
+  if (corners > 0) {
+    tiny.sections.push_back(make_section(SectionKind::facet_corners, ElementType::i8, {corners, 4, 3},
+                                         std::vector<std::int8_t>(12 * corners, -127)));
+  }
+  return tiny;
+}
+
+TEST(Validate, FacetsHaveCornersAndAscendingPoints) {
+  const auto indices = [](const std::vector<std::uint32_t>& points) {
+    Bytes bytes(with_facets(points, points.size()));
+    return validate_indices(bytes.all(), bytes.directory());
+  };
+  EXPECT_EQ(indices({0, 0, 3}), Status::ok);
+  EXPECT_EQ(indices({1, 0, 3}), Status::bad_index);
+  EXPECT_EQ(indices({0, 1, 4}), Status::bad_index);
+  const auto decoded = [](const std::vector<std::uint32_t>& points, std::size_t corners) {
+    Bytes bytes(with_facets(points, corners));
+    Directory directory;
+    return decode_directory(bytes.all(), directory);
+  };
+  EXPECT_EQ(decoded({0, 1}, 2), Status::ok);
+  EXPECT_EQ(decoded({0, 1}, 1), Status::bad_section);
+  EXPECT_EQ(decoded({0, 1}, 0), Status::missing_section);
+  EXPECT_EQ(decoded({}, 1), Status::missing_section);
+}
+
 TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();

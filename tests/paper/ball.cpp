@@ -15,7 +15,7 @@ constexpr double kRestitutions[] = {0.1, 0.5, 0.9};
 // m" may mean either. [m]
 constexpr double kDrops[] = {1, 0.5};
 constexpr int kSteps = 800;
-constexpr SceneOptions kScene{10, 200};
+constexpr SceneOptions kScene{10, 200, kCoarseVoxel};
 // Number of drop heights, spread over one step's travel: the depth at the first contact depends on the moment within
 // the step at which the ball arrives.
 constexpr int kPhases = 20;

@@ -13,8 +13,7 @@ namespace {
 
 using lab::BakedFile;
 
-constexpr double kCoarseVoxel = 0.005;  // of the paper's plane. [m]
-constexpr double kFloorHalfWidth = 3;   // large enough for rolling bodies. [m]
+constexpr double kFloorHalfWidth = 3;  // large enough for rolling bodies. [m]
 // Ratios of point spacing to voxel size that give about the paper's numbers of points.
 constexpr double kBallLowAlpha = 19;
 constexpr double kBallHighAlpha = 1.77;

@@ -31,7 +31,8 @@ struct Floor {
   lab::Ground ground;
 };
 
-inline constexpr double kBallRadius = 0.5;  // [m]
+inline constexpr double kBallRadius = 0.5;     // [m]
+inline constexpr double kCoarseVoxel = 0.005;  // of the paper's plane, and of balls and cubes. [m]
 
 struct Balls {
   lab::BakedFile low, high;  ///< 275 and 25,880 points, nearly

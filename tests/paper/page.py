@@ -188,7 +188,7 @@ def page(measured):
                  algorithms in the same run. *Paper* columns have its numbers, from its machine (4 x 2.8 GHz Xeon, Bullet 2.82):
                  compare ratios, not times."""), "",
            prose(f"""{measured['machine']}; Bullet {measured['bullet']} (single precision, unpatched), vpsbake {measured['vpsbake']},
-                 matplotlib {matplotlib.__version__}; rotations from SplitMix64 with state 1. Split impulses from 0.01 mm of
+                 matplotlib {matplotlib.__version__}; rotations from SplitMix64 with state 1. Split impulses from two voxels of
                  penetration on. Depths, speeds and counts repeat to the bit on one machine; times do not.""")]
     if measured["busy"]:
         out += ["", f"The machine was busy, with a load of {measured['load']:.1f} at the start: times are not a clean measurement."]

@@ -18,7 +18,8 @@ double lowest_of(const btTransform& at, const std::vector<btVector3>& corners) {
 
 }  // namespace
 
-Scene::Scene(const Floor& floor, Motion motion, const SceneOptions& options) : options_(options) {
+Scene::Scene(const Floor& floor, Motion motion, const SceneOptions& options)
+    : world_(options.voxel), options_(options) {
   btGImpactCollisionAlgorithm::registerAlgorithm(&world_.dispatcher);
   bullet::register_algorithm(world_.dispatcher);  // GImpact overwrites entries
   world_.world.setGravity({0, -btScalar(options.gravity), 0});

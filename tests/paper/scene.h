@@ -10,8 +10,9 @@
 namespace vps::paper {
 
 struct SceneOptions {
-  double gravity = 9.81;  ///< [m/s^2]
-  double rate = 200;      ///< [Hz]
+  double gravity = 9.81;             ///< [m/s^2]
+  double rate = 200;                 ///< [Hz]
+  double voxel = bench::kVoxelSize;  ///< of the compared assets: split impulses start at twice this. [m]
 };
 
 /// A world without sleeping bodies. GImpact and the algorithm of this project are registered.

@@ -21,6 +21,7 @@ struct StackOptions {
   int bodies = 2;
   double height = 2 * kBallRadius;  ///< of a body. [m]
   double below = kBallRadius;       ///< from a body's centre down. [m]
+  double voxel = kCoarseVoxel;      ///< of the baked body. [m]
 };
 
 struct Standing {
@@ -31,7 +32,7 @@ struct Standing {
 
 Standing stand(const Side& side, const Floor& floor, const StackOptions& options,
                const std::vector<btMatrix3x3>& rotations) {
-  Scene scene(floor, side.motion, {10, kRate});
+  Scene scene(floor, side.motion, {10, kRate, options.voxel});
   std::vector<const btRigidBody*> bodies;
   std::vector<btVector3> places;
   for (int i = 0; i < options.bodies; ++i) {
@@ -109,7 +110,8 @@ nlohmann::json run_stacks(const Balls& balls, const Bunnies& bunnies, const std:
   bunny_sides.push_back(bunnies.gimpact);
   bunny_sides.push_back(ours("ours, low", bunnies.low));
   bunny_sides.push_back(ours("ours, fine", bunnies.fine));
-  for (const Side& side : bunny_sides) stacks.push_back({"bunnies", side, {2, bunny_height, bunny_below}});
+  for (const Side& side : bunny_sides)
+    stacks.push_back({"bunnies", side, {2, bunny_height, bunny_below, bunny.voxel_size}});
 
   // Only the first floor, for which the contacts of all sides are exact.
   const Floor& floor = floors.front();

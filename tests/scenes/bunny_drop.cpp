@@ -44,13 +44,13 @@ class Depth {
     return deepest;
   }
   double in_other(const btTransform& body, const btTransform& other) const {
-    const btTransform to_other = other.inverseTimes(body);
+    const btTransform to_other = shape_.mesh_pose(other).inverseTimes(shape_.mesh_pose(body));
     const vps::PointshellView& shell = shape_.pointshell();
     double deepest = -1e30;
     for (std::uint32_t i = 0; i < shell.points; ++i) {
       const vps::Vec3 inward = vps::point_inward_normal(shell, i);
       const btVector3 normal(inward.x, inward.y, inward.z);
-      const btVector3 at = to_other * point(i) + shape_.centre_of_mass();
+      const btVector3 at = to_other * to_bt(vps::point_position(shape_.pointshell(), i));
       deepest =
           std::max(deepest, double(vps::penetration(shape_.voxelmap(), vec3(at), vec3(to_other.getBasis() * normal))));
     }
@@ -59,9 +59,9 @@ class Depth {
 
  private:
   static vps::Vec3 vec3(const btVector3& v) { return {float(v.x()), float(v.y()), float(v.z())}; }
+  static btVector3 to_bt(vps::Vec3 v) { return {v.x, v.y, v.z}; }
   btVector3 point(std::uint32_t i) const {
-    const vps::Vec3 p = vps::point_position(shape_.pointshell(), i);
-    return btVector3(p.x, p.y, p.z) - shape_.centre_of_mass();
+    return shape_.asset_frame() * to_bt(vps::point_position(shape_.pointshell(), i));
   }
   const vps::bullet::Shape& shape_;
   const vps::BoxField ground_;

@@ -31,8 +31,10 @@ def read_trajectory(path):
     bodies, frames = [], []
     for line in pathlib.Path(path).read_text().splitlines():
         words = line.split()
-        if words[0] in ("mesh", "box"):
-            bodies.append((words[0], [float(w) for w in words[1:4]], " ".join(words[4:])))
+        if words[0] == "mesh":
+            bodies.append(("mesh", [], " ".join(words[1:])))
+        elif words[0] == "box":
+            bodies.append(("box", [float(w) for w in words[1:4]], words[4]))
         elif words[0] == "frame":
             frames.append((float(words[1]), []))
         else:
@@ -63,7 +65,7 @@ def read_mesh(path):
 
 
 def make_actors(bodies):
-    """An actor for each visible body; meshes have their centre of mass at the origin."""
+    """An actor for each visible body."""
     actors, meshes = [], {}
     for number, (kind, numbers, word) in enumerate(bodies):
         if word == "hidden" or (kind == "mesh" and not word):
@@ -76,13 +78,8 @@ def make_actors(bodies):
             shape = source.GetOutput()
         else:
             if word not in meshes:
-                shift = vtk.vtkTransform()
-                shift.Translate(*[-x for x in numbers])
-                moved = vtk.vtkTransformPolyDataFilter()
-                moved.SetInputData(read_mesh(word))
-                moved.SetTransform(shift)
                 normals = vtk.vtkPolyDataNormals()
-                normals.SetInputConnection(moved.GetOutputPort())
+                normals.SetInputData(read_mesh(word))
                 normals.SetFeatureAngle(30)
                 normals.Update()
                 meshes[word] = normals.GetOutput()

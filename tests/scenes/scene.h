@@ -90,6 +90,10 @@ class Run {
     const Part* part = nullptr;  ///< null: a box
     btRigidBody* body = nullptr;
     btVector3 half_extents{0, 0, 0};
+    [[nodiscard]] btTransform mesh_pose() const {
+      const btTransform& at = body->getWorldTransform();
+      return part == nullptr ? at : part->baked->mesh_pose(at);
+    }
   };
   [[nodiscard]] double depth_of(const Body& a, const Body& b) const;
   void write_frame() const;

@@ -4,6 +4,7 @@
 
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -26,7 +27,8 @@ class TimedDispatcher final : public btCollisionDispatcher {
   double last_us = 0;
 };
 
-/// Gravity is 9.81 m/s^2 along -z; bodies never sleep.
+/// Gravity is 9.81 m/s^2 along -z; bodies never sleep. Split impulses start at two voxels of penetration, as
+/// docs/bullet.md advises.
 struct World {
   btDefaultCollisionConfiguration configuration;
   TimedDispatcher dispatcher{&configuration};
@@ -35,11 +37,11 @@ struct World {
   btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
   std::vector<std::unique_ptr<btRigidBody>> bodies;
 
-  World() {
+  /// @param voxel  of worlds without baked shapes; otherwise that of the finest one counts. [m]
+  explicit World(double voxel = 0.02) {
     bullet::register_algorithm(dispatcher);
     world.setGravity({0, 0, btScalar(-9.81)});
-    // Bullet's default of 4 cm makes small bodies jump out of an overlap.
-    world.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+    split_from(voxel);
   }
   World(const World&) = delete;
   World& operator=(const World&) = delete;
@@ -51,6 +53,8 @@ struct World {
   btRigidBody& add(btCollisionShape& shape, btScalar mass, const btTransform& at) {
     btVector3 inertia(0, 0, 0);
     if (mass > 0) shape.calculateLocalInertia(mass, inertia);
+    if (const auto* const baked = dynamic_cast<const bullet::Shape*>(&shape))
+      split_from(baked->asset().info().voxel_size);
     bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
     bodies.back()->setWorldTransform(at);
     bodies.back()->setActivationState(DISABLE_DEACTIVATION);
@@ -62,6 +66,10 @@ struct World {
   }
   void step(int count, btScalar dt = btScalar(1.0 / 240)) {
     for (int i = 0; i < count; ++i) world.stepSimulation(dt, 0);
+  }
+  void split_from(double voxel) {
+    btScalar& threshold = world.getSolverInfo().m_splitImpulsePenetrationThreshold;
+    threshold = std::max(threshold, btScalar(-2 * voxel));
   }
   /// All contact points of all manifolds.
   std::vector<btManifoldPoint> points() {

@@ -18,10 +18,10 @@ class MotionFile {
  public:
   /// @param asset  file of the shape; written as a path relative to the motion file's folder
   void add(const char* name, const btRigidBody& body, const bullet::Shape& shape, const std::filesystem::path& asset) {
-    bodies_.push_back({&body, shape.centre_of_mass(), name, {}, asset});
+    bodies_.push_back({&body, shape.asset_frame(), name, {}, asset});
   }
   void add(const char* name, const btRigidBody& body, const btBoxShape& box) {
-    bodies_.push_back({&body, btVector3(0, 0, 0), name, box.getHalfExtentsWithMargin(), {}});
+    bodies_.push_back({&body, btTransform::getIdentity(), name, box.getHalfExtentsWithMargin(), {}});
   }
 
   /// Adds a frame with the present poses. @param contacts  of the whole world
@@ -30,8 +30,8 @@ class MotionFile {
     print(times_, "%s%.6g", frames_ == 1 ? "" : ",", time);
     poses_ += comma + "[";
     for (const Body& body : bodies_) {
-      const btTransform& at = body.body->getWorldTransform();
-      const btVector3 p = at * -body.centre;  // of the asset's origin
+      const btTransform at = body.body->getWorldTransform() * body.frame;
+      const btVector3& p = at.getOrigin();
       const btQuaternion q = at.getRotation();
       print(poses_, "%s[%.7g,%.7g,%.7g,%.7g,%.7g,%.7g,%.7g]", &body == bodies_.data() ? "" : ",", double(p.x()),
             double(p.y()), double(p.z()), double(q.x()), double(q.y()), double(q.z()), double(q.w()));
@@ -69,7 +69,7 @@ class MotionFile {
  private:
   struct Body {
     const btRigidBody* body;
-    btVector3 centre;  ///< of mass, in the asset's frame
+    btTransform frame;  ///< of the asset, in the body
     const char* name;
     btVector3 half;
     std::filesystem::path asset;

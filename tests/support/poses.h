@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "formats/triangle_mesh.h"
 #include "runtime/vps_runtime.h"
 #include "tests/support/random.h"
 
@@ -33,6 +34,11 @@ inline std::array<double, 3> moved(const Pose& pose, const std::array<double, 3>
     out[i] = row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + pose.translation[i];
   }
   return out;
+}
+
+inline TriangleMesh moved(const Pose& pose, TriangleMesh mesh) {
+  for (auto& p : mesh.vertices) p = moved(pose, p);
+  return mesh;
 }
 
 }  // namespace vps::test

@@ -42,7 +42,7 @@ Trial of_gain(const Gain& gain, double limit) {
 // Bounces on a plane with restitution 1, for 2 s.
 Trial bounce(const Subject& subject, const Column& column, double rate) {
   constexpr double kSeconds = 2;
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane().setRestitution(1);
   const double height = subject.size;
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, height));
@@ -67,7 +67,7 @@ Trial bounce(const Subject& subject, const Column& column, double rate) {
 
 // Slides on a plane at 1 m/s.
 Trial slide(const Subject& subject, const Column& column, double rate, double friction) {
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane().setFriction(1);
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, 0));
   body.setFriction(btScalar(friction));
@@ -83,7 +83,7 @@ constexpr double kSpin = 2 * SIMD_PI * 100;  // [rad/s]
 
 // Spins at 100 revolutions a second about one of the body's axes and falls on a plane.
 Trial spin(const Subject& subject, const Column& column, double rate, int axis) {
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane();
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 2));
   btVector3 spin(0, 0, 0);
@@ -99,7 +99,7 @@ Trial spin(const Subject& subject, const Column& column, double rate, int axis) 
 
 // A body with one moment of inertia far below the others, whatever its shape.
 Trial near_singular(const Subject& subject, const Column& column, bool plate, double ratio) {
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane();
   const double large = 0.1 * subject.mass * subject.size * subject.size;
   btVector3 inertia{btScalar(large), btScalar(large), btScalar(large / ratio)};

@@ -33,7 +33,7 @@ Trial throw_at(const Subject& subject, const Column& column, const Throw& how) {
   double worst = -std::numeric_limits<double>::infinity();
   int through = 0;
   for (int phase = 0; phase < kPhases; ++phase) {
-    Arena arena({column.detection, 0});
+    Arena arena(subject, {column.detection, 0});
     arena.add(wall, 0, btTransform::getIdentity()).setRestitution(btScalar(how.restitution));
     const double way = how.speed / kRate;
     const double before = half.z() + 2 * subject.voxel + way * (1 + (phase + 0.5) / kPhases);
@@ -59,7 +59,7 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
   const double depth = share * subject.size;
   const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add(subject.props->box(column, half, Props::Role::still), 0,
             btTransform(btQuaternion::getIdentity(), btVector3(0, 0, -half.z())));
   btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, -depth));
@@ -87,7 +87,7 @@ Trial deep_overlap(const Subject& subject, const Column& column, double share) {
 // Two bodies of the asset at one pose, or slightly apart.
 Trial coincident(const Subject& subject, const Column& column, double offset_vx) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.detection, 0});
+  Arena arena(subject, {column.detection, 0});
   arena.add(column.body, subject.mass, btTransform::getIdentity());
   btRigidBody& other =
       arena.add(column.body, subject.mass,

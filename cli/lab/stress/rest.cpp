@@ -50,7 +50,7 @@ Trial trial_of(const Rest& rest, double voxel) {
 const Rest& rest_on_plane(const Subject& subject, const Column& column, double rate) {
   const auto [found, is_new] = subject.rests->try_emplace({column.name, rate});
   if (!is_new) return found->second;
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane();
   const btRigidBody& body = arena.add(column.body, subject.mass, standing(column.corners, subject.size / 4));
   found->second = settle(arena, body, rate, 12, [&] { return lowest(body, column.corners); });
@@ -79,7 +79,7 @@ Trial rest_jitter(const Subject& subject, const Column& column, double rate) {
 // Drops the body into a V of two slabs at 45 degrees.
 Trial rest_in_wedge(const Subject& subject, const Column& column, double rate) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   const double half = subject.size;
   const double thick = std::max(0.1 * subject.size, 4 * subject.voxel);
   const auto slab = subject.props->box(column, {btScalar(half), btScalar(half), btScalar(thick)}, Props::Role::still);
@@ -113,7 +113,7 @@ Trial rest_on_tip(const Subject& subject, const Column& column, double rate) {
   std::vector<btVector3> corners;
   const double height = 50 * subject.voxel;
   const auto needle = subject.props->needle(column, 5 * subject.voxel, height, corners);
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   arena.add_plane();
   btRigidBody& body = arena.add(needle, subject.mass, standing(corners, 10 * subject.voxel));
   body.setAngularFactor(0);

@@ -94,7 +94,7 @@ Trial far_queries(const Subject& subject, double distance) {
 // Sets a body down on a slab far from the origin, in float.
 Trial far_world(const Subject& subject, const Column& column, double distance) {
   if (column.triangles > kMostTriangles) return skipped(kTooManyTriangles);
-  Arena arena({column.detection});
+  Arena arena(subject, {column.detection});
   const btVector3 half(btScalar(subject.size), btScalar(subject.size), btScalar(0.5 * subject.size));
   const btVector3 origin{btScalar(distance), btScalar(distance), 0};
   arena.add(subject.props->box(column, half, Props::Role::still), 0,
@@ -192,7 +192,7 @@ Trial size_world(const Subject& subject, const Column& column, double size) {
   // Distance of the lowest point from the plane at the end; NaN when a value is not finite.
   std::string failure;
   const auto rest = [&](const lab::BulletShape& shape, const std::vector<btVector3>& feet) {
-    Arena arena({column.detection, kGravity * shrunk});
+    Arena arena(subject, {column.detection, kGravity * shrunk, 10, voxel});
     arena.add_plane();
     const btRigidBody& falling = arena.add(shape, mass, standing(feet, size / 4));
     double off = 0;

@@ -7,6 +7,9 @@
 namespace vps::stress {
 namespace {
 
+// The solver explains a value that is at most this many times as bad as that of Bullet's own boxes.
+constexpr double kAsBoxes = 1.5;
+
 // How near a trial is to its limit; 1: at the limit.
 double utilisation(const Trial& trial) {
   if (trial.verdict == Verdict::skipped) return -std::numeric_limits<double>::infinity();
@@ -105,16 +108,15 @@ void judge(Trial& trial, double value, double limit) {
 
 void judge_beside(Trial& trial, double value, double limit, double of_boxes) {
   judge(trial, value, limit);
-  // The solver does not explain a value more than ten times as large.
   const bool as_boxes =
-      std::isfinite(value) ? !(of_boxes <= limit) && !(value > 10 * of_boxes) : !std::isfinite(of_boxes);
+      std::isfinite(value) ? !(of_boxes <= limit) && !(value > kAsBoxes * of_boxes) : !std::isfinite(of_boxes);
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 
 void judge_standing(Trial& trial, double seconds, double asked, double of_boxes) {
   trial.least = asked;
   judge(trial, seconds, std::numeric_limits<double>::infinity());
-  const bool as_boxes = of_boxes < asked && seconds >= 0.1 * of_boxes;
+  const bool as_boxes = of_boxes < asked && seconds * kAsBoxes >= of_boxes;
   if (trial.verdict == Verdict::broken && as_boxes) trial.verdict = Verdict::solver;
 }
 

@@ -25,7 +25,7 @@ namespace vps::stress {
 
 enum class Verdict : std::uint8_t {
   held,
-  solver,   ///< the limit is not held, and boxes of Bullet's own in the same place do not hold it either
+  solver,   ///< the limit is not held, nor by boxes of Bullet's own in the same place; they are within 1.5 times
   broken,   ///< the limit is not held
   shown,    ///< only of a case: it was run, but in no column that counts
   skipped,  ///< not run: the remark says why
@@ -34,6 +34,14 @@ enum class Verdict : std::uint8_t {
 [[nodiscard]] const char* describe(Verdict verdict);
 
 enum class Detection : std::uint8_t { discrete, continuous };
+
+/// Bullet's constraint solvers. docs/stress.md says which to take when.
+enum class Solver : std::uint8_t {
+  sequential,  ///< impulses, Bullet's default
+  nncg,        ///< impulses with nonsmooth, nonlinear conjugate gradients
+  dantzig,     ///< a linear complementarity problem by Dantzig's method; impulses where that fails
+  lemke,       ///< the same by Lemke's
+};
 
 /// The shape for the asset in a Bullet world.
 struct Column {
@@ -86,6 +94,7 @@ inline constexpr const char* kNoMesh =
 struct SubjectOptions {
   double mass = 1;                      ///< [Limits: value > 0] [Units: kg]
   std::uint64_t seed = 1;               ///< of disturbances and directions
+  Solver solver = Solver::sequential;   ///< of every world
   std::optional<PeerMesh> mesh;         ///< the asset's own, for other libraries' shapes and other sizes
   std::optional<PeerMesh> zero_set;     ///< of few triangles, where there is no mesh or it has too many
   std::filesystem::path cache;          ///< folder for HACD's hulls and baked props; empty: none is kept
@@ -109,6 +118,7 @@ struct Subject {
   std::shared_ptr<const Asset> asset;
   double mass = 1;  ///< [kg]
   std::uint64_t seed = 1;
+  Solver solver = Solver::sequential;
   double size = 0;                   ///< longest side of the bounds. [m]
   double voxel = 0;                  ///< [m]
   std::optional<TriangleMesh> mesh;  ///< about the centre of mass
@@ -203,10 +213,10 @@ enum class Strictness : std::uint8_t {
 /// Sets value, limit and verdict. A NaN is broken.
 void judge(Trial& trial, double value, double limit);
 /// Judges beside the value that Bullet's own boxes have in place of the body. The verdict is `solver` where that breaks
-/// the limit too, unless `value` is more than ten times as large.
+/// the limit too, unless `value` is more than 1.5 times as large.
 void judge_beside(Trial& trial, double value, double limit, double of_boxes);
 /// Judges bodies that stay up for `seconds` of the wanted time `asked`. Bullet's own boxes stay up for `of_boxes`. The
-/// verdict is `solver` where the boxes fall too, after at most ten times as long.
+/// verdict is `solver` where the boxes fall too, after at most 1.5 times as long.
 void judge_standing(Trial& trial, double seconds, double asked, double of_boxes);
 /// A trial that was not run.
 [[nodiscard]] Trial skipped(std::string why);

@@ -206,6 +206,7 @@ Subject make_subject(std::string name, std::shared_ptr<const Asset> asset, Subje
   subject.asset = std::move(asset);
   subject.mass = options.mass;
   subject.seed = options.seed;
+  subject.solver = options.solver;
   const AssetInfo& info = subject.asset->info();
   for (std::size_t axis = 0; axis < 3; ++axis) {
     subject.size = std::max(subject.size, info.bounds_max[axis] - info.bounds_min[axis]);

@@ -2,6 +2,10 @@
 #include "cli/lab/stress/world.h"
 
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
+#include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btLemkeSolver.h>
+#include <BulletDynamics/MLCPSolvers/btMLCPSolver.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,15 +30,39 @@ const char* bad_number(const btRigidBody& body) {
   return nullptr;
 }
 
+// Owns the method that Bullet's solver only points to.
+template <class Method>
+struct MlcpSolver final : private Method, public btMLCPSolver {
+  MlcpSolver() : btMLCPSolver(this) {}
+};
+
+std::unique_ptr<btConstraintSolver> make_solver(Solver solver) {
+  switch (solver) {
+    case Solver::sequential:
+      break;
+    case Solver::nncg:
+      return std::make_unique<btNNCGConstraintSolver>();
+    case Solver::dantzig:
+      return std::make_unique<MlcpSolver<btDantzigSolver>>();
+    case Solver::lemke:
+      return std::make_unique<MlcpSolver<btLemkeSolver>>();
+  }
+  return std::make_unique<btSequentialImpulseConstraintSolver>();
+}
+
 }  // namespace
 
-Arena::Arena(const ArenaOptions& options) : options_(options) {
+Arena::Arena(const Subject& subject, const ArenaOptions& options)
+    : options_(options), solver_(make_solver(subject.solver)) {
   btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
   bullet::register_algorithm(dispatcher_);  // GImpact overwrites entries
   world_.setGravity({0, 0, -btScalar(options.gravity)});
-  world_.getSolverInfo().m_splitImpulsePenetrationThreshold = btScalar(-1e-5);
+  world_.getSolverInfo().m_splitImpulsePenetrationThreshold =
+      -2 * btScalar(options.voxel > 0 ? options.voxel : subject.voxel);
   world_.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
   world_.getSolverInfo().m_numIterations = options.iterations;
+  // A problem for each island.
+  if (solver_->getSolverType() == BT_MLCP_SOLVER) world_.getSolverInfo().m_minimumSolverBatchSize = 1;
   if (options.detection == Detection::continuous) world_.addAction(&continuous_);
 }
 

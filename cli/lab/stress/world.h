@@ -20,13 +20,14 @@ struct ArenaOptions {
   Detection detection = Detection::discrete;
   double gravity = 9.81;  ///< along -z. [m/s^2]
   int iterations = 10;    ///< of the solver; Bullet's default
+  double voxel = 0;       ///< size of the world's voxels; 0: the subject's. [m]
 };
 
-/// Bodies never sleep. As in the README, split impulses start at 10 um of penetration and friction acts along two
-/// directions.
+/// Bodies never sleep. As docs/bullet.md advises, split impulses start at two voxels of penetration and friction acts
+/// along two directions.
 class Arena {
  public:
-  explicit Arena(const ArenaOptions& options);
+  Arena(const Subject& subject, const ArenaOptions& options);
   ~Arena();
   Arena(const Arena&) = delete;
   Arena& operator=(const Arena&) = delete;
@@ -54,8 +55,8 @@ class Arena {
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
-  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, &solver_, &configuration_};
+  const std::unique_ptr<btConstraintSolver> solver_;
+  btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, solver_.get(), &configuration_};
   bullet::ContinuousMotion continuous_;
   std::vector<std::unique_ptr<btCollisionShape>> planes_;
   std::vector<lab::BulletShape> shapes_;

@@ -37,8 +37,8 @@ btScalar highest(const vps::bullet::Shape& shape) {
 
 // Writes the pose of the mesh's own frame, as docs/motion.md defines it.
 void write_pose(std::ostream& out, const btRigidBody& body, const vps::bullet::Shape& shape) {
-  const btTransform& at = body.getWorldTransform();
-  const btVector3 p = at * -shape.centre_of_mass();
+  const btTransform at = shape.mesh_pose(body.getWorldTransform());
+  const btVector3& p = at.getOrigin();
   const btQuaternion q = at.getRotation();
   out << '[' << p.x() << ',' << p.y() << ',' << p.z() << ',' << q.x() << ',' << q.y() << ',' << q.z() << ',' << q.w()
       << ']';
@@ -71,7 +71,8 @@ int main(int argc, char** argv) {
 
   vps::bullet::Shape standing_shape(standing_asset);
   btRigidBody standing(0, nullptr, &standing_shape);
-  standing.setWorldTransform(btTransform(btQuaternion::getIdentity(), {0, 0, -lowest(standing_shape)}));
+  const btVector3 at_origin(0, 0, -btScalar(standing_asset->info().bounds_min[2]));
+  standing.setWorldTransform(standing_shape.body_pose(btTransform(btQuaternion::getIdentity(), at_origin)));
   const btScalar top = highest(standing_shape) - lowest(standing_shape);
 
   const btScalar mass = btScalar(0.01);

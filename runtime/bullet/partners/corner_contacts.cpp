@@ -38,8 +38,8 @@ bool add_corner_contacts(const Pair& pair, const btTransform& frame, float reach
   if (solid.getNumVertices() > kMostCorners) return false;
   // The corners of a box are those of its faces; a hull is rounded by its margin.
   const float margin = type == BOX_SHAPE_PROXYTYPE ? 0 : static_cast<float>(solid.getMargin());
-  const Vec3 centre{shell.sphere[0][0], shell.sphere[1][0], shell.sphere[2][0]};
-  const float farthest = shell.sphere[3][0] + reach + margin;
+  const Vec3 centre = sphere_centre(shell, 0);
+  const float farthest = sphere_radius(shell, 0) + reach + margin;
   const std::size_t before = contacts.size();
   const detail::Transform to_map = to_asset(pair, frame);
   for (int i = 0; i < solid.getNumVertices(); ++i) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Zlib
-// Finds the places where a sphere touches a distance field. Paper: Sec. 2.2, with the field asked at one point.
+// Finds the places where a sphere or capsule touches a distance field. Paper: Sec. 2.2, with the field looked up at the
+// body's centre or on its axis.
 #include "runtime/bullet/partners/sphere_contacts.h"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
@@ -17,6 +19,7 @@ using detail::operator*;
 
 constexpr std::size_t kMostContacts = 32;
 constexpr float kSameFace = 0.985F;  // cosine of 10 degrees
+constexpr float kSamePlace_vx = 2;
 
 // @param out  from the map to the sphere, unit
 Contact contact_at(Vec3 position, Vec3 out, float penetration, const Contact& seed) {
@@ -27,21 +30,53 @@ Contact contact_at(Vec3 position, Vec3 out, float penetration, const Contact& se
   return contact;
 }
 
-// The contact on the plane of a seed, if that plane is the map's surface below the centre.
-bool touches_face(const VoxelmapView& map, const SphereInMap& sphere, const Contact& seed, Contact& contact) {
+// The place of the axis that is nearest to a point.
+Vec3 on_axis(const RoundInMap& body, Vec3 point) {
+  const float squared = detail::dot(body.half_axis, body.half_axis);
+  if (!(squared > 0)) return body.centre;
+  const float along = std::clamp(detail::dot(point - body.centre, body.half_axis) / squared, -1.0F, 1.0F);
+  return body.centre + along * body.half_axis;
+}
+
+// The contact on the plane of a seed, if that plane is the map's surface below the body.
+bool touches_face(const VoxelmapView& map, const RoundInMap& body, const Contact& seed, Contact& contact) {
   const Vec3 out = -1.0F * seed.inward_normal;
-  const float distance = detail::dot(out, sphere.centre - seed.position);
+  const Vec3 centre = on_axis(body, seed.position);
+  const float distance = detail::dot(out, centre - seed.position);
   if (!(distance > 0)) return false;
-  const Vec3 foot = sphere.centre - distance * out;
+  const Vec3 foot = centre - distance * out;
   if (!(std::abs(penetration(map, foot, {})) < 0.25F * map.voxel_size)) return false;
   if (!(detail::dot(outward_normal(map, foot), out) > kSameFace)) return false;
-  contact = contact_at(foot, out, sphere.radius - distance, seed);
+  contact = contact_at(foot, out, body.radius - distance, seed);
+  return true;
+}
+
+// The contact of a sphere at its nearest surface point. @return false where that is not found
+bool touch(const VoxelmapView& map, Vec3 centre, float radius, Contact& contact) {
+  ClosestPoint nearest;
+  if (closest_point(map, centre, {}, nearest) != Status::ok || !nearest.converged) return false;
+  const float distance = nearest.inside ? -nearest.distance : nearest.distance;
+  Vec3 out = nearest.outward_normal;
+  // The field's slope is rough; the way to a place far off is not.
+  if (distance > map.voxel_size) out = (1 / distance) * (centre - nearest.position);
+  if (!(detail::dot(out, out) > 0)) return false;
+  contact = contact_at(nearest.position, out, radius - distance, contact);
+  return true;
+}
+
+// The contact of the axis near a place of the surface: the nearest places of axis and surface are found in turn.
+bool touch_between_ends(const VoxelmapView& map, const RoundInMap& body, Vec3 place, Contact& contact) {
+  constexpr int kTurns = 3;
+  contact.position = place;
+  for (int i = 0; i < kTurns; ++i) {
+    if (!touch(map, on_axis(body, contact.position), body.radius, contact)) return false;
+  }
   return true;
 }
 
 }  // namespace
 
-bool takes_sphere(const Shape& shape, float radius) {
+bool takes_round(const Shape& shape, float radius) {
   const VoxelmapView& map = shape.distances();
   if (map.field == Field::none) return false;
   float longest = 0;
@@ -49,30 +84,45 @@ bool takes_sphere(const Shape& shape, float radius) {
   return radius <= longest;
 }
 
-bool find_sphere_contacts(const VoxelmapView& map, const SphereInMap& sphere, std::span<Contact> seeds, float reach,
-                          std::uint32_t shell_points, std::vector<Contact>& found) {
-  ClosestPoint nearest;
-  if (closest_point(map, sphere.centre, {}, nearest) != Status::ok || !nearest.converged) return false;
-  const float distance = nearest.inside ? -nearest.distance : nearest.distance;
-  Vec3 out = nearest.outward_normal;
-  // The field's slope is rough; the way to a place far off is not.
-  if (distance > map.voxel_size) out = (1 / distance) * (sphere.centre - nearest.position);
-  if (!(detail::dot(out, out) > 0)) return false;
-  found.clear();
-  if (!(sphere.radius - distance >= -reach)) return true;
+bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::span<Contact> seeds, float reach,
+                         std::uint32_t shell_points, std::vector<Contact>& found) {
   const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration > b.penetration; };
   std::stable_sort(seeds.begin(), seeds.end(), is_deeper);
-  Contact first = contact_at(nearest.position, out, sphere.radius - distance, seeds.empty() ? Contact() : seeds[0]);
-  first.point = shell_points;
-  found.push_back(first);
+  const bool is_sphere = !(detail::dot(body.half_axis, body.half_axis) > 0);
+  std::vector<Contact> nearest;
+  // Each half of a capsule: its end and, if the body is deeper there, a place between the ends.
+  for (const float half : {-1.0F, 1.0F}) {
+    if (is_sphere && half > 0) break;
+    Contact contact = seeds.empty() ? Contact() : seeds[0];
+    contact.point = shell_points + (half > 0 ? 1U : 0U);
+    const bool has_end = touch(map, body.centre + half * body.half_axis, body.radius, contact);
+    if (has_end) nearest.push_back(contact);
+    if (is_sphere) break;
+    const auto seed = std::find_if(seeds.begin(), seeds.end(), [&](const Contact& one) {
+      return half * detail::dot(one.position - body.centre, body.half_axis) >= 0;
+    });
+    const float least = (has_end ? contact.penetration : -reach) + 0.02F * map.voxel_size;
+    if (seed == seeds.end() || !touch_between_ends(map, body, seed->position, contact)) continue;
+    contact.point += 2;
+    const bool is_known = std::any_of(nearest.begin(), nearest.end(), [&](const Contact& other) {
+      return detail::length(other.position - contact.position) < kSamePlace_vx * map.voxel_size;
+    });
+    if (contact.penetration > least && !is_known) nearest.push_back(contact);
+  }
+  if (nearest.empty()) return false;
+  found.clear();
+  std::copy_if(nearest.begin(), nearest.end(), std::back_inserter(found),
+               [&](const Contact& contact) { return contact.penetration >= -reach; });
+  if (found.empty()) return true;
   for (const Contact& seed : seeds) {
     const auto is_same = [&](const Contact& other) {
       return detail::dot(other.inward_normal, seed.inward_normal) > kSameFace;
     };
     Contact contact;
-    if (std::any_of(found.begin(), found.end(), is_same) || !touches_face(map, sphere, seed, contact)) continue;
+    if (std::any_of(found.begin(), found.end(), is_same) || !touches_face(map, body, seed, contact)) continue;
     if (!(contact.penetration >= -reach)) continue;
-    contact.point = shell_points + 1 + seed.point;
+    constexpr std::uint32_t kNearest = 4;
+    contact.point = shell_points + kNearest + seed.point;
     found.push_back(contact);
     if (found.size() == kMostContacts) break;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file A baked shape against Bullet's spheres: its distance field at the sphere's centre. Internal.
+/// @file A baked shape against Bullet's spheres and capsules: its distance field at their centres. Internal.
 #pragma once
 
 #include <span>
@@ -9,25 +9,26 @@
 
 namespace vps::bullet {
 
-/// The sphere in the asset frame of the baked shape.
-struct SphereInMap {
+/// A sphere or capsule in the asset frame of the baked shape.
+struct RoundInMap {
   Vec3 centre;       ///< [m]
+  Vec3 half_axis;    ///< from the centre to that of one end; zero: a sphere. [m]
   float radius = 0;  ///< [m]
 };
 
-/// Whether find_sphere_contacts serves a pair: the shape has distances, and the sphere is no larger than the shape. On
-/// a larger one, such as a planet, bodies stand on their points as on a plane.
-[[nodiscard]] bool takes_sphere(const Shape& shape, float radius);
+/// Whether find_round_contacts serves a pair: the shape has distances, and the radius is no larger than the shape. On
+/// a larger sphere, such as a planet, bodies stand on their points as on a plane.
+[[nodiscard]] bool takes_round(const Shape& shape, float radius);
 
-/// Contacts between a sphere and the surface of a voxelmap: at the surface point nearest to the centre, and on
-/// faces of other directions that the sphere touches too, as in a groove. Unlike the points of the shell, they
-/// change continuously as the sphere moves.
+/// Contacts between a sphere or capsule and the surface of a voxelmap: at the surface points nearest to the centre of
+/// each end, and to the axis between them where the body is deeper there. And on faces of other directions that it
+/// touches too, as in a groove. Unlike the points of the shell, they change continuously as the body moves.
 /// @param map    with scaled or real distances
-/// @param seeds  contacts of the shell's points with the sphere, asset frame: where other faces may be. Reordered
+/// @param seeds  contacts of the shell's points with the body, asset frame: where other faces may be. Reordered
 /// @param reach  largest distance of a contact off the surface. [m]
-/// @param found  replaced; asset frame, final direction; `point` numbers the nearest one as no point of the shell
-/// @return false, and no change, where the nearest point is not found
-bool find_sphere_contacts(const VoxelmapView& map, const SphereInMap& sphere, std::span<Contact> seeds, float reach,
-                          std::uint32_t shell_points, std::vector<Contact>& found);
+/// @param found  replaced; asset frame, final direction; `point` numbers the nearest ones as no points of the shell
+/// @return false, and no change, where no nearest point is found
+bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::span<Contact> seeds, float reach,
+                         std::uint32_t shell_points, std::vector<Contact>& found);
 
 }  // namespace vps::bullet

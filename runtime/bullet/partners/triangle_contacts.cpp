@@ -33,7 +33,7 @@ class Search {
         map_(body.voxelmap()),
         solid_(map_.field != Field::none),
         centre_of_mass_(to_vec3(body.centre_of_mass())),
-        voxel_(static_cast<float>(body.asset().info().voxel_size)),
+        voxel_(static_cast<float>(body.info().voxel_size)),
         distance_(options.contact_distance),
         segment_level_(std::min(options.segment_level, shell_.levels)),
         to_asset_(to_asset),
@@ -46,7 +46,7 @@ class Search {
     relevant_ = distance_ + static_cast<float>(memory.room);
     place(to_asset_, bounds(info, double{relevant_}), sheets_);
     float reach = std::max(least_reach(), kRoom * leave_near());
-    const float most = 2 * shell_.sphere[3][0] + relevant_;
+    const float most = 2 * sphere_radius(shell_, 0) + relevant_;
     // The deepest contact may lie deeper than the reach, but others nearly as deep are then found: the reach is
     // doubled.
     for (;; reach *= 2) {
@@ -66,10 +66,12 @@ class Search {
     reach_ = least_reach();
     Box box;
     for (const auto& [leaf, segment] : memory.places) {
-      const float r = shell_.sphere[3][leaf] + reach_;
+      const float r = sphere_radius(shell_, leaf) + reach_;
+      const Vec3 at = centre(leaf);
+      const float c[3] = {at.x, at.y, at.z};
       for (std::size_t i = 0; i < 3; ++i) {
-        box.low[i] = std::min(box.low[i], double{shell_.sphere[i][leaf] - r});
-        box.high[i] = std::max(box.high[i], double{shell_.sphere[i][leaf] + r});
+        box.low[i] = std::min(box.low[i], double{c[i] - r});
+        box.high[i] = std::max(box.high[i], double{c[i] + r});
       }
     }
     place(to_asset_, box, sheets_);
@@ -124,14 +126,12 @@ class Search {
     if (places.empty() || places.back().leaf != leaf_) places.push_back({leaf_, segment_.node});
   }
 
-  Vec3 centre(std::uint32_t node) const noexcept {
-    return {shell_.sphere[0][node], shell_.sphere[1][node], shell_.sphere[2][node]};
-  }
+  Vec3 centre(std::uint32_t node) const noexcept { return sphere_centre(shell_, node); }
 
   // Pushes a new list: the triangles of the list at `from` that are within reach of the node's sphere. Levels are few.
   void visit(std::uint32_t node, std::uint32_t level, std::size_t from) {
     const std::size_t to = sheets_.lists.size();
-    const float near = shell_.sphere[3][node] + reach_;
+    const float near = sphere_radius(shell_, node) + reach_;
     for (std::size_t i = from; i < to; ++i) {
       const std::uint32_t number = sheets_.lists[i];
       if (sheets_.triangles[number].is_within(centre(node), near)) sheets_.lists.push_back(number);
@@ -225,7 +225,7 @@ class Search {
 
   // The sheet's corners may be sharper than the spacing of the shell's points resolves.
   void test_corners() {
-    const float near = shell_.sphere[3][leaf_] + shell_.covering_radius;
+    const float near = sphere_radius(shell_, leaf_) + shell_.covering_radius;
     for (const std::uint32_t number : list_) {
       const Triangle& triangle = sheets_.triangles[number];
       for (unsigned k = 0; k < 3; ++k) {
@@ -324,6 +324,41 @@ bool has_triangles(const btCollisionShape& shape) {
 
 }  // namespace
 
+SheetField::SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach)
+    : side_(contact.inward_normal) {
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(near_),
+               [&](const Triangle& t) { return t.is_within(contact.position, reach); });
+}
+
+const Triangle* SheetField::nearest(Vec3 place, NearestPlace& found) const noexcept {
+  const Triangle* best = nullptr;
+  for (const Triangle& triangle : near_) {
+    if (!(triangle.least_squared(place) < found.squared)) continue;
+    const NearestPlace at = triangle.nearest(place);
+    if (!(at.squared < found.squared)) continue;
+    found = at;
+    best = &triangle;
+  }
+  return best;
+}
+
+Vec3 SheetField::outward_normal(Vec3 place) const noexcept {
+  NearestPlace found;
+  const Triangle* const triangle = nearest(place, found);
+  if (triangle == nullptr) return {};
+  return dot(triangle->normal, side_) < 0 ? -1 * triangle->normal : triangle->normal;
+}
+
+void SheetField::penetrations(const Places& places, Values& out) const noexcept {
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    NearestPlace found;
+    const Triangle* const triangle = nearest(places[i], found);
+    const float distance = std::sqrt(found.squared);
+    const bool is_behind = triangle != nullptr && triangle->height(places[i]) * dot(triangle->normal, side_) < 0;
+    out[i] = is_behind ? distance : -distance;
+  }
+}
+
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
                               TriangleContacts& found) {
   const Shape& body = *pair.shell.vps;
@@ -339,14 +374,18 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   const auto& sheet = static_cast<const btConcaveShape&>(*pair.field.shape);
   thread_local Sheets sheets;
   Search search(body, options, to_asset, sheets, found);
+  const auto finish = [&] {
+    found.triangles = sheets.triangles;
+    return Status::ok;
+  };
 
   const double step = largest_displacement(shell, memory.last, to_mesh);
   memory.last = to_mesh;
-  if (memory.room > 0 && memory.shell == shell.position[0] && memory.level == options.segment_level &&
-      memory.distance >= options.contact_distance &&
+  if (memory.room > 0 && memory.shell == shell.position[0] && memory.scale == shell.scale &&
+      memory.level == options.segment_level && memory.distance >= options.contact_distance &&
       largest_displacement(shell, memory.reference, to_mesh) <= memory.room &&
       memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
-    return Status::ok;
+    return finish();
   }
   // Room for some steps like the last one. None for a fast body, which would remember too many places.
   constexpr double kSteps = 8;
@@ -356,13 +395,14 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
   memory.distance = options.contact_distance;
   memory.level = options.segment_level;
   memory.shell = shell.position[0];
-  const AssetInfo& info = body.asset().info();
+  memory.scale = shell.scale;
+  const AssetInfo& info = body.info();
   // Twice the room: the box also holds contacts of places that move into it.
   const double grown = double{options.contact_distance} + 2 * memory.room + info.voxel_size;
   turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
   memory.mesh = gather(sheet, memory.low, memory.high, sheets);
   search.run(info, memory);
-  return Status::ok;
+  return finish();
 }
 
 }  // namespace vps::bullet

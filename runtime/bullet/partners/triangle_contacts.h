@@ -2,9 +2,12 @@
 /// @file A pointshell against Bullet's triangle meshes and terrain. Internal.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "runtime/bullet/pair.h"
+#include "runtime/bullet/partners/triangles.h"
+#include "runtime/fields/placed_field.h"
 
 namespace vps::bullet {
 
@@ -19,6 +22,7 @@ struct TriangleMemory {
   float distance = 0;         ///< contact distance of `places`. [m]
   std::uint32_t level = 0;    ///< of the segments
   const void* shell = nullptr;
+  float scale = 1;                        ///< of the shell
   btVector3 low{0, 0, 0}, high{0, 0, 0};  ///< the box that was searched, mesh's frame
   std::uint64_t mesh = 0;                 ///< hash of the triangles in it
 };
@@ -27,6 +31,23 @@ struct TriangleMemory {
 struct TriangleContacts {
   std::vector<Contact> contacts;        ///< for a corner, `point` is a point of the shell near it
   std::vector<std::uint32_t> features;  ///< see ManifoldContact
+  std::span<const Triangle> triangles;  ///< those near the body, asset frame; until the thread's next query
+};
+
+/// A sheet of triangles near a contact, as a body with its surface there.
+class SheetField final : public detail::FieldAtPlaces {
+ public:
+  /// @param triangles  of `TriangleContacts`
+  /// @param contact    on the side of the sheet to which its direction points
+  /// @param reach      triangles farther off are left out. [m]
+  SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach);
+  void penetrations(const detail::Places& places, detail::Values& out) const noexcept override;
+  [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
+
+ private:
+  [[nodiscard]] const Triangle* nearest(Vec3 place, NearestPlace& found) const noexcept;
+  std::vector<Triangle> near_;
+  const Vec3 side_;
 };
 
 /// Contacts of the shell with a mesh's triangles, in the shell's asset frame, in tree order.

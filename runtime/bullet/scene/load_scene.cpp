@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/bullet/principal_axes.h"
 #include "runtime/bullet/scene/manifest.h"
 #include "runtime/bullet/vps_scene.h"
 
@@ -25,7 +26,7 @@ struct Scene::Contents {
   btDiscreteDynamicsWorld* world = nullptr;
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
-  std::map<const btRigidBody*, btVector3> centres;  // of mass, in the frames of the manifest's bodies. [m]
+  std::map<const btRigidBody*, btTransform> frames;  // of Bullet's bodies, in the frames of the manifest's
   std::map<std::string, std::size_t, std::less<>> numbers;
   btScalar step = 0;
 
@@ -55,12 +56,11 @@ btRigidBody* Scene::find(std::string_view name) const {
   return it == contents_->numbers.end() ? nullptr : contents_->bodies[it->second].get();
 }
 btTransform Scene::origin(const btRigidBody& body) const {
-  btVector3 centre(0, 0, 0);
   if (contents_) {
-    const auto it = contents_->centres.find(&body);
-    if (it != contents_->centres.end()) centre = it->second;
+    const auto it = contents_->frames.find(&body);
+    if (it != contents_->frames.end()) return body.getWorldTransform() * it->second.inverse();
   }
-  return body.getWorldTransform() * translation(-centre);
+  return body.getWorldTransform();
 }
 btScalar Scene::step() const {
   return contents_ ? contents_->step : btScalar(0);
@@ -75,11 +75,10 @@ using manifest::kLeast;
 using manifest::Refusal;
 using manifest::Value;
 
-// A shape, its pose, and its centre of mass in its own frame, where Bullet's origin has to be.
+// A shape and the pose of its frame in the body's.
 struct Placed {
   btCollisionShape* shape = nullptr;
-  btTransform pose;  // of the shape's own frame (the asset's frame for a Shape) in the body's
-  btVector3 centre;  // [m]
+  btTransform pose;
 };
 
 class Loader {
@@ -106,15 +105,14 @@ class Loader {
     }
   }
 
-  Placed placed(const Value& value) {
+  Placed placed(const Value& value, Axes axes) {
     Placed result;
     result.pose = value.pose();
-    result.centre = btVector3(0, 0, 0);
     if (value.has("asset")) {
       value.allow_only({"asset", "part", "segments", "position", "orientation"});
-      const Shape& shape = asset_shape(value);
-      result.shape = const_cast<Shape*>(&shape);
-      result.centre = shape.centre_of_mass();
+      Shape& shape = asset_shape(value, axes);
+      result.shape = &shape;
+      result.pose = shape.body_pose(result.pose);
     } else {
       value.allow_only({"primitive", "half_extents", "radius", "half_height", "position", "orientation"});
       result.shape = primitive(value);
@@ -155,7 +153,7 @@ class Loader {
     return asset;
   }
 
-  const Shape& asset_shape(const Value& value) {
+  Shape& asset_shape(const Value& value, Axes axes) {
     const auto number = static_cast<std::size_t>(value["asset"].integer(0, std::int64_t{1} << 31));
     if (number >= assets_.size()) value["asset"].refuse("is not the number of an asset");
     const Part part = choose<Part>(
@@ -164,9 +162,9 @@ class Loader {
     const auto segments =
         static_cast<std::uint32_t>(value.has("segments") ? value["segments"].integer(0, kMostSegments) : 0);
     const std::shared_ptr<const Asset>& asset = assets_[number];
-    Shape*& shape = known_[{asset.get(), part, segments}];
+    Shape*& shape = known_[{asset.get(), part, segments, axes}];
     if (shape == nullptr) {
-      auto made = std::make_unique<Shape>(asset, part);
+      auto made = std::make_unique<Shape>(asset, part, axes);
       if ((part != Part::voxelmap && made->pointshell().points == 0) ||
           (part != Part::pointshell && made->voxelmap().field == Field::none)) {
         value.refuse("plays a part that its asset has not or that is not in use");
@@ -205,25 +203,39 @@ class Loader {
   const LoadOptions& options_;
   std::vector<std::unique_ptr<btCollisionShape>>& shapes_;
   std::vector<std::shared_ptr<const Asset>> assets_;  // in the manifest's order
-  std::map<std::tuple<const Asset*, Part, std::uint32_t>, Shape*> known_;
+  std::map<std::tuple<const Asset*, Part, std::uint32_t, Axes>, Shape*> known_;
 };
 
 enum class BodyType : std::uint8_t { fixed, kinematic, dynamic };
 
-// A single shape as it is, if its pose is the identity and its centre of mass is `centre`; otherwise a compound.
-btCollisionShape* shape_about(const btVector3& centre, const std::vector<Placed>& placed, Loader& loader) {
-  const Placed& first = placed.front();
-  if (placed.size() == 1 && first.pose == btTransform::getIdentity() && first.centre == centre) return first.shape;
+// A single shape as it is, if its frame is that of the body in Bullet; otherwise a compound.
+btCollisionShape* shape_in(const btTransform& frame, const std::vector<Placed>& placed, Loader& loader) {
+  if (placed.size() == 1 && placed.front().pose == frame) return placed.front().shape;
   auto compound = std::make_unique<btCompoundShape>();
-  for (const Placed& one : placed) {
-    compound->addChildShape(translation(-centre) * one.pose * translation(one.centre), one.shape);
-  }
+  for (const Placed& one : placed) compound->addChildShape(frame.inverse() * one.pose, one.shape);
   return loader.keep(std::move(compound));
 }
 
-// The inertia that the manifest states, else the shape's. [kg m^2]
-btVector3 inertia_of(const Value& value, const btCollisionShape& shape, btScalar mass) {
-  if (value.has("inertia")) return value["inertia"].vector(1e-18, kFarthest);
+// @param value  three moments, or three moments and the products xy, xz, yz. [kg m^2]
+PrincipalAxes stated_inertia(const Value& value) {
+  constexpr double kSmallest = 1e-18;
+  const std::vector<Value> numbers = value.list();
+  if (numbers.size() != 3 && numbers.size() != 6) value.refuse("has neither three nor six numbers");
+  std::array<double, 6> tensor{};
+  double largest = 0;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    tensor[i] = i < 3 ? numbers[i].number(kSmallest, kFarthest) : numbers[i].number(-largest, largest);
+    largest = std::max(largest, tensor[i]);
+  }
+  PrincipalAxes found = find_principal_axes(tensor);
+  for (const double moment : found.moments) {
+    if (!(moment >= kSmallest)) value.refuse("has products too large for its moments");
+  }
+  return found;
+}
+
+// [kg m^2]
+btVector3 inertia_by_shape(const Value& value, const btCollisionShape& shape, btScalar mass) {
   btVector3 inertia;
   shape.calculateLocalInertia(mass, inertia);
   // The volume of a forged asset may be any number.
@@ -235,7 +247,7 @@ btVector3 inertia_of(const Value& value, const btCollisionShape& shape, btScalar
 
 struct MadeBody {
   std::unique_ptr<btRigidBody> body;
-  btVector3 centre;
+  btTransform frame;  // in the manifest's body
 };
 
 MadeBody make_body(const Value& value, Loader& loader) {
@@ -243,32 +255,37 @@ MadeBody make_body(const Value& value, Loader& loader) {
                     "mask", "friction", "restitution", "shapes"});
   const BodyType type = choose<BodyType>(
       value["type"], {{"static", BodyType::fixed}, {"kinematic", BodyType::kinematic}, {"dynamic", BodyType::dynamic}});
+  const bool is_dynamic = type == BodyType::dynamic;
+  const bool by_shape = !value.has("centre_of_mass") && !value.has("inertia");
   std::vector<Placed> placed;
   bool has_plane = false;
   for (const Value& shape : value["shapes"].list(scene_manifest::kMostShapes)) {
-    placed.push_back(loader.placed(shape));
+    placed.push_back(loader.placed(shape, is_dynamic && by_shape ? Axes::principal : Axes::of_asset));
     has_plane = has_plane || placed.back().shape->getShapeType() == STATIC_PLANE_PROXYTYPE;
   }
   if (placed.empty()) value["shapes"].refuse("is empty");
-  if (has_plane &&
-      (placed.size() > 1 || type == BodyType::dynamic || !(placed.front().pose == btTransform::getIdentity())))
+  if (has_plane && (placed.size() > 1 || is_dynamic || !(placed.front().pose == btTransform::getIdentity())))
     value.refuse("has a plane that moves or is one of several shapes");
+  if (placed.size() > 1 && is_dynamic && !value.has("centre_of_mass"))
+    value.refuse("has several shapes and no centre_of_mass");
   MadeBody made;
-  if (value.has("centre_of_mass")) {
-    made.centre = value["centre_of_mass"].vector(-kFarthest, kFarthest);
-  } else {
-    if (placed.size() > 1 && type == BodyType::dynamic) value.refuse("has several shapes and no centre_of_mass");
-    made.centre = placed.front().pose * placed.front().centre;
-  }
-  btCollisionShape* const shape = has_plane ? placed.front().shape : shape_about(made.centre, placed, loader);
-  btScalar mass = 0;
+  made.frame = placed.front().pose;
+  if (!is_dynamic || !by_shape) made.frame.setBasis(btMatrix3x3::getIdentity());
+  if (value.has("centre_of_mass")) made.frame.setOrigin(value["centre_of_mass"].vector(-kFarthest, kFarthest));
   btVector3 inertia(0, 0, 0);
-  if (type == BodyType::dynamic) {
+  if (is_dynamic && value.has("inertia")) {
+    const PrincipalAxes stated = stated_inertia(value["inertia"]);
+    made.frame.setBasis(stated.rotation);
+    for (int axis = 0; axis < 3; ++axis) inertia[axis] = btScalar(stated.moments[static_cast<std::size_t>(axis)]);
+  }
+  btCollisionShape* const shape = has_plane ? placed.front().shape : shape_in(made.frame, placed, loader);
+  btScalar mass = 0;
+  if (is_dynamic) {
     mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
-    inertia = inertia_of(value, *shape, mass);
+    if (!value.has("inertia")) inertia = inertia_by_shape(value, *shape, mass);
   }
   btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
-  info.m_startWorldTransform = value.pose() * translation(made.centre);
+  info.m_startWorldTransform = value.pose() * made.frame;
   if (value.has("friction")) info.m_friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
   if (value.has("restitution")) info.m_restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
   made.body = std::make_unique<btRigidBody>(info);
@@ -276,7 +293,7 @@ MadeBody make_body(const Value& value, Loader& loader) {
     made.body->setCollisionFlags(made.body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
     made.body->setActivationState(DISABLE_DEACTIVATION);
   }
-  if (type == BodyType::dynamic && value.has("velocity"))
+  if (is_dynamic && value.has("velocity"))
     made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
   return made;
 }
@@ -319,7 +336,7 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
       if (!contents.numbers.emplace(value["name"].text(), number).second)
         value["name"].refuse("is that of another body");
       MadeBody made = make_body(value, loader);
-      contents.centres.emplace(made.body.get(), made.centre);
+      contents.frames.emplace(made.body.get(), made.frame);
       contents.bodies.push_back(std::move(made.body));
       const auto bits = [&](const char* key) {
         return static_cast<int>(value[key].integer(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Properties of a field besides its values, and the shell's place in the field. Paper: Sec. 2.3.
 #include <algorithm>
+#include <bit>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 
@@ -11,7 +12,9 @@ std::uint64_t field_id(std::span<const std::byte> analytic_field) noexcept {
 }
 
 std::uint64_t field_id(const VoxelmapView& map) noexcept {
-  return field_id(std::as_bytes(std::span(&map.values, 1)));
+  const std::uint64_t parts[2] = {reinterpret_cast<std::uintptr_t>(map.values),
+                                  std::bit_cast<std::uint32_t>(map.scale)};
+  return field_id(std::as_bytes(std::span(parts)));
 }
 
 float greatest_penetration(const VoxelmapView& map) noexcept {
@@ -32,7 +35,10 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
       facts(the_facts),
       pose(shell_to_field),
       transform(shell_to_field),
+      has_facets(the_options.weight == Weight::per_patch && the_shell.facets > 0),
       options(the_options),
+      reach(has_facets ? std::max(the_options.contact_distance, the_shell.covering_radius)
+                       : the_options.contact_distance),
       budget(the_options),
       out(contacts),
       result(the_result),
@@ -40,9 +46,10 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
   const auto unit = static_cast<float>(facts.frame.unit);
   descent.shell = &shell;
   descent.unit = unit;
-  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, 1);
+  descent.radius_scale = shell.scale / unit;
+  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, shell.scale);
   descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
-  descent.contact_distance = options.contact_distance / unit;
+  descent.contact_distance = reach / unit;
   descent.slack = facts.error / unit + rounding(shell, descent.nodes, unit);
   descent.queue = scratch.queue.data();
   descent.hits = scratch.hits.data();

@@ -47,10 +47,10 @@ void drop_hits_below(float least, Descent& d) noexcept {
 std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept {
   const PointshellView& shell = query.shell;
   Descent& d = query.descent;
-  const bool same =
-      cache.shell == shell.position[0] && cache.shell_points == shell.points && cache.field == query.facts.id;
+  const bool same = cache.shell == shell.position[0] && cache.shell_points == shell.points &&
+                    cache.shell_scale == shell.scale && cache.field == query.facts.id;
   const double spent = same ? largest_displacement(shell, cache.reference, query.pose) : 0;
-  const double needed = query.options.contact_distance + 2.0 * query.facts.error;
+  const double needed = query.reach + 2.0 * query.facts.error;
   const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
   cache.last = query.pose;
   if (same && cache.reach > 0 && cache.reach >= needed + spent) {
@@ -63,6 +63,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   }
   cache.shell = shell.position[0];
   cache.shell_points = shell.points;
+  cache.shell_scale = shell.scale;
   cache.field = query.facts.id;
   cache.reference = query.pose;
   // The list suffices for some steps like the last one. A fast body gets none, because it would be long. Nor does a

@@ -13,7 +13,7 @@ namespace {
 float most_below(const TraverseQuery& query, std::uint32_t entry) noexcept {
   const Descent& d = query.descent;
   const FieldFacts& facts = query.facts;
-  const float radius = query.shell.sphere[3][d.queue[entry]] + d.unit * d.slack;
+  const float radius = sphere_radius(query.shell, d.queue[entry]) + d.unit * d.slack;
   const float centre = d.unit * d.bounds[entry] - radius;
   const float most = centre < facts.known ? std::min(centre + radius + facts.excess, facts.most) : facts.most;
   return most / d.unit;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // Hits become contacts, and their force and torque are summed. Paper: Eq. (2), F = sum V n, and Eq. (3),
-// T = sum P x V n, each term times the point's area with Weight::per_area.
+// T = sum P x V n, each term times the point's area with Weight::per_area. With Weight::per_patch the facets of a point
+// are integrated one by one.
 #include <algorithm>
 
+#include "runtime/contacts/traverse/cut_facet.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 
 namespace vps::detail {
@@ -24,12 +26,12 @@ Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsA
 class ForceSum {
  public:
   explicit ForceSum(const TraverseQuery& query) noexcept
-      : per_area_(query.options.weight == Weight::per_area), centre_of_mass_(query.centre_of_mass) {
+      : has_areas_(query.options.weight != Weight::per_point), centre_of_mass_(query.centre_of_mass) {
     std::copy_n(query.result.force, 3, force_);
     std::copy_n(query.result.torque, 3, torque_);
   }
   void add(const Contact& contact) noexcept {
-    const double weight = per_area_ ? contact.area : 1.0;
+    const double weight = has_areas_ ? contact.area : 1.0;
     const double scale = weight * contact.penetration;
     const double f[3] = {scale * contact.inward_normal.x, scale * contact.inward_normal.y,
                          scale * contact.inward_normal.z};
@@ -45,10 +47,52 @@ class ForceSum {
   }
 
  private:
-  const bool per_area_;
+  const bool has_areas_;
   const Vec3 centre_of_mass_;
   double force_[3], torque_[3];
 };
+
+// Facets [first, last) of a hit's point.
+struct FacetRange {
+  std::uint32_t first = 0, last = 0;
+};
+
+// Finds the facets of hits, which are in the order of their points.
+class FacetsOfHits {
+ public:
+  explicit FacetsOfHits(const TraverseQuery& query, HitsAre hits) noexcept
+      : points_(query.shell.facet_points),
+        count_(query.has_facets && hits == HitsAre::points ? query.shell.facets : 0) {}
+  FacetRange next(std::uint32_t point) noexcept {
+    if (at_ < count_ && points_[at_] < point) {
+      at_ = static_cast<std::uint32_t>(std::lower_bound(points_ + at_, points_ + count_, point) - points_);
+    }
+    FacetRange range{at_, at_};
+    while (range.last < count_ && points_[range.last] == point) ++range.last;
+    return range;
+  }
+
+ private:
+  const std::uint32_t* const points_;
+  const std::uint32_t count_;
+  std::uint32_t at_ = 0;
+};
+
+// The part of a facet in contact, with the point's numbers in `contact`.
+bool cut(const TraverseQuery& query, const Transform& transform, std::uint32_t facet, Contact& contact) noexcept {
+  const float step = query.shell.covering_radius / kFacetSteps;
+  const std::int8_t* const codes = query.shell.facet_corners + 12 * std::size_t{facet};
+  const Vec3 point = point_position(query.shell, contact.point);
+  const Vec3 normal = contact.inward_normal;
+  Vec3 corners[4];
+  float v[4];
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::int8_t* const c = codes + 3 * i;
+    corners[i] = transform.apply(point + Vec3{step * c[0], step * c[1], step * c[2]});
+    v[i] = penetration(query.facts.values, corners[i], normal);
+  }
+  return cut_facet(corners, v, contact);
+}
 
 }  // namespace
 
@@ -60,14 +104,39 @@ void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   const std::span<Contact> out = query.out;
   std::uint32_t found = query.result.contacts;
   Contact* const segment = query.segment;
+  const float limit = query.has_facets ? -query.options.contact_distance / query.descent.unit : kNothingTested;
+  FacetsOfHits facets(query, hits);
+  const auto write = [&](const Contact& contact) {
+    if (found < out.size()) out[found] = contact;
+    ++found;
+  };
   ForceSum sum(query);
+  const float unit = query.descent.unit;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const Contact contact = contact_of(query, transform, hits, i);
-    if (contact.penetration >= 0) sum.add(contact);
+    const FacetRange range = facets.next(query.descent.hits[i]);
+    const bool is_near = query.descent.penetrations[i] >= limit;
+    if (!is_near && range.first == range.last) continue;
+    // Of the points of a segment that do not touch, most are not its deepest: they need no contact.
+    const float penetration = unit * query.descent.penetrations[i];
+    const bool is_deepest = segment == nullptr || penetration > segment->penetration;
+    if (range.first == range.last && penetration < 0 && !is_deepest) continue;
+    Contact contact = contact_of(query, transform, hits, i);
+    bool is_cut = false;
+    for (std::uint32_t facet = range.first; facet < range.last; ++facet) {
+      Contact part = contact;
+      if (!cut(query, transform, facet, part)) continue;
+      sum.add(part);
+      is_cut = true;
+      if (segment == nullptr) write(part);
+    }
+    if (range.first != range.last) {
+      contact.area = 0;  // its facets have it
+    } else if (contact.penetration >= 0) {
+      sum.add(contact);
+    }
     if (segment == nullptr) {
-      if (found < out.size()) out[found] = contact;
-      ++found;
-    } else if (contact.penetration > segment->penetration) {
+      if (is_near && !is_cut) write(contact);
+    } else if (is_near && is_deepest) {
       *segment = contact;
     }
   }

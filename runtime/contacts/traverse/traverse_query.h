@@ -23,6 +23,9 @@ namespace vps::detail {
 
 /// Properties of a field that a traverse needs besides its values.
 struct FieldFacts {
+  explicit FieldFacts(FieldRef field) noexcept : values(field) {}
+
+  FieldRef values;
   Frame frame;
   std::uint64_t id = 0;     ///< differs between the fields that a cache may meet
   float error = 0;          ///< [m]
@@ -71,7 +74,9 @@ struct TraverseQuery {
   const FieldFacts& facts;
   const Pose& pose;
   const Transform transform;  ///< `pose` in float
+  const bool has_facets;      ///< the shell has facets, and the sums use them
   const QueryOptions& options;
+  const float reach;  ///< largest distance of a hit off the field: the contact distance, or what facets need. [m]
   const Budget budget;
   const std::span<Contact> out;
   QueryResult& result;

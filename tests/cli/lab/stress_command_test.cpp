@@ -178,6 +178,7 @@ TEST(StressCommand, BadInputIsOneLine) {
   write_file(folder / "text.vps.hdf", "no asset");
   expect_refusal(folder, "stress", 1, "an asset is required");
   expect_refusal(folder, "stress gear.vps.hdf --cases nothing", 1, "no case is named like 'nothing'");
+  expect_refusal(folder, "stress gear.vps.hdf --solver gauss", 1, "gauss");
   expect_refusal(folder, "stress gear.vps.hdf --cases 'tip,rset_*'", 1, "no case is named like 'rset_*'");
   expect_refusal(folder, "stress gear.vps.hdf --mass 3", 1, "a mass needs a unit; write 3g or 3kg");
   expect_refusal(folder, "stress gear.vps.hdf --mass 1e36kg", 1, "--mass takes 1e-9kg to 1e9kg");

@@ -121,7 +121,7 @@ TEST(Stress, SettingsFarBeyondTheBoundAreTriedAndAgreeWithTheory) {
 }
 
 TEST(Stress, ANaNIsSeenInTheStepItComesAndNamed) {
-  Arena arena({});
+  Arena arena(box(), {});
   arena.add_plane();
   btRigidBody& body = arena.add(box().columns[0].body, 1, standing(box().corners, 0.1));
   EXPECT_TRUE(arena.step(1.0 / 240));
@@ -219,7 +219,7 @@ TEST(Stress, EverySeedDisturbsInItsOwnWay) {
 TEST(Stress, ANaNBreaksTheCase) {
   Case one;
   const CaseResult result = run_alone(one, [](const Subject& subject, const Column& column, std::span<const double>) {
-    Arena arena({column.detection});
+    Arena arena(subject, {column.detection});
     arena.add(column.body, 1, btTransform::getIdentity())
         .setAngularVelocity({std::numeric_limits<btScalar>::quiet_NaN(), 0, 0});
     if (!arena.step(1.0 / 240)) return broken(arena);
@@ -254,7 +254,8 @@ TEST(Stress, TheSolverIsToBlameOnlyWhereBulletsBoxesBreakTheLimitToo) {
   EXPECT_EQ(verdict(0.5, 2), Verdict::held);
   EXPECT_EQ(verdict(2, 2), Verdict::solver);
   EXPECT_EQ(verdict(2, 0.5), Verdict::broken);
-  EXPECT_EQ(verdict(200, 2), Verdict::broken);
+  EXPECT_EQ(verdict(2.9, 2), Verdict::solver);
+  EXPECT_EQ(verdict(3.1, 2), Verdict::broken);
   EXPECT_EQ(verdict(NAN, NAN), Verdict::solver);
   EXPECT_EQ(verdict(NAN, 2), Verdict::broken);
 }
@@ -266,8 +267,8 @@ TEST(Stress, AStackThatFallsIsTheSolversOnlyWhereBulletsBoxesStandHardlyLonger) 
     return trial.verdict;
   };
   EXPECT_EQ(verdict(10, 1), Verdict::held);
-  EXPECT_EQ(verdict(0.5, 3.5), Verdict::solver);
-  EXPECT_EQ(verdict(0.3, 3.5), Verdict::broken);
+  EXPECT_EQ(verdict(2.4, 3.5), Verdict::solver);
+  EXPECT_EQ(verdict(2.3, 3.5), Verdict::broken);
   EXPECT_EQ(verdict(9, 10), Verdict::broken);
 }
 

@@ -61,6 +61,7 @@ TEST(Urdf, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
   EXPECT_NEAR(ram["centre_of_mass"][2].get<double>(), 0.05, 1e-12);
   EXPECT_NEAR(ram["inertia"][0].get<double>(), 0.3 + 3 * 0.05 * 0.05 + 0.15 * 0.15, 1e-12);
   EXPECT_NEAR(ram["inertia"][2].get<double>(), 0.5, 1e-12);
+  EXPECT_EQ(ram["inertia"].size(), 3U);
   EXPECT_EQ(ram["position"][2], 1.0);
   ASSERT_EQ(ram["shapes"].size(), 2U);
   EXPECT_EQ(ram["shapes"][0]["half_extents"], Json({0.05, 0.1, 0.15}));

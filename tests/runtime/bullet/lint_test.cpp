@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 
 #include "tests/runtime/bullet/world.h"
+#include "tests/support/poses.h"
 
 namespace vps::test {
 namespace {
@@ -119,15 +121,36 @@ TEST(Lint, ScalingIsNamedWhateverWentWrongElsewhere) {
   };
   EXPECT_EQ(advice_after([&](World& scene) { shape_of(scene).report(Status::bad_argument); }), "");
   EXPECT_EQ(advice_after([&](World& scene) {
-              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).setLocalScaling({2, 2, 1});
               shape_of(scene).report(Status::bad_pose);
             }),
             "setLocalScaling ");
   EXPECT_EQ(advice_after([&](World& scene) {
-              shape_of(scene).setLocalScaling({2, 2, 2});
+              shape_of(scene).setLocalScaling({2, 2, 1});
               shape_of(scene).setLocalScaling({1, 1, 1});
             }),
             "");
+}
+
+TEST(Lint, ProductsOfInertiaThatMatterAreNamed) {
+  Pose turn;
+  turn.rotation[0] = turn.rotation[4] = std::cos(0.4);
+  turn.rotation[1] = -std::sin(0.4);
+  turn.rotation[3] = std::sin(0.4);
+  const auto asset = baked_at(moved(turn, make_box({0.06, 0.03, 0.03})), 0.004);
+  for (const bullet::Axes axes : {bullet::Axes::of_asset, bullet::Axes::principal}) {
+    SoundWorld scene;
+    bullet::Shape shape(asset, bullet::Part::mixed, axes);
+    scene.add(shape, 0, {0, 0, 0});
+    const btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
+    const auto advice = bullet::lint(scene.world, kStep);
+    ASSERT_EQ(advice.size(), axes == bullet::Axes::principal ? 0U : 1U);
+    if (advice.empty()) continue;
+    EXPECT_EQ(advice[0].setting, "Axes::of_asset");
+    EXPECT_EQ(advice[0].object, &body);
+    // (a^2 - b^2) sin 0.8 / 2 of a^2 + b^2
+    EXPECT_NE(advice[0].text.find("0.22 of its largest"), std::string::npos) << advice[0].text;
+  }
 }
 
 TEST(Lint, AVoxelmapThatCannotMeetBulletsOwnShapesNeedsNoPointshell) {

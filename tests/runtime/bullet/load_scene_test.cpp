@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -286,6 +287,64 @@ TEST(LoadScene, BodiesHaveTheirNamesAndTheirPlaces) {
   EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
 }
 
+TEST(LoadScene, ABodyTurnsAboutItsPrincipalAxes) {
+  const TemporaryFolder folder;
+  // A plate, turned by 0.4 rad about z in its mesh.
+  std::string obj;
+  for (int i = 0; i < 8; ++i) {
+    const double x = (i & 1) != 0 ? 0.06 : -0.06;
+    const double y = (i & 2) != 0 ? 0.03 : -0.03;
+    obj += "v " + std::to_string(x * std::cos(0.4) - y * std::sin(0.4)) + ' ' +
+           std::to_string(x * std::sin(0.4) + y * std::cos(0.4)) + ((i & 4) != 0 ? " 0.03\n" : " 0.01\n");
+  }
+  obj += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  write_file(folder / "plate.obj", obj);
+  write_file(folder / "scene.toml",
+             "[[body]]\nname = \"floor\"\nshape = \"plane\"\ntype = \"static\"\n[[body]]\nname = \"plate\"\n"
+             "mass = \"3kg\"\nvoxel = \"2mm\"\nmesh = \"plate.obj\"\nrotation = [\"0deg\", \"90deg\", \"0deg\"]\n"
+             "position = [\"0m\", \"0m\", \"1m\"]\n");
+  const Outcome run = vpsbake(folder, "scene scene.toml -o out");
+  ASSERT_EQ(run.code, 0) << run.err;
+  World world;
+  const bullet::Scene scene = bullet::load_scene(folder / "out/scene.vps.json", world.world);
+  ASSERT_EQ(scene.error(), "");
+  const btRigidBody& plate = *scene.find("plate");
+  const auto* const shape = dynamic_cast<const bullet::Shape*>(plate.getCollisionShape());
+  ASSERT_NE(shape, nullptr);
+  EXPECT_EQ(shape->lost_inertia(), 0);
+  EXPECT_NEAR(double(plate.getLocalInertia().z()), 3 * (0.12 * 0.12 + 0.06 * 0.06) / 12, 1e-6);
+  EXPECT_NEAR(double(plate.getLocalInertia().x()), 3 * (0.06 * 0.06 + 0.02 * 0.02) / 12, 1e-6);
+  const btTransform mesh = scene.origin(plate);
+  EXPECT_LT((mesh.getOrigin() - btVector3(0, 0, 1)).length(), 1e-6);
+  EXPECT_LT((mesh.getBasis() * btVector3(1, 0, 0) - btVector3(0, 0, -1)).length(), 1e-6);
+  EXPECT_LT((plate.getWorldTransform().getOrigin() - btVector3(btScalar(0.02), 0, 1)).length(), 1e-6);
+}
+
+TEST(LoadScene, StatedProductsOfInertiaTurnTheBody) {
+  const TemporaryFolder folder;
+  Json manifest = simple();
+  // Moments 1, 3 and 4: the first two turned by 45 degrees about z.
+  manifest["bodies"][1]["inertia"] = {2, 2, 4, -1, 0, 0};
+  manifest["bodies"][1]["centre_of_mass"] = {0.01, 0, 0};
+  write_file(folder / "s.json", manifest.dump());
+  World world;
+  const bullet::Scene scene = bullet::load_scene(folder / "s.json", world.world);
+  ASSERT_EQ(scene.error(), "");
+  const btRigidBody& ball = *scene.find("ball");
+  EXPECT_LT((scene.origin(ball).getOrigin() - btVector3(0, 0, btScalar(0.1))).length(), 1e-6);
+  EXPECT_LT((scene.origin(ball).getBasis() * btVector3(1, 0, 0) - btVector3(1, 0, 0)).length(), 1e-6);
+  const btMatrix3x3& turn = ball.getWorldTransform().getBasis();
+  const btMatrix3x3 tensor = turn.scaled(ball.getLocalInertia()) * turn.transpose();
+  const double expected[3][3] = {{2, -1, 0}, {-1, 2, 0}, {0, 0, 4}};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) EXPECT_NEAR(double(tensor[i][j]), expected[i][j], 1e-5);
+  }
+  btVector3 low;
+  btVector3 high;
+  ball.getAabb(low, high);
+  EXPECT_NEAR(double(low.x() + high.x()), 0, 1e-6);  // the ball stays where it was
+}
+
 // Plans a nut on a floor into `out`. @return its manifest
 Json bake_nut(const TemporaryFolder& folder) {
   write_file(
@@ -414,6 +473,10 @@ TEST(LoadScene, AForgedManifestIsRefusedInOneLine) {
   expect_refused(with("/bodies/1/shapes/0", {{"asset", -1}, {"part", "mixed"}}), "asset is out of its range");
   expect_refused(with("/bodies/1/shapes/0", {{"asset", 1e99}, {"part", "mixed"}}), "asset is not a whole");
   expect_refused(with("/bodies/1/shapes/0/primitive", "plane"), "plane that moves");
+  expect_refused(with("/bodies/1/inertia", {1, 1}), "inertia has neither three nor six");
+  expect_refused(with("/bodies/1/inertia", {1, 1, 0}), "inertia[2] is not a number");
+  expect_refused(with("/bodies/1/inertia", {1, 1, 1, 2, 0, 0}), "inertia[3] is not a number");
+  expect_refused(with("/bodies/1/inertia", {1, 1, 1, 1, 0, 0}), "inertia has products too large");
   expect_refused(with("/bodies/1/position", {0, 0}), "position has not three");
   expect_refused(with("/bodies/1/position", {0, 0, 1e30}), "position[2] is not a number");
   expect_refused(with("/bodies/1/orientation", {0, 0, 0, 0}), "orientation is not of unit length");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/runtime/bullet/world.h"
+#include "tests/support/poses.h"
 
 namespace vps::test {
 namespace {
@@ -18,12 +19,19 @@ std::vector<char> written(btDiscreteDynamicsWorld& world) {
 }
 
 TEST(Serialize, ShapesComeBackFromABulletFile) {
-  const auto asset = baked_at(make_box({0.05, 0.04, 0.03}), 0.004);
+  Pose turn;
+  turn.rotation[0] = turn.rotation[4] = std::cos(0.4);
+  turn.rotation[1] = -std::sin(0.4);
+  turn.rotation[3] = std::sin(0.4);
+  const TriangleMesh mesh = moved(turn, make_box({0.05, 0.04, 0.03}));
+  const auto asset = baked_at(mesh, 0.004);
   std::vector<char> file;
   btVector3 end;
+  btVector3 inertia;
   {
     World scene;
-    bullet::Shape shape(asset);
+    bullet::Shape shape(asset, bullet::Part::mixed, bullet::Axes::principal);
+    shape.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
     shape.set_name("brick");
     btBoxShape box({1, 1, btScalar(0.5)});
     btCompoundShape pair;
@@ -35,17 +43,24 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
     file = written(scene.world);
     scene.step(240);
     end = scene.bodies[1]->getWorldTransform().getOrigin();
+    inertia = scene.bodies[1]->getLocalInertia();
   }
 
   World loaded;
   btBulletWorldImporter importer(&loaded.world);
   ASSERT_TRUE(importer.loadFileFromMemory(file.data(), static_cast<int>(file.size())));
   ASSERT_EQ(loaded.world.getNumCollisionObjects(), 3);
-  bullet::Shape shape(asset);
+  bullet::Shape shape(asset, bullet::Part::mixed, bullet::Axes::principal);
+  // A Shape in other axes or of another size has another box.
+  bullet::Shape plain(asset);
+  bullet::Shape* others_of_asset[] = {&plain, &shape};
+  plain.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
+  EXPECT_EQ(bullet::reattach(loaded.world, others_of_asset), 0);
+  shape.setLocalScaling({btScalar(1.5), btScalar(1.5), btScalar(1.5)});
   EXPECT_EQ(std::string(importer.getNameForPointer(loaded.world.getCollisionObjectArray()[1]->getCollisionShape())),
             bullet::asset_key(*asset) + " brick");
   // A Shape of another asset replaces no box.
-  bullet::Shape other(baked_at(make_box({0.05, 0.04, 0.03}), 0.005));
+  bullet::Shape other(baked_at(mesh, 0.005), bullet::Part::mixed, bullet::Axes::principal);
   bullet::Shape* others[] = {&other};
   EXPECT_EQ(bullet::reattach(loaded.world, others), 0);
   bullet::Shape* shapes[] = {&other, &shape};
@@ -57,8 +72,9 @@ TEST(Serialize, ShapesComeBackFromABulletFile) {
   loaded.step(240);
   const btCollisionObject* const body = loaded.world.getCollisionObjectArray()[1];
   EXPECT_EQ(body->getCollisionShape(), &shape);
+  EXPECT_EQ(btRigidBody::upcast(body)->getLocalInertia(), inertia);
   EXPECT_LT((body->getWorldTransform().getOrigin() - end).length(), 1e-3);
-  EXPECT_NEAR(loaded.world.getCollisionObjectArray()[2]->getWorldTransform().getOrigin().z(), 0.03, 1e-3);
+  EXPECT_NEAR(loaded.world.getCollisionObjectArray()[2]->getWorldTransform().getOrigin().z(), 0.045, 1e-3);
   importer.deleteAllData();
 }
 

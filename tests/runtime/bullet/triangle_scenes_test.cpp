@@ -94,6 +94,28 @@ TEST_P(EveryMesh, ABrickSlidesOverItWithoutAKick) {
   EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
 }
 
+TEST_P(EveryMesh, ABallRollsOverItAsOverAPlaneAndFallsOffItsEnd) {
+  const auto [kind, ground_first] = GetParam();
+  const double speed = 3;
+  for (const int rate : {60, 240}) {
+    SCOPED_TRACE(rate);
+    MeshWorld scene;
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    bullet::Shape shape(ball());
+    Ground ground(kind, 1, 20);
+    if (ground_first) scene.add(*ground, 0, {0, 0, 0});
+    btRigidBody& body = scene.add(shape, 1, {btScalar(-0.9), btScalar(0.03), btScalar(0.05)});
+    if (!ground_first) scene.add(*ground, 0, {0, 0, 0});
+    body.setLinearVelocity({btScalar(speed), 0, 0});
+    body.setAngularVelocity({0, btScalar(speed / 0.05), 0});
+    scene.step(rate / 2, btScalar(1.0 / rate));
+    EXPECT_NEAR(body.getLinearVelocity().x() / speed, 1, 0.01);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
+    scene.step(rate / 2, btScalar(1.0 / rate));
+    EXPECT_LT(body.getWorldTransform().getOrigin().z(), -0.1);
+  }
+}
+
 TEST_P(EveryMesh, ABodyGlidesDownASlopeAsGravityWants) {
   const auto [kind, ground_first] = GetParam();
   const double rise = 0.5;

@@ -305,6 +305,40 @@ TEST(CInterface, OpensAssetsInMemory) {
   EXPECT_GT(info.points, 0U);
 }
 
+TEST(CInterface, ScalesAnAsset) {
+  const TemporaryFolder folder;
+  const std::string path = write(folder, "torus.vps.hdf", all_fields(0.002));
+  VpsAsset* c = nullptr;
+  ASSERT_EQ(vps_asset_open(path.c_str(), &c), vps_ok);
+  const VpsPointshell* c_shell = nullptr;
+  const VpsVoxelmap* c_map = nullptr;
+  ASSERT_EQ(vps_asset_pointshell(c, &c_shell), vps_ok);
+  ASSERT_EQ(vps_asset_voxelmap(c, vps_field_real, &c_map), vps_ok);
+  EXPECT_EQ(vps_asset_scale(c, 3), vps_ok);
+  EXPECT_EQ(vps_asset_scale(c, 1e9), vps_bad_argument);  // without a change
+  Asset asset;
+  ASSERT_EQ(Asset::open(path.c_str(), asset), Status::ok);
+  VoxelmapView map;
+  PointshellView shell;
+  ASSERT_EQ(asset.voxelmap(map, Field::real, 3), Status::ok);
+  ASSERT_EQ(asset.pointshell(shell, 3), Status::ok);
+  VpsAssetInfo info{};
+  ASSERT_EQ(vps_asset_info(c, &info), vps_ok);
+  EXPECT_DOUBLE_EQ(info.volume, 27 * asset.info().volume);
+  EXPECT_DOUBLE_EQ(info.voxel_size, 0.006);
+  VpsPoint point{};
+  ASSERT_EQ(vps_pointshell_point(c_shell, 5, &point), vps_ok);
+  expect_equal(point.position, point_position(shell, 5));
+  EXPECT_EQ(point.area, point_area(shell, 5));
+  const float at[3] = {0.12F, 0.01F, 0.04F};
+  float v = 0;
+  ASSERT_EQ(vps_penetration(vps_map_ref(c_map), at, nullptr, &v), vps_bad_argument);  // a map wants a normal
+  const float normal[3] = {0, 0, 1};
+  ASSERT_EQ(vps_penetration(vps_map_ref(c_map), at, normal, &v), vps_ok);
+  EXPECT_EQ(v, penetration(map, {at[0], at[1], at[2]}, {0, 0, 1}));
+  EXPECT_EQ(vps_asset_close(c), vps_ok);
+}
+
 TEST(CInterface, KnowsEveryStatus) {
   for (VpsStatus status = vps_ok; status <= vps_bad_argument; ++status) {
     EXPECT_STREQ(vps_status_text(status), describe(static_cast<Status>(status)));

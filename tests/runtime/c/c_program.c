@@ -152,6 +152,10 @@ static int misuse_assets(const char* path, const char* no_map, const char* no_sh
   EXPECT(vps_asset_open_memory(aligned, sizeof(aligned), vps_use_everything, &asset) == vps_too_short && asset == NULL);
   EXPECT(vps_asset_open(path, &asset) == vps_ok);
   REFUSED(vps_asset_info(asset, NULL));
+  REFUSED(vps_asset_scale(NULL, 1));
+  REFUSED(vps_asset_scale(asset, 0));
+  REFUSED(vps_asset_scale(asset, -2));
+  REFUSED(vps_asset_scale(asset, NAN));
   REFUSED(vps_asset_voxelmap(asset, vps_field_finest, NULL));
   REFUSED(vps_asset_voxelmap(asset, -1, &map));
   REFUSED(vps_asset_voxelmap(asset, vps_field_real + 1, &map));

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Zlib
+/// @file A field that is looked up at many places of another frame at once. Internal. Paper: Sec. 2.2.
+#pragma once
+
+#include <array>
+
+#include "runtime/fields/place_field.h"
+
+namespace vps::detail {
+
+/// Up to kLanePadding places, in rows as the kernels load them.
+struct Places {
+  alignas(64) float x[kLanePadding] = {};
+  alignas(64) float y[kLanePadding] = {};
+  alignas(64) float z[kLanePadding] = {};
+  std::uint32_t count = 0;
+  void push(Vec3 p) noexcept {
+    x[count] = p.x;
+    y[count] = p.y;
+    z[count++] = p.z;
+  }
+  [[nodiscard]] Vec3 operator[](std::size_t i) const noexcept { return {x[i], y[i], z[i]}; }
+};
+
+/// A value for each place.
+using Values = std::array<float, kLanePadding>;
+
+/// What a body looks like at places near it.
+class FieldAtPlaces {
+ public:
+  virtual ~FieldAtPlaces() = default;
+  /// V at each place. [m]
+  virtual void penetrations(const Places& places, Values& out) const noexcept = 0;
+  /// Unit, or zero where the field has no slope.
+  [[nodiscard]] virtual Vec3 outward_normal(Vec3 place) const noexcept = 0;
+
+ protected:
+  FieldAtPlaces() = default;
+  FieldAtPlaces(const FieldAtPlaces&) = default;
+  FieldAtPlaces& operator=(const FieldAtPlaces&) = default;
+};
+
+/// A field seen from another frame. A sampled map is looked up in vector lanes. It does not own the field.
+class PlacedField final : public FieldAtPlaces {
+ public:
+  /// @param to_field  takes places to the field's frame
+  PlacedField(FieldRef field, const Pose& to_field) noexcept;
+
+  /// V at each place, as `penetration` gives it, within 1e-4 voxel. A map of layers is not supported. [m]
+  void penetrations(const Places& places, Values& out) const noexcept override;
+  [[nodiscard]] float penetration(Vec3 place) const noexcept;
+  /// As `vps::outward_normal`, in the frame of the places.
+  [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
+
+ private:
+  FieldRef field_;
+  Transform to_field_;
+  /// The kernel for a sampled map; null for fields that are looked up one place after the other.
+  void (*look_up_)(const SampledMap& map, const Affine& to_map, const Places& places, float* out) = nullptr;
+  SampledMap map_;
+  Affine affine_{};
+  float unit_ = 0;  ///< of the kernel. [m]
+};
+
+}  // namespace vps::detail

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Many bodies: bins of bunnies, and a stack of ten cubes.
+#include <cmath>
+
+#include "tests/bench/scenes/scenes.h"
+#include "tests/scenes/assemblies.h"
+
+namespace vps::bench {
+namespace {
+
+constexpr double kHeapStep = 1.0 / 240;   // [s]
+constexpr std::size_t kHeapSecond = 240;  // steps
+
+Side heap_of(const scenes::Heap& heap, double voxel, const BodySide& side) {
+  const auto play = [=](int, Quality* quality) {
+    test::World world;
+    prepare(world, voxel);
+    const scenes::Options none;
+    scenes::Run run(world, kHeapStep, none);
+    scenes::place(run, heap, *side.part);
+    Script script;
+    script.step = kHeapStep;
+    script.steps = 4 * kHeapSecond;
+    script.depth = [&] { return depth_of_all(run); };
+    script.depth_every = kHeapSecond / 5;
+    return record(world, run, script, quality);
+  };
+  // HACD takes ten times as long as the others.
+  return {side.name, side.kind, voxel, play, side.kind == Kind::hacd ? 1 : 3};
+}
+
+Scene heap_scene(Bodies& bodies, const scenes::Heap& heap) {
+  Scene scene;
+  const int count = heap.across * heap.across * heap.layers;
+  scene.name = "bin of " + std::to_string(count);
+  scene.phases = {{"fall and settle", 0, 3 * kHeapSecond}, {"rest", 3 * kHeapSecond, 4 * kHeapSecond}};
+  scene.sides = [=, &bodies] {
+    const Body& bunny = bodies.get("bunny");
+    std::vector<Side> sides;
+    bool has_hacd = false;
+    for (const BodySide& side : bunny.sides) {
+      if (side.kind == Kind::hacd && std::exchange(has_hacd, true)) continue;  // one margin suffices
+      sides.push_back(heap_of(heap, bunny.voxel, side));
+    }
+    return sides;
+  };
+  return scene;
+}
+
+Side stack_of(const Body& body, const BodySide& side) {
+  const double mass = body.mass, voxel = body.voxel;
+  const auto play = [=](int, Quality* quality) {
+    constexpr double kSide = 0.02;  // of a cube. [m]
+    test::World world;
+    prepare(world, voxel);
+    const scenes::Options none;
+    scenes::Run run(world, kHeapStep, none);
+    run.add_box({btScalar(0.5), btScalar(0.5), btScalar(0.05)}, {0, 0, btScalar(-0.05)}, scenes::Run::Look::shown);
+    for (int i = 0; i < 10; ++i) {
+      const btVector3 at(0, 0, btScalar((i + 0.5) * kSide));
+      run.add_mass(*side.part, mass, btTransform(btQuaternion::getIdentity(), at));
+    }
+    Script script;
+    script.step = kHeapStep;
+    script.steps = 3 * kHeapSecond;
+    script.depth = [&] { return depth_of_all(run); };
+    script.depth_every = 12;
+    return record(world, run, script, quality);
+  };
+  return {side.name, side.kind, voxel, play};
+}
+
+}  // namespace
+
+std::vector<Scene> heap_scenes(Bodies& bodies) {
+  std::vector<Scene> scenes = {heap_scene(bodies, {3, 3})};
+  if (bodies.options().length == Length::full) scenes.push_back(heap_scene(bodies, {5, 4}));
+  Scene stack;
+  stack.name = "ten cubes";
+  stack.phases = {{"stand", 0, 3 * kHeapSecond}};
+  stack.sides = [&bodies] {
+    const Body& cube = bodies.get("cube");
+    std::vector<Side> sides;
+    for (const BodySide& side : cube.sides) sides.push_back(stack_of(cube, side));
+    return sides;
+  };
+  scenes.push_back(stack);
+  return scenes;
+}
+
+}  // namespace vps::bench
