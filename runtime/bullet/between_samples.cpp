@@ -3,6 +3,7 @@
 #include "runtime/bullet/between_samples.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/contacts/slide_to_deepest.h"
@@ -27,6 +28,7 @@ constexpr int kLongestWay = 8;        // of the deepest contact. [rings]
 struct Place {
   ManifoldContact at;
   Slide slide = Slide::stayed;
+  bool is_found = false;  // without a search
   bool is_kept = false;
 };
 
@@ -59,34 +61,117 @@ bool meet(const Place& a, const Place& b, float ring) {
 // @param most  [rings]
 Place slide_far(const detail::TouchingBodies& bodies, const detail::Reach& reach, const ManifoldContact& contact,
                 int most) {
-  Place place{contact, Slide::sloping, false};
+  Place place{contact, Slide::sloping};
   for (int i = 0; i < most && place.slide == Slide::sloping; ++i) {
     place.slide = slide_to_deepest(bodies, reach, place.at);
   }
   return place;
 }
 
-// Slides a contact, or moves it as in a step before.
-Place slide_remembered(SlideMemory& memory, const detail::TouchingBodies& bodies, float ring,
-                       const ManifoldContact& contact, int most) {
-  const auto known = std::find_if(memory.slid.begin(), memory.slid.end(), [&](const SlideMemory::Slid& one) {
-    return one.feature == contact.feature && one.most == most;
-  });
-  if (known != memory.slid.end()) {
-    Place place{contact, known->slide, false};
-    place.at.position = contact.position + known->shift;
-    place.at.inward_normal = known->direction;
-    place.at.penetration += known->gain;
+std::vector<Place>& places_of_this_thread() {
+  thread_local std::vector<Place> places;
+  return places;
+}
+
+// The contacts of one pair on their way to where the bodies overlap most.
+class Slides {
+ public:
+  Slides(const Pair& pair, const FoundContacts& found, SlideMemory& memory, std::span<ManifoldContact> contacts)
+      : found_(found),
+        memory_(memory),
+        contacts_(contacts),
+        shell_(pair.shell.vps->distances()),
+        places_(places_of_this_thread()) {
+    const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
+    ring_ = std::max(kRing_vx * shell_.voxel_size, kRingOfOther_vx * other);
+    const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
+    deepest_ =
+        static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_shallower) - contacts.begin());
+    places_.resize(contacts.size());
+  }
+
+  // Finds the places that are known without a search. @return whether these are all
+  bool recall() {
+    bool is_all = true;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      places_[i] = known(i);
+      is_all = is_all && places_[i].is_found;
+    }
+    return is_all;
+  }
+
+  // Searches for the other places.
+  // @param shell        distances of the shell's body, contacts' frame
+  // @param other_body   function that returns the other body near a contact, a FieldAtPlaces
+  template <class OtherBody>
+  void search(const detail::PlacedField& shell, const OtherBody& other_body) {
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      if (!places_[i].is_found) places_[i] = slide(i, {shell, other_body(contacts_[i]), shell_.voxel_size});
+    }
+  }
+
+  // Moves the contacts that remain to the front. @return their number
+  std::size_t keep() {
+    places_[deepest_].is_kept = true;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      Place& place = places_[i];
+      if (i == deepest_ || place.slide == Slide::sloping) continue;
+      place.is_kept = std::none_of(places_.begin(), places_.end(),
+                                   [&](const Place& k) { return k.is_kept && meet(place, k, ring_); });
+    }
+    std::size_t kept = 0;
+    for (const Place& place : places_) {
+      if (place.is_kept) contacts_[kept++] = place.at;
+    }
+    return kept;
+  }
+
+  [[nodiscard]] float ring() const { return ring_; }
+
+ private:
+  [[nodiscard]] int most(std::size_t i) const { return i == deepest_ ? kLongestWay : 1; }
+
+  [[nodiscard]] Place known(std::size_t i) const {
+    const ManifoldContact& contact = contacts_[i];
+    if (found_.is_on_map(contact)) return {contact, Slide::stayed, true};
+    if (found_.is_ahead(contact)) return {contact};
+    const auto before = std::find_if(memory_.slid.begin(), memory_.slid.end(), [&](const SlideMemory::Slid& one) {
+      return one.feature == contact.feature && one.most == most(i);
+    });
+    if (before == memory_.slid.end()) return {contact};
+    Place place{contact, before->slide, true};
+    place.at.position = contact.position + before->shift;
+    place.at.inward_normal = before->direction;
+    place.at.penetration += before->gain;
     return place;
   }
-  const Place place = slide_far(bodies, {ring, nullptr}, contact, most);
-  constexpr std::size_t kMost = 256;
-  if (memory.slid.size() < kMost) {
-    memory.slid.push_back({contact.feature, most, place.slide, place.at.position - contact.position,
-                           place.at.inward_normal, place.at.penetration - contact.penetration});
+
+  Place slide(std::size_t i, const detail::TouchingBodies& bodies) {
+    const ManifoldContact& contact = contacts_[i];
+    if (!found_.is_ahead(contact)) {
+      const Place place = slide_far(bodies, {ring_, nullptr}, contact, most(i));
+      constexpr std::size_t kMost = 256;
+      if (memory_.slid.size() < kMost) {
+        memory_.slid.push_back({contact.feature, most(i), place.slide, place.at.position - contact.position,
+                                place.at.inward_normal, place.at.penetration - contact.penetration});
+      }
+      return place;
+    }
+    if (i != deepest_ && found_.turn > kRolls && is_steep(bodies, contact)) return {contact, Slide::sloping};
+    // A contact ahead meets the plane of the place where it arrives.
+    const HalfSpaceField plane{contact.inward_normal,
+                               detail::dot(contact.inward_normal, contact.position) + contact.penetration};
+    return slide_far(bodies, {kRing_vx * shell_.voxel_size, &plane}, contact, most(i));
   }
-  return place;
-}
+
+  const FoundContacts& found_;
+  SlideMemory& memory_;
+  const std::span<ManifoldContact> contacts_;
+  const VoxelmapView& shell_;
+  float ring_ = 0;
+  std::size_t deepest_ = 0;
+  std::vector<Place>& places_;  // of the thread: no allocation in a step
+};
 
 }  // namespace
 
@@ -95,64 +180,28 @@ std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, P
   const VoxelmapView& shell = pair.shell.vps->distances();
   if (contacts.empty() || shell.field == Field::none) return contacts.size();
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
-  const float other = pair.field.vps != nullptr ? pair.field.vps->voxelmap().voxel_size : 0;
-  const float ring = std::max(kRing_vx * shell.voxel_size, kRingOfOther_vx * other);
   belong_to(memory.slides, pair, memory.triangles.mesh, kStill_vx * double{shell.voxel_size});
+  Slides slides(pair, found, memory.slides, contacts);
+  if (slides.recall()) return slides.keep();
 
-  const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
-  const auto deepest =
-      static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_deeper) - contacts.begin());
-  thread_local std::vector<Place> places;
-  places.assign(contacts.size(), {});
   const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
   const detail::PlacedField distances(shell, relative_pose(asset, to_pose(found.frame, btTransform::getIdentity())));
-  const auto slide = [&](std::size_t i, const detail::FieldAtPlaces& field) {
-    const ManifoldContact& contact = contacts[i];
-    const detail::TouchingBodies bodies{distances, field, shell.voxel_size};
-    const int most = i == deepest ? kLongestWay : 1;
-    if (!found.is_ahead(contact)) return slide_remembered(memory.slides, bodies, ring, contact, most);
-    if (i != deepest && found.turn > kRolls && is_steep(bodies, contact)) return Place{contact, Slide::sloping, false};
-    // A contact ahead meets the plane of the place where it arrives.
-    const HalfSpaceField plane{contact.inward_normal,
-                               detail::dot(contact.inward_normal, contact.position) + contact.penetration};
-    return slide_far(bodies, {kRing_vx * shell.voxel_size, &plane}, contact, most);
-  };
-  const auto slide_all = [&](FieldRef field) {
+  const auto search = [&](FieldRef field) {
     const detail::PlacedField placed(field, Pose());
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      places[i].at = contacts[i];
-      if (!found.is_on_map(contacts[i])) places[i] = slide(i, placed);
-    }
+    slides.search(distances, [&](const Contact&) -> const detail::PlacedField& { return placed; });
     return Status::ok;
   };
   if (pair.field.vps != nullptr) {
-    (void)slide_all(pair.field.vps->voxelmap());
+    (void)search(pair.field.vps->voxelmap());
   } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
-    for (std::size_t i = 0; i < contacts.size(); ++i) {
-      places[i] = slide(i, SheetField(found.triangles, contacts[i], 2 * ring));
-    }
+    slides.search(distances,
+                  [&](const Contact& contact) { return SheetField(found.triangles, contact, 2 * slides.ring()); });
   } else {
     const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
     (void)on_partner(*pair.field.shape, from, memory.planes,
-                     [&](const auto& field, const btTransform&) { return slide_all(field); });
+                     [&](const auto& field, const btTransform&) { return search(field); });
   }
-
-  places[deepest].is_kept = true;
-  contacts[deepest] = places[deepest].at;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    Place& place = places[i];
-    const bool is_sloping = place.slide == Slide::sloping;
-    if (i == deepest || is_sloping) continue;
-    if (std::any_of(places.begin(), places.end(), [&](const Place& k) { return k.is_kept && meet(place, k, ring); }))
-      continue;
-    place.is_kept = true;
-    contacts[i] = place.at;
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (places[i].is_kept) contacts[kept++] = contacts[i];
-  }
-  return kept;
+  return slides.keep();
 }
 
 }  // namespace vps::bullet

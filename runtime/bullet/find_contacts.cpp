@@ -11,7 +11,7 @@
 
 #include "runtime/bullet/partners/corner_contacts.h"
 #include "runtime/bullet/partners/partner_field.h"
-#include "runtime/bullet/partners/sphere_contacts.h"
+#include "runtime/bullet/partners/round_contacts.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"

@@ -26,7 +26,7 @@ constexpr float kLeft = 0.2F;       // way that may be left after the last step
 constexpr float kWorse = 0.01F;     // by so much the gap may grow in a step
 constexpr float kWorst_vx = 0.05F;  // by so much a contact may become shallower
 constexpr float kMoved = 0.02F;
-constexpr int kSteps = 2;
+constexpr int kNewtonSteps = 2;
 
 // Directions across a contact's normal.
 struct Plane {
@@ -229,7 +229,7 @@ Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact
   float off_shell = 0;
   Step step;
   bool is_capped = false;
-  bool is_least = false;  // where the fit says otherwise, the gap does not
+  bool is_least = false;  // the contact's own place, against the fit
   for (int i = 0;; ++i) {
     const std::array<Along, 2> axes = along_principal_axes(near, here.gap, gap_at);
     step = newton(axes);
@@ -237,7 +237,7 @@ Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact
     const auto is_sharp = [](const Along& along) { return along.curvature > kSharp; };
     if (i == 0 && std::any_of(axes.begin(), axes.end(), is_sharp)) off_shell = here.shell[0];
     if (!is_finite(step.way)) return Slide::stayed;
-    if (i == kSteps || length(step.way) < kMoved) break;
+    if (i == kNewtonSteps || length(step.way) < kMoved) break;
     Vec3 next = near.at + ring * step.way;
     const float whole = length(next - start);
     is_capped = whole > ring;
@@ -248,7 +248,7 @@ Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact
     const Neighbourhood beyond{next, near.plane, ring};
     const Around there(gap, beyond);
     if (!(there.gap[0] <= here.gap[0] + kWorse)) {
-      is_least = true;
+      is_least = i == 0;
       break;
     }
     near = beyond;

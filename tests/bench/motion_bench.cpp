@@ -94,14 +94,16 @@ std::vector<Roller> make_rollers() {
   const double fine = kRadius / 100;
   const double coarse = kRadius / 32;
   const btVector3 half{btScalar(kRadius), btScalar(kHalfWidth), btScalar(kRadius)};
-  return {{"wheel",
-           {baked_side(wheel, fine), hull_side(wheel), {"Bullet's", std::make_shared<btCylinderShape>(half)}},
-           disc,
-           fine},
-          {"ball",
-           {baked_side(sphere, coarse), {"Bullet's", std::make_shared<btSphereShape>(btScalar(kRadius))}},
-           {ball, ball, ball},
-           coarse}};
+  return {
+      {"wheel",
+       {baked_side(wheel, fine), hull_side(wheel), {"Bullet's", std::make_shared<btCylinderShape>(half)}},
+       disc,
+       fine},
+      {"ball",
+       {baked_side(sphere, coarse), {"Bullet's", std::make_shared<btSphereShape>(btScalar(kRadius))}},
+       {ball, ball, ball},
+       coarse},
+      {"capsule", {{"Bullet's", std::make_shared<btCapsuleShape>(btScalar(kRadius), btScalar(kRadius))}}, disc, fine}};
 }
 
 // A flat grid of triangles on z = 0.

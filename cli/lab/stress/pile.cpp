@@ -261,7 +261,7 @@ StackBody stack_body(const Subject& subject, const Column& column) {
 
 void add_pile_cases(std::vector<Case>& cases) {
   const std::string solver =
-      "Where boxes of Bullet's own, of the same size, break it too and are no 1.5 times better, the verdict is "
+      "Where boxes of Bullet's own, of the same size, break it too and are less than 1.5 times better, the verdict is "
       "`solver`: Bullet's solver needs more iterations than it is given.";
   cases.push_back({
       .name = "mass_ratio",
@@ -289,7 +289,7 @@ void add_pile_cases(std::vector<Case>& cases) {
       .limit = "the time asked for, at least",
       .limit_from =
           "A body that has moved by a quarter of its height has left the stack. The verdict is `solver` where boxes of "
-          "Bullet's own, of the same size, do not stand either, and no 1.5 times as long.",
+          "Bullet's own, of the same size, do not stand either, and less than 1.5 times as long.",
       .axes = {{"rate", "Hz", {240, 1000}, {240}}, {"iterations", "", {10, 50}, {50}}, {"time", "s", {60}, {10}}},
       .trace = "farthest from its place, over height",
       .run =

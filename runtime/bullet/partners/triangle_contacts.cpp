@@ -5,6 +5,8 @@
 
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include <functional>
+
 #include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/partners/triangles.h"
 #include "runtime/fields/place_field.h"
@@ -25,6 +27,22 @@ Box bounds(const AssetInfo& info, double grown) {
 
 // Cosine. Where the sheet's plane and the body's surface make a larger angle, no face gives the direction.
 constexpr float kAligned = 0.5F;
+
+// The triangle nearest to p, and the nearest place on it; null if none is nearer than `place`.
+// @param list  of what `triangle_of` takes to a triangle
+template <class List, class TriangleOf>
+const Triangle* nearest_triangle(const List& list, const TriangleOf& triangle_of, Vec3 p, NearestPlace& place) {
+  const Triangle* best = nullptr;
+  for (const auto& one : list) {
+    const Triangle& triangle = triangle_of(one);
+    if (!(triangle.least_squared(p) < place.squared)) continue;
+    const NearestPlace found = triangle.nearest(p);
+    if (!(found.squared < place.squared)) continue;
+    place = found;
+    best = &triangle;
+  }
+  return best;
+}
 
 class Search {
  public:
@@ -155,16 +173,8 @@ class Search {
   // The list's triangle that is nearest to p, and the nearest place on it; null if none is within `reach`.
   const Triangle* nearest(Vec3 p, float reach, NearestPlace& place) const noexcept {
     place.squared = reach * reach;
-    const Triangle* best = nullptr;
-    for (const std::uint32_t number : list_) {
-      const Triangle& triangle = sheets_.triangles[number];
-      if (!(triangle.least_squared(p) < place.squared)) continue;
-      const NearestPlace found = triangle.nearest(p);
-      if (!(found.squared < place.squared)) continue;
-      place = found;
-      best = &triangle;
-    }
-    return best;
+    const auto listed = [this](std::uint32_t number) -> const Triangle& { return sheets_.triangles[number]; };
+    return nearest_triangle(list_, listed, p, place);
   }
 
   void test_point(std::uint32_t point) {
@@ -330,21 +340,9 @@ SheetField::SheetField(std::span<const Triangle> triangles, const Contact& conta
                [&](const Triangle& t) { return t.is_within(contact.position, reach); });
 }
 
-const Triangle* SheetField::nearest(Vec3 place, NearestPlace& found) const noexcept {
-  const Triangle* best = nullptr;
-  for (const Triangle& triangle : near_) {
-    if (!(triangle.least_squared(place) < found.squared)) continue;
-    const NearestPlace at = triangle.nearest(place);
-    if (!(at.squared < found.squared)) continue;
-    found = at;
-    best = &triangle;
-  }
-  return best;
-}
-
 Vec3 SheetField::outward_normal(Vec3 place) const noexcept {
   NearestPlace found;
-  const Triangle* const triangle = nearest(place, found);
+  const Triangle* const triangle = nearest_triangle(near_, std::identity(), place, found);
   if (triangle == nullptr) return {};
   return dot(triangle->normal, side_) < 0 ? -1 * triangle->normal : triangle->normal;
 }
@@ -352,7 +350,7 @@ Vec3 SheetField::outward_normal(Vec3 place) const noexcept {
 void SheetField::penetrations(const Places& places, Values& out) const noexcept {
   for (std::uint32_t i = 0; i < places.count; ++i) {
     NearestPlace found;
-    const Triangle* const triangle = nearest(places[i], found);
+    const Triangle* const triangle = nearest_triangle(near_, std::identity(), places[i], found);
     const float distance = std::sqrt(found.squared);
     const bool is_behind = triangle != nullptr && triangle->height(places[i]) * dot(triangle->normal, side_) < 0;
     out[i] = is_behind ? distance : -distance;

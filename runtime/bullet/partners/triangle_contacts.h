@@ -45,7 +45,6 @@ class SheetField final : public detail::FieldAtPlaces {
   [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
 
  private:
-  [[nodiscard]] const Triangle* nearest(Vec3 place, NearestPlace& found) const noexcept;
   std::vector<Triangle> near_;
   const Vec3 side_;
 };

@@ -181,6 +181,8 @@ TEST(SegmentContacts, AnUnevenBodyComesToRestAtLowRates) {
     for (const std::uint32_t segments : {0U, 15U}) {
       World scene;
       scene.world.getSolverInfo().m_numIterations = 50;
+      // With one friction direction a body may turn about the normal for ever, here at 25 mrad/s.
+      scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
       bullet::Shape shape(uneven());
       shape.set_segments(segments);
       btStaticPlaneShape plane({0, 0, 1}, 0);
@@ -192,7 +194,7 @@ TEST(SegmentContacts, AnUnevenBodyComesToRestAtLowRates) {
         scene.step(1, btScalar(1 / rate));
         fastest = std::max(fastest, speed(body));
       }
-      EXPECT_LT(fastest, 1e-3) << rate << " Hz, " << segments << " segments";
+      EXPECT_LT(fastest, 2e-4) << rate << " Hz, " << segments << " segments";
     }
   }
 }

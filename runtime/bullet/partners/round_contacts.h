@@ -27,7 +27,7 @@ struct RoundInMap {
 /// @param seeds  contacts of the shell's points with the body, asset frame: where other faces may be. Reordered
 /// @param reach  largest distance of a contact off the surface. [m]
 /// @param found  replaced; asset frame, final direction; `point` numbers the nearest ones as no points of the shell
-/// @return false, and no change, where no nearest point is found
+/// @return false, and nothing in `found`, where no nearest point is found
 bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::span<Contact> seeds, float reach,
                          std::uint32_t shell_points, std::vector<Contact>& found);
 

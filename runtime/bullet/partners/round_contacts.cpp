@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // Finds the places where a sphere or capsule touches a distance field. Paper: Sec. 2.2, with the field looked up at the
 // body's centre or on its axis.
-#include "runtime/bullet/partners/sphere_contacts.h"
+#include "runtime/bullet/partners/round_contacts.h"
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
@@ -89,14 +88,14 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
   const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration > b.penetration; };
   std::stable_sort(seeds.begin(), seeds.end(), is_deeper);
   const bool is_sphere = !(detail::dot(body.half_axis, body.half_axis) > 0);
-  std::vector<Contact> nearest;
+  found.clear();
   // Each half of a capsule: its end and, if the body is deeper there, a place between the ends.
   for (const float half : {-1.0F, 1.0F}) {
     if (is_sphere && half > 0) break;
     Contact contact = seeds.empty() ? Contact() : seeds[0];
     contact.point = shell_points + (half > 0 ? 1U : 0U);
     const bool has_end = touch(map, body.centre + half * body.half_axis, body.radius, contact);
-    if (has_end) nearest.push_back(contact);
+    if (has_end) found.push_back(contact);
     if (is_sphere) break;
     const auto seed = std::find_if(seeds.begin(), seeds.end(), [&](const Contact& one) {
       return half * detail::dot(one.position - body.centre, body.half_axis) >= 0;
@@ -104,15 +103,13 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
     const float least = (has_end ? contact.penetration : -reach) + 0.02F * map.voxel_size;
     if (seed == seeds.end() || !touch_between_ends(map, body, seed->position, contact)) continue;
     contact.point += 2;
-    const bool is_known = std::any_of(nearest.begin(), nearest.end(), [&](const Contact& other) {
+    const bool is_known = std::any_of(found.begin(), found.end(), [&](const Contact& other) {
       return detail::length(other.position - contact.position) < kSamePlace_vx * map.voxel_size;
     });
-    if (contact.penetration > least && !is_known) nearest.push_back(contact);
+    if (contact.penetration > least && !is_known) found.push_back(contact);
   }
-  if (nearest.empty()) return false;
-  found.clear();
-  std::copy_if(nearest.begin(), nearest.end(), std::back_inserter(found),
-               [&](const Contact& contact) { return contact.penetration >= -reach; });
+  if (found.empty()) return false;
+  std::erase_if(found, [&](const Contact& contact) { return !(contact.penetration >= -reach); });
   if (found.empty()) return true;
   for (const Contact& seed : seeds) {
     const auto is_same = [&](const Contact& other) {

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Bodies that roll, slide and rest on contacts between the shell's points.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/runtime/bullet/world.h"
+
+namespace vps::test {
+namespace {
+
+TEST(BetweenSamples, ABoxOfBulletsSlidesOverABakedSlabWithoutFriction) {
+  // Points of the slab ahead of the box, whose normals are up, must not stop its front face.
+  const bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btBoxShape box({btScalar(0.05), btScalar(0.05), btScalar(0.05)});
+  World scene;
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  scene.add(const_cast<bullet::Shape&>(slab), 0, {btScalar(0.8), 0, btScalar(-0.05)}).setFriction(0);
+  btRigidBody& body = scene.add(box, 1, {0, 0, btScalar(0.05)});
+  body.setFriction(0);
+  body.setLinearVelocity({3, 0, 0});
+  scene.step(120);
+  EXPECT_NEAR(body.getLinearVelocity().x(), 3, 0.01);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.001);
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.002);
+}
+
+// Contacts at the points of its shell alone leave 0.46 to 0.94 of the speed here.
+TEST(BetweenSamples, ABakedBallRollsAsASphere) {
+  bullet::Shape ball(baked_at(make_sphere(0.1, 5), 0.1 / 32));
+  const bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btBoxShape box({1, btScalar(0.15), btScalar(0.05)});
+  const std::pair<btCollisionShape*, double> grounds[] = {{&box, 5}, {const_cast<bullet::Shape*>(&slab), 1}};
+  for (const auto& [ground, speed] : grounds) {
+    for (const int rate : {60, 240}) {
+      World scene;
+      scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+      scene.add(*ground, 0, {btScalar(0.8), 0, btScalar(-0.05)});
+      btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(0.1)});
+      body.setLinearVelocity({btScalar(speed), 0, 0});
+      body.setAngularVelocity({0, btScalar(speed / 0.1), 0});
+      scene.step(int(1.5 / speed * rate), btScalar(1.0 / rate));
+      EXPECT_NEAR(body.getLinearVelocity().x() / speed, 1, 0.01) << rate << " Hz, " << speed << " m/s";
+      EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.1, 0.002) << rate << " Hz, " << speed << " m/s";
+    }
+  }
+}
+
+// A capsule meets the distance field along its axis. At the samples it kept 0.26 of its speed.
+TEST(BetweenSamples, ACapsuleRollsAndSlidesOverABakedSlab) {
+  bullet::Shape slab(baked_at(make_box({1.0, 0.25, 0.05}), 0.01));
+  btCapsuleShapeX capsule(btScalar(0.05), btScalar(0.2));
+  for (const bool rolls : {true, false}) {
+    for (const int rate : {60, 240}) {
+      World scene;
+      scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+      scene.add(slab, 0, {btScalar(0.8), 0, btScalar(-0.05)}).setFriction(rolls ? btScalar(0.5) : 0);
+      const btQuaternion across({0, 0, 1}, rolls ? SIMD_HALF_PI : 0);
+      btRigidBody& body = scene.add(capsule, 1, btTransform(across, {0, btScalar(0.003), btScalar(0.05)}));
+      body.setLinearVelocity({1, 0, 0});
+      if (rolls) body.setAngularVelocity({0, 20, 0});
+      scene.step(rate, btScalar(1.0 / rate));
+      EXPECT_NEAR(body.getLinearVelocity().x(), 1, 0.001) << rate << " Hz";
+      EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0.003, 0.001) << rate << " Hz";
+      EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.0005) << rate << " Hz";
+    }
+  }
+}
+
+TEST(BetweenSamples, ACapsuleTouchesABallBetweenItsEnds) {
+  bullet::Shape ball(baked_at(make_sphere(0.1, 5), 0.1 / 32));
+  btCapsuleShapeX capsule(btScalar(0.05), btScalar(0.4));
+  for (const double along : {0.0, 0.03, -0.11}) {
+    World scene;
+    scene.add(ball, 0, {0, 0, 0});
+    scene.add(capsule, 1, {btScalar(along), 0, btScalar(0.149)});
+    scene.world.performDiscreteCollisionDetection();
+    const auto points = scene.points();
+    ASSERT_EQ(points.size(), 1U) << along;
+    EXPECT_NEAR(points[0].getDistance(), -0.001, 1e-4) << along;
+    EXPECT_NEAR(std::abs(points[0].m_normalWorldOnB.z()), 1, 1e-3) << along;
+    EXPECT_NEAR(points[0].getPositionWorldOnA().x(), 0, 0.002) << along;
+  }
+}
+
+// Where a pair has moved, nothing is left of the places that its contacts had before.
+TEST(BetweenSamples, ContactsAreThoseOfAPairWithoutAPast) {
+  bullet::Shape ball(baked_at(make_sphere(0.1, 5), 0.1 / 32));
+  btBoxShape box({1, 1, btScalar(0.05)});
+  const auto at = [](double turn) {
+    return btTransform(btQuaternion({0, 1, 0}, btScalar(turn)), {btScalar(0.1 * turn), 0, btScalar(0.0999)});
+  };
+  const auto contact_at = [](World& scene, btRigidBody& body, const btTransform& pose) {
+    body.setWorldTransform(pose);
+    scene.world.performDiscreteCollisionDetection();
+    const auto points = scene.points();
+    EXPECT_EQ(points.size(), 1U);
+    return points.empty() ? btManifoldPoint() : points[0];
+  };
+  World scene;
+  scene.add(box, 0, {0, 0, btScalar(-0.05)});
+  btRigidBody& body = scene.add(ball, 1, at(0));
+  for (const double turn : {0.0, 0.0001, 0.002, 0.03, 0.7}) {
+    World fresh;
+    fresh.add(box, 0, {0, 0, btScalar(-0.05)});
+    btRigidBody& other = fresh.add(ball, 1, at(turn));
+    const btManifoldPoint expected = contact_at(fresh, other, at(turn));
+    const btManifoldPoint found = contact_at(scene, body, at(turn));
+    EXPECT_NEAR(found.getDistance(), expected.getDistance(), 1e-5) << turn;
+    EXPECT_LT(found.getPositionWorldOnA().distance(expected.getPositionWorldOnA()), 1e-4) << turn;
+  }
+}
+
+// Points of the slab alone give three contacts.
+TEST(BetweenSamples, CornersOfABoxTouchABakedSlabBetweenItsPoints) {
+  bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btBoxShape box({btScalar(0.0131), btScalar(0.0157), btScalar(0.02)});
+  World scene;
+  scene.add(slab, 0, {0, 0, btScalar(-0.05)});
+  scene.add(box, 1, {btScalar(0.0037), btScalar(0.0021), btScalar(0.0199)});
+  scene.world.performDiscreteCollisionDetection();
+  const auto points = scene.points();
+  ASSERT_EQ(points.size(), 4U);
+  for (const btManifoldPoint& point : points) {
+    EXPECT_NEAR(std::abs(point.getPositionWorldOnA().x() - btScalar(0.0037)), 0.0131, 1e-5);
+    EXPECT_NEAR(std::abs(point.getPositionWorldOnA().y() - btScalar(0.0021)), 0.0157, 1e-5);
+    EXPECT_NEAR(point.getDistance(), -1e-4, 2e-4);  // 0.02 voxel
+  }
+}
+
+TEST(BetweenSamples, ABallOfBulletsRollsOverABakedSlabAsOverABox) {
+  bullet::Shape slab(baked_at(make_box({1.0, 0.15, 0.05}), 0.01));
+  btSphereShape ball(btScalar(0.1));
+  for (const int rate : {60, 240}) {
+    World scene;
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    scene.add(slab, 0, {btScalar(0.8), 0, btScalar(-0.05)});
+    btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(0.1)});
+    body.setLinearVelocity({1, 0, 0});
+    body.setAngularVelocity({0, 10, 0});
+    scene.step(3 * rate / 2, btScalar(1.0 / rate));
+    EXPECT_NEAR(body.getLinearVelocity().x(), 1, 0.002) << rate;
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.0005) << rate;
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.1, 0.0005) << rate;
+  }
+}
+
+TEST(BetweenSamples, ABallOfBulletsRestsOnSeveralPlacesOfABakedBody) {
+  // In the hole of a torus, and on both walls of a groove of 120 degrees.
+  bullet::Shape ring(torus());
+  const double height = 0.1;
+  const double half = height * std::sqrt(3.0);
+  TriangleMesh groove;
+  for (const double y : {-0.2, 0.2}) {
+    for (const auto& [x, z] : {std::pair{-half, -0.05}, {half, -0.05}, {half, height}, {0.0, 0.0}, {-half, height}}) {
+      groove.vertices.push_back({x, y, z});
+    }
+  }
+  groove.triangles = {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}, {5, 8, 6}, {6, 8, 7}, {5, 9, 8}};
+  for (std::uint32_t i = 0; i < 5; ++i) {
+    const std::uint32_t next = (i + 1) % 5;
+    groove.triangles.push_back({i, i + 5, next});
+    groove.triangles.push_back({next, i + 5, next + 5});
+  }
+  bullet::Shape walls(baked_at(groove, 0.005));
+  const auto rests_at = [](bullet::Shape& ground, double radius, double z) {
+    btSphereShape ball{btScalar(radius)};
+    World scene;
+    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    scene.add(ground, 0, ground.centre_of_mass());
+    btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(z + 0.002)});
+    scene.step(480);
+    EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), z, 0.0007);
+    EXPECT_LT(speed(body), 0.02);
+    EXPECT_GE(scene.points().size(), 2U);
+  };
+  rests_at(ring, 0.08, std::sqrt(0.11 * 0.11 - 0.1 * 0.1));
+  rests_at(walls, 0.05, 0.05 / std::sin(double(SIMD_PI) / 3));
+}
+
+}  // namespace
+}  // namespace vps::test
