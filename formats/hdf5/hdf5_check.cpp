@@ -118,10 +118,12 @@ class Check {
     const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, "read an attribute");
     const Handle type(H5Aget_type(attribute), H5Tclose, "read an attribute");
     std::array<Number, n> values{};
+    if (H5Tequal(type, detail::stored_type<Number>()) <= 0 || count_of(attribute) != n ||
+        H5Aread(attribute, detail::native_type<Number>(), values.data()) < 0) {
+      return false;
+    }
     // Compares bits, so that a forged NaN equals itself. NOLINTNEXTLINE(bugprone-suspicious-memory-comparison)
-    return H5Tequal(type, detail::stored_type<Number>()) > 0 && count_of(attribute) == n &&
-           H5Aread(attribute, detail::native_type<Number>(), values.data()) >= 0 &&
-           std::memcmp(values.data(), wanted.data(), sizeof values) == 0;
+    return std::memcmp(values.data(), wanted.data(), sizeof values) == 0;
   }
   template <class Number>
   requires std::is_arithmetic_v<Number>

@@ -287,23 +287,48 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
   });
 }
 
+// The distance field of the shell's body.
+struct ShellBody {
+  const VoxelmapView& distances;
+  detail::Transform to_asset;  // from the contacts' frame
+
+  // Whether the body has an edge there. The shell's normal is then none of a face.
+  [[nodiscard]] bool is_at_edge(const Contact& contact, Vec3 into_shell) const {
+    if (distances.field == Field::none) return false;
+    const auto v = [&](Vec3 p) { return vps::penetration(distances, to_asset.apply(p), {}); };
+    return bullet::is_at_edge(contact, into_shell, distances.voxel_size, v);
+  }
+};
+
+// Where edges of both bodies meet, the face of the map that is nearest to the inside of the shell's body. At a corner
+// of a stacked box the shell's own normal would be 55 degrees off.
+Vec3 face_beyond(const VoxelmapView& map, Vec3 at, Vec3 into_shell) {
+  const Vec3 normal = outward_normal(map, at + 1.5F * map.voxel_size * into_shell);
+  return detail::dot(normal, normal) > 0 ? normal : into_shell;
+}
+
+// The direction of a contact on a map. The map's normals are differences of rounded samples, and none is a face's at an
+// edge: where both normals agree and at edges, that of the shell is better.
+// @param contact  with the map's normal
+Vec3 direction_on(const VoxelmapView& map, const ShellBody& shell, const Contact& contact, Vec3 into_shell) {
+  if (detail::dot(contact.inward_normal, into_shell) > kSameNormal) return into_shell;
+  const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
+  if (!is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) return contact.inward_normal;
+  return shell.is_at_edge(contact, into_shell) ? face_beyond(map, contact.position, into_shell) : into_shell;
+}
+
 // Finishes a contact with another shape's voxelmap.
 // @param margin  thickness by the bodies' margins. [m]
 // @param reach   largest distance of a contact off the surface. [m]
 // @return true for a contact to be removed: it grazes, or is farther off than `reach`
-bool settle_on_map(const VoxelmapView& map, float margin, float reach, Contact& contact) {
+bool settle_on_map(const VoxelmapView& map, const ShellBody& shell, float margin, float reach, Contact& contact) {
   const Vec3 into_shell = contact.inward_normal;
   const MapPlace place = place_in_map(map, contact.position);
   if (!(detail::dot(place.outward, place.outward) > 0)) return false;
   contact.inward_normal = place.outward;
   contact.penetration = place.penetration + margin;
   if (grazes(contact, into_shell) || contact.penetration < -reach) return true;
-  // The map's normals are differences of rounded samples: where both normals agree, the shell's is more accurate.
-  const auto v = [&](Vec3 p) { return penetration(map, p, into_shell); };
-  if (!place.is_far && (detail::dot(place.outward, into_shell) > kSameNormal ||
-                        is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v))) {
-    contact.inward_normal = into_shell;
-  }
+  if (!place.is_far) contact.inward_normal = direction_on(map, shell, contact, into_shell);
   weigh(contact, into_shell);
   return false;
 }
@@ -349,8 +374,9 @@ std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<Manif
   }
   const VoxelmapView& map = pair.field.vps->voxelmap();
   const float margin = margin_of(pair);
+  const ShellBody shell{pair.shell.vps->distances(), to_asset(pair, found.frame)};
   const auto is_none = [&](Contact& contact) {
-    return !found.is_refined(contact) && settle_on_map(map, margin, found.reach, contact);
+    return !found.is_refined(contact) && settle_on_map(map, shell, margin, found.reach, contact);
   };
   return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }

@@ -51,26 +51,34 @@ void add(const double (&from)[n], double (&to)[n]) {
   for (std::size_t i = 0; i < n; ++i) to[i] += from[i];
 }
 
+vps::Weight to_weight(VpsWeight weight) {
+  if (weight == vps_per_point) return vps::Weight::per_point;
+  return weight == vps_per_patch ? vps::Weight::per_patch : vps::Weight::per_area;
+}
+size_t most_contacts(const VpsPointshell& shell) {
+  return size_t{shell.view.points} + shell.view.facets;
+}
+
 // As vps_traverse, with a checked field.
 VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose, const VpsQueryOptions* options,
                    VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
   if (shell == nullptr || pose == nullptr || result == nullptr) return vps_bad_argument;
   if (contacts == nullptr && capacity > 0) return vps_bad_argument;
   const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
-  if (given.weight != vps_per_area && given.weight != vps_per_point) return vps_bad_argument;
+  if (given.weight < vps_per_area || given.weight > vps_per_patch) return vps_bad_argument;
   if (!std::isfinite(given.contact_distance) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, capacity); status != vps_ok) return status;
 
   vps::QueryOptions query;
   query.contact_distance = given.contact_distance;
-  query.weight = given.weight == vps_per_area ? vps::Weight::per_area : vps::Weight::per_point;
+  query.weight = to_weight(given.weight);
   query.segment_level = given.segment_level;
   query.level = given.level;
   query.node_areas = shell->areas;
   query.max_tests = given.max_tests;
   query.max_microseconds = given.max_microseconds;
   if (given.cache != nullptr) query.cache = &given.cache->cache;
-  const std::span<vps::Contact> out(scratch->contacts.data(), std::min<size_t>(capacity, shell->view.points));
+  const std::span<vps::Contact> out(scratch->contacts.data(), std::min(capacity, most_contacts(*shell)));
   vps::QueryResult found;
   const vps::Status status = vps::traverse(shell->view, field, to_pose(*pose), query, scratch->scratch, out, found);
   if (status != vps::Status::ok && status != vps::Status::output_full) return to_c(status);
@@ -294,7 +302,7 @@ VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, s
   if (scratch == nullptr || shell == nullptr) return vps_bad_argument;
   try {
     scratch->scratch.reserve(shell->view);
-    const size_t most = std::min<size_t>(capacity, shell->view.points);
+    const size_t most = std::min(capacity, most_contacts(*shell));
     if (scratch->contacts.size() < most) scratch->contacts.resize(most);
   } catch (const std::bad_alloc&) {
     return vps_no_memory;

@@ -84,7 +84,7 @@ class March {
     double leave = end;
     double begin = way;
     for (int axis = 0; axis < 3; ++axis) {
-      const double low = index[axis] / found.edge * found.edge;
+      const std::uint32_t low = index[axis] / found.edge * found.edge;
       ray_.clip(axis, low - kBeyond, low + found.edge + kBeyond, begin, leave);
     }
     if (found.entry == kFarInside) return true;

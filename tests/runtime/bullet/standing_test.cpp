@@ -92,6 +92,41 @@ TEST(Standing, PyramidsOfCubesStandAt60Hz) {
   }
 }
 
+// Ten cubes on each other, each a little aside and turned.
+void add_stack(World& scene, btCollisionShape& cube, double side, int start) {
+  Random random(std::uint64_t(start + 1));
+  for (int i = 0; i < 10; ++i) {
+    const btQuaternion turn(btVector3(0, 0, 1), btScalar(random.between(-0.03, 0.03)));
+    const btVector3 place(0, 0, btScalar((i + 0.5) * side));
+    scene.add(cube, btScalar(0.008), btTransform(turn, place + aside(random, 0.02 * side)));
+  }
+}
+
+TEST(Standing, CornersAndEdgesOfStackedCubesMeetFaces) {
+  constexpr double kSide = 0.02;
+  bullet::Shape cube(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
+  for (int start = 0; start < kStarts; ++start) {
+    Advised scene(kSide / 25);
+    add_stack(scene, cube, kSide, start);
+    scene.world.performDiscreteCollisionDetection();
+    const auto points = scene.points();
+    EXPECT_GE(points.size(), 27U);
+    for (const btManifoldPoint& point : points) EXPECT_GT(std::abs(point.m_normalWorldOnB.z()), 0.996);  // 5 degrees
+  }
+}
+
+TEST(Standing, TenCubesStandAt240Hz) {
+  constexpr double kSide = 0.02;
+  bullet::Shape cube(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  for (int start = 0; start < kStarts; ++start) {
+    Advised scene(kSide / 25, 50);
+    scene.add(plane, 0, btVector3(0, 0, 0));
+    add_stack(scene, cube, kSide, start);
+    EXPECT_EQ(stands(scene, 0.25 * kSide, 240, 2), 2) << "start " << start;
+  }
+}
+
 constexpr double kRing = 0.03;   // of a link. [m]
 constexpr double kTube = 0.006;  // radius of its section. [m]
 

@@ -19,7 +19,7 @@ namespace vps::test {
 namespace {
 
 std::string write(const TemporaryFolder& folder, const std::string& name, const bake::BakeOptions& options) {
-  const bake::BakedAsset result = bake::bake(make_torus(0.04, 0.015, 48, 24), options);
+  const bake::BakedAsset result = bake::bake(make_torus(0.04, 0.015, 24, 10), options);
   write_asset(folder / name, result.info, result.sections);
   return (folder / name).string();
 }
@@ -243,6 +243,12 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   expect_equal(c->sphere_result, result);
   ASSERT_EQ(traverse(shell, half_space, pose, {}, scratch, contacts, result), Status::ok);
   expect_equal(c->half_space_result, result);
+  QueryOptions by_patch;
+  by_patch.weight = Weight::per_patch;
+  QueryResult of_patches;
+  ASSERT_EQ(traverse(shell, half_space, pose, by_patch, scratch, contacts, of_patches), Status::ok);
+  ASSERT_NE(of_patches.force[2], result.force[2]) << "the asset has facets";
+  expect_equal(c->patch_result, of_patches);
 
   const VpsSweep c_fall = falling(&c_pose);
   Sweep fall;

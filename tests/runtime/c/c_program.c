@@ -101,6 +101,9 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_pointshell_segment_level(shell, 15, &answers->segment_level) == vps_ok);
   EXPECT(vps_outward_normal(vps_box_ref(&kBox), point, answers->box_normal) == vps_ok);
   EXPECT(vps_outward_normal(vps_sphere_ref(&kSphere), point, answers->sphere_normal) == vps_ok);
+  const VpsQueryOptions by_patch = {.weight = vps_per_patch};
+  EXPECT(vps_traverse(shell, vps_half_space_ref(&kHalfSpace), &moved, &by_patch, scratch, NULL, 0,
+                      &answers->patch_result) == vps_output_full);
   const VpsQueryOptions coarse = {.level = 2};
   const VpsQueryOptions hasty = {.max_tests = 300};
   EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &coarse, scratch, NULL, 0, &answers->coarse_result) ==

@@ -25,6 +25,7 @@ typedef struct Answers {
   float box_normal[3], sphere_normal[3];
   VpsQueryResult coarse_result, hasty_result;  // level 2, 300 tests
   VpsQueryResult cached_result;                // second query with a cache, scaled field
+  VpsQueryResult patch_result;                 // vps_per_patch, half-space
   VpsWrench wrench;                            // of the contacts
   VpsWrenchGradient gradient;
   VpsContact kept[kKept];
