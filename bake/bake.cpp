@@ -161,9 +161,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     pack_voxelmap(grid, field, coarse, fields, asset.sections);
     stages.start("far_field");
     const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
-    double bytes = kPointBytes * static_cast<double>(planned.plan.predicted_points);
-    for (const SectionData& section : asset.sections) bytes += static_cast<double>(section.bytes.size());
-    pack_far(far_field({surface, closest, inside, grid, coarse}, least, bytes), asset.info, asset.sections);
+    pack_far(far_field({surface, closest, inside, grid, coarse}, least, voxels.count), asset.info, asset.sections);
   }
   if (options.pointshell) {
     stages.start("sample_pointshell");

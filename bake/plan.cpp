@@ -113,9 +113,10 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
     bytes += 2 * grid_bricks + grid_bricks / 2;
     if (options.layers) bytes += 4 * grid_bricks + predict_bricks(mesh, grid, options) * kBrickVoxels;
   }
-  bytes += kPointBytes * static_cast<double>(planned.plan.predicted_points);
-  if (options.voxelmap) bytes /= 1 - kFarShare;
-  return static_cast<std::size_t>(bytes);
+  // A plane has 1 to 1.73 surface voxels for each square of a voxel's size.
+  if (options.voxelmap) bytes += kFarNodes * 1.73 * mesh.area / (grid.voxel_size * grid.voxel_size);
+  constexpr double kPoint = 12 + 28.0 / 12;  // its codes and its share of the tree
+  return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
 }
 
 // Upper estimate of the peak of resident bytes. At 200 voxels it is 1.04 to 2 times the peak measured over the corpus

@@ -131,12 +131,11 @@ double FarField::value(const Vector& point) const {
   return sum;
 }
 
-FarField far_field(const FarSource& from, double least, double other_bytes) {
+FarField far_field(const FarSource& from, double least, std::uint64_t surface_voxels) {
   FarField far;
   for (int spacing = kLeastSpacing_vx; spacing <= kMostSpacing_vx; ++spacing) {
     far = plan_far(from, spacing);
-    const auto bytes = static_cast<double>(node_count(far));
-    if (bytes <= kFarShare * (bytes + other_bytes)) break;
+    if (static_cast<double>(node_count(far)) <= kFarNodes * static_cast<double>(surface_voxels)) break;
   }
   sample_nodes(from, far);
   certify_far(from, least, far);

@@ -34,9 +34,9 @@ struct FarSource {
   const std::vector<std::int16_t>& coarse_layers;
 };
 
-/// Samples exact distances. The spacing is the least with which the values take a few per cent of the asset.
-/// @param least        depth and distance from which queries use the grid: the certificate starts there. [Units: m]
-/// @param other_bytes  of the asset without the far grid
-[[nodiscard]] FarField far_field(const FarSource& from, double least, double other_bytes);
+/// Samples exact distances. The spacing is the least with which the values take a few per cent of an asset with all its
+/// usual parts. It depends on the mesh and the voxel size alone, so that V does not depend on the parts that are baked.
+/// @param least  depth and distance from which queries use the grid: the certificate starts there. [Units: m]
+[[nodiscard]] FarField far_field(const FarSource& from, double least, std::uint64_t surface_voxels);
 
 }  // namespace vps::bake

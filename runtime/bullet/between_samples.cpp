@@ -135,6 +135,8 @@ class Slides {
     const ManifoldContact& contact = contacts_[i];
     if (found_.is_on_map(contact)) return {contact, Slide::stayed, true};
     if (found_.is_ahead(contact)) return {contact};
+    // So far off the surface the fields are too coarse for a ring.
+    if (contact.penetration < -shell_.voxel_size) return {contact, Slide::stayed, true};
     const auto before = std::find_if(memory_.slid.begin(), memory_.slid.end(), [&](const SlideMemory::Slid& one) {
       return one.feature == contact.feature && one.most == most(i);
     });

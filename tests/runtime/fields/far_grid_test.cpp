@@ -179,7 +179,7 @@ TEST(FarGrid, DirectionsBeyondTheBandAreThoseOfTheSurface) {
   for (std::vector<double>* cosines : {&deep, &outside}) {
     ASSERT_GT(cosines->size(), 500U);
     std::sort(cosines->begin(), cosines->end());
-    EXPECT_GT((*cosines)[cosines->size() / 2], std::cos(5 * M_PI / 180));
+    EXPECT_GT((*cosines)[cosines->size() / 2], std::cos(8 * M_PI / 180));
     EXPECT_GT((*cosines)[cosines->size() / 20], std::cos(25 * M_PI / 180));
   }
 }
