@@ -8,8 +8,8 @@
 
 namespace vps::bake {
 
-/// Most nodes of the far grid for each voxel on the surface: 4 % of a usual asset of 10.5 bytes for each.
-inline constexpr double kFarNodes = 0.42;
+/// Most nodes of the far grid for each voxel on the surface: 4 % of a usual asset, of 10.5 bytes for each.
+inline constexpr double kFarNodes = 0.45;
 
 struct GridPlan {
   Grid grid;
