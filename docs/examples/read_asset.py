@@ -33,6 +33,21 @@ def penetration(f, point, field="scaled"):
 
     `field` is "scaled" or "real", whichever was baked.
     """
+    own = own_penetration(f, point, field)
+    if own is None:
+        return None
+    # At the band's end, where samples may be clamped, V changes over to the far grid.
+    band = f.attrs["band_inner" if own >= 0 else "band_outer"]
+    end = max(band - np.sqrt(0.75) * f.attrs["voxel_size"], 0)
+    far = far_penetration(f, point)
+    if abs(own) < end or far is None:
+        return own
+    weight = min((abs(own) - end) / (band - end), 1)
+    return own + weight * ((max(own, far) if own >= 0 else min(own, far)) - own)
+
+
+def own_penetration(f, point, field):
+    """What `field` alone says of V at a point [m]. None where no sample is stored."""
     facts, voxelmap = f.attrs, f["voxelmap"]
     # In voxels, from the centre of voxel (0,0,0). Samples cover 0 <= g < dims - 1.
     g = (np.asarray(point) - facts["origin"]) / facts["voxel_size"] - 0.5
