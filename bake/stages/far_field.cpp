@@ -25,9 +25,9 @@ double least_distance(const FarSource& from, const Vector& p) {
   std::uint32_t brick[3];
   for (int axis = 0; axis < 3; ++axis) {
     const auto last = static_cast<double>(grid.dims[static_cast<std::size_t>(axis)] - 1);
-    const double voxel = std::clamp((p[axis] - grid.origin[axis]) / grid.voxel_size - 0.5, 0.0, last);
-    nearest[axis] = grid.origin[axis] + (voxel + 0.5) * grid.voxel_size;
-    brick[axis] = static_cast<std::uint32_t>(voxel + 0.5) / kBrickEdge;
+    const double voxel = std::clamp((p[axis] - grid.origin[axis]) / grid.voxel_size, 0.5, last + 0.5);
+    nearest[axis] = grid.origin[axis] + voxel * grid.voxel_size;
+    brick[axis] = static_cast<std::uint32_t>(voxel) / kBrickEdge;
   }
   const Vector centre =
       grid.origin + kBrickEdge * grid.voxel_size * (Vector(brick[0], brick[1], brick[2]) + Vector::Constant(0.5));
@@ -68,9 +68,10 @@ void sample_nodes(const FarSource& from, FarField& far) {
   const double most = far.range + far.spacing;
   std::vector<double> exact(node_count(far));
   tbb::parallel_for(std::size_t{0}, std::size_t{far.dims[1]} * far.dims[2], [&](std::size_t row) {
+    const std::size_t y = row % far.dims[1];
+    const std::size_t z = row / far.dims[1];
     for (std::size_t x = 0; x < far.dims[0]; ++x) {
-      const Vector cell(static_cast<double>(x), static_cast<double>(row % far.dims[1]),
-                        static_cast<double>(row / far.dims[1]));
+      const Vector cell(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
       exact[row * far.dims[0] + x] = penetration_down_to(most, from, far.origin + far.spacing * cell);
     }
   });
