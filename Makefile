@@ -165,7 +165,7 @@ test-dev: deps
 	$(call run_tests,build/dev,-LE slow)
 
 # Suites that bake whole meshes or run minutes of physics run with sanitizers only in `make test-all`: the same code runs in others too.
-LONG_SANITIZED := ^(Batch|BatchParts|CliCache|Closed/.*|Extremes|Scene|Slice|StressCommand|Urdf|VirtualTool|WrenchOfPatches)\.
+LONG_SANITIZED := ^(Batch|BatchParts|CliCache|Closed/.*|Extremes|LoadScene|Scene|Slice|StressCommand|Urdf|VirtualTool|WrenchOfPatches)\.
 
 # Runs the tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer. Leaves out those in which sanitizers can
 # find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
