@@ -73,57 +73,57 @@ TEST(Standing, BallsStandOnEachOtherAsLongAsSpheres) {
   }
 }
 
-TEST(Standing, PyramidsOfCubesStandAt60Hz) {
-  constexpr double kSide = 0.02;
-  bullet::Shape cube(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
+constexpr double kSide = 0.02;  // of a cube. [m]
+
+bullet::Shape& cube() {
+  static bullet::Shape shape(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
+  return shape;
+}
+
+void add_cube(World& scene, Random& random, const btVector3& place) {
+  const btQuaternion turn(btVector3(0, 0, 1), btScalar(random.between(-0.03, 0.03)));
+  scene.add(cube(), btScalar(0.008), btTransform(turn, place + aside(random, 0.02 * kSide)));
+}
+void add_pyramid(World& scene, Random& random) {
+  for (int row = 0; row < 4; ++row) {
+    for (int i = 0; i < 4 - row; ++i) {
+      add_cube(scene, random, {btScalar((i + 0.5 * row) * 1.1 * kSide), 0, btScalar((row + 0.5) * kSide)});
+    }
+  }
+}
+void add_stack(World& scene, Random& random) {
+  for (int i = 0; i < 10; ++i) add_cube(scene, random, {0, 0, btScalar((i + 0.5) * kSide)});
+}
+
+// Cubes stand for 2 s from each start.
+void expect_to_stand(void (*add_cubes)(World&, Random&), double rate) {
   btStaticPlaneShape plane({0, 0, 1}, 0);
   for (int start = 0; start < kStarts; ++start) {
     Advised scene(kSide / 25, 50);
     scene.add(plane, 0, btVector3(0, 0, 0));
     Random random(std::uint64_t(start + 1));
-    for (int row = 0; row < 4; ++row) {
-      for (int i = 0; i < 4 - row; ++i) {
-        const btQuaternion turn(btVector3(0, 0, 1), btScalar(random.between(-0.03, 0.03)));
-        const btVector3 place(btScalar((i + 0.5 * row) * 1.1 * kSide), 0, btScalar((row + 0.5) * kSide));
-        scene.add(cube, btScalar(0.008), btTransform(turn, place + aside(random, 0.02 * kSide)));
-      }
-    }
-    EXPECT_EQ(stands(scene, 0.25 * kSide, 60, 2), 2) << "start " << start;
+    add_cubes(scene, random);
+    EXPECT_EQ(stands(scene, 0.25 * kSide, rate, 2), 2) << "start " << start;
   }
 }
 
-// Ten cubes on each other, each a little aside and turned.
-void add_stack(World& scene, btCollisionShape& cube, double side, int start) {
-  Random random(std::uint64_t(start + 1));
-  for (int i = 0; i < 10; ++i) {
-    const btQuaternion turn(btVector3(0, 0, 1), btScalar(random.between(-0.03, 0.03)));
-    const btVector3 place(0, 0, btScalar((i + 0.5) * side));
-    scene.add(cube, btScalar(0.008), btTransform(turn, place + aside(random, 0.02 * side)));
-  }
+TEST(Standing, PyramidsOfCubesStandAt60Hz) {
+  expect_to_stand(add_pyramid, 60);
+}
+
+TEST(Standing, TenCubesStandAt240Hz) {
+  expect_to_stand(add_stack, 240);
 }
 
 TEST(Standing, CornersAndEdgesOfStackedCubesMeetFaces) {
-  constexpr double kSide = 0.02;
-  bullet::Shape cube(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
   for (int start = 0; start < kStarts; ++start) {
     Advised scene(kSide / 25);
-    add_stack(scene, cube, kSide, start);
+    Random random(std::uint64_t(start + 1));
+    add_stack(scene, random);
     scene.world.performDiscreteCollisionDetection();
     const auto points = scene.points();
     EXPECT_GE(points.size(), 27U);
     for (const btManifoldPoint& point : points) EXPECT_GT(std::abs(point.m_normalWorldOnB.z()), 0.996);  // 5 degrees
-  }
-}
-
-TEST(Standing, TenCubesStandAt240Hz) {
-  constexpr double kSide = 0.02;
-  bullet::Shape cube(baked_at(make_box({kSide / 2, kSide / 2, kSide / 2}), kSide / 25));
-  btStaticPlaneShape plane({0, 0, 1}, 0);
-  for (int start = 0; start < kStarts; ++start) {
-    Advised scene(kSide / 25, 50);
-    scene.add(plane, 0, btVector3(0, 0, 0));
-    add_stack(scene, cube, kSide, start);
-    EXPECT_EQ(stands(scene, 0.25 * kSide, 240, 2), 2) << "start " << start;
   }
 }
 
