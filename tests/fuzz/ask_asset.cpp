@@ -93,6 +93,7 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
     options.segment_level = i < 4 ? 0 : static_cast<std::uint32_t>(random.between(0, 6));
     options.level = i == 0 ? 2 : 0;
     options.max_tests = i == 1 ? 50 : 0;
+    options.weight = i % 4 == 1 ? Weight::per_patch : Weight::per_area;
     options.node_areas = i < 2 ? std::span<const float>(areas) : std::span<const float>();
     (void)traverse(shell, field, at, options, scratch, out, result);
     options.cache = &cache;
