@@ -156,26 +156,32 @@ fuzz: deps
 # Takes about 40 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
 test: test-dev test-tsan test-sanitize
 
+# Long tests of what others test too, on other meshes, pages or seeds: only in `make test-all`.
+LONG := ^(Engines\.slurm|Extremes\.AHundredBoxesInARow|Install\.TheRuntimeAloneBuilds|StressCommand\.TheSameRunTwice|Seeds/Killed\..*/[123]$$
+LONG := $(LONG)|Closed/RealMeshes\.Bake/(armadillo_52k|bunny_closed|scallop_120k|tires_x4)|All/GoldenBakes\..*/(bolt|nut)$$
+LONG := $(LONG)|View\.(APageOfA[PV]|BodiesOfAnySize|BothRamps|ButtonsAndScale)
+LONG := $(LONG)|Motion\.(ABodyThinner|ALongRecording|BodiesOnALongWay|OnAShortWay|ThePagePlays))
+
 test-dev: PACKAGES += $(TEST_PACKAGES)
 test-dev: deps
 	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
 	$(call say,1 of 3: running the tests: about 8 minutes)
-	$(call run_tests,build/dev,-LE slow)
+	$(call run_tests,build/dev,-LE slow -E '$(LONG)')
 
 # Suites that bake whole meshes or run minutes of physics run with sanitizers only in `make test-all`: the same code runs in others too.
-LONG_SANITIZED := ^(Batch|BatchParts|CliCache|Closed/.*|Extremes|LoadScene|Scene|Slice|StressCommand|Urdf|VirtualTool|WrenchOfPatches)\.
+LONG_SANITIZED := ^(Batch|BatchParts|ChangingMeshes|CliCache|Closed/.*|Extremes|LoadScene|Scene|Slice|StressCommand|Urdf|VirtualTool|WrenchOfPatches)\.
 
 # Runs the tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer. Leaves out those in which sanitizers can
 # find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
-	$(call say,3 of 3: building with clang and sanitizers)
+	$(call say,3 of 3: building with clang and sanitizers: about 10 minutes from scratch)
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)
-	$(call say,3 of 3: running the tests with sanitizers: about 14 minutes)
-	$(call run_tests,build/sanitize,-LE slow -E '$(LONG_SANITIZED)')
+	$(call say,3 of 3: running the tests with sanitizers: about 12 minutes)
+	$(call run_tests,build/sanitize,-LE slow -E '$(LONG)|$(LONG_SANITIZED)')
 
 # Runs queries, batches and Bullet's pairs on several threads under ThreadSanitizer, on an asset that the program of the dev build
 # bakes. GCC 12's ThreadSanitizer fails where addresses are randomized in more than 28 bits, so setarch switches this off where it may.
@@ -206,7 +212,8 @@ tidy: deps
 
 test-all: test deb tidy
 	$(call run_tests,build/dev,-L slow)
-	$(call run_tests,build/sanitize,-LE slow -R '$(LONG_SANITIZED)')
+	$(call run_tests,build/dev,-LE slow -R '$(LONG)')
+	$(call run_tests,build/sanitize,-LE slow -R '$(LONG)|$(LONG_SANITIZED)')
 
 clean:
 	rm -rf build

@@ -33,6 +33,16 @@ inline Outcome vpsbake(const TemporaryFolder& folder, const std::string& argumen
   return run;
 }
 
+/// The bytes of the asset that the program bakes.
+/// @param arguments  without -o
+inline std::string file_baked(const TemporaryFolder& folder, const std::string& arguments) {
+  const Outcome run = vpsbake(folder, arguments + " -o baked.vps.hdf");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const std::string bytes = read_file(folder / "baked.vps.hdf");
+  std::filesystem::remove(folder / "baked.vps.hdf");
+  return bytes;
+}
+
 inline std::string sample(const char* name) {
   return std::string(VPS_SAMPLE_MESHES) + "/" + name + ".obj";
 }

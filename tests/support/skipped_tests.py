@@ -6,21 +6,21 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 
-def reason(output):
-    """The reason that a skipped test printed."""
-    if re.search(r"\.\./shared\b", output):
-        return "no ../shared"
+def reasons(test):
+    """The reasons of the tests that a CTest test skipped: one or none, but several for a shard."""
+    output = test.findtext("system-out") or ""
     # Google Test prints the source line, then the reason; a script's last line is the reason.
-    stated = re.search(r": Skipped\n(.*)", output)
-    lines = output.strip().splitlines()
-    return stated.group(1) if stated else lines[-1] if lines else "no reason stated"
+    stated = re.findall(r": Skipped\n(.*)", output)
+    if not stated and test.find("skipped") is not None:
+        stated = (output.strip().splitlines() or ["no reason stated"])[-1:]
+    return ["no ../shared" if re.search(r"\.\./shared\b", why) else why for why in stated]
 
 
 def main():
     by_reason = {}
     for test in ElementTree.parse(sys.argv[1]).iter("testcase"):
-        if test.find("skipped") is not None:
-            by_reason.setdefault(reason(test.findtext("system-out") or ""), []).append(test.get("name"))
+        for why in reasons(test):
+            by_reason.setdefault(why, []).append(test.get("name"))
     for why, names in sorted(by_reason.items()):
         print(f"{len(names)} {'test' if len(names) == 1 else 'tests'} skipped: {why}: {', '.join(names)}")
 

@@ -37,8 +37,8 @@ class Validate : public ::testing::Test {
     for (const auto& [a, b, c] : sphere.triangles)
       text += "f " + std::to_string(a + 1) + " " + std::to_string(b + 1) + " " + std::to_string(c + 1) + "\n";
     write_file(folder_ / "a.obj", text);
-    const Outcome run = vpsbake(folder_, "a.obj --voxel 1.5mm --fields layers,scaled,real");
-    ASSERT_EQ(run.code, 0) << run.err;
+    static const std::string asset = file_baked(folder_, "a.obj --voxel 1.5mm --fields layers,scaled,real");
+    write_file(folder_ / "a.vps.hdf", asset);
   }
 
   // Writes the asset again with wrong content but correct hashes.
