@@ -157,9 +157,9 @@ fuzz: deps
 test: test-dev test-tsan test-sanitize
 
 # Long tests of what others test too, on other meshes, pages or seeds: only in `make test-all`.
-LONG := ^(Engines\.slurm|Extremes\.AHundredBoxesInARow|Install\.TheRuntimeAloneBuilds|StressCommand\.TheSameRunTwice|Seeds/Killed\..*/[123]$$
+LONG := ^(Browser\.|Engines\.|Extremes\.AHundredBoxesInARow|Install\.TheRuntimeAlone|StressCommand\.TheSameRunTwice|Seeds/Killed\..*/[123]$$
 LONG := $(LONG)|Closed/RealMeshes\.Bake/(armadillo_52k|bunny_closed|scallop_120k|tires_x4)|All/GoldenBakes\..*/(bolt|nut)$$
-LONG := $(LONG)|View\.(APageOfA[PV]|BodiesOfAnySize|BothRamps|ButtonsAndScale)
+LONG := $(LONG)|View\.(APageOfA[PV]|BodiesOfAnySize|BothRamps|ButtonsAndScale|LayersStored)
 LONG := $(LONG)|Motion\.(ABodyThinner|ALongRecording|BodiesOnALongWay|OnAShortWay|ThePagePlays))
 
 test-dev: PACKAGES += $(TEST_PACKAGES)
@@ -167,11 +167,11 @@ test-dev: deps
 	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
-	$(call say,1 of 3: running the tests: about 8 minutes)
+	$(call say,1 of 3: running the tests: about 10 minutes)
 	$(call run_tests,build/dev,-LE slow -E '$(LONG)')
 
 # Suites that bake whole meshes or run minutes of physics run with sanitizers only in `make test-all`: the same code runs in others too.
-LONG_SANITIZED := ^(Batch|BatchParts|ChangingMeshes|CliCache|Closed/.*|Extremes|LoadScene|Scene|Slice|StressCommand|Urdf|VirtualTool|WrenchOfPatches)\.
+LONG_SANITIZED := ^(Batch|BatchParts|ChangingMeshes|CliCache|Closed/.*|Extremes|LoadScene|Scene|Shared/.*|Slice|SliceOfLayers|StressCommand|Urdf|VirtualTool|WrenchOfPatches|lab_test|standing_test)\.|^(Cli\.FieldError|PolygonSoup\.Shared)
 
 # Runs the tests again, built by clang with AddressSanitizer and UndefinedBehaviorSanitizer. Leaves out those in which sanitizers can
 # find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
@@ -194,7 +194,7 @@ test-tsan: deps
 	build/dev/cli/vpsbake sample_meshes/gear.obj --voxel 0.5mm -o build/tsan/gear.vps.hdf
 	$(shell setarch -R true 2>/dev/null && echo setarch -R) build/tsan/tests/threads/threads_test build/tsan/gear.vps.hdf
 
-# Builds the runtime without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-dev` tests the same.
+# Builds the runtime without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-all` tests the same.
 test-runtime-only: deps
 	cmake --preset runtime-only
 	cmake --build --preset runtime-only -j $(JOBS)
