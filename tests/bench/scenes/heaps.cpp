@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Many bodies: bins of bunnies, and a stack of ten cubes.
+// Many bodies: bins of bunnies, and stacks of ten cubes.
 #include <cmath>
+#include <utility>
 
 #include "tests/bench/scenes/scenes.h"
 #include "tests/scenes/assemblies.h"
+#include "tests/support/random.h"
 
 namespace vps::bench {
 namespace {
@@ -47,27 +49,49 @@ Scene heap_scene(Bodies& bodies, const scenes::Heap& heap) {
   return scene;
 }
 
-Side stack_of(const Body& body, const BodySide& side) {
+constexpr int kStackStarts = 8;
+
+// Each start shifts every cube by up to 2 % of its side and turns it by up to 0.03 rad.
+Side stack_of(const Body& body, const BodySide& side, int iterations) {
   const double mass = body.mass, voxel = body.voxel;
-  const auto play = [=](int, Quality* quality) {
+  const auto play = [=](int start, Quality* quality) {
     constexpr double kSide = 0.02;  // of a cube. [m]
     test::World world;
     prepare(world, voxel);
+    world.world.getSolverInfo().m_numIterations = iterations;
     const scenes::Options none;
     scenes::Run run(world, kHeapStep, none);
     run.add_box({btScalar(0.5), btScalar(0.5), btScalar(0.05)}, {0, 0, btScalar(-0.05)}, scenes::Run::Look::shown);
+    test::Random random(std::uint64_t(start) + 1);
     for (int i = 0; i < 10; ++i) {
-      const btVector3 at(0, 0, btScalar((i + 0.5) * kSide));
-      run.add_mass(*side.part, mass, btTransform(btQuaternion::getIdentity(), at));
+      const btQuaternion turn({0, 0, 1}, btScalar(random.between(-0.03, 0.03)));
+      const double x = random.between(-0.02, 0.02) * kSide, y = random.between(-0.02, 0.02) * kSide;
+      run.add_mass(*side.part, mass, btTransform(turn, {btScalar(x), btScalar(y), btScalar((i + 0.5) * kSide)}));
     }
     Script script;
     script.step = kHeapStep;
     script.steps = 3 * kHeapSecond;
     script.depth = [&] { return depth_of_all(run); };
     script.depth_every = 12;
+    script.fallen = kSide / 4;
     return record(world, run, script, quality);
   };
-  return {side.name, side.kind, voxel, play};
+  return {side.name, side.kind, voxel, play, 2};
+}
+
+Scene stack_scene(Bodies& bodies, int iterations) {
+  Scene stack;
+  stack.name = "ten cubes, " + std::to_string(iterations) + " iterations";
+  stack.plays = kStackStarts;
+  stack.phases = {{"stand", 0, 3 * kHeapSecond}};
+  stack.sides = [=, &bodies] {
+    std::vector<Side> sides;
+    const Body &fine = bodies.get("cube"), &coarse = bodies.get("coarse cube");
+    sides.push_back(stack_of(coarse, coarse.sides[0], iterations));
+    for (const BodySide& side : fine.sides) sides.push_back(stack_of(fine, side, iterations));
+    return sides;
+  };
+  return stack;
 }
 
 }  // namespace
@@ -75,16 +99,7 @@ Side stack_of(const Body& body, const BodySide& side) {
 std::vector<Scene> heap_scenes(Bodies& bodies) {
   std::vector<Scene> scenes = {heap_scene(bodies, {3, 3})};
   if (bodies.options().length == Length::full) scenes.push_back(heap_scene(bodies, {5, 4}));
-  Scene stack;
-  stack.name = "ten cubes";
-  stack.phases = {{"stand", 0, 3 * kHeapSecond}};
-  stack.sides = [&bodies] {
-    const Body& cube = bodies.get("cube");
-    std::vector<Side> sides;
-    for (const BodySide& side : cube.sides) sides.push_back(stack_of(cube, side));
-    return sides;
-  };
-  scenes.push_back(stack);
+  for (const int iterations : {10, 50}) scenes.push_back(stack_scene(bodies, iterations));
   return scenes;
 }
 

@@ -98,6 +98,7 @@ void Quality::keep_worse(const Quality& other, int play) {
   drift = larger(drift, other.drift);
   released = larger(released, other.released);
   drifts.push_back(other.drift);
+  stands.insert(stands.end(), other.stands.begin(), other.stands.end());
 }
 
 Body Bodies::make_bunny() {
@@ -135,7 +136,7 @@ const Body& Bodies::get(const std::string& name) {
     if (name == "gear") return make_part(samples::make_gear(), 0.00025, kSteelDensity);
     if (name == "nut") return make_part(samples::make_nut(), 0.00015, kSteelDensity);
     if (name == "brick") return make_part(samples::make_box({0.02, 0.01, 0.005}), 0.0004, kSteelDensity);
-    return make_part(samples::make_box({0.01, 0.01, 0.01}), 0.0004, kSteelDensity);
+    return make_part(samples::make_box({0.01, 0.01, 0.01}), name == "cube" ? 0.0004 : 0.0008, kSteelDensity);
   };
   return bodies_.emplace(name, make()).first->second;
 }
@@ -159,7 +160,19 @@ std::vector<double> record(test::World& world, const scenes::Run& run, const Scr
   const double start = run.energy();
   const double potential = start - run.kinetic();
   const auto second = std::min(script.steps, std::size_t(std::lround(1 / script.step)));
-  std::vector<btVector3> places;
+  std::vector<btVector3> starts, places;
+  for (const auto& body : world.bodies) starts.push_back(body->getWorldTransform().getOrigin());
+  const auto has_fallen = [&] {
+    for (std::size_t b = 0; b < starts.size(); ++b) {
+      btVector3 way = world.bodies[b]->getWorldTransform().getOrigin() - starts[b];
+      // Margins may lift a stack when it starts.
+      way.setZ(std::min(way.z(), btScalar(0)));
+      if (!(double(way.length()) < script.fallen)) return true;  // or is nowhere
+    }
+    return false;
+  };
+  double stood = script.step * double(script.steps);
+  bool stands = script.fallen > 0;
   double work = 0;
   Quality seen{0, 0, 0, 0, 0};
   for (std::size_t i = 0; i < script.steps; ++i) {
@@ -172,6 +185,10 @@ std::vector<double> record(test::World& world, const scenes::Run& run, const Scr
     const double energy = run.energy();
     seen.gain = std::max(seen.gain, energy - start - work);
     seen.released = std::max(seen.released, potential - (energy - run.kinetic()));
+    if (stands && has_fallen()) {
+      stands = false;
+      stood = script.step * double(i + 1);
+    }
     if (i % script.depth_every == 0) {
       const double depth = script.depth();
       seen.deepest = std::max(seen.deepest, depth);
@@ -188,6 +205,7 @@ std::vector<double> record(test::World& world, const scenes::Run& run, const Scr
   }
   if (places.empty()) seen.drift = Quality::kUnknown;
   seen.released += std::max(0.0, work);
+  if (script.fallen > 0) seen.stands = {stood};
   *quality = seen;
   return us;
 }

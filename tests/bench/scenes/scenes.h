@@ -37,6 +37,7 @@ struct Quality {
   double released = kUnknown;      ///< largest potential energy lost: the scale of `gain`. [J]
   int deepest_play = 0, drift_play = 0;
   std::vector<double> drifts{};  ///< of each play. [m/s]
+  std::vector<double> stands{};  ///< of each play: until a body has moved by Script::fallen, or to the end. [s]
 
   void keep_worse(const Quality& other, int play);
 };
@@ -84,7 +85,7 @@ class Bodies {
  public:
   explicit Bodies(SceneOptions options) : options_(std::move(options)) {}
   const SceneOptions& options() const { return options_; }
-  /// @param name  "bunny", "gear", "nut", "brick" or "cube"
+  /// @param name  "bunny", "gear", "nut", "brick", "cube" or "coarse cube"
   const Body& get(const std::string& name);
   /// The bunny's mesh, about its centre of mass.
   const TriangleMesh& bunny_mesh();
@@ -104,6 +105,7 @@ struct Script {
   std::function<double()> power;  ///< of the drive, after a step; may be empty. [W]
   std::function<double()> depth;  ///< of the deepest point now. [m]
   std::size_t depth_every = 1;    ///< steps
+  double fallen = 0;              ///< a body that moved this far aside or down has fallen; 0: no stack. [m]
 };
 /// Plays a script. @return the narrowphase's time of each step. [us]
 std::vector<double> record(test::World& world, const scenes::Run& run, const Script& script, Quality* quality);
@@ -115,7 +117,7 @@ void prepare(test::World& world, double voxel);
 
 [[nodiscard]] std::vector<Scene> drop_scenes(Bodies& bodies);  ///< one body falls, lands and rests
 [[nodiscard]] std::vector<Scene> pair_scenes(Bodies& bodies);  ///< bunny on bunny in fresh poses
-[[nodiscard]] std::vector<Scene> heap_scenes(Bodies& bodies);  ///< bins and a stack
+[[nodiscard]] std::vector<Scene> heap_scenes(Bodies& bodies);  ///< bins and stacks
 [[nodiscard]] std::vector<Scene> fit_scenes(Hacd hacd);        ///< nut on bolt, peg in hole, gears
 
 }  // namespace vps::bench

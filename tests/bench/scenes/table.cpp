@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "tests/bench/query_report.h"
 
@@ -26,6 +27,12 @@ std::string span_of(const std::vector<double>& starts) {
   if (starts.size() < 2) return "";
   const auto [least, most] = std::minmax_element(starts.begin(), starts.end());
   return fmt::format("{} to {}", number(*least), number(*most));
+}
+
+std::string least_and_mean(const std::vector<double>& of) {
+  if (of.empty()) return "";
+  const double sum = std::accumulate(of.begin(), of.end(), 0.0);
+  return fmt::format("{}, {}", number(*std::min_element(of.begin(), of.end())), number(sum / double(of.size())));
 }
 
 nlohmann::ordered_json json_number(double value) {
@@ -97,14 +104,14 @@ std::string Table::markdown() const {
     out += row(cells);
   }
   out += "\n" + header({"scene", "side", "deepest, mm", "in the last fifth, mm", "of start", "drift, mm/s", "of start",
-                        "median of starts", "energy gained, mJ", "% of released"});
+                        "median of starts", "energy gained, mJ", "% of released", "stands, s: least, mean"});
   for (const QualityRow* r : worst_first(qualities, [](const QualityRow& q) { return q.badness(); })) {
     const Quality& q = r->quality;
     if (std::isnan(q.deepest)) continue;
-    out +=
-        row({r->scene, r->side, number(1000 * q.deepest), number(1000 * q.deepest_late), std::to_string(q.deepest_play),
-             known(q.drift, 1000), std::isnan(q.drift) ? "" : std::to_string(q.drift_play),
-             known(lab::percentile(q.drifts, 0.5), 1000), number(1000 * q.gain), known(q.gain / q.released, 100)});
+    out += row({r->scene, r->side, number(1000 * q.deepest), number(1000 * q.deepest_late),
+                std::to_string(q.deepest_play), known(q.drift, 1000),
+                std::isnan(q.drift) ? "" : std::to_string(q.drift_play), known(lab::percentile(q.drifts, 0.5), 1000),
+                number(1000 * q.gain), known(q.gain / q.released, 100), least_and_mean(q.stands)});
   }
   return out;
 }
@@ -137,6 +144,7 @@ nlohmann::ordered_json Table::json() const {
                               {"drift_m_per_s", json_number(q.drift)},
                               {"drift_start", q.drift_play},
                               {"drifts_m_per_s", q.drifts},
+                              {"stands_s", q.stands},
                               {"energy_gained_j", json_number(q.gain)},
                               {"energy_released_j", json_number(q.released)}});
   }
