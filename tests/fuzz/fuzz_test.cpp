@@ -98,7 +98,7 @@ TEST(Fuzz, SeedsThemselvesAreAssets) {
 }
 
 TEST(Fuzz, DamagedAssetsAreRefusedOrHarmless) {
-  constexpr int kPerSeed = 600;
+  constexpr int kPerSeed = 1500;
   Random random;
   for (const auto& [name, bytes] : seed_files()) {
     std::map<Status, int> verdicts;

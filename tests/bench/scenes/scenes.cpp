@@ -98,6 +98,7 @@ void Quality::keep_worse(const Quality& other, int play) {
   drift = larger(drift, other.drift);
   released = larger(released, other.released);
   drifts.push_back(other.drift);
+  played = larger(played, other.played);
   stands.insert(stands.end(), other.stands.begin(), other.stands.end());
 }
 
@@ -164,9 +165,7 @@ std::vector<double> record(test::World& world, const scenes::Run& run, const Scr
   for (const auto& body : world.bodies) starts.push_back(body->getWorldTransform().getOrigin());
   const auto has_fallen = [&] {
     for (std::size_t b = 0; b < starts.size(); ++b) {
-      btVector3 way = world.bodies[b]->getWorldTransform().getOrigin() - starts[b];
-      // Margins may lift a stack when it starts.
-      way.setZ(std::min(way.z(), btScalar(0)));
+      const btVector3 way = world.bodies[b]->getWorldTransform().getOrigin() - starts[b];
       if (!(double(way.length()) < script.fallen)) return true;  // or is nowhere
     }
     return false;
@@ -206,6 +205,7 @@ std::vector<double> record(test::World& world, const scenes::Run& run, const Scr
   if (places.empty()) seen.drift = Quality::kUnknown;
   seen.released += std::max(0.0, work);
   if (script.fallen > 0) seen.stands = {stood};
+  seen.played = script.step * double(script.steps);
   *quality = seen;
   return us;
 }

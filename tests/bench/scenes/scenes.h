@@ -35,6 +35,7 @@ struct Quality {
   double gain = kUnknown;          ///< largest mechanical energy above the start and the work done. [J]
   double drift = kUnknown;         ///< largest way of a centre of mass in the last second. [m/s]
   double released = kUnknown;      ///< largest potential energy lost: the scale of `gain`. [J]
+  double played = kUnknown;        ///< longest play. [s]
   int deepest_play = 0, drift_play = 0;
   std::vector<double> drifts{};  ///< of each play. [m/s]
   std::vector<double> stands{};  ///< of each play: until a body has moved by Script::fallen, or to the end. [s]
@@ -105,7 +106,7 @@ struct Script {
   std::function<double()> power;  ///< of the drive, after a step; may be empty. [W]
   std::function<double()> depth;  ///< of the deepest point now. [m]
   std::size_t depth_every = 1;    ///< steps
-  double fallen = 0;              ///< a body that moved this far aside or down has fallen; 0: no stack. [m]
+  double fallen = 0;              ///< a body of a stack that has moved this far has fallen; 0: no stack. [m]
 };
 /// Plays a script. @return the narrowphase's time of each step. [us]
 std::vector<double> record(test::World& world, const scenes::Run& run, const Script& script, Quality* quality);

@@ -56,6 +56,7 @@ double QualityRow::badness() const {
        {quality.deepest_late / voxel, 1000 * quality.drift, 100 * quality.gain / quality.released}) {
     if (part > worst) worst = part;
   }
+  for (const double stands : quality.stands) worst = std::max(worst, 100 * (1 - stands / quality.played));
   return worst;
 }
 

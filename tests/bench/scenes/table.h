@@ -30,7 +30,8 @@ struct QualityRow {
   Kind kind = Kind::baked;
   double voxel = 0;  ///< of the finest shape. [m]
   Quality quality;
-  /// The worst of: depth in the last fifth in voxels, drift in mm/s, energy gained in hundredths of what was released.
+  /// The worst of: depth in the last fifth in voxels, drift in mm/s, energy gained in hundredths of what was released,
+  /// hundredths of the play in which a stack lay.
   [[nodiscard]] double badness() const;
 };
 
