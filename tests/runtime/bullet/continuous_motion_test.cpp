@@ -9,9 +9,8 @@ namespace vps::test {
 namespace {
 
 // 4 mm thick: two voxels.
-const std::shared_ptr<Asset>& wall() {
-  static const auto asset = baked_at(make_box({0.002, 0.2, 0.2}), 0.002);
-  return asset;
+std::shared_ptr<Asset> wall() {
+  return baked_at(make_box({0.002, 0.2, 0.2}), 0.002);
 }
 
 struct FastScene : World {

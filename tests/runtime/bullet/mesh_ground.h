@@ -18,14 +18,11 @@
 namespace vps::test {
 
 // The brick, without a voxelmap.
-inline const std::shared_ptr<Asset>& brick_shell() {
-  static const auto asset = [] {
-    bake::BakeOptions options;
-    options.voxel_size = 0.004;
-    options.voxelmap = false;
-    return baked(make_box({0.05, 0.05, 0.05}), options);
-  }();
-  return asset;
+inline std::shared_ptr<Asset> brick_shell() {
+  bake::BakeOptions options;
+  options.voxel_size = 0.004;
+  options.voxelmap = false;
+  return baked(make_box({0.05, 0.05, 0.05}), options);
 }
 
 enum class Winding { up, down, mixed };

@@ -15,13 +15,11 @@
 namespace vps::test {
 namespace {
 
-const std::shared_ptr<Asset>& slab() {
-  static const auto asset = baked_at(make_box({0.4, 0.4, 0.1}), 0.01);
-  return asset;
+std::shared_ptr<Asset> slab() {
+  return baked_at(make_box({0.4, 0.4, 0.1}), 0.01);
 }
-const std::shared_ptr<Asset>& partner_ball() {
-  static const auto asset = baked_at(make_sphere(0.05, 5), 0.0015);
-  return asset;
+std::shared_ptr<Asset> partner_ball() {
+  return baked_at(make_sphere(0.05, 5), 0.0015);
 }
 
 // A shape and the parts that it refers to.

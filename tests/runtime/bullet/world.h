@@ -18,18 +18,15 @@ inline std::shared_ptr<Asset> baked_at(const TriangleMesh& mesh, double voxel_si
   return baked(mesh, options);
 }
 
-// Bodies that many tests use, each baked once.
-inline const std::shared_ptr<Asset>& ball() {
-  static const auto asset = baked_at(make_sphere(0.05, 4), 0.003);
-  return asset;
+// Bodies that many tests use.
+inline std::shared_ptr<Asset> ball() {
+  return baked_at(make_sphere(0.05, 4), 0.003);
 }
-inline const std::shared_ptr<Asset>& brick() {
-  static const auto asset = baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
-  return asset;
+inline std::shared_ptr<Asset> brick() {
+  return baked_at(make_box({0.05, 0.05, 0.05}), 0.004);
 }
-inline const std::shared_ptr<Asset>& torus() {
-  static const auto asset = baked_at(make_torus(0.1, 0.03, 64, 32), 0.004);
-  return asset;
+inline std::shared_ptr<Asset> torus() {
+  return baked_at(make_torus(0.1, 0.03, 64, 32), 0.004);
 }
 
 inline double speed(const btRigidBody& body) {

@@ -16,9 +16,8 @@ namespace vps::test {
 namespace {
 
 // Radii of 100 and 30 mm, about the z axis.
-const std::shared_ptr<Asset>& fine_torus() {
-  static const auto asset = baked_at(make_torus(0.1, 0.03, 96, 48), 0.004);
-  return asset;
+std::shared_ptr<Asset> fine_torus() {
+  return baked_at(make_torus(0.1, 0.03, 96, 48), 0.004);
 }
 
 double distance_to_torus(const btVector3& p) {
