@@ -51,14 +51,23 @@ Scene heap_scene(Bodies& bodies, const scenes::Heap& heap) {
 
 constexpr int kStackStarts = 8;
 
+struct StackSetting {
+  int iterations = 0;
+  bool has_own_threshold = true;  // split impulses from two voxels on; else from Bullet's default on, 40 mm
+};
+
 // Each start shifts every cube by up to 2 % of its side and turns it by up to 0.03 rad.
-Side stack_of(const Body& body, const BodySide& side, int iterations) {
+Side stack_of(const Body& body, const BodySide& side, StackSetting setting) {
   const double mass = body.mass, voxel = body.voxel;
   const auto play = [=](int start, Quality* quality) {
     constexpr double kSide = 0.02;  // of a cube. [m]
     test::World world;
     prepare(world, voxel);
-    world.world.getSolverInfo().m_numIterations = iterations;
+    btContactSolverInfo& solver = world.world.getSolverInfo();
+    solver.m_numIterations = setting.iterations;
+    if (!setting.has_own_threshold) {
+      solver.m_splitImpulsePenetrationThreshold = btContactSolverInfo().m_splitImpulsePenetrationThreshold;
+    }
     const scenes::Options none;
     scenes::Run run(world, kHeapStep, none);
     run.add_box({btScalar(0.5), btScalar(0.5), btScalar(0.05)}, {0, 0, btScalar(-0.05)}, scenes::Run::Look::shown);
@@ -79,16 +88,17 @@ Side stack_of(const Body& body, const BodySide& side, int iterations) {
   return {side.name, side.kind, voxel, play, 2};
 }
 
-Scene stack_scene(Bodies& bodies, int iterations) {
+Scene stack_scene(Bodies& bodies, StackSetting setting) {
   Scene stack;
-  stack.name = "ten cubes, " + std::to_string(iterations) + " iterations";
+  stack.name = "ten cubes, " + std::to_string(setting.iterations) + " iterations";
+  if (!setting.has_own_threshold) stack.name += ", Bullet's threshold";
   stack.plays = kStackStarts;
   stack.phases = {{"stand", 0, 3 * kHeapSecond}};
   stack.sides = [=, &bodies] {
     std::vector<Side> sides;
     const Body &fine = bodies.get("cube"), &coarse = bodies.get("coarse cube");
-    sides.push_back(stack_of(coarse, coarse.sides[0], iterations));
-    for (const BodySide& side : fine.sides) sides.push_back(stack_of(fine, side, iterations));
+    sides.push_back(stack_of(coarse, coarse.sides[0], setting));
+    for (const BodySide& side : fine.sides) sides.push_back(stack_of(fine, side, setting));
     return sides;
   };
   return stack;
@@ -99,7 +109,9 @@ Scene stack_scene(Bodies& bodies, int iterations) {
 std::vector<Scene> heap_scenes(Bodies& bodies) {
   std::vector<Scene> scenes = {heap_scene(bodies, {3, 3})};
   if (bodies.options().length == Length::full) scenes.push_back(heap_scene(bodies, {5, 4}));
-  for (const int iterations : {10, 50}) scenes.push_back(stack_scene(bodies, iterations));
+  for (const bool own : {true, false}) {
+    for (const int iterations : {10, 50}) scenes.push_back(stack_scene(bodies, {iterations, own}));
+  }
   return scenes;
 }
 
