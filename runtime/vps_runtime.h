@@ -364,7 +364,7 @@ struct QueryResult {
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
 struct Scratch {
   std::vector<std::uint32_t> queue, hits, leaves;
-  std::vector<float> penetrations, bounds;
+  std::vector<float> penetrations, bounds, positions[3];
   void reserve(const PointshellView& shell);
 };
 

@@ -12,7 +12,6 @@
 
 #include "runtime/bullet/arriving_contacts.h"
 #include "runtime/bullet/between_samples.h"
-#include "runtime/bullet/choose_four.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner_field.h"
@@ -80,7 +79,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
-    manifolds_.release_from(0);
+    manifolds_.release();
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
@@ -100,12 +99,12 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
   const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
-  const std::size_t count = choose_four(found.contacts, found.features, manifolds_.previous(), alike, chosen);
-  for (std::size_t i = 0; i < count; ++i) few[i] = with_feature(found, chosen[i]);
+  const PointshellView& shell = pair.shell.vps->pointshell();
+  const std::size_t count = detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike, chosen);
+  for (std::size_t i = 0; i < count; ++i) few[i] = contact_of_row(shell, found, chosen[i]);
   std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
   left = left.first(move_between_samples(pair, found, *memory_, left));
-  manifolds_.fill(0, pair, left, found, result);
-  manifolds_.release_from(1);
+  manifolds_.replace(pair, left, found, result);
 }
 
 // Fills the manifold with few springs that have the wrench of all penetrating points.
@@ -131,8 +130,7 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
     few[i] = {reduced[i], source.feature};
     few[i].point = source.point;
   }
-  manifolds_.fill(0, pair, {few.data(), reduction.kept}, found, result);
-  manifolds_.release_from(1);
+  manifolds_.replace(pair, {few.data(), reduction.kept}, found, result);
 }
 
 // Sec. 2.4: up to three manifolds for each segment, with one contact each. A contact keeps its manifold from step to
@@ -151,13 +149,7 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
     few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
   }
   few.resize(move_between_samples(pair, found, *memory_, few));
-  int next = 0;
-  for (const ManifoldContact& contact : few) {
-    for (; next < contact.slot; ++next) manifolds_.clear(next);
-    manifolds_.fill(contact.slot, pair, {&contact, 1}, found, result);
-    next = contact.slot + 1;
-  }
-  manifolds_.release_from(next);
+  manifolds_.replace(pair, few, found, result);
 }
 
 std::atomic<bool> registered{false};

@@ -163,7 +163,18 @@ struct FieldQuery {
   float margin = 0;      // [m]
   PairMemory& memory;
   Workspace& space;
+  bool chooses = false;  // few contacts for a manifold
 };
+
+// Whether the points in contact need nothing before some are chosen. Contacts of hulls are finished first, and those
+// with round bodies are seeds of others.
+constexpr bool has_hits_only(const PolytopeField&) { return false; }
+constexpr bool has_hits_only(const SphereField&) { return false; }
+bool has_hits_only(const RevolvedField& field) { return field.profile != RevolvedField::Profile::capsule; }
+template <class Field>
+constexpr bool has_hits_only(const Field&) {
+  return true;
+}
 
 // @param frame  pose of the field's frame in its shape's frame
 template <class Field>
@@ -172,7 +183,13 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   const PointshellView& shell = pair.shell.vps->pointshell();
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
   const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
+  found.frame = pair.field.world * frame;
   QueryOptions options = query.options;
+  if (query.chooses && has_hits_only(field)) {
+    const Status status = detail::find_hits(shell, field, pose, options, query.space.scratch, found.hits);
+    found.shell_to_frame = pose;
+    return status;
+  }
   if constexpr (std::is_same_v<Field, PolytopeField>) {
     // Planes of a body without faces change from query to query.
     if (!query.memory.planes.has_faces()) options.cache = nullptr;
@@ -185,7 +202,6 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   const std::size_t count =
       test_again(shell, field, pose, reach, query.memory.segments.points, contacts, result.contacts);
   found.contacts = {contacts.data(), count};
-  found.frame = pair.field.world * frame;
   return status;
 }
 
@@ -243,6 +259,7 @@ void add_corners(const FieldQuery& query, FoundContacts& found) {
     ++touching;
   }
   const float least = touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
+  if (touching >= 3) detail::keep_deeper(least, found.hits);
   std::copy_if(found.contacts.begin(), found.contacts.end(), std::back_inserter(contacts),
                [&](const Contact& contact) { return contact.penetration > least; });
   found.contacts = contacts;
@@ -341,7 +358,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   options.contact_distance += margin;
   options.cache = &memory.cache;
   memory.segments.belong_to(shell, options.segment_level);
-  const FieldQuery query{pair, options, margin, memory, Workspace::of_this_thread(shell)};
+  const bool chooses = options.segment_level == 0 && !(foundation_of(pair).stiffness > 0);
+  const FieldQuery query{pair, options, margin, memory, Workspace::of_this_thread(shell), chooses};
   found.shell_points = shell.points;
   Status status{};
   if (pair.field.vps != nullptr) {
@@ -357,8 +375,45 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   if (status != Status::ok) return status;
   if (margin > 0) {
     for (Contact& contact : found.contacts) contact.penetration += margin;
+    for (std::uint32_t i = 0; i < found.hits.count; ++i) found.hits.penetration[i] += margin;
   }
   return status;
+}
+
+detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found) {
+  detail::ContactRows rows = found.hits;
+  if (rows.count == 0) {
+    Workspace& space = Workspace::of_this_thread(shell);
+    const std::size_t room = found.contacts.size() + detail::kLanePadding;
+    for (std::vector<float>& row : space.rows) {
+      if (row.size() < room) row.resize(room);
+    }
+    if (space.features.size() < room) space.features.resize(room);
+    rows = {{space.rows[0].data(), space.rows[1].data(), space.rows[2].data()},
+            space.rows[3].data(),
+            space.features.data()};
+  }
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+    const Contact& contact = found.contacts[i];
+    rows.position[0][rows.count] = contact.position.x;
+    rows.position[1][rows.count] = contact.position.y;
+    rows.position[2][rows.count] = contact.position.z;
+    rows.penetration[rows.count] = contact.penetration;
+    rows.feature[rows.count++] = feature_of(found.contacts, found.features, i);
+  }
+  return rows;
+}
+
+ManifoldContact contact_of_row(const PointshellView& shell, const FoundContacts& found, std::uint32_t row) {
+  if (row >= found.hits.count) {
+    const std::size_t i = row - found.hits.count;
+    return {found.contacts[i], feature_of(found.contacts, found.features, i)};
+  }
+  const detail::Transform transform(found.shell_to_frame);
+  const std::uint32_t point = found.hits.feature[row];
+  return {{transform.apply(point_position(shell, point)), transform.rotate(point_inward_normal(shell, point)),
+           found.hits.penetration[row], point_area(shell, point), point, 0},
+          point};
 }
 
 std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts) {

@@ -9,6 +9,7 @@
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
 #include "runtime/bullet/segment_contacts.h"
+#include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/slide_to_deepest.h"
 #include "runtime/fields/place_field.h"
 
@@ -47,6 +48,8 @@ inline constexpr float kGrazing = 0.3F;
 /// Working memory of a thread: pairs may run in parallel, assets are immutable.
 struct Workspace {
   Scratch scratch;
+  std::vector<float> rows[4];  // x, y, z, penetration
+  std::vector<std::uint32_t> features;
   std::vector<Contact> contacts;
   TriangleContacts triangles;
   std::vector<Contact> on_map, seeds;
@@ -54,6 +57,10 @@ struct Workspace {
 };
 
 struct FoundContacts {
+  /// Points of the shell that are not among `contacts`: few of them are chosen later.
+  detail::ContactRows hits;
+  Pose shell_to_frame;  ///< takes the shell to the contacts' frame; only with hits
+
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
   std::span<const std::uint32_t> features;  ///< see feature_of
@@ -90,7 +97,13 @@ struct FoundContacts {
 /// Finds the contacts of a pair. With segments, it tests the points in contact in the last step again, except on
 /// triangle meshes: a node may then have more than one contact.
 /// @param options  of the query; this function sets the cache and adds the margins
+/// @param found    has hits unless the contacts are of segments or springs, or need to be finished first
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
+
+/// Rows for the choice of a few: of the hits, then of `contacts`. Valid until the thread's next query.
+detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found);
+/// The contact of one of these rows.
+ManifoldContact contact_of_row(const PointshellView& shell, const FoundContacts& found, std::uint32_t row);
 
 /// Sets the final direction of contacts, along which the shell's body is pushed, and projects their area along it. At
 /// edges and corners the shell's normal is an average of its faces' normals. As a contact normal it pushes sideways,

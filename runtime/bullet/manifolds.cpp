@@ -4,16 +4,20 @@
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
+#include <algorithm>
+
 namespace vps::bullet {
 namespace {
 
-// Points of the last step with their impulses, matched by their position on the shell. Warm starting needs the
-// impulses, and clearing the manifold loses them.
+// What a point of the last step hands over. Warm starting needs the impulses, and clearing the manifold loses them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
-  btManifoldPoint point;
+  btScalar impulse, right_side, lateral_1, lateral_2;
+  int age;  // [steps]
+  bool is_given_away;
 };
 
+// The points of the last step, matched by their position on the shell.
 struct OldPoints {
   std::array<OldPoint, MANIFOLD_CACHE_SIZE> points;
   int count = 0;
@@ -21,7 +25,13 @@ struct OldPoints {
   OldPoints(const btPersistentManifold& manifold, bool shell_is_first) : count(manifold.getNumContacts()) {
     for (int i = 0; i < count; ++i) {
       const btManifoldPoint& p = manifold.getContactPoint(i);
-      points[static_cast<std::size_t>(i)] = {shell_is_first ? p.m_localPointA : p.m_localPointB, p};
+      points[static_cast<std::size_t>(i)] = {shell_is_first ? p.m_localPointA : p.m_localPointB,
+                                             p.m_appliedImpulse,
+                                             p.m_prevRHS,
+                                             p.m_appliedImpulseLateral1,
+                                             p.m_appliedImpulseLateral2,
+                                             p.m_lifeTime,
+                                             false};
     }
   }
 
@@ -32,17 +42,17 @@ struct OldPoints {
     for (int i = 0; i < count; ++i) {
       OldPoint& candidate = points[static_cast<std::size_t>(i)];
       const btScalar distance = candidate.on_shell.distance2(on_shell);
-      if (candidate.point.m_lifeTime < 0 || !(distance < least)) continue;
+      if (candidate.is_given_away || !(distance < least)) continue;
       least = distance;
       nearest = &candidate;
     }
     if (nearest == nullptr) return;
-    fresh.m_appliedImpulse = nearest->point.m_appliedImpulse;
-    fresh.m_prevRHS = nearest->point.m_prevRHS;
-    fresh.m_appliedImpulseLateral1 = nearest->point.m_appliedImpulseLateral1;
-    fresh.m_appliedImpulseLateral2 = nearest->point.m_appliedImpulseLateral2;
-    fresh.m_lifeTime = nearest->point.m_lifeTime + 1;
-    nearest->point.m_lifeTime = -1;  // given away
+    fresh.m_appliedImpulse = nearest->impulse;
+    fresh.m_prevRHS = nearest->right_side;
+    fresh.m_appliedImpulseLateral1 = nearest->lateral_1;
+    fresh.m_appliedImpulseLateral2 = nearest->lateral_2;
+    fresh.m_lifeTime = nearest->age + 1;
+    nearest->is_given_away = true;
   }
 };
 
@@ -60,7 +70,7 @@ void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const 
 }  // namespace
 
 Manifolds::~Manifolds() {
-  release_from(0);
+  release();
 }
 
 Manifolds::Previous Manifolds::previous() const {
@@ -72,9 +82,6 @@ Manifolds::Previous Manifolds::previous() const {
   return out;
 }
 
-void Manifolds::clear(int slot) {
-  if (slot < manifolds_.size() && manifolds_[slot] != nullptr) manifolds_[slot]->clearManifold();
-}
 void Manifolds::release_from(int slot) {
   for (int i = slot; i < manifolds_.size(); ++i) {
     if (manifolds_[i] != nullptr) dispatcher_->releaseManifold(manifolds_[i]);
@@ -99,10 +106,31 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
   return manifolds_[slot];
 }
 
+void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+                        btManifoldResult* result) {
+  // Of hundreds of manifolds few have points: the others are not touched.
+  auto next = contacts.begin();
+  for (int i = 0; i < filled_.size(); ++i) {
+    next = std::find_if(next, contacts.end(), [&](const ManifoldContact& c) { return c.slot >= filled_[i]; });
+    const bool stays = next != contacts.end() && next->slot == filled_[i];
+    if (!stays && filled_[i] < manifolds_.size()) manifolds_[filled_[i]]->clearManifold();
+  }
+  filled_.resize(0);
+  while (!contacts.empty()) {
+    const int slot = contacts.front().slot;
+    const auto end =
+        std::find_if(contacts.begin(), contacts.end(), [=](const ManifoldContact& c) { return c.slot != slot; });
+    const auto count = static_cast<std::size_t>(end - contacts.begin());
+    fill(slot, pair, contacts.first(count), found, result);
+    filled_.push_back(slot);
+    contacts = contacts.subspan(count);
+  }
+  const int last = filled_.size() > 0 ? filled_[filled_.size() - 1] : 0;
+  release_from(last + 1);
+}
+
 void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
                      btManifoldResult* result) {
-  const bool exists = slot < manifolds_.size() && manifolds_[slot] != nullptr;
-  if (contacts.empty() && !exists) return;
   btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(found.reach));
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.

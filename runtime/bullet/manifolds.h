@@ -27,21 +27,26 @@ class Manifolds {
   };
   [[nodiscard]] Previous previous() const;
 
-  /// Replaces a manifold's points by fresh ones. Bullet's refresh would keep the normals of the step they were made in.
-  /// @param contacts  from `found`; at most as many as a manifold holds
-  void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
-            btManifoldResult* result);
-  /// Empties one slot.
-  void clear(int slot);
-  /// Gives back the manifolds of a slot and of all after it: Bullet visits empty ones in every step.
-  void release_from(int slot);
+  /// Replaces the points of all manifolds by fresh ones. Bullet's refresh would keep the normals of the step they were
+  /// made in.
+  /// @param contacts  from `found`, in order of their slots; for each slot at most as many as a manifold holds
+  void replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+               btManifoldResult* result);
+  /// Gives back all manifolds.
+  void release() { release_from(0); }
   void append_to(btManifoldArray& all) const;
 
  private:
+  // @param contacts  of one slot
+  void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+            btManifoldResult* result);
+  // Gives back the manifolds of a slot and of all after it: Bullet visits empty ones in every step.
+  void release_from(int slot);
   btPersistentManifold* manifold(int slot, const btManifoldResult* result, btScalar threshold);
 
   btDispatcher* dispatcher_;
   btAlignedObjectArray<btPersistentManifold*> manifolds_;  // null where none was needed
+  btAlignedObjectArray<int> filled_;                       // slots with points, rising
 };
 
 }  // namespace vps::bullet

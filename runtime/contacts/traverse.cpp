@@ -5,6 +5,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 
 namespace vps {
@@ -66,14 +67,18 @@ void traverse_with_cache(TraverseQuery& query) noexcept {
   detail::sharpen_distance(query, 0, expanded);
 }
 
-Status run(TraverseQuery query) noexcept {
+bool uses_cache(const TraverseQuery& query) noexcept {
+  return query.options.cache != nullptr && query.descent.bounds == nullptr && query.facts.takes_lists;
+}
+
+Status sum_contacts(TraverseQuery& query) noexcept {
   const detail::Descent& d = query.descent;
   if (query.options.segment_level > 0) {
     detail::traverse_segments(query);
-  } else if (query.options.cache == nullptr || d.bounds != nullptr || !query.facts.takes_lists) {
-    traverse_once(query);
-  } else {
+  } else if (uses_cache(query)) {
     traverse_with_cache(query);
+  } else {
+    traverse_once(query);
   }
   QueryResult& result = query.result;
   result.delta = d.unit * (d.deepest > detail::kNothingTested ? d.deepest : d.rejected);
@@ -118,22 +123,11 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
   return true;
 }
 
-}  // namespace
-
-void Scratch::reserve(const PointshellView& shell) {
-  // The segmented traverse keeps the list of segments in front of one segment's queue.
-  const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
-  // The points that represent nodes can be hits, too, and there can be more nodes than points.
-  const std::size_t points = std::size_t{std::max(shell.points, shell.nodes)} + detail::kLanePadding;
-  if (queue.size() < nodes) queue.resize(nodes);
-  if (bounds.size() < nodes) bounds.resize(nodes);
-  if (hits.size() < points) hits.resize(points);
-  if (leaves.size() < points) leaves.resize(points);
-  if (penetrations.size() < points) penetrations.resize(points);
-}
-
-Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
-                Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+// Calls run(query) with a query of a field in kernel form, unless the bodies are apart.
+template <class Run>
+Status query_field(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                   const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result,
+                   const Run& run) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
     QueryOptions within = options;
@@ -150,10 +144,56 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
       facts.error = error;
       if (options.cache != nullptr) facts.id = id_of(kind);
       scratch.reserve(shell);
-      return run(TraverseQuery(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within,
-                               scratch, out, result));
+      TraverseQuery query(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within, scratch,
+                          out, result);
+      return run(query);
     };
     return detail::in_kernel_form(kind, shell_to_field, run_kernel);
+  });
+}
+
+}  // namespace
+
+void Scratch::reserve(const PointshellView& shell) {
+  // The segmented traverse keeps the list of segments in front of one segment's queue.
+  const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
+  // The points that represent nodes can be hits, too, and there can be more nodes than points.
+  const std::size_t points =
+      std::size_t{std::max(shell.points, shell.nodes)} + detail::kExtraRows + detail::kLanePadding;
+  if (queue.size() < nodes) queue.resize(nodes);
+  if (bounds.size() < nodes) bounds.resize(nodes);
+  if (hits.size() < points) hits.resize(points);
+  if (leaves.size() < points) leaves.resize(points);
+  if (penetrations.size() < points) penetrations.resize(points);
+  for (std::vector<float>& row : positions) {
+    if (row.size() < points) row.resize(points);
+  }
+}
+
+Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
+                Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
+  return query_field(shell, field, shell_to_field, options, scratch, out, result, sum_contacts);
+}
+
+Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                         const QueryOptions& options, Scratch& scratch, ContactRows& hits) noexcept {
+  scratch.reserve(shell);
+  hits = {{scratch.positions[0].data(), scratch.positions[1].data(), scratch.positions[2].data()},
+          scratch.penetrations.data(),
+          scratch.hits.data()};
+  QueryResult unused;
+  return query_field(shell, field, shell_to_field, options, scratch, {}, unused, [&](TraverseQuery& query) {
+    Descent& d = query.descent;
+    d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
+    std::copy_n(hits.position, 3, d.positions);
+    if (uses_cache(query)) {
+      (void)find_hits_with(*options.cache, query);
+    } else {
+      (void)find_all_hits(query);
+    }
+    hits.count = d.hit_count;
+    for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
+    return Status::ok;
   });
 }
 

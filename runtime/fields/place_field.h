@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,18 @@ namespace vps::detail {
 
 /// Entries that a buffer for the kernels must have beyond its last used one.
 inline constexpr std::uint32_t kLanePadding = 16;
+
+/// For each mask of eight lanes the numbers of the lanes in it, one after the other.
+inline constexpr auto kLanesOfMask = [] {
+  std::array<std::array<std::uint8_t, 8>, 256> all{};
+  for (std::size_t mask = 0; mask < all.size(); ++mask) {
+    std::size_t count = 0;
+    for (std::uint8_t lane = 0; lane < 8; ++lane) {
+      if ((mask >> lane & 1) != 0) all[mask][count++] = lane;
+    }
+  }
+  return all;
+}();
 
 /// p_field = rotation * p + translation, in the field's unit of length.
 struct Affine {

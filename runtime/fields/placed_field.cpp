@@ -13,20 +13,38 @@
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
 
-template <class Integer>
-void look_up_places(const SampledMap& map, const Affine& to_map, const Places& places, float* out) {
-  const SampledLanes<Integer> lanes{{}, map};
+template <class Field>
+void look_up_places(const void* field, const Affine& to_field, const Places& places, float* out) {
+  const PointshellView none;
+  const auto lanes = lanes_of(*static_cast<const Field*>(field), none);
   const auto step = static_cast<std::uint32_t>(hn::Lanes(f32));
   for (std::uint32_t i = 0; i < places.count; i += step) {
     const Points p =
-        lanes.place(to_map, {hn::Load(f32, places.x + i), hn::Load(f32, places.y + i), hn::Load(f32, places.z + i)});
-    hn::StoreU(lanes.value_of(p, lanes.look_up(p)), f32, out + i);
+        lanes.place(to_field, {hn::Load(f32, places.x + i), hn::Load(f32, places.y + i), hn::Load(f32, places.z + i)});
+    if constexpr (std::is_base_of_v<SampledMap, Field>) {
+      hn::StoreU(lanes.value_of(p, lanes.look_up(p)), f32, out + i);
+    } else {
+      hn::StoreU(lanes.value(p, Batch(), hn::FirstN(f32, places.count - i)), f32, out + i);
+    }
   }
 }
 
-using LookUp = void (*)(const SampledMap&, const Affine&, const Places&, float*);
-LookUp look_up_here(bool is_wide) {
-  return is_wide ? &look_up_places<std::int16_t> : &look_up_places<std::int8_t>;
+using LookUp = void (*)(const void*, const Affine&, const Places&, float*);
+template <class Field>
+constexpr LookUp look_up_of() {
+  if constexpr (std::is_same_v<Field, PlainMap>) {
+    return nullptr;  // it needs the normals of a shell's points
+  } else {
+    return &look_up_places<Field>;
+  }
+}
+template <class... Fields>
+LookUp look_up_at(std::size_t kind, const std::tuple<Fields...>*) {
+  static constexpr LookUp kAll[] = {look_up_of<Fields>()...};
+  return kAll[kind];
+}
+LookUp look_up_here(std::size_t kind) {
+  return look_up_at(kind, static_cast<const KernelFields*>(nullptr));
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -38,15 +56,22 @@ namespace vps::detail {
 HWY_EXPORT(look_up_here);
 
 PlacedField::PlacedField(FieldRef field, const Pose& to_field) noexcept : field_(field), to_field_(to_field) {
-  const VoxelmapView* const map = field.voxelmap();
-  // Offsets into samples are 32 bits wide in the kernel.
-  if (map == nullptr || map->field != Field::scaled || map->field_bricks >= (1U << 23)) return;
-  const Frame frame = voxel_frame(*map);
-  constexpr float kOrigin[3] = {};
-  map_ = sampled_map<SampledMap>(*map, frame);
-  affine_ = affine(to_field, frame, kOrigin, 1);
-  unit_ = map->voxel_size;
-  look_up_ = HWY_DYNAMIC_DISPATCH(look_up_here)(map->element != ElementType::i8);
+  const auto use = [&]<class Kernel>(const Kernel& kernel, const Frame& frame, float, const Pose& pose) {
+    look_up_ = HWY_DYNAMIC_DISPATCH(look_up_here)(kernel_kind<Kernel>());
+    constexpr float kOrigin[3] = {};
+    affine_ = affine(pose, frame, kOrigin, 1);
+    unit_ = static_cast<float>(frame.unit);
+    if constexpr (std::is_base_of_v<SampledMap, Kernel>) {
+      map_ = kernel;
+    } else if constexpr (std::is_same_v<Kernel, SolidBelow>) {
+      static constexpr SolidBelow kBelow;
+      analytic_ = &kBelow;
+    } else {
+      analytic_ = &kernel;  // the caller's field
+    }
+    return Status::ok;
+  };
+  (void)field.visit([&](const auto& kind) { return in_kernel_form(kind, to_field, use); });
 }
 
 void PlacedField::penetrations(const Places& places, Values& out) const noexcept {
@@ -54,7 +79,7 @@ void PlacedField::penetrations(const Places& places, Values& out) const noexcept
     for (std::uint32_t i = 0; i < places.count; ++i) out[i] = penetration(places[i]);
     return;
   }
-  look_up_(map_, affine_, places, out.data());
+  look_up_(analytic_ != nullptr ? analytic_ : &map_, affine_, places, out.data());
   for (std::uint32_t i = 0; i < places.count; ++i) out[i] *= unit_;
 }
 

@@ -40,7 +40,7 @@ class FieldAtPlaces {
   FieldAtPlaces& operator=(const FieldAtPlaces&) = default;
 };
 
-/// A field seen from another frame. A sampled map is looked up in vector lanes. It does not own the field.
+/// A field seen from another frame, looked up in vector lanes. It does not own the field.
 class PlacedField final : public FieldAtPlaces {
  public:
   /// @param to_field  takes places to the field's frame
@@ -55,8 +55,9 @@ class PlacedField final : public FieldAtPlaces {
  private:
   FieldRef field_;
   Transform to_field_;
-  /// The kernel for a sampled map; null for fields that are looked up one place after the other.
-  void (*look_up_)(const SampledMap& map, const Affine& to_map, const Places& places, float* out) = nullptr;
+  /// The kernel; null for fields that are looked up one place after the other.
+  void (*look_up_)(const void* field, const Affine& to_field, const Places& places, float* out) = nullptr;
+  const void* analytic_ = nullptr;  ///< the kernel's field; null: `map_`
   SampledMap map_;
   Affine affine_{};
   float unit_ = 0;  ///< of the kernel. [m]

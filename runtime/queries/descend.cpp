@@ -77,6 +77,25 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   return touch;
 }
 
+// Points with the codes of their positions, and where they lie in the field.
+struct PlacedPoints {
+  Points codes, at;
+};
+
+// Adds hits to the results.
+HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Words> leaves, F v, M hit, Descent& d) {
+  const Words u32;
+  const auto hit_word = hn::RebindMask(u32, hit);
+  if (d.positions[0] != nullptr) {
+    for (int axis = 0; axis < 3; ++axis) {
+      (void)store_packed(f32, row(d.to_positions, axis, codes), hit, d.positions[axis] + d.hit_count);
+    }
+  }
+  (void)store_packed(u32, points, hit_word, d.hits + d.hit_count);
+  (void)store_packed(u32, leaves, hit_word, d.leaves + d.hit_count);
+  d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+}
+
 // Returns the children of a queue's nodes in chunks.
 template <bool kPaired>
 class Chunks {
@@ -132,9 +151,9 @@ void descend_lanes(const Lanes& field, Descent& d) {
     tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
     d.nodes_tested += batch.low.count + batch.high.count;
   };
-  const auto take_points = [&](const Batch& batch, const Points& p, F v, M sampled) {
+  const auto take_points = [&](const Batch& batch, const PlacedPoints& p, F v, M sampled) {
     const M valid = valid_lanes<Lanes::kPaired>(batch);
-    const M hit = find_hits(field, p, sampled, valid, limit, v);
+    const M hit = find_hits(field, p.at, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     d.points_tested += batch.low.count + batch.high.count;
     if (hn::AllFalse(f32, hit)) return;
@@ -142,10 +161,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
     if constexpr (kTwo) {
       parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
     }
-    const auto hit_word = hn::RebindMask(u32, hit);
-    store_packed(u32, numbers_of<Lanes::kPaired>(batch), hit_word, d.hits + d.hit_count);
-    store_packed(u32, parents, hit_word, d.leaves + d.hit_count);
-    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+    add_hits(p.codes, numbers_of<Lanes::kPaired>(batch), parents, v, hit, d);
   };
 
   // Look-ups in an octree wait for memory at each node. Two vectors at a time wait together.
@@ -167,24 +183,25 @@ void descend_lanes(const Lanes& field, Descent& d) {
     take_spheres(batch, spheres, field.bound(spheres.centre, spheres.reach));
   }
   // After the inner nodes the queue has only leaves.
-  const auto points_of = [&](const Batch& of) {
-    return field.place(d.points, load_points<Lanes::kPaired>(*d.shell, of));
+  const auto points_of = [&](const Batch& of) -> PlacedPoints {
+    const Points codes = load_points<Lanes::kPaired>(*d.shell, of);
+    return {codes, field.place(d.points, codes)};
   };
   while (next(d.last_node, batch)) {
-    const Points points = points_of(batch);
+    const PlacedPoints points = points_of(batch);
     if constexpr (Lanes::kPaired) {
       if (next(d.last_node, other)) {
-        const Points others = points_of(other);
+        const PlacedPoints others = points_of(other);
         typename Lanes::Looked at_first;
         typename Lanes::Looked at_other;
-        field.look_up(points, others, at_first, at_other);
-        take_points(batch, points, field.value_of(points, at_first), at_first.sampled);
-        take_points(other, others, field.value_of(others, at_other), at_other.sampled);
+        field.look_up(points.at, others.at, at_first, at_other);
+        take_points(batch, points, field.value_of(points.at, at_first), at_first.sampled);
+        take_points(other, others, field.value_of(others.at, at_other), at_other.sampled);
         continue;
       }
     }
     M sampled;
-    const F v = value_at(field, points, batch, valid_lanes<Lanes::kPaired>(batch), sampled);
+    const F v = value_at(field, points.at, batch, valid_lanes<Lanes::kPaired>(batch), sampled);
     take_points(batch, points, v, sampled);
   }
   d.begin = chunks.head();
@@ -207,10 +224,7 @@ void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
     F v = value_at(field, p, Batch(), valid, sampled);
     const M hit = find_hits(field, p, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    const auto hit_word = hn::RebindMask(u32, hit);
-    store_packed(u32, hn::LoadU(u32, list.points + i), hit_word, d.hits + d.hit_count);
-    store_packed(u32, hn::LoadU(u32, list.leaves + i), hit_word, d.leaves + d.hit_count);
-    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+    add_hits(codes, hn::LoadU(u32, list.points + i), hn::LoadU(u32, list.leaves + i), v, hit, d);
   }
   d.points_tested += list.count;
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
@@ -240,10 +254,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
     F v = value_at(field, p, batch, valid, sampled);
     const M hit = find_hits(field, p, sampled, valid, limit, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    const auto hit_word = hn::RebindMask(u32, hit);
-    store_packed(u32, hn::Load(u32, points), hit_word, d.hits + d.hit_count);
-    store_packed(u32, hn::LoadU(u32, d.queue + from), hit_word, d.leaves + d.hit_count);
-    d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
+    add_hits(stored, hn::Load(u32, points), hn::LoadU(u32, d.queue + from), v, hit, d);
     from += count;
   }
   d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));

@@ -27,6 +27,8 @@ struct Descent {
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V
+  float* positions[3] = {};         ///< if not null: their positions, `to_positions` of their codes
+  Affine to_positions{};
   std::uint32_t hit_count = 0;
   float deepest = 0;   ///< max V of the points tested; of points beyond the band that are no hits an upper bound of V
   float rejected = 0;  ///< upper bound of V below all rejected spheres

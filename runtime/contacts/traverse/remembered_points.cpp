@@ -11,13 +11,6 @@
 namespace vps::detail {
 namespace {
 
-// Returns how many expanded nodes lie at the front of the queue.
-std::uint32_t find_all_hits(TraverseQuery& query) noexcept {
-  if (!query.field.touches(query.descent, 0)) return 0;
-  (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
-  return query.descent.end;
-}
-
 void remember_hits(const TraverseQuery& query, ContactCache& cache) noexcept {
   const Descent& d = query.descent;
   const std::size_t count = d.hit_count;
@@ -36,6 +29,9 @@ void drop_hits_below(float least, Descent& d) noexcept {
   for (std::uint32_t i = 0; i < d.hit_count; ++i) {
     if (d.penetrations[i] < least) continue;
     d.hits[kept] = d.hits[i];
+    for (float* const row : d.positions) {
+      if (row != nullptr) row[kept] = row[i];
+    }
     d.leaves[kept] = d.leaves[i];
     d.penetrations[kept++] = d.penetrations[i];
   }
@@ -43,6 +39,12 @@ void drop_hits_below(float least, Descent& d) noexcept {
 }
 
 }  // namespace
+
+std::uint32_t find_all_hits(TraverseQuery& query) noexcept {
+  if (!query.field.touches(query.descent, 0)) return 0;
+  (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
+  return query.descent.end;
+}
 
 std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept {
   const PointshellView& shell = query.shell;

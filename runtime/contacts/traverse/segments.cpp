@@ -1,10 +1,52 @@
 // SPDX-License-Identifier: Zlib
 // Segmented traverse, Sec. 2.4 of the paper: the clusters of the segmentation level are found once, and Algorithm 1
-// then runs in each alone and keeps its deepest point.
+// then keeps the deepest point of each.
+#include <algorithm>
+
 #include "runtime/contacts/traverse/traverse_query.h"
 
 namespace vps::detail {
 namespace {
+
+// Takes hits [first, last) of the descent as those of one segment.
+// @return whether the segment has a contact
+bool take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first, std::uint32_t last) noexcept {
+  Contact deepest;
+  deepest.penetration = kNothingTested;
+  query.segment = &deepest;
+  take_hits(query, HitsAre::points, first, last);
+  query.segment = nullptr;
+  if (!(deepest.penetration > kNothingTested)) return false;
+  deepest.node = node;
+  write_contact(query, deepest);
+  return true;
+}
+
+// The first point that is not below a node or an earlier one of its level.
+std::uint32_t end_of_points(const PointshellView& shell, std::uint32_t node) noexcept {
+  const auto end_of_children = [&](std::uint32_t of) {
+    return shell.children[2 * std::size_t{of}] + shell.children[2 * std::size_t{of} + 1];
+  };
+  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
+  while (node < leaves) node = end_of_children(node) - 1;
+  return end_of_children(node);
+}
+
+// Without a budget all segments, entries [first, last) of the queue, go down together.
+void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
+  Descent& d = query.descent;
+  d.last_node = query.shell.nodes;
+  query.field.descend(d);
+  std::uint32_t hit = 0;
+  for (std::uint32_t segment = first; segment < last; ++segment) {
+    const std::uint32_t begin = hit;
+    const std::uint32_t end = end_of_points(query.shell, d.queue[segment]);
+    hit = static_cast<std::uint32_t>(std::lower_bound(d.hits + hit, d.hits + d.hit_count, end) - d.hits);
+    if (hit > begin) (void)take_segment(query, d.queue[segment], begin, hit);
+  }
+  d.hit_count = 0;
+  sharpen_distance(query, 0, d.begin);
+}
 
 // Traverses one segment: entry `segment` of the queue. The segment's own queue begins at entry `room`.
 void traverse_segment(TraverseQuery& query, std::uint32_t segment, std::uint32_t room) noexcept {
@@ -13,7 +55,7 @@ void traverse_segment(TraverseQuery& query, std::uint32_t segment, std::uint32_t
   Contact deepest;
   deepest.penetration = kNothingTested;
   query.segment = &deepest;
-  if (d.bounds != nullptr) d.bounds[room] = d.bounds[segment];
+  d.bounds[room] = d.bounds[segment];
   query.result.complete = descend_in_blocks(query, node, room, query.shell.nodes);
   take_hits(query, HitsAre::points);
   const std::uint32_t expanded = d.begin;
@@ -37,6 +79,7 @@ void traverse_segments(TraverseQuery& query) noexcept {
   query.result.complete = descend_in_blocks(query, 0, 0, shell.level_offsets[level - 1]);
   const std::uint32_t first = d.begin;
   const std::uint32_t last = d.end;
+  if (!query.budget.limited()) return traverse_together(query, first, last);
   std::uint32_t segment = first;
   for (; segment < last && query.result.complete; ++segment) {
     query.waiting = last - segment - 1;

@@ -94,11 +94,33 @@ bool cut(const TraverseQuery& query, const Transform& transform, std::uint32_t f
   return cut_facet(corners, v, contact);
 }
 
+// The deepest of hits [first, last), for a segment without facets. Only those that touch have forces.
+void take_segment_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uint32_t last) noexcept {
+  const Descent& d = query.descent;
+  ForceSum sum(query);
+  std::uint32_t deepest = last;
+  float most = query.segment->penetration / d.unit;
+  for (std::uint32_t i = first; i < last; ++i) {
+    const float v = d.penetrations[i];
+    if (v >= 0) sum.add(contact_of(query, query.transform, hits, i));
+    if (!(v > most)) continue;
+    most = v;
+    deepest = i;
+  }
+  sum.store(query.result);
+  if (deepest < last) *query.segment = contact_of(query, query.transform, hits, deepest);
+}
+
 }  // namespace
 
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   const bool dropped = hits == HitsAre::nodes && query.options.node_areas.empty();
-  const std::uint32_t count = dropped ? 0 : query.descent.hit_count;
+  take_hits(query, hits, 0, dropped ? 0 : query.descent.hit_count);
+  query.descent.hit_count = 0;
+}
+
+void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uint32_t last) noexcept {
+  if (query.segment != nullptr && !query.has_facets) return take_segment_hits(query, hits, first, last);
   // Copies, because the compiler must assume that writing a contact changes the originals.
   const Transform transform = query.transform;
   const std::span<Contact> out = query.out;
@@ -112,11 +134,11 @@ void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   };
   ForceSum sum(query);
   const float unit = query.descent.unit;
-  for (std::uint32_t i = 0; i < count; ++i) {
+  for (std::uint32_t i = first; i < last; ++i) {
     const FacetRange range = facets.next(query.descent.hits[i]);
     const bool is_near = query.descent.penetrations[i] >= limit;
     if (!is_near && range.first == range.last) continue;
-    // Of the points of a segment that do not touch, most are not its deepest: they need no contact.
+    // Of a segment's points that do not touch, most are not its deepest: they need no contact.
     const float penetration = unit * query.descent.penetrations[i];
     const bool is_deepest = segment == nullptr || penetration > segment->penetration;
     if (range.first == range.last && penetration < 0 && !is_deepest) continue;
@@ -142,7 +164,6 @@ void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   }
   sum.store(query.result);
   query.result.contacts = found;
-  query.descent.hit_count = 0;
 }
 
 }  // namespace vps::detail

@@ -92,6 +92,8 @@ enum class HitsAre : std::uint8_t { points, nodes };
 /// Adds the descent's hits to the result, and clears them. Points that represent nodes have the areas of
 /// QueryOptions::node_areas; without these they are dropped.
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept;
+/// The same for hits [first, last), which stay.
+void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uint32_t last) noexcept;
 /// Writes a contact, or only counts it where the buffer is full.
 inline void write_contact(TraverseQuery& query, const Contact& contact) noexcept {
   if (query.result.contacts < query.out.size()) query.out[query.result.contacts] = contact;
@@ -110,9 +112,10 @@ void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexc
 /// They give a more accurate distance. Beyond the band these include the leaves', and the nearest leaf's points.
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
 
-/// Finds all hits. Tests only the points in the cache if these suffice. Otherwise traverses the tree and stores new
+/// Finds all hits. @return how many expanded nodes lie at the front of the queue
+std::uint32_t find_all_hits(TraverseQuery& query) noexcept;
+/// The same, but tests only the points in the cache if these suffice. Otherwise traverses the tree and stores new
 /// points.
-/// @return how many expanded nodes lie at the front of the queue
 std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept;
 
 /// One contact for each cluster of QueryOptions::segment_level.

@@ -120,9 +120,14 @@ TEST_P(Killed, BakeLeavesNothingHalfWritten) {
     if (i % 3 != 2) fs::remove(folder / "a.vps.hdf");
     const pid_t child = start_bake(folder, "a.vps.hdf");
     if (while_writing) wait_for_writing(folder, child);
-    std::this_thread::sleep_for(random.next() * (while_writing ? writing : duration));
+    Seconds& longest = while_writing ? writing : duration;
+    std::this_thread::sleep_for(random.next() * longest);
     ::kill(child, SIGKILL);
-    killed += WIFSIGNALED(status_of(child)) ? 1 : 0;
+    if (WIFSIGNALED(status_of(child))) {
+      ++killed;
+    } else {
+      longest *= 0.7;  // the machine was busier when it was measured
+    }
     expect_whole(folder, whole);
     if (i % 5 != 4) continue;
     expect_sound(folder);
