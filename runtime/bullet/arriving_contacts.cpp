@@ -116,6 +116,15 @@ Approach approach(const Pair& pair, btScalar step) {
   return {way, way > voxel_size(pair) + fall ? Approach::Phase::landing : Approach::Phase::resting};
 }
 
+detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame) {
+  const Course shell(pair.shell, step);
+  const Course field(pair.field, step);
+  const btVector3 turn = step * (shell.angular - field.angular);
+  const btVector3 at_origin = step * (shell.at(frame.getOrigin()) - field.at(frame.getOrigin()));
+  const btMatrix3x3 to_frame = frame.getBasis().transpose();
+  return {to_vec3(to_frame * at_origin), to_vec3(to_frame * turn)};
+}
+
 void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found) {
   const Course shell(pair.shell, step);
   const Course partner(pair.field, step);

@@ -17,6 +17,10 @@ struct Approach {
 /// it. The way is 0 for a pair with restitution: speculative contacts would remove the bounce.
 [[nodiscard]] Approach approach(const Pair& pair, btScalar step);
 
+/// Motion of the shell in a step, relative to the field's body.
+/// @param frame  of the result, in the world
+detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame);
+
 /// Removes speculative contacts that do not close in the step: a point that flies past an edge does not arrive at the
 /// nearest place of the surface. The others get the direction and the gap of the place where they arrive. Contacts with
 /// triangle meshes are left as they are.

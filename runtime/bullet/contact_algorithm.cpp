@@ -75,7 +75,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   }
   FoundContacts found;
   found.reach = options.contact_distance;
-  found.looks_ahead = way > 0;
+  found.way = static_cast<float>(way);
+  found.step = info.m_timeStep;
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);

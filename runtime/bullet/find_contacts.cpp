@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "runtime/bullet/arriving_contacts.h"
 #include "runtime/bullet/partners/corner_contacts.h"
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/bullet/partners/round_contacts.h"
@@ -168,9 +169,15 @@ struct FieldQuery {
 
 // Whether the points in contact need nothing before some are chosen. Contacts of hulls are finished first, and those
 // with round bodies are seeds of others.
-constexpr bool has_hits_only(const PolytopeField&) { return false; }
-constexpr bool has_hits_only(const SphereField&) { return false; }
-bool has_hits_only(const RevolvedField& field) { return field.profile != RevolvedField::Profile::capsule; }
+constexpr bool has_hits_only(const PolytopeField&) {
+  return false;
+}
+constexpr bool has_hits_only(const SphereField&) {
+  return false;
+}
+bool has_hits_only(const RevolvedField& field) {
+  return field.profile != RevolvedField::Profile::capsule;
+}
 template <class Field>
 constexpr bool has_hits_only(const Field&) {
   return true;
@@ -196,9 +203,14 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   }
   std::vector<Contact>& contacts = query.space.contacts;
   QueryResult result;
-  const Status status = traverse(shell, field, pose, options, query.space.scratch, contacts, result);
+  const Status status = [&] {
+    if (!(found.way > 0)) return traverse(shell, field, pose, options, query.space.scratch, contacts, result);
+    options.contact_distance -= found.way;
+    const detail::RelativeMotion motion = motion_in(pair, found.step, found.frame);
+    return detail::traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
+  }();
   if (status != Status::ok) return status;
-  const Reach reach{options.contact_distance, query.margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
+  const Reach reach{query.options.contact_distance, query.margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
   const std::size_t count =
       test_again(shell, field, pose, reach, query.memory.segments.points, contacts, result.contacts);
   found.contacts = {contacts.data(), count};
@@ -365,7 +377,7 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   if (pair.field.vps != nullptr) {
     VoxelmapView map = pair.field.vps->voxelmap();
     // Where a point arrives is found later: farther out a bound of its distance is enough.
-    if (found.looks_ahead) map.far.range = std::numeric_limits<float>::max();
+    if (found.way > 0) map.far.range = std::numeric_limits<float>::max();
     status = find_in_field(query, map, pair.field.asset_frame(), found);
   } else if (is_triangle_mesh(pair.field.shape->getShapeType())) {
     status = find_on_triangles(query, found);

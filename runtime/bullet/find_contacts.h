@@ -66,8 +66,10 @@ struct FoundContacts {
   std::span<const std::uint32_t> features;  ///< see feature_of
   std::span<const Triangle> triangles;      ///< of a triangle mesh near the shell, contacts' frame
   btTransform frame;                        ///< takes the contacts' frame to the world
-  bool looks_ahead = false;  ///< contacts may be any distance ahead: those that do not arrive are removed later
-  float reach = 0;           ///< largest distance of a contact off the surface. [m]
+  /// The step in which contacts ahead may be met. Those that do not arrive are removed later. [s]
+  btScalar step = 0;
+  float way = 0;    ///< of any point in the step; 0: contacts ahead are not sought. [m]
+  float reach = 0;  ///< largest distance of a contact off the surface. [m]
 
   /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
   enum class Refined : std::uint8_t {

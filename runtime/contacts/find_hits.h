@@ -16,4 +16,16 @@ inline constexpr std::uint32_t kExtraRows = 16;
 Status find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                  Scratch& scratch, ContactRows& hits) noexcept;
 
+/// A motion of the shell relative to the field: a place p moves by shift + turn x p. The field's frame.
+struct RelativeMotion {
+  Vec3 shift;  ///< [m]
+  Vec3 turn;   ///< [rad]
+};
+
+/// As `traverse`, but a contact has V >= -(contact distance + way of its point): farther points do not come within the
+/// contact distance in the motion. The cache is not used; no budget and no level.
+Status traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                      const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
+                      std::span<Contact> out, QueryResult& result) noexcept;
+
 }  // namespace vps::detail

@@ -11,9 +11,12 @@
 namespace vps {
 namespace {
 
+using detail::Affine;
 using detail::FieldFacts;
 using detail::Frame;
 using detail::TraverseQuery;
+using detail::operator+;
+using detail::operator*;
 
 template <class Kernel>
 FieldFacts facts_of(const VoxelmapView& map) noexcept {
@@ -125,9 +128,8 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
 
 // Calls run(query) with a query of a field in kernel form, unless the bodies are apart.
 template <class Run>
-Status query_field(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
-                   const QueryOptions& options, Scratch& scratch, std::span<Contact> out, QueryResult& result,
-                   const Run& run) noexcept {
+Status query_field(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
+                   Scratch& scratch, std::span<Contact> out, QueryResult& result, const Run& run) noexcept {
   if (const Status status = check_query(shell, shell_to_field, options, result); status != Status::ok) return status;
   return field.visit([&]<class Kind>(const Kind& kind) {
     QueryOptions within = options;
@@ -144,12 +146,30 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       facts.error = error;
       if (options.cache != nullptr) facts.id = id_of(kind);
       scratch.reserve(shell);
-      TraverseQuery query(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within, scratch,
-                          out, result);
+      TraverseQuery query(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within,
+                          scratch, out, result);
       return run(query);
     };
     return detail::in_kernel_form(kind, shell_to_field, run_kernel);
   });
+}
+
+// The ways of stored places, in units of `unit`.
+Affine ways_of(const detail::RelativeMotion& motion, const Affine& to_field, float unit) noexcept {
+  const auto turned = [&](float x, float y, float z) { return (1 / unit) * detail::cross(motion.turn, Vec3{x, y, z}); };
+  Affine ways;
+  const float* const t = to_field.translation;
+  const Vec3 shift = turned(t[0], t[1], t[2]) + (1 / unit) * motion.shift;
+  const float moved[3] = {shift.x, shift.y, shift.z};
+  std::copy_n(moved, 3, ways.translation);
+  for (int k = 0; k < 3; ++k) {
+    const float* const r = to_field.rotation + k;
+    const Vec3 column = turned(r[0], r[3], r[6]);
+    ways.rotation[k] = column.x;
+    ways.rotation[3 + k] = column.y;
+    ways.rotation[6 + k] = column.z;
+  }
+  return ways;
 }
 
 }  // namespace
@@ -173,6 +193,28 @@ void Scratch::reserve(const PointshellView& shell) {
 Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                 Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
   return query_field(shell, field, shell_to_field, options, scratch, out, result, sum_contacts);
+}
+
+Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                              const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
+                              std::span<Contact> out, QueryResult& result) noexcept {
+  const Affine to_nodes = affine(shell_to_field, Frame(), {0, 0, 0}, shell.scale);
+  const Affine to_points = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
+  QueryOptions farthest = options;
+  farthest.cache = nullptr;
+  if (shell.points > 0) {
+    const Vec3 root = Transform(shell_to_field).apply(sphere_centre(shell, 0));
+    farthest.contact_distance +=
+        length(motion.shift + cross(motion.turn, root)) + length(motion.turn) * sphere_radius(shell, 0);
+  }
+  const auto run = [&](TraverseQuery& query) {
+    const float unit = query.descent.unit;
+    const MovingShell moving{ways_of(motion, to_nodes, unit), ways_of(motion, to_points, unit), length(motion.turn),
+                             options.contact_distance / unit};
+    query.descent.moving = &moving;
+    return sum_contacts(query);
+  };
+  return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run);
 }
 
 Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,

@@ -13,6 +13,13 @@
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
 
+HWY_INLINE F way_of(const Affine& ways, const Points& stored) {
+  const F x = row(ways, 0, stored);
+  const F y = row(ways, 1, stored);
+  const F z = row(ways, 2, stored);
+  return hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
+}
+
 // The spheres of a batch, in the field.
 struct Spheres {
   Points centre;
@@ -27,7 +34,12 @@ HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch&
                          load_floats<Lanes::kPaired>(rows[1], length, batch),
                          load_floats<Lanes::kPaired>(rows[2], length, batch)};
   const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(d.radius_scale), set(d.slack));
-  return {field.place(d.nodes, stored), radius, hn::Add(radius, set(d.contact_distance))};
+  F distance = set(d.contact_distance);
+  if (d.moving != nullptr) {
+    const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->node_ways, stored));
+    distance = hn::Min(distance, hn::Add(way, set(d.moving->near)));
+  }
+  return {field.place(d.nodes, stored), radius, hn::Add(radius, distance)};
 }
 
 // Which spheres may touch, from the field's bound at their centres.
@@ -153,7 +165,11 @@ void descend_lanes(const Lanes& field, Descent& d) {
   };
   const auto take_points = [&](const Batch& batch, const PlacedPoints& p, F v, M sampled) {
     const M valid = valid_lanes<Lanes::kPaired>(batch);
-    const M hit = find_hits(field, p.at, sampled, valid, limit, v);
+    F least = limit;
+    if (d.moving != nullptr) {
+      least = hn::Max(limit, hn::Neg(hn::Add(way_of(d.moving->point_ways, p.codes), set(d.moving->near))));
+    }
+    const M hit = find_hits(field, p.at, sampled, valid, least, v);
     deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
     d.points_tested += batch.low.count + batch.high.count;
     if (hn::AllFalse(f32, hit)) return;

@@ -9,6 +9,14 @@
 
 namespace vps::detail {
 
+/// A motion of the shell: each point moves by its own way. In the field's unit.
+struct MovingShell {
+  Affine node_ways{};   ///< takes sphere centres to their ways
+  Affine point_ways{};  ///< takes codes of positions to their ways
+  float turn = 0;       ///< upper bound of the difference of ways, for each unit of distance
+  float near = 0;       ///< contact distance at the end of a way
+};
+
 /// One descent of the tree: its input, and its results. Lengths are in the field's unit: voxels for SampledMap, else
 /// metres.
 struct Descent {
@@ -18,8 +26,9 @@ struct Descent {
   float unit = 1;          ///< metres in the field's unit
   float radius_scale = 1;  ///< takes the stored radii to the field's unit
   float contact_distance = 0;
-  float slack = 0;                 ///< added to every radius: the field's error and rounding
-  std::uint32_t* queue = nullptr;  ///< entries [begin, end) are nodes whose spheres touch, of one level
+  float slack = 0;                      ///< added to every radius: the field's error and rounding
+  const MovingShell* moving = nullptr;  ///< if not null: hits are points that may come within `near` in a motion
+  std::uint32_t* queue = nullptr;       ///< entries [begin, end) are nodes whose spheres touch, of one level
   std::uint32_t begin = 0, end = 0;
   std::uint32_t last_node = 0;      ///< nodes from this one on stay in the queue
   std::uint32_t stop = UINT32_MAX;  ///< entries of the queue from this one on stay, too

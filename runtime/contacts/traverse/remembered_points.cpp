@@ -71,10 +71,11 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   // The list suffices for some steps like the last one. A fast body gets none, because it would be long. Nor does a
   // list help where V is only an estimate.
   constexpr double kSteps = 8;
+  constexpr double kFewestSteps = 3;
   const double least = 0.05 * shell.covering_radius;
   const double most = 0.5 * shell.covering_radius;
-  const double reach = needed + std::max(least, kSteps * step);
-  if (kSteps * step > most || reach > query.facts.certain) {
+  const double reach = needed + std::clamp(kSteps * step, least, most);
+  if (kFewestSteps * step > most || reach > query.facts.certain) {
     cache.reach = 0;
     return find_all_hits(query);
   }

@@ -6,14 +6,10 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <map>
+#include <array>
 #include <numeric>
 #include <vector>
 
-#include "runtime/contacts/find_hits.h"
-#include "tests/runtime/pair.h"
 #include "tests/support/random.h"
 
 namespace vps::test {
@@ -172,49 +168,6 @@ TEST(ChooseFour, KeepsTheDeeperContactsInTheirOrder) {
       EXPECT_EQ(contacts[rows.feature[i]], wanted[i]);
     }
   }
-}
-
-TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
-  Pair s;
-  VoxelmapView real, layers;
-  ASSERT_EQ(s.map_asset->voxelmap(real, Field::real), Status::ok);
-  ASSERT_EQ(s.map_asset->voxelmap(layers, Field::layers), Status::ok);
-  const BoxField box{{0.1F, 0.08F, 0.06F}};
-  const HalfSpaceField plane{{0.6F, 0, 0.8F}, 0.02F};
-  const RevolvedField cylinder{RevolvedField::Profile::cylinder, 0.08F, 0.05F, 0};
-  std::size_t seen = 0;
-  for (const FieldRef field : {FieldRef(s.map), FieldRef(real), FieldRef(layers), FieldRef(box), FieldRef(plane),
-                               FieldRef(cylinder)}) {
-    ContactCache cache;
-    Random random(7);
-    Pose pose;
-    for (int i = 0; i < 30; ++i) {
-      // Every third pose is far from the last; the others are reached by small steps.
-      if (i % 3 == 0) pose = random_pose(random, 0.12);
-      pose.translation[i % 2] += 1e-4;
-      QueryOptions options;
-      options.contact_distance = 0.002F;
-      QueryResult result;
-      ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, result), Status::ok);
-      for (ContactCache* const memory : {static_cast<ContactCache*>(nullptr), &cache}) {
-        options.cache = memory;
-        detail::ContactRows hits;
-        Scratch scratch;
-        ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, hits), Status::ok);
-        ASSERT_EQ(hits.count, result.contacts) << i;
-        seen += hits.count;
-        for (std::uint32_t k = 0; k < hits.count; ++k) {
-          const Contact& contact = s.contacts[k];
-          ASSERT_EQ(hits.feature[k], contact.point);
-          EXPECT_EQ(hits.penetration[k], contact.penetration);
-          const Vec3 off{hits.position[0][k] - contact.position.x, hits.position[1][k] - contact.position.y,
-                         hits.position[2][k] - contact.position.z};
-          EXPECT_LT(std::hypot(off.x, off.y, off.z), 1e-6);
-        }
-      }
-    }
-  }
-  EXPECT_GT(seen, 5000U);
 }
 
 }  // namespace

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "runtime/contacts/find_hits.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "runtime/fields/penetration.h"
+#include "tests/runtime/pair.h"
+#include "tests/support/random.h"
+
+namespace vps::test {
+namespace {
+
+// Fields of every kind of kernel.
+struct Fields : Pair {
+  VoxelmapView real, layers;
+  BoxField box{{0.1F, 0.08F, 0.06F}};
+  HalfSpaceField plane{{0.6F, 0, 0.8F}, 0.02F};
+  RevolvedField cylinder{RevolvedField::Profile::cylinder, 0.08F, 0.05F, 0};
+  Fields() {
+    EXPECT_EQ(map_asset->voxelmap(real, Field::real), Status::ok);
+    EXPECT_EQ(map_asset->voxelmap(layers, Field::layers), Status::ok);
+  }
+  std::vector<FieldRef> all() const { return {map, real, layers, box, plane, cylinder}; }
+};
+
+TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
+  Fields s;
+  std::size_t seen = 0;
+  for (const FieldRef field : s.all()) {
+    ContactCache cache;
+    Random random(7);
+    Pose pose;
+    for (int i = 0; i < 30; ++i) {
+      // Every third pose is far from the last; the others are reached by small steps.
+      if (i % 3 == 0) pose = random_pose(random, 0.12);
+      pose.translation[i % 2] += 1e-4;
+      QueryOptions options;
+      options.contact_distance = 0.002F;
+      QueryResult result;
+      ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, result), Status::ok);
+      for (ContactCache* const memory : {static_cast<ContactCache*>(nullptr), &cache}) {
+        options.cache = memory;
+        detail::ContactRows hits;
+        Scratch scratch;
+        ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, hits), Status::ok);
+        ASSERT_EQ(hits.count, result.contacts) << i;
+        seen += hits.count;
+        for (std::uint32_t k = 0; k < hits.count; ++k) {
+          const Contact& contact = s.contacts[k];
+          ASSERT_EQ(hits.feature[k], contact.point);
+          EXPECT_EQ(hits.penetration[k], contact.penetration);
+          const Vec3 off{hits.position[0][k] - contact.position.x, hits.position[1][k] - contact.position.y,
+                         hits.position[2][k] - contact.position.z};
+          EXPECT_LT(std::hypot(off.x, off.y, off.z), 1e-6);
+        }
+      }
+    }
+  }
+  EXPECT_GT(seen, 5000U);
+}
+
+double way_of(const detail::RelativeMotion& motion, Vec3 p) {
+  using detail::operator+;
+  const Vec3 way = motion.shift + detail::cross(motion.turn, p);
+  return std::hypot(double{way.x}, double{way.y}, double{way.z});
+}
+
+TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSegment) {
+  Fields s;
+  std::size_t seen = 0;
+  std::size_t left_out = 0;
+  for (const FieldRef field : {FieldRef(s.map), FieldRef(s.box), FieldRef(s.plane), FieldRef(s.cylinder)}) {
+    Random random(8);
+    for (int i = 0; i < 20; ++i) {
+      const Pose pose = random_pose(random, 0.11);
+      const auto any = [&](double most) { return static_cast<float>(random.between(-most, most)); };
+      const detail::RelativeMotion motion{{any(0.003), any(0.003), any(0.003)}, {any(0.03), any(0.03), any(0.03)}};
+      QueryOptions options;
+      options.contact_distance = 0.02F;  // more than any way and the near distance
+      QueryResult result;
+      ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, result), Status::ok);
+      constexpr float kNear = 0.0005F;
+      constexpr double kRounding = 1e-6;
+      std::map<std::uint32_t, Contact> wanted;
+      std::map<std::uint32_t, double> over;  // by how much a point comes nearer than it must
+      for (const Contact& contact : std::span(s.contacts).first(result.contacts)) {
+        over[contact.point] = double{contact.penetration} + double{kNear} + way_of(motion, contact.position);
+        if (over[contact.point] >= 0) wanted[contact.point] = contact;
+      }
+      left_out += result.contacts - wanted.size();
+
+      options.contact_distance = kNear;
+      ASSERT_EQ(detail::traverse_ahead(s.shell, field, pose, options, motion, s.scratch, s.contacts, result),
+                Status::ok);
+      std::map<std::uint32_t, float> found;
+      for (const Contact& contact : std::span(s.contacts).first(result.contacts)) {
+        found[contact.point] = contact.penetration;
+        EXPECT_GE(over[contact.point], -kRounding);
+      }
+      for (const auto& [point, contact] : wanted) {
+        EXPECT_TRUE(found.contains(point) || over[point] < kRounding) << point;
+      }
+      seen += wanted.size();
+
+      options.segment_level = 3;
+      ASSERT_EQ(detail::traverse_ahead(s.shell, field, pose, options, motion, s.scratch, s.contacts, result),
+                Status::ok);
+      std::map<std::uint32_t, float> deepest;
+      for (const Contact& contact : std::span(s.contacts).first(result.contacts)) {
+        EXPECT_TRUE(deepest.emplace(contact.node, contact.penetration).second);
+      }
+      // Points below the nodes of a level follow each other.
+      for (const auto& [node, penetration] : deepest) {
+        std::uint32_t first = node;
+        std::uint32_t last = node;
+        for (std::uint32_t level = options.segment_level; level <= s.shell.levels; ++level) {
+          first = s.shell.children[2 * first];
+          last = s.shell.children[2 * last] + s.shell.children[2 * last + 1] - 1;
+        }
+        float most = -1;
+        for (auto at = found.lower_bound(first); at != found.end() && at->first <= last; ++at) {
+          most = std::max(most, at->second);
+        }
+        EXPECT_EQ(penetration, most);
+        found.erase(found.lower_bound(first), found.upper_bound(last));
+      }
+      EXPECT_TRUE(found.empty());
+    }
+  }
+  EXPECT_GT(seen, 2000U);
+  EXPECT_GT(left_out, 2000U);
+}
+
+}  // namespace
+}  // namespace vps::test
