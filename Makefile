@@ -153,7 +153,7 @@ fuzz: deps
 	mkdir -p build/fuzz/corpus
 	build/fuzz/tests/fuzz/fuzz_asset -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=build/fuzz/ build/fuzz/corpus build/fuzz/seeds
 
-# Takes about 45 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
+# Takes about 40 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
 test: test-dev test-tsan test-sanitize
 
 # Only in `make test-all`: long tests of what others test too, on other meshes, pages or seeds; Slurm; the harness for pages; and the runtime
@@ -168,7 +168,7 @@ test-dev: deps
 	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev
 	cmake --build --preset dev -j $(JOBS)
-	$(call say,1 of 3: running the tests: about 10 minutes)
+	$(call say,1 of 3: running the tests: about 8 minutes)
 	$(call run_tests,build/dev,-LE slow -E '$(LONG)')
 
 # Suites that bake whole meshes or run minutes of physics run with sanitizers only in `make test-all`: the same code runs in others too.
@@ -178,10 +178,10 @@ LONG_SANITIZED := ^(Batch|BatchParts|ChangingMeshes|CliCache|Closed/.*|Extremes|
 # find nothing new: pages in a browser, engines, installation, Bullet in double precision. Needs a processor with AVX2.
 test-sanitize: PACKAGES += $(TEST_PACKAGES)
 test-sanitize: deps
-	$(call say,3 of 3: building with clang and sanitizers: about 13 minutes from scratch)
+	$(call say,3 of 3: building with clang and sanitizers: about 12 minutes from scratch)
 	cmake --preset sanitize
 	cmake --build --preset sanitize -j $(JOBS)
-	$(call say,3 of 3: running the tests with sanitizers: about 11 minutes)
+	$(call say,3 of 3: running the tests with sanitizers: about 8 minutes)
 	$(call run_tests,build/sanitize,-LE slow -E '$(LONG)|$(LONG_SANITIZED)')
 
 # Runs queries, batches and Bullet's pairs on several threads under ThreadSanitizer, on an asset that the program of the dev build
