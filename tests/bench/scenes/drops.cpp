@@ -117,7 +117,6 @@ Side fall_of(const Fall& fall, const BodySide& side, const std::shared_ptr<Floor
   const auto points = std::make_shared<std::vector<btVector3>>(surface_points(side));
   const auto play = [=](int number, Quality* quality) {
     test::World world;
-    prepare(world, fall.voxel);
     const scenes::Options none;
     scenes::Run run(world, 1 / fall.rate, none);
     world.add(*ground->shape, 0, ground->at);
@@ -125,6 +124,7 @@ Side fall_of(const Fall& fall, const BodySide& side, const std::shared_ptr<Floor
     at.setOrigin({0, 0, btScalar(fall.height - lowest(*points, at))});
     const btTransform to_mesh(btQuaternion::getIdentity(), -side.part->baked->centre_of_mass());
     const btRigidBody& body = run.add_mass(*side.part, fall.mass, at * to_mesh);
+    prepare(world, fall.voxel);
     Script script;
     script.step = 1 / fall.rate;
     script.steps = fall.steps_of(fall.seconds() + kSettleSeconds);

@@ -36,10 +36,10 @@ Script fit_script(const scenes::Run& run, double seconds) {
 
 std::vector<double> play_thread(const scenes::Thread& thread, Quality* quality) {
   test::World world;
-  prepare(world, voxel_of(thread));
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
   btRigidBody& nut = place(run, thread);
+  prepare(world, voxel_of(thread));
   const double torque = thread.torque_on(nut);
   Script script = fit_script(run, thread.seconds);
   script.drive = [&] { nut.applyTorque({0, 0, btScalar(torque)}); };
@@ -49,19 +49,19 @@ std::vector<double> play_thread(const scenes::Thread& thread, Quality* quality) 
 
 std::vector<double> play_fit(const scenes::Fit& fit, Quality* quality) {
   test::World world;
-  prepare(world, voxel_of(fit));
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
   place(run, fit);
+  prepare(world, voxel_of(fit));
   return record(world, run, fit_script(run, 2), quality);
 }
 
 std::vector<double> play_train(const scenes::Train& train, Quality* quality) {
   test::World world;
-  prepare(world, voxel_of(train));
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
   const scenes::HingedTrain hinged(world, run, train);
+  prepare(world, voxel_of(train));
   std::array<double, 2> torques{};
   Script script = fit_script(run, 0.8);
   script.drive = [&] {

@@ -16,10 +16,10 @@ constexpr std::size_t kHeapSecond = 240;  // steps
 Side heap_of(const scenes::Heap& heap, double voxel, const BodySide& side) {
   const auto play = [=](int, Quality* quality) {
     test::World world;
-    prepare(world, voxel);
     const scenes::Options none;
     scenes::Run run(world, kHeapStep, none);
     scenes::place(run, heap, *side.part);
+    prepare(world, voxel);
     Script script;
     script.step = kHeapStep;
     script.steps = 4 * kHeapSecond;
@@ -62,12 +62,6 @@ Side stack_of(const Body& body, const BodySide& side, StackSetting setting) {
   const auto play = [=](int start, Quality* quality) {
     constexpr double kSide = 0.02;  // of a cube. [m]
     test::World world;
-    prepare(world, voxel);
-    btContactSolverInfo& solver = world.world.getSolverInfo();
-    solver.m_numIterations = setting.iterations;
-    if (!setting.has_own_threshold) {
-      solver.m_splitImpulsePenetrationThreshold = btContactSolverInfo().m_splitImpulsePenetrationThreshold;
-    }
     const scenes::Options none;
     scenes::Run run(world, kHeapStep, none);
     run.add_box({btScalar(0.5), btScalar(0.5), btScalar(0.05)}, {0, 0, btScalar(-0.05)}, scenes::Run::Look::shown);
@@ -76,6 +70,12 @@ Side stack_of(const Body& body, const BodySide& side, StackSetting setting) {
       const btQuaternion turn({0, 0, 1}, btScalar(random.between(-0.03, 0.03)));
       const double x = random.between(-0.02, 0.02) * kSide, y = random.between(-0.02, 0.02) * kSide;
       run.add_mass(*side.part, mass, btTransform(turn, {btScalar(x), btScalar(y), btScalar((i + 0.5) * kSide)}));
+    }
+    prepare(world, voxel);
+    btContactSolverInfo& solver = world.world.getSolverInfo();
+    solver.m_numIterations = setting.iterations;
+    if (!setting.has_own_threshold) {
+      solver.m_splitImpulsePenetrationThreshold = btContactSolverInfo().m_splitImpulsePenetrationThreshold;
     }
     Script script;
     script.step = kHeapStep;

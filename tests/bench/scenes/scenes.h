@@ -38,7 +38,7 @@ struct Quality {
   double played = kUnknown;        ///< longest play. [s]
   int deepest_play = 0, drift_play = 0;
   std::vector<double> drifts{};  ///< of each play. [m/s]
-  std::vector<double> stands{};  ///< of each play: until a body has moved by Script::fallen, or to the end. [s]
+  std::vector<double> stands{};  ///< of each play: until a body is Script::fallen aside, or to the end. [s]
 
   void keep_worse(const Quality& other, int play);
 };
@@ -106,12 +106,13 @@ struct Script {
   std::function<double()> power;  ///< of the drive, after a step; may be empty. [W]
   std::function<double()> depth;  ///< of the deepest point now. [m]
   std::size_t depth_every = 1;    ///< steps
-  double fallen = 0;              ///< a body of a stack that has moved this far has fallen; 0: no stack. [m]
+  double fallen = 0;              ///< a body of a stack that is this far aside has fallen; 0: no stack. [m]
 };
 /// Plays a script. @return the narrowphase's time of each step. [us]
 std::vector<double> record(test::World& world, const scenes::Run& run, const Script& script, Quality* quality);
 
-/// The settings that docs/bullet.md advises.
+/// The settings that docs/bullet.md advises. After scenes::Run and all bodies: these raise the threshold of split
+/// impulses.
 void prepare(test::World& world, double voxel);
 /// Depth of the deepest point in any other body, among all points of all shells. [m]
 [[nodiscard]] double depth_of_all(const scenes::Run& run);
