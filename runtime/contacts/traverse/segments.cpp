@@ -9,17 +9,15 @@ namespace vps::detail {
 namespace {
 
 // Takes hits [first, last) of the descent as those of one segment.
-// @return whether the segment has a contact
-bool take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first, std::uint32_t last) noexcept {
+void take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first, std::uint32_t last) noexcept {
   Contact deepest;
   deepest.penetration = kNothingTested;
   query.segment = &deepest;
   take_hits(query, HitsAre::points, first, last);
   query.segment = nullptr;
-  if (!(deepest.penetration > kNothingTested)) return false;
+  if (!(deepest.penetration > kNothingTested)) return;
   deepest.node = node;
   write_contact(query, deepest);
-  return true;
 }
 
 // The first point that is not below a node or an earlier one of its level.
@@ -42,7 +40,7 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
     const std::uint32_t begin = hit;
     const std::uint32_t end = end_of_points(query.shell, d.queue[segment]);
     hit = static_cast<std::uint32_t>(std::lower_bound(d.hits + hit, d.hits + d.hit_count, end) - d.hits);
-    if (hit > begin) (void)take_segment(query, d.queue[segment], begin, hit);
+    if (hit > begin) take_segment(query, d.queue[segment], begin, hit);
   }
   d.hit_count = 0;
   sharpen_distance(query, 0, d.begin);

@@ -84,6 +84,18 @@ TEST(ChooseFour, AContactOfTheStepBeforeIsKeptWhileItIsNearlyAsGood) {
   EXPECT_EQ(chosen[1], 1U);
 }
 
+TEST(ChooseFour, AContactIsRecognisedByItsFeatureNotByItsPlace) {
+  Rows rows({{0, 0, 0, 1}, {10, 0, 0, 0}, {10.1F, 0.1F, 0, 0}, {0, 5, 0, 0}});
+  for (std::uint32_t i = 0; i < rows.rows.count; ++i) rows.feature[i] = 100 + i;
+  Chosen chosen{};
+  const std::array<std::uint32_t, 1> feature = {101};
+  ASSERT_GE(detail::choose_four(rows.rows, feature, 0, chosen), 2U);
+  EXPECT_EQ(chosen[1], 1U);
+  const std::array<std::uint32_t, 1> place = {1};
+  ASSERT_GE(detail::choose_four(rows.rows, place, 0, chosen), 2U);
+  EXPECT_EQ(chosen[1], 2U);
+}
+
 // The rules again, in double and one contact after the other.
 class Plain {
  public:
