@@ -393,6 +393,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
 }
 
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found) {
+  // Beside hits there are no contacts but those of corners.
+  static_assert(kMostCorners <= detail::kExtraRows);
   detail::ContactRows rows = found.hits;
   if (rows.count == 0) {
     Workspace& space = Workspace::of_this_thread(shell);

@@ -33,9 +33,7 @@ bool add_corner_contacts(const Pair& pair, const btTransform& frame, float reach
   if (map.field == Field::none) return false;
   const PointshellView& shell = pair.shell.vps->pointshell();
   const auto& solid = static_cast<const btPolyhedralConvexShape&>(*pair.field.shape);
-  // The corners of a hull with many are facets of something round: contacts there would brake its rolling.
-  constexpr int kMostCorners = 16;
-  if (solid.getNumVertices() > kMostCorners) return false;
+  if (static_cast<std::uint32_t>(solid.getNumVertices()) > kMostCorners) return false;
   // The corners of a box are those of its faces; a hull is rounded by its margin.
   const float margin = type == BOX_SHAPE_PROXYTYPE ? 0 : static_cast<float>(solid.getMargin());
   const Vec3 centre = sphere_centre(shell, 0);

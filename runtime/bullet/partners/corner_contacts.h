@@ -10,6 +10,9 @@
 
 namespace vps::bullet {
 
+/// The corners of a hull with more are facets of something round: contacts there would brake its rolling.
+inline constexpr std::uint32_t kMostCorners = 16;
+
 /// Appends a contact for each corner of a box or a hull of few corners that is in the voxelmap of the shell's body or
 /// near it. Such contacts are final, and their `point` is no point of the shell.
 /// @param frame     of the polyhedron, in the world
