@@ -41,7 +41,7 @@ say = @echo "== $(1)"
 .PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
 all: deps
 	$(call say,Building the program and the libraries: about 6 minutes the first time)
-	cmake --preset release -DVPS_BUILD_SCENES=OFF
+	cmake --preset release -DVPS_BUILD_SCENES=OFF -DVPS_BUILD_LAB=ON
 	cmake --build --preset release -j $(JOBS)
 
 # Installs the program, libraries, headers, and files for CMake and pkg-config; DESTDIR goes before PREFIX.
@@ -75,7 +75,7 @@ $(BUNNY):
 
 demo: deps $(BUNNY)
 	$(call say,Building the program and the Bullet plug-in: about 5 minutes the first time)
-	cmake --preset release -DVPS_BUILD_SCENES=ON
+	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=OFF
 	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
 	$(call say,Baking the bunny and dropping it)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
@@ -89,7 +89,7 @@ demo: deps $(BUNNY)
 # left out where it is absent. Takes minutes.
 scenes: PACKAGES += $(SCENE_PACKAGES)
 scenes: deps
-	cmake --preset release -DVPS_BUILD_SCENES=ON
+	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=ON
 	cmake --build --preset release -j $(JOBS) --target bunnies gears nut_on_bolt peg_in_hole tabletop
 	xvfb-run -a /usr/bin/python3 -B tests/scenes/render.py --programs build/release/tests/scenes --work build/scenes --pictures docs/scenes
 

@@ -14,6 +14,7 @@
 #include "bake/stages/cluster_points.h"
 #include "bake/stages/coarse_layers.h"
 #include "bake/stages/far_field.h"
+#include "bake/stages/fit_planes.h"
 #include "bake/stages/mass_properties.h"
 #include "bake/stages/pack_sections.h"
 #include "bake/stages/sample_pointshell.h"
@@ -120,7 +121,7 @@ ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 4 : 0) + (asked.pointshell ? 3 : 0));
+  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 5 : 0) + (asked.pointshell ? 3 : 0));
 
   stages.start("check");
   BakeOptions options = asked;
@@ -162,6 +163,13 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     stages.start("far_field");
     const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
     pack_far(far_field({surface, closest, inside, grid, coarse}, least, voxels.count), asset.info, asset.sections);
+    if (options.scaled) {
+      stages.start("fit_planes");
+      pack_planes(grid,
+                  fit_planes({surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer,
+                              asset.info.scaled_error.bound}),
+                  asset.sections);
+    }
   }
   if (options.pointshell) {
     stages.start("sample_pointshell");

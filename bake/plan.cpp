@@ -111,6 +111,7 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
     bytes += limit_field_bricks(mesh, grid, options) * (kFieldStride * sample + kNode);
     const auto grid_bricks = static_cast<double>(grid.brick_count());
     bytes += 2 * grid_bricks + grid_bricks / 2;
+    if (options.scaled) bytes += 4 * grid_bricks;
     if (options.layers) bytes += 4 * grid_bricks + predict_bricks(mesh, grid, options) * kBrickVoxels;
   }
   // A plane has 1 to 1.73 surface voxels for each square of a voxel's size.

@@ -76,16 +76,13 @@ int run(int argc, char** argv) {
   add_bake_options(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake.cache, bake.cache_bytes, "Output");
-  const Command commands[] = {
-      add_batch_command(app),      add_plan_command(app),   add_run_command(app),     add_merge_command(app),
-      add_explain_command(app),    add_check_command(app),  add_compare_command(app), add_export_command(app),
-      add_info_command(app),       add_scene_command(app),  add_slice_command(app),   add_validate_command(app),
-      add_view_command(app),       add_cache_command(app),
-#ifdef VPSBAKE_LAB
-      add_recommend_command(app),  add_report_command(app), add_stress_command(app),
-#endif
-      add_help_files_command(app),
-  };
+  std::vector<Command> commands = {add_batch_command(app),   add_plan_command(app),    add_run_command(app),
+                                   add_merge_command(app),   add_explain_command(app), add_check_command(app),
+                                   add_compare_command(app), add_export_command(app),  add_info_command(app),
+                                   add_scene_command(app),   add_slice_command(app),   add_validate_command(app),
+                                   add_view_command(app),    add_cache_command(app)};
+  for (const Command& one : add_lab_commands(app)) commands.push_back(one);
+  commands.push_back(add_help_files_command(app));
   app.footer(std::string("Example: vpsbake bunny.obj --voxel 0.5mm\nExit codes: ") + kExitCodes);
   for (const Command& one : commands) set_version_flag(*one.app)->group("");
   const Command* command = nullptr;

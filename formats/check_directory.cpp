@@ -95,6 +95,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
     {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
+    {SectionKind::planes, {ElementType::u32, kNone}, 3, {}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
@@ -188,21 +189,23 @@ Status check_voxelmap(const Directory& directory) noexcept {
   const Section* const real = directory.find(SectionKind::real);
   const Section* const gradient = directory.find(SectionKind::real_gradient);
   const Section* const far = directory.find(SectionKind::far);
+  const Section* const planes = directory.find(SectionKind::planes);
   const auto& dims = directory.info.dims;
   if (dims[0] == 0) {
-    const Section* const all[] = {coarse, index, layers, roots, nodes, scaled, real, gradient, far};
+    const Section* const all[] = {coarse, index, layers, roots, nodes, scaled, real, gradient, far, planes};
     return std::all_of(std::begin(all), std::end(all), [](const Section* s) { return s == nullptr; })
                ? Status::ok
                : Status::bad_info;
   }
   const bool sampled = scaled != nullptr || real != nullptr;
   if (coarse == nullptr || (layers == nullptr && !sampled) || (index == nullptr) != (layers == nullptr) ||
-      (roots == nullptr) == sampled || (nodes == nullptr) == sampled || (real == nullptr) != (gradient == nullptr)) {
+      (roots == nullptr) == sampled || (nodes == nullptr) == sampled || (real == nullptr) != (gradient == nullptr) ||
+      (planes != nullptr && scaled == nullptr)) {
     return Status::missing_section;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t dim = dims[2 - axis];
-    for (const Section* grid : {coarse, index}) {
+    for (const Section* grid : {coarse, index, planes}) {
       if (grid != nullptr && grid->shape[axis] != dim / kBrickEdge) return Status::bad_section;
     }
     if (roots != nullptr && roots->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;

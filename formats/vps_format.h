@@ -17,7 +17,7 @@ namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 1;
+inline constexpr std::uint16_t kFormatMinor = 2;
 inline constexpr std::size_t kUserBlockBytes = 4096;
 inline constexpr std::size_t kSectionTableOffset = 1024;
 inline constexpr std::size_t kSectionEntryBytes = 96;
@@ -76,6 +76,8 @@ enum class SectionKind : std::uint32_t {
   real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
   far = 20,  ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
              ///< Optional
+  planes = 21,  ///< u32 [bz,by,bx]: a linear upper bound of V in each cell of 8x8x8 voxels (formats/cell_plane.h); with
+                ///< `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]

@@ -41,6 +41,7 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::far:
       return Use::voxelmap;
     case SectionKind::scaled:
+    case SectionKind::planes:
       return Use::scaled;
     case SectionKind::real:
     case SectionKind::real_gradient:
@@ -211,6 +212,9 @@ Status Asset::voxelmap(VoxelmapView& out, Field field, double scale) const noexc
     out.field_nodes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_nodes));
   }
   out.coarse_layers = section_data<std::int16_t>(data_, directory_.find(SectionKind::coarse_layers));
+  if (out.field == Field::scaled) {
+    out.planes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::planes));
+  }
   out.scale = static_cast<float>(scale);
   const AssetInfo facts = scaled(info(), scale);
   for (int axis = 0; axis < 3; ++axis) {

@@ -68,6 +68,7 @@ struct VoxelmapView {
   std::uint32_t root_dims[3] = {};  ///< blocks of 16x16x16 cells along x, y, z
   std::uint32_t field_bricks = 0;   ///< f
   const std::int16_t* coarse_layers = nullptr;
+  const std::uint32_t* planes = nullptr;  ///< with Field::scaled: a linear upper bound of V per brick; null: none
   std::uint32_t dims[3] = {};            ///< [vx]
   std::uint32_t brick_dims[3] = {};      ///< bricks along x, y, z
   double origin[3] = {};                 ///< lowest corner of voxel (0,0,0), asset frame. [m]

@@ -191,6 +191,11 @@ void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& se
                   section(SectionKind::far, ElementType::i8, {far.dims[2], far.dims[1], far.dims[0]}, far.values));
 }
 
+void pack_planes(const Grid& grid, const std::vector<std::uint32_t>& codes, std::vector<SectionData>& sections) {
+  const std::vector<std::uint64_t> cells = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
+  sections.push_back(section(SectionKind::planes, ElementType::u32, cells, codes));
+}
+
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {
   info.spacing = shell.spacing;
   info.normal_error_mean = shell.normal_error_mean;

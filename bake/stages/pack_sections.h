@@ -38,6 +38,7 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
 void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& sections);
 void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
                    const Representations& fields, std::vector<SectionData>& sections);
+void pack_planes(const Grid& grid, const std::vector<std::uint32_t>& codes, std::vector<SectionData>& sections);
 
 /// @pre info has the mesh's bounds
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "cli/terminal/options.h"
 
@@ -44,6 +45,8 @@ namespace vps::cli {
 /// `vpsbake view ASSET`: a page that shows what an asset holds.
 [[nodiscard]] Command add_view_command(CLI::App& app);
 
+/// The three below; none in a program that was built without them.
+[[nodiscard]] std::vector<Command> add_lab_commands(CLI::App& app);
 /// `vpsbake recommend MESH`: finds the setting to bake with. Exits with 3 when no setting meets the limits.
 [[nodiscard]] Command add_recommend_command(CLI::App& app);
 /// `vpsbake report MESH...`: error against run time, size and bake time, of vpsbake and of other libraries.

@@ -210,6 +210,8 @@ const char* section_name(SectionKind kind) {
       return "level_offsets";
     case SectionKind::far:
       return "far";
+    case SectionKind::planes:
+      return "planes";
     case SectionKind::record:
       return "record";
   }

@@ -160,7 +160,8 @@ Section write_section(hid_t file, const SectionData& data) {
   Section section;
   section.kind = data.kind;
   section.element = data.element;
-  const bool optional = data.kind == SectionKind::record || data.kind == SectionKind::far;
+  const bool optional =
+      data.kind == SectionKind::record || data.kind == SectionKind::far || data.kind == SectionKind::planes;
   section.flags = optional ? 0 : kSectionRequired;
   section.rank = static_cast<std::uint32_t>(data.shape.size());
   std::uint64_t count = 1;

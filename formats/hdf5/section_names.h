@@ -39,6 +39,11 @@ inline constexpr SectionName kSectionNames[] = {
      "penetration at the nodes of a coarse grid, far_origin + far_spacing (x, y, z); values above 0 count in "
      "far_step_inner, below 0 in far_step_outer, and -127 may mean farther outside",
      ""},
+    {SectionKind::planes, "/voxelmap/planes", "1",
+     "linear upper bound of V in each cell of 8x8x8 voxels: bits 0 to 20 the gradient in 1/60, 21 to 30 the value at "
+     "the "
+     "centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the cell",
+     ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},
     {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1/32767",

@@ -70,42 +70,15 @@ HWY_INLINE F row(const Affine& a, int r, const Points& p) {
   return hn::MulAdd(set(m[0]), p.x, hn::MulAdd(set(m[1]), p.y, hn::MulAdd(set(m[2]), p.z, set(a.translation[r]))));
 }
 
-// Vectors of sixteen lanes can take two clusters at a time, half a vector each. That pays where a look-up costs more
-// than loading in halves.
-constexpr std::uint32_t kHalf = kLanePadding / 2;
-template <bool kPaired>
-constexpr bool in_halves = kPaired&& HWY_MAX_BYTES >= 64;
-template <bool kPaired>
-using Chunk = std::conditional_t<in_halves<kPaired>, hn::Half<Floats>, Floats>;
-
-// Consecutive nodes or points of one parent, at most as many as a chunk has lanes.
-struct ChunkRange {
+// Consecutive nodes or points of one parent, at most as many as a vector has lanes.
+struct Batch {
   std::uint32_t first = 0, count = 0, parent = 0;
 };
-
-struct Batch {
-  ChunkRange low, high;  // `high` is empty unless in halves
-};
-
-// Number of each lane's node or point, and which lanes have one.
-template <bool kPaired>
 HWY_INLINE hn::Vec<Words> numbers_of(const Batch& batch) {
-  const Words u32;
-  const auto low = numbers_from(batch.low.first);
-  if constexpr (in_halves<kPaired>) {
-    return hn::IfThenElse(hn::FirstN(u32, kHalf), low, numbers_from(batch.high.first - kHalf));
-  } else {
-    return low;
-  }
+  return numbers_from(batch.first);
 }
-template <bool kPaired>
 HWY_INLINE M valid_lanes(const Batch& batch) {
-  const M low = hn::FirstN(f32, batch.low.count);
-  if constexpr (in_halves<kPaired>) {
-    return hn::Or(low, hn::AndNot(hn::FirstN(f32, kHalf), hn::FirstN(f32, kHalf + batch.high.count)));
-  } else {
-    return low;
-  }
+  return hn::FirstN(f32, batch.count);
 }
 
 // V at points (for PlainMap a lower bound of the true V), and an upper bound of the true V less the field's error. Both
@@ -115,7 +88,6 @@ struct Penetrations {
 };
 
 struct Everywhere {
-  static constexpr bool kPaired = false;
   static constexpr bool kHasFarGrid = false;
   static HWY_INLINE Points place(const Affine& a, const Points& p) {
     return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
@@ -218,7 +190,6 @@ struct PolytopeLanes : Everywhere {
 };
 
 struct BelowLanes {
-  static constexpr bool kPaired = false;
   static constexpr bool kHasFarGrid = false;
   const SolidBelow& below;
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
@@ -249,7 +220,7 @@ struct PlainLanes : Everywhere {
   }
   F value(const Points& p, const Batch& batch, M valid) const {
     HWY_ALIGN std::uint32_t numbers[kLanePadding];
-    hn::Store(numbers_of<kPaired>(batch), Words(), numbers);
+    hn::Store(numbers_of(batch), Words(), numbers);
     return each(p, valid, [&](Vec3 point, std::size_t lane) {
       const Vec3 n = point_inward_normal(shell, numbers[lane]);
       const float* const r = plain.rotation;
@@ -297,36 +268,17 @@ HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available
   return hn::Load(d, copy);
 }
 
-template <bool kPaired, class T, class Convert>
-HWY_INLINE F load_batch(const T* row, std::size_t length, const Batch& batch, Convert convert) {
-  const hn::Rebind<T, Chunk<kPaired>> d;
-  const auto low = convert(load(d, row + batch.low.first, length - batch.low.first));
-#if HWY_MAX_BYTES >= 64
-  if constexpr (kPaired) {
-    return hn::Combine(f32, convert(load(d, row + batch.high.first, length - batch.high.first)), low);
-  }
-#endif
-  if constexpr (!in_halves<kPaired>) return low;
-}
-
-template <bool kPaired>
 HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
-  return load_batch<kPaired>(row, length, batch, [](auto v) { return v; });
+  return load(f32, row + batch.first, length - batch.first);
 }
-template <bool kPaired>
 HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
-  return load_batch<kPaired>(row, length, batch, [](auto v) {
-    using Part = Chunk<kPaired>;
-    return hn::ConvertTo(Part(), hn::PromoteTo(hn::Rebind<std::int32_t, Part>(), v));
-  });
+  const hn::Rebind<std::uint16_t, Floats> u16;
+  return hn::ConvertTo(f32, hn::PromoteTo(i32, load(u16, row + batch.first, length - batch.first)));
 }
-
-template <bool kPaired>
 HWY_INLINE Points load_points(const PointshellView& shell, const Batch& batch) {
   const std::uint16_t* const* const rows = shell.position;
   const std::size_t length = shell.points;
-  return {load_codes<kPaired>(rows[0], length, batch), load_codes<kPaired>(rows[1], length, batch),
-          load_codes<kPaired>(rows[2], length, batch)};
+  return {load_codes(rows[0], length, batch), load_codes(rows[1], length, batch), load_codes(rows[2], length, batch)};
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "formats/cell_plane.h"
 #include "runtime/fields/far_grid.h"
 
 namespace vps::detail {
@@ -182,6 +183,31 @@ inline float end_of_band(float band, float voxel_size) noexcept {
 /// V is known up to this distance outside. [m]
 inline float known_distance(const VoxelmapView& map) noexcept {
   return map.far.range > 0 ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
+}
+
+/// The plane of the cell at a point, and its height there: docs/bounds.md, "The planes".
+struct PlaneAt {
+  bool in_grid = false;
+  CellPlane plane;
+  float height = 0;  ///< [m]
+};
+/// @pre the map has planes
+inline PlaneAt find_plane(const VoxelmapView& map, Vec3 point) noexcept {
+  const float p[3] = {point.x, point.y, point.z};
+  std::size_t cell[3];
+  float from_centre[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float at = static_cast<float>(p[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
+    // Written so that NaN counts as beyond the grid.
+    if (!(at >= 0 && at < static_cast<float>(map.dims[axis] - 1))) return {};
+    cell[axis] = static_cast<std::size_t>(at) / kPlaneCell;
+    from_centre[axis] = at - (static_cast<float>(cell[axis]) + 0.5F) * kPlaneCell;
+  }
+  PlaneAt found;
+  found.in_grid = true;
+  found.plane = decode_plane(map.planes[(cell[2] * map.brick_dims[1] + cell[1]) * map.brick_dims[0] + cell[0]]);
+  found.height = map.voxel_size * height_at(found.plane, from_centre);
+  return found;
 }
 
 /// V without the far grid.

@@ -10,6 +10,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "formats/cell_plane.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 
@@ -42,6 +43,7 @@ struct SampledMap {
   const std::int32_t* nodes = nullptr;
   const void* values = nullptr;
   const std::int16_t* coarse_layers = nullptr;
+  const std::int32_t* planes = nullptr;            ///< null: there are none
   std::int32_t root_dims[2] = {};                  ///< x, y
   std::int32_t brick_dims[2] = {};                 ///< x, y
   float top[3] = {};                               ///< the last voxel's centre. [vx]
@@ -142,6 +144,7 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   map.nodes = reinterpret_cast<const std::int32_t*>(view.field_nodes);
   map.values = view.values;
   map.coarse_layers = view.coarse_layers;
+  map.planes = reinterpret_cast<const std::int32_t*>(view.planes);
   for (int axis = 0; axis < 3; ++axis) {
     map.top[axis] = static_cast<float>(view.dims[axis] - 1);
     map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);

@@ -18,7 +18,6 @@ namespace vps::detail::HWY_NAMESPACE {
 
 template <class Integer>
 struct SampledLanes : Everywhere {
-  static constexpr bool kPaired = true;
   static constexpr bool kHasFarGrid = true;
   const SampledMap& map;
 
@@ -73,12 +72,12 @@ struct SampledLanes : Everywhere {
     return {{gx, gy, gz}, in_grid, ix, iy, iz, hn::GatherIndex(i32, map.roots, root)};
   }
 
-  // Descends from octants of 2^kShift cells, with one walk or two at a time. A walk waits for memory at each node.
-  template <int kShift, class... Walks>
-  HWY_INLINE void go_down(Walks&... walks) const {
-    if ((hn::AllFalse(i32, is_node(walks.entry)) && ...)) return;
-    (enter<kShift>(walks), ...);
-    if constexpr (kShift > 0) go_down<kShift - 1>(walks...);
+  // Descends from octants of 2^kShift cells.
+  template <int kShift>
+  HWY_INLINE void go_down(Walk& walk) const {
+    if (hn::AllFalse(i32, is_node(walk.entry))) return;
+    enter<kShift>(walk);
+    if constexpr (kShift > 0) go_down<kShift - 1>(walk);
   }
   // octree::is_node for signed numbers: nodes lie below -2 and -1, the two codes of no brick. Bricks lie from 0 on.
   static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
@@ -154,13 +153,6 @@ struct SampledLanes : Everywhere {
     Walk walk = begin(p);
     go_down<3>(walk);
     return finish(walk);
-  }
-  HWY_INLINE void look_up(const Points& p, const Points& q, Looked& at_p, Looked& at_q) const {
-    Walk first = begin(p);
-    Walk second = begin(q);
-    go_down<3>(first, second);
-    at_p = finish(first);
-    at_q = finish(second);
   }
 
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
@@ -293,6 +285,47 @@ struct SampledLanes : Everywhere {
     const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
     const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
     return {hn::MulAdd(fz, hn::Sub(v1, v0), v0), in_grid};
+  }
+
+  struct Ceiling {
+    F v;
+    M wide;
+  };
+  // Upper bound of V at points outside, no less than 0 inside: from the planes, and beyond the grid from the mesh's
+  // bounds. docs/bounds.md, "The planes".
+  HWY_INLINE Ceiling ceiling(const Points& p) const {
+    const auto within = [&](F a, int axis) { return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.top[axis]))); };
+    const M in_grid = hn::And(hn::And(within(p.x, 0), within(p.y, 1)), within(p.z, 2));
+    // Adding 1.5 * 2^23 leaves a whole number in the last bits: the cell's. At a face either cell will do.
+    constexpr float kWhole = 12582912;
+    struct Cell {
+      F place;  // in units of cells
+      F whole;
+      I number;
+    };
+    static_assert(kPlaneCell == 8);
+    const auto cell_of = [&](F a) {
+      const F place = hn::Mul(hn::IfThenElseZero(in_grid, a), set(1.0F / kPlaneCell));
+      const F shifted = hn::Add(hn::Sub(place, set(0.5F)), set(kWhole));
+      return Cell{place, hn::Sub(shifted, set(kWhole)),
+                  hn::Sub(hn::BitCast(i32, shifted), hn::BitCast(i32, set(kWhole)))};
+    };
+    const Cell x = cell_of(p.x);
+    const Cell y = cell_of(p.y);
+    const Cell z = cell_of(p.z);
+    const I row = hn::Add(hn::Mul(z.number, hn::Set(i32, map.brick_dims[1])), y.number);
+    const I cell = hn::Add(hn::Mul(row, hn::Set(i32, map.brick_dims[0])), x.number);
+    const I code = hn::GatherIndex(i32, map.planes, cell);
+    const auto slope = [&](I up) { return hn::ConvertTo(f32, hn::ShiftRight<25>(up)); };
+    const auto from_centre = [&](const Cell& c) { return hn::Sub(hn::Sub(c.place, c.whole), set(0.5F)); };
+    const F height = hn::Mul(hn::ConvertTo(f32, hn::ShiftRight<22>(hn::ShiftLeft<1>(code))), set(1.0F / kHeightSteps));
+    F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(x));
+    rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(y), rise);
+    rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(z), rise);
+    Ceiling out{hn::MulAdd(rise, set(float{kPlaneCell} / kSlopeSteps), height),
+                hn::And(in_grid, hn::RebindMask(f32, hn::Lt(code, hn::Zero(i32))))};
+    if (!hn::AllTrue(f32, in_grid)) out.v = hn::IfThenElse(in_grid, out.v, hn::Neg(to_bounds(p)));
+    return out;
   }
 
   // Where the true distance is at most `reach`, the interpolated one is at most reach + slack: see least_distance.

@@ -30,10 +30,9 @@ template <class Lanes>
 HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
   const float* const* const rows = d.shell->sphere;
   const std::size_t length = d.shell->nodes;
-  const Points stored = {load_floats<Lanes::kPaired>(rows[0], length, batch),
-                         load_floats<Lanes::kPaired>(rows[1], length, batch),
-                         load_floats<Lanes::kPaired>(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats<Lanes::kPaired>(rows[3], length, batch), set(d.radius_scale), set(d.slack));
+  const Points stored = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
+                         load_floats(rows[2], length, batch)};
+  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(d.radius_scale), set(d.slack));
   F distance = set(d.contact_distance);
   if (d.moving != nullptr) {
     const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->node_ways, stored));
@@ -42,10 +41,40 @@ HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch&
   return {field.place(d.nodes, stored), radius, hn::Add(radius, distance)};
 }
 
-// Which spheres may touch, from the field's bound at their centres.
+// Whether spheres and points can be tested against the planes first.
 template <class Lanes>
+HWY_INLINE bool has_planes(const Lanes& field, const Descent& d) {
+  if constexpr (Lanes::kHasFarGrid) {
+    // The bounds of nodes that are left must hold inside, too.
+    return field.map.planes != nullptr && d.bounds == nullptr;
+  } else {
+    return false;
+  }
+}
+// Whether the planes bound the field's own values wherever these can be hits, and not only the true V.
+template <class Lanes>
+HWY_INLINE bool planes_bound_hits(const Lanes& field, const Descent& d) {
+  return d.contact_distance < field.map.end_outer;
+}
+
+// The field's bound at the centres of spheres.
+template <class Lanes>
+HWY_INLINE F bound_at(const Lanes& field, const Descent& d, const Spheres& spheres) {
+  if constexpr (Lanes::kHasFarGrid) {
+    if (has_planes(field, d)) {
+      const auto ceiling = field.ceiling(spheres.centre);
+      if (!planes_bound_hits(field, d)) return ceiling.v;
+      // The sphere's slack has the field's error, which a wide plane does not need.
+      const M direct = hn::And(ceiling.wide, hn::Le(spheres.radius, set(1)));
+      return hn::IfThenElse(direct, hn::Sub(ceiling.v, set(field.map.error)), ceiling.v);
+    }
+  }
+  return field.bound(spheres.centre, spheres.reach);
+}
+
+// Which spheres may touch, from the field's bound at their centres.
 HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
-  return hn::And(valid_lanes<Lanes::kPaired>(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
+  return hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
 }
 
 // V at points that were not looked up, as the look-up gives it.
@@ -78,21 +107,16 @@ HWY_INLINE M find_hits(const Lanes& field, const Points& p, M sampled, M valid, 
 
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
-  const Batch batch{{node, 1, 0}, {}};
+  const Batch batch{node, 1, 0};
   const Spheres spheres = spheres_of(field, d, batch);
   const F at_centre = field.bound(spheres.centre, spheres.reach);
-  const bool touch = !hn::AllFalse(f32, touching<Lanes>(batch, spheres, at_centre));
+  const bool touch = !hn::AllFalse(f32, touching(batch, spheres, at_centre));
   const float bound = hn::GetLane(hn::Add(at_centre, spheres.radius));
   if (!touch && bound > d.rejected) d.rejected = bound;
   if (touch && d.bounds != nullptr) d.bounds[0] = bound;
   ++d.nodes_tested;
   return touch;
 }
-
-// Points with the codes of their positions, and where they lie in the field.
-struct PlacedPoints {
-  Points codes, at;
-};
 
 // Adds hits to the results.
 HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Words> leaves, F v, M hit, Descent& d) {
@@ -108,24 +132,121 @@ HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Wor
   d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
 }
 
-// Returns the children of a queue's nodes in chunks.
-template <bool kPaired>
-class Chunks {
+// Tests points, and adds hits to the results in the order of the points. Points of a map with planes are tested against
+// these first. The few that are left wait until they fill a vector: an octree takes five reads, one after the other.
+template <class Lanes>
+class PointTests {
  public:
-  Chunks(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
+  PointTests(const Lanes& field, Descent& d)
+      : field_(field),
+        d_(d),
+        limit_(set(-d.contact_distance)),
+        deepest_(set(d.deepest)),
+        rejected_(set(d.rejected)),
+        has_planes_(takes_planes()) {}
 
-  // Gets the next chunk of a node with a number below `last`, if the queue up to `tail` has one.
-  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, ChunkRange& range) {
+  // @param batch  numbers of the points, for fields that need them
+  HWY_INLINE void test(const Points& codes, const Batch& batch, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
+    const Points p = field_.place(d_.points, codes);
+    if constexpr (Lanes::kHasFarGrid) {
+      if (has_planes_) return filter(codes, p, points, leaves, valid);
+    }
+    M sampled;
+    const F v = value_at(field_, p, batch, valid, sampled);
+    take(codes, p, v, sampled, points, leaves, valid);
+  }
+  // Writes the results, after the last points.
+  HWY_INLINE void finish() {
+    if constexpr (Lanes::kHasFarGrid) {
+      if (count_ > 0) look_up_first(count_);
+    }
+    d_.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest_));
+    d_.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected_));
+  }
+
+ private:
+  [[nodiscard]] bool takes_planes() const {
+    if constexpr (Lanes::kHasFarGrid) {
+      return field_.map.planes != nullptr && (d_.moving != nullptr || planes_bound_hits(field_, d_));
+    } else {
+      return false;
+    }
+  }
+
+  // The least V of a hit.
+  HWY_INLINE F least(const Points& codes) const {
+    if (d_.moving == nullptr) return limit_;
+    return hn::Max(limit_, hn::Neg(hn::Add(way_of(d_.moving->point_ways, codes), set(d_.moving->near))));
+  }
+
+  HWY_INLINE void take(const Points& codes, const Points& p, F v, M sampled, hn::Vec<Words> points,
+                       hn::Vec<Words> leaves, M valid) {
+    const M hit = find_hits(field_, p, sampled, valid, least(codes), v);
+    deepest_ = hn::IfThenElse(valid, hn::Max(deepest_, v), deepest_);
+    if (!hn::AllFalse(f32, hit)) add_hits(codes, points, leaves, v, hit, d_);
+  }
+
+  // Keeps the points that can be hits, and without hits those that can be nearer than all before.
+  HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
+    const F ceiling = field_.ceiling(p).v;
+    const M near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
+    rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
+    if (hn::AllFalse(f32, near)) return;
+    const Words u32;
+    (void)store_packed(f32, codes.x, near, codes_[0] + count_);
+    (void)store_packed(f32, codes.y, near, codes_[1] + count_);
+    (void)store_packed(f32, codes.z, near, codes_[2] + count_);
+    (void)store_packed(u32, leaves, hn::RebindMask(u32, near), leaves_ + count_);
+    count_ += store_packed(u32, points, hn::RebindMask(u32, near), points_ + count_);
+    if (count_ < hn::Lanes(f32)) return;
+    look_up_first(static_cast<std::uint32_t>(hn::Lanes(f32)));
+    nearest_ = hn::MaxOfLanes(f32, deepest_);
+  }
+
+  // Tests the first waiting points, and moves the others to the front.
+  HWY_INLINE void look_up_first(std::uint32_t count) {
+    const Words u32;
+    const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+    const Points codes = {hn::Load(f32, codes_[0]), hn::Load(f32, codes_[1]), hn::Load(f32, codes_[2])};
+    const Points p = field_.place(d_.points, codes);
+    const auto found = field_.look_up(p);
+    take(codes, p, field_.value_of(p, found), found.sampled, hn::Load(u32, points_), hn::Load(u32, leaves_),
+         hn::FirstN(f32, count));
+    for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + lanes), f32, row);
+    for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + lanes), u32, row);
+    count_ -= count;
+  }
+
+  const Lanes& field_;
+  Descent& d_;
+  const F limit_;
+  F deepest_, rejected_;
+  F nearest_ = set(std::numeric_limits<float>::lowest());
+  const bool has_planes_;
+  // Room for one vector that waits, and another.
+  std::uint32_t count_ = 0;
+  HWY_ALIGN float codes_[3][2 * kLanePadding] = {};
+  HWY_ALIGN std::uint32_t points_[2 * kLanePadding] = {};
+  HWY_ALIGN std::uint32_t leaves_[2 * kLanePadding] = {};
+};
+
+// Returns the children of a queue's nodes in batches.
+class Batches {
+ public:
+  Batches(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
+
+  // Gets the next batch of a node with a number below `last`, if the queue up to `tail` has one.
+  HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Batch& batch) {
     if (left_ == 0) {
       if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
       parent_ = d_.queue[head_++];
       first_ = d_.shell->children[2 * parent_];
       left_ = d_.shell->children[2 * parent_ + 1];
     }
-    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Chunk<kPaired>()));
-    range = {first_, left_ < kMost ? left_ : kMost, parent_};
-    first_ += range.count;
-    left_ -= range.count;
+    constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
+    batch = {first_, left_ < kMost ? left_ : kMost, parent_};
+    first_ += batch.count;
+    left_ -= batch.count;
     return true;
   }
   [[nodiscard]] std::uint32_t head() const { return head_; }
@@ -142,108 +263,45 @@ void descend_lanes(const Lanes& field, Descent& d) {
   const std::uint32_t leaves = d.shell->level_offsets[d.shell->levels - 1];
   const std::uint32_t last_inner = leaves < d.last_node ? leaves : d.last_node;
   F rejected = set(d.rejected);
-  F deepest = set(d.deepest);
-  const F limit = set(-d.contact_distance);
-  constexpr bool kTwo = in_halves<Lanes::kPaired>;
-  Chunks<Lanes::kPaired> chunks(d, d.begin);
+  Batches batches(d, d.begin);
   std::uint32_t tail = d.end;
-  const auto next = [&](std::uint32_t last, Batch& batch) {
-    batch.high = {};  // it may hold nodes, and their numbers are not valid for points
-    if (!chunks.next(tail, last, batch.low)) return false;
-    if constexpr (kTwo) (void)chunks.next(tail, last, batch.high);
-    return true;
-  };
-  const auto take_spheres = [&](const Batch& batch, const Spheres& spheres, F bound) {
-    const M touch = touching<Lanes>(batch, spheres, bound);
-    const M apart = hn::AndNot(touch, valid_lanes<Lanes::kPaired>(batch));
+  Batch batch;
+  while (batches.next(tail, last_inner, batch)) {
+    const Spheres spheres = spheres_of(field, d, batch);
+    const F bound = bound_at(field, d, spheres);
+    const M touch = touching(batch, spheres, bound);
+    const M apart = hn::AndNot(touch, valid_lanes(batch));
     // Upper bounds of V below the spheres, unless they touch: docs/bounds.md.
     const F below = hn::Add(bound, spheres.radius);
     rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
     if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);
-    tail += store_packed(u32, numbers_of<Lanes::kPaired>(batch), hn::RebindMask(u32, touch), d.queue + tail);
-    d.nodes_tested += batch.low.count + batch.high.count;
-  };
-  const auto take_points = [&](const Batch& batch, const PlacedPoints& p, F v, M sampled) {
-    const M valid = valid_lanes<Lanes::kPaired>(batch);
-    F least = limit;
-    if (d.moving != nullptr) {
-      least = hn::Max(limit, hn::Neg(hn::Add(way_of(d.moving->point_ways, p.codes), set(d.moving->near))));
-    }
-    const M hit = find_hits(field, p.at, sampled, valid, least, v);
-    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    d.points_tested += batch.low.count + batch.high.count;
-    if (hn::AllFalse(f32, hit)) return;
-    auto parents = hn::Set(u32, batch.low.parent);
-    if constexpr (kTwo) {
-      parents = hn::IfThenElse(hn::FirstN(u32, kHalf), parents, hn::Set(u32, batch.high.parent));
-    }
-    add_hits(p.codes, numbers_of<Lanes::kPaired>(batch), parents, v, hit, d);
-  };
-
-  // Look-ups in an octree wait for memory at each node. Two vectors at a time wait together.
-  Batch batch;
-  Batch other;
-  while (next(last_inner, batch)) {
-    const Spheres spheres = spheres_of(field, d, batch);
-    if constexpr (Lanes::kPaired) {
-      if (next(last_inner, other)) {
-        const Spheres others = spheres_of(field, d, other);
-        typename Lanes::Looked at_first;
-        typename Lanes::Looked at_other;
-        field.look_up(spheres.centre, others.centre, at_first, at_other);
-        take_spheres(batch, spheres, field.bound_of(spheres.centre, spheres.reach, at_first));
-        take_spheres(other, others, field.bound_of(others.centre, others.reach, at_other));
-        continue;
-      }
-    }
-    take_spheres(batch, spheres, field.bound(spheres.centre, spheres.reach));
+    tail += store_packed(u32, numbers_of(batch), hn::RebindMask(u32, touch), d.queue + tail);
+    d.nodes_tested += batch.count;
   }
-  // After the inner nodes the queue has only leaves.
-  const auto points_of = [&](const Batch& of) -> PlacedPoints {
-    const Points codes = load_points<Lanes::kPaired>(*d.shell, of);
-    return {codes, field.place(d.points, codes)};
-  };
-  while (next(d.last_node, batch)) {
-    const PlacedPoints points = points_of(batch);
-    if constexpr (Lanes::kPaired) {
-      if (next(d.last_node, other)) {
-        const PlacedPoints others = points_of(other);
-        typename Lanes::Looked at_first;
-        typename Lanes::Looked at_other;
-        field.look_up(points.at, others.at, at_first, at_other);
-        take_points(batch, points, field.value_of(points.at, at_first), at_first.sampled);
-        take_points(other, others, field.value_of(others.at, at_other), at_other.sampled);
-        continue;
-      }
-    }
-    M sampled;
-    const F v = value_at(field, points.at, batch, valid_lanes<Lanes::kPaired>(batch), sampled);
-    take_points(batch, points, v, sampled);
-  }
-  d.begin = chunks.head();
-  d.end = tail;
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
-  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+  // After the inner nodes the queue has only leaves.
+  PointTests<Lanes> tests(field, d);
+  while (batches.next(tail, d.last_node, batch)) {
+    tests.test(load_points(*d.shell, batch), batch, numbers_of(batch), hn::Set(u32, batch.parent), valid_lanes(batch));
+    d.points_tested += batch.count;
+  }
+  tests.finish();
+  d.begin = batches.head();
+  d.end = tail;
 }
 
 template <class Lanes>
 void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
   const Words u32;
-  const F limit = set(-d.contact_distance);
-  F deepest = set(d.deepest);
+  PointTests<Lanes> tests(field, d);
   for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
     const Points codes = {hn::LoadU(f32, list.codes[0] + i), hn::LoadU(f32, list.codes[1] + i),
                           hn::LoadU(f32, list.codes[2] + i)};
-    const M valid = hn::FirstN(f32, list.count - i);
-    const Points p = field.place(d.points, codes);
-    M sampled;
-    F v = value_at(field, p, Batch(), valid, sampled);
-    const M hit = find_hits(field, p, sampled, valid, limit, v);
-    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    add_hits(codes, hn::LoadU(u32, list.points + i), hn::LoadU(u32, list.leaves + i), v, hit, d);
+    tests.test(codes, Batch(), hn::LoadU(u32, list.points + i), hn::LoadU(u32, list.leaves + i),
+               hn::FirstN(f32, list.count - i));
   }
+  tests.finish();
   d.points_tested += list.count;
-  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
 }
 
 template <class Lanes>
@@ -251,8 +309,7 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
   const Words u32;
   // One point at a time for fields that need the point's number.
   const std::size_t most = std::is_same_v<Lanes, PlainLanes> ? 1 : hn::Lanes(f32);
-  const F limit = set(-d.contact_distance);
-  F deepest = set(d.deepest);
+  PointTests<Lanes> tests(field, d);
   d.points_tested += to - from;
   while (from < to) {
     const auto count = static_cast<std::uint32_t>(to - from < most ? to - from : most);
@@ -263,17 +320,11 @@ void test_parents_lanes(const Lanes& field, Descent& d, std::uint32_t from, std:
       for (int axis = 0; axis < 3; ++axis) codes[axis][lane] = d.shell->position[axis][points[lane]];
     }
     const Points stored = {hn::Load(f32, codes[0]), hn::Load(f32, codes[1]), hn::Load(f32, codes[2])};
-    const M valid = hn::FirstN(f32, count);
-    const Batch batch{{points[0], count, 0}, {}};
-    const Points p = field.place(d.points, stored);
-    M sampled;
-    F v = value_at(field, p, batch, valid, sampled);
-    const M hit = find_hits(field, p, sampled, valid, limit, v);
-    deepest = hn::IfThenElse(valid, hn::Max(deepest, v), deepest);
-    add_hits(stored, hn::Load(u32, points), hn::LoadU(u32, d.queue + from), v, hit, d);
+    tests.test(stored, Batch{points[0], count, 0}, hn::Load(u32, points), hn::LoadU(u32, d.queue + from),
+               hn::FirstN(f32, count));
     from += count;
   }
-  d.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest));
+  tests.finish();
 }
 
 // The loops with a type-erased field.

@@ -15,14 +15,34 @@ namespace vps::detail::HWY_NAMESPACE {
 
 constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
 
+// Upper bounds of the true V by the planes. They hold where they are below `least`: there points are outside.
+template <class Lanes>
+HWY_INLINE F ceiling_at(const Lanes& field, const Points& p, float& least) {
+  if constexpr (Lanes::kHasFarGrid) {
+    if (field.map.planes != nullptr) {
+      least = -field.map.error;
+      return field.ceiling(p).v;
+    }
+  }
+  least = std::numeric_limits<float>::lowest();
+  return hn::Zero(f32);
+}
+
 template <class Lanes>
 HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32_t count, DeepestSearch& s) {
   s.points_tested += count;
   for (const std::uint32_t last = first + count; first < last; first += kMost) {
-    const Batch batch{{first, last - first < kMost ? last - first : kMost, 0}, {}};
-    const M valid = hn::FirstN(f32, batch.low.count);
-    const Penetrations found =
-        field.penetrations(field.place(s.points, load_points<false>(*s.shell, batch)), batch, valid);
+    const Batch batch{first, last - first < kMost ? last - first : kMost, 0};
+    const M listed = hn::FirstN(f32, batch.count);
+    const Points p = field.place(s.points, load_points(*s.shell, batch));
+    // The planes tell which points are nearer than all before.
+    float least = 0;
+    const F ceiling = ceiling_at(field, p, least);
+    const float passed = s.best < s.deepest ? s.best : s.deepest;
+    const M below = hn::And(hn::Lt(ceiling, set(least)), hn::Le(ceiling, set(passed)));
+    const M valid = hn::AndNot(below, listed);
+    if (hn::AllFalse(f32, valid)) continue;
+    const Penetrations found = field.penetrations(p, batch, valid);
     const F highest = hn::IfThenElse(valid, found.highest, set(s.best));
     s.best = hn::GetLane(hn::MaxOfLanes(f32, hn::Max(highest, set(s.best))));
     const M deeper = hn::And(valid, hn::Gt(found.value, set(s.deepest)));
@@ -39,17 +59,24 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
   const Words u32;
   const float* const* const rows = s.shell->sphere;
   const std::size_t length = s.shell->nodes;
-  const Points centre = {load_floats<false>(rows[0], length, batch), load_floats<false>(rows[1], length, batch),
-                         load_floats<false>(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats<false>(rows[3], length, batch), set(s.radius_scale), set(s.slack));
-  const M valid = hn::FirstN(f32, batch.low.count);
-  const F bound = hn::Add(field.penetrations(field.place(s.nodes, centre), batch, valid).highest, radius);
+  const Points centre = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
+                         load_floats(rows[2], length, batch)};
+  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(s.radius_scale), set(s.slack));
+  const M valid = hn::FirstN(f32, batch.count);
+  const Points p = field.place(s.nodes, centre);
+  float least = 0;
+  F highest = ceiling_at(field, p, least);
+  const M unknown = hn::And(valid, hn::Ge(highest, set(least)));
+  if (!hn::AllFalse(f32, unknown)) {
+    highest = hn::IfThenElse(unknown, field.penetrations(p, batch, unknown).highest, highest);
+  }
+  const F bound = hn::Add(highest, radius);
   const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));
   const F rejected = set(s.rejected);
   const F passed = hn::IfThenElse(hn::AndNot(open, valid), hn::Max(bound, rejected), rejected);
   s.rejected = hn::GetLane(hn::MaxOfLanes(f32, passed));
-  s.nodes_tested += batch.low.count;
-  store_packed(u32, numbers_of<false>(batch), hn::RebindMask(u32, open), s.stack + top);
+  s.nodes_tested += batch.count;
+  store_packed(u32, numbers_of(batch), hn::RebindMask(u32, open), s.stack + top);
   return top + store_packed(f32, bound, open, s.bounds + top);
 }
 
@@ -73,7 +100,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   s.deepest = s.best = s.rejected = std::numeric_limits<float>::lowest();
   test_points(field, s.point, 1, s);
   const std::uint32_t leaves = s.shell->level_offsets[s.shell->levels - 1];
-  std::uint32_t top = push(field, Batch{{0, 1, 0}, {}}, 0, s);
+  std::uint32_t top = push(field, Batch{0, 1, 0}, 0, s);
   while (top > 0) {
     --top;
     if (!(s.bounds[top] > s.best - s.margin)) {
@@ -89,7 +116,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
     }
     std::uint32_t end = top;
     for (std::uint32_t child = first; child < last; child += kMost) {
-      end = push(field, Batch{{child, last - child < kMost ? last - child : kMost, node}, {}}, end, s);
+      end = push(field, Batch{child, last - child < kMost ? last - child : kMost, node}, end, s);
     }
     sort_rising(top, end, s);
     top = end;

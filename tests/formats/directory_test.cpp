@@ -104,7 +104,7 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(1), unsigned('V'));
   EXPECT_EQ(at(8), 1U);
   EXPECT_EQ(at(13), 0x10U);   // 4096, little-endian
-  EXPECT_EQ(at(32), 14U);     // sections
+  EXPECT_EQ(at(32), 15U);     // sections
   EXPECT_EQ(at(64), 16U);     // dims[0]
   EXPECT_EQ(at(76), 8U);      // brick edge
   EXPECT_EQ(at(112), 3U);     // precision
@@ -119,8 +119,9 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   EXPECT_EQ(at(655), 0x3FU);          // far_spacing is three quarters
   EXPECT_EQ(at(735), 0x3FU);          // the far error's bound
   EXPECT_EQ(at(1024 + 6 * 96), 20U);  // far
-  EXPECT_EQ(at(1024 + 7 * 96), 32U);  // point_positions
-  EXPECT_EQ(at(1024 + 7 * 96 + 4), 7U);
+  EXPECT_EQ(at(1024 + 7 * 96), 21U);  // planes
+  EXPECT_EQ(at(1024 + 8 * 96), 32U);  // point_positions
+  EXPECT_EQ(at(1024 + 8 * 96 + 4), 7U);
 }
 
 TEST(Directory, TruncatingTheFileAtAnyByteIsRejected) {
@@ -260,6 +261,11 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
       {Status::bad_section,
        [](Directory& d) {
          find(d, Kind::far).shape = {4, 3, 3};  // too few nodes along x
+       }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::planes).element = ElementType::i32; }},
+      {Status::bad_section,
+       [](Directory& d) {
+         find(d, Kind::planes).shape = {1, 2, 1};
        }},
       {Status::bad_section, [](Directory& d) { d.info.far_origin[1] += 0.01; }},
       {Status::bad_section, [](Directory& d) { d.info.far_spacing -= 0.26; }},

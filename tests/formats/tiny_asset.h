@@ -74,6 +74,7 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
                                     std::vector<std::int8_t>(2 * kFieldStride, -5)));
     sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
+    sections.push_back(make_section<std::uint32_t>(SectionKind::planes, ElementType::u32, {1, 1, 2}, {0, 0}));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
     const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));

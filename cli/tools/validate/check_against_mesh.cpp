@@ -82,6 +82,7 @@ class MeshChecks {
         for (const Field field : {Field::layers, Field::scaled, Field::real}) check_field(oracle, field);
         check_far(oracle);
         check_coarse_layers(oracle);
+        check_planes(oracle);
       }
       if (asset_.pointshell(shell_) == Status::ok) {
         check_covering();
@@ -290,6 +291,34 @@ class MeshChecks {
         fmt::format("{} of {} bricks' bounds of the distance are wrong", wrong == 0 ? "none" : std::to_string(wrong),
                     count),
         {{"bricks", count}, {"wrong", wrong}});
+  }
+
+  // Planes bound the true V of points outside, and the field's own values where these can be contacts.
+  void check_planes(const lab::Oracle& oracle) {
+    VoxelmapView map;
+    if (asset_.voxelmap(map, Field::scaled) != Status::ok || map.planes == nullptr) return;
+    lab::Random random(options_.seed + 3);
+    const float end = detail::end_of_band(map.band_outer, map.voxel_size);
+    int wrong = 0;
+    for (int i = 0; i < options_.samples; ++i) {
+      Point p;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        p[axis] = random.between(info_.origin[axis], info_.origin[axis] + info_.dims[axis] * info_.voxel_size);
+      }
+      const Vec3 point = to_float(p);
+      const detail::PlaneAt at = detail::find_plane(map, point);
+      if (!at.in_grid) continue;
+      const double truth = oracle.penetration(to_double(point)), height = double{at.height} + slack_;
+      const detail::OwnPenetration own = detail::own_penetration(map, point, {});
+      if ((truth < 0 && height < truth) || (truth >= 0 && height < -double{map.error}) ||
+          (own.sampled && own.v >= -end && height < double{own.v})) {
+        ++wrong;
+      }
+    }
+    add("planes", passed(wrong == 0),
+        fmt::format("{} of {} points lie above the plane of their cell", wrong == 0 ? "none" : std::to_string(wrong),
+                    options_.samples),
+        {{"points", options_.samples}, {"wrong", wrong}});
   }
 
   void check_covering() {

@@ -3,6 +3,7 @@
 // for the distance of bodies that do not touch.
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 
@@ -19,23 +20,38 @@ float most_below(const TraverseQuery& query, std::uint32_t entry) noexcept {
   return most / d.unit;
 }
 
-// For a shell beyond the band: V of the points that represent entries [from, to) of the queue, by the far grid. Then of
-// the points of the nearest leaf.
+// Tests the points that represent entries [from, to) of the queue by the far grid.
+// @return the node of the nearest hit; the number of nodes without one
+std::uint32_t nearest_node(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
+  Descent& d = query.descent;
+  d.hit_count = 0;
+  query.field.test_parents(d, from, to);
+  const auto nearest = std::max_element(d.penetrations, d.penetrations + d.hit_count) - d.penetrations;
+  return d.hit_count > 0 ? d.leaves[nearest] : query.shell.nodes;
+}
+
+// For a shell beyond the band: V of the points that represent entries [from, to) of the queue, by the far grid. Then
+// of those below the nearest, down to the points of a leaf.
 void test_far(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept {
   Descent& d = query.descent;
+  const PointshellView& shell = query.shell;
   const float wanted = d.contact_distance;
   d.rejected = std::max(d.rejected, d.deepest);  // a bound
   d.deepest = kNothingTested;
   d.contact_distance = std::numeric_limits<float>::max();  // all are hits
-  d.hit_count = 0;
-  query.field.test_parents(d, from, to);
-  const auto nearest = std::max_element(d.penetrations, d.penetrations + d.hit_count) - d.penetrations;
-  const std::uint32_t node = d.hit_count > 0 ? d.leaves[nearest] : 0;
-  d.contact_distance = -d.deepest;
-  d.hit_count = 0;
-  if (node >= query.shell.level_offsets[query.shell.levels - 1] && !query.budget.limited()) {
-    (void)descend_in_blocks(query, node, to, query.shell.nodes);
+  std::uint32_t node = nearest_node(query, from, to);
+  if (!query.budget.limited()) {
+    while (node < shell.level_offsets[shell.levels - 1]) {
+      const std::uint32_t first = shell.children[2 * std::size_t{node}];
+      const std::uint32_t count = shell.children[2 * std::size_t{node} + 1];
+      std::iota(d.queue + to, d.queue + to + count, first);
+      node = nearest_node(query, to, to + count);
+    }
+    d.contact_distance = -d.deepest;
+    d.hit_count = 0;
+    if (node < shell.nodes) (void)descend_in_blocks(query, node, to, shell.nodes);
   }
+  d.hit_count = 0;
   d.contact_distance = wanted;
   d.deepest = query.deepest_far = std::max(query.deepest_far, d.deepest);
 }

@@ -1,0 +1,459 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// All lengths are in voxels, from the centre of voxel (0,0,0).
+#include "bake/stages/fit_planes.h"
+
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "formats/cell_plane.h"
+#include "formats/octree.h"
+
+namespace vps::bake {
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+constexpr double kHalf = 0.5 * kPlaneCell;
+// Surface farther than this many cells around a cell is only known to be that far away.
+constexpr int kAround = 2;
+constexpr double kUnseen = kAround * kPlaneCell;
+// More than queries round in float.
+constexpr double kMargin = 2e-3;
+constexpr double kNone = std::numeric_limits<double>::lowest();
+
+Box cell_box(const Index3& cell) {
+  const Vector low = kPlaneCell * Vector(cell[0], cell[1], cell[2]);
+  return {low, low + Vector::Constant(kPlaneCell)};
+}
+
+// A convex polygon, clipped by the planes of a box.
+class Polygon {
+ public:
+  Polygon(const Vector& a, const Vector& b, const Vector& c) : corners_{a, b, c}, count_(3) {}
+
+  void clip(const Box& box) {
+    for (int axis = 0; axis < 3 && count_ > 0; ++axis) {
+      clip_at(axis, box.min()[axis], 1);
+      clip_at(axis, box.max()[axis], -1);
+    }
+  }
+  [[nodiscard]] const Vector* begin() const { return corners_.data(); }
+  [[nodiscard]] const Vector* end() const { return corners_.data() + count_; }
+
+ private:
+  // Keeps what lies above the plane, or below it where `side` is -1.
+  void clip_at(int axis, double at, double side) {
+    std::array<Vector, 12> kept;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const Vector& p = corners_[i];
+      const Vector& q = corners_[i + 1 < count_ ? i + 1 : 0];
+      const double from = side * (p[axis] - at);
+      const double to = side * (q[axis] - at);
+      if (from >= 0) kept[count++] = p;
+      if ((from < 0) != (to < 0)) kept[count++] = p + from / (from - to) * (q - p);
+    }
+    corners_ = kept;
+    count_ = count;
+  }
+
+  std::array<Vector, 12> corners_;
+  std::size_t count_;
+};
+
+// The part of the surface in one cell: the corners of its flat pieces.
+struct SurfacePart {
+  std::vector<Vector> corners;
+  Box box;
+};
+
+// The surface, cell by cell.
+class SurfaceParts {
+ public:
+  SurfaceParts(const Surface& surface, const Grid& grid) : surface_(surface), dims_(grid.brick_dims) {
+    vertices_.reserve(surface.vertices.size());
+    for (const Vector& p : surface.vertices) {
+      vertices_.emplace_back((p - grid.origin) / grid.voxel_size - Vector::Constant(0.5));
+    }
+    list_triangles();
+    std::vector<std::uint8_t> listed(grid.brick_count());
+    for (std::size_t n = 0; n < listed.size(); ++n) listed[n] = begin_[n] < begin_[n + 1] ? 1 : 0;
+    set_ = BrickSet::from_flags(grid, listed);
+    parts_.resize(set_.bricks.size());
+    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) { cut(set_.bricks[n], parts_[n]); });
+  }
+
+  // Calls visit(part) for the parts in cells up to `kAround` away.
+  template <class Visit>
+  void for_each_around(const Index3& cell, Visit visit) const {
+    Index3 first;
+    Index3 last;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      first[axis] = cell[axis] - std::min<std::uint32_t>(cell[axis], kAround);
+      last[axis] = std::min(cell[axis] + kAround, dims_[axis] - 1);
+    }
+    for_each_cell(first, last, [&](std::size_t at) {
+      const std::uint32_t n = set_.index[at];
+      if (n != kNoBrick && !parts_[n].corners.empty()) visit(parts_[n]);
+    });
+  }
+
+ private:
+  [[nodiscard]] std::size_t number_of(const Index3& cell) const {
+    return (std::size_t{cell[2]} * dims_[1] + cell[1]) * dims_[0] + cell[0];
+  }
+  template <class Visit>
+  void for_each_cell(const Index3& first, const Index3& last, Visit visit) const {
+    for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
+      for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
+        const std::size_t row = number_of({0, y, z});
+        for (std::uint32_t x = first[0]; x <= last[0]; ++x) visit(row + x);
+      }
+    }
+  }
+  [[nodiscard]] Box box_of(const Triangle& triangle) const {
+    Box box;
+    for (const std::uint32_t v : triangle) box.extend(vertices_[v]);
+    return box;
+  }
+
+  // Lists for each cell the triangles whose boxes touch it.
+  void list_triangles() {
+    const auto for_each_listed = [&](auto visit) {
+      for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
+        const Box box = box_of(surface_.triangles[t]);
+        Index3 first;
+        Index3 last;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const auto i = static_cast<Eigen::Index>(axis);
+          const auto cell = [&](double at) {
+            return static_cast<std::uint32_t>(std::clamp(at / kPlaneCell, 0.0, dims_[axis] - 1.0));
+          };
+          // Both cells at a face.
+          first[axis] = cell(std::ceil(box.min()[i]) - 1);
+          last[axis] = cell(box.max()[i]);
+        }
+        for_each_cell(first, last, [&](std::size_t at) { visit(at, t); });
+      }
+    };
+    begin_.assign(std::size_t{dims_[0]} * dims_[1] * dims_[2] + 1, 0);
+    for_each_listed([&](std::size_t at, std::uint32_t) { ++begin_[at + 1]; });
+    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
+    triangles_.resize(begin_.back());
+    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
+    for_each_listed([&](std::size_t at, std::uint32_t t) { triangles_[next[at]++] = t; });
+  }
+
+  void cut(const Index3& cell, SurfacePart& part) const {
+    const Box box = cell_box(cell);
+    const std::size_t at = number_of(cell);
+    for (std::size_t i = begin_[at]; i < begin_[at + 1]; ++i) {
+      const Triangle& t = surface_.triangles[triangles_[i]];
+      Polygon piece(vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]);
+      if (!box.contains(box_of(t))) piece.clip(box);
+      part.corners.insert(part.corners.end(), piece.begin(), piece.end());
+    }
+    // Neighbours share corners.
+    const auto before = [](const Vector& a, const Vector& b) {
+      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
+    };
+    std::sort(part.corners.begin(), part.corners.end(), before);
+    part.corners.erase(std::unique(part.corners.begin(), part.corners.end()), part.corners.end());
+    for (const Vector& p : part.corners) part.box.extend(p);
+  }
+
+  const Surface& surface_;
+  const Index3 dims_;
+  std::vector<Vector> vertices_;
+  std::vector<std::size_t> begin_;  // of each cell's triangles; one more than cells
+  std::vector<std::uint32_t> triangles_;
+  BrickSet set_;
+  std::vector<SurfacePart> parts_;
+};
+
+// The samples that decide contacts in a box of cells: those of interpolation cells with a value above `least`.
+class Samples {
+ public:
+  Samples(const PlaneSource& from, double least)
+      : tree_(from.values.tree), values_(from.values), voxel_size_(from.grid.voxel_size), least_(least) {}
+
+  // Calls sample(position, V), and inside(box) for cubes beyond the band inside.
+  template <class Sample, class Inside>
+  void for_each_in(const Box& box, Sample sample, Inside inside) const {
+    const auto first = [&](int axis) { return std::max(std::floor(box.min()[axis] / kRootCells), 0.0); };
+    const auto last = [&](int axis) {
+      const auto end = static_cast<double>(tree_.root_dims[static_cast<std::size_t>(axis)]);
+      return std::min(std::ceil(box.max()[axis] / kRootCells), end);
+    };
+    for (double z = first(2); z < last(2); ++z) {
+      for (double y = first(1); y < last(1); ++y) {
+        for (double x = first(0); x < last(0); ++x) {
+          const auto root = static_cast<std::size_t>((z * tree_.root_dims[1] + y) * tree_.root_dims[0] + x);
+          visit(tree_.roots[root], kRootCells * Vector(x, y, z), kRootCells, box, sample, inside);
+        }
+      }
+    }
+  }
+
+ private:
+  template <class Sample, class Inside>
+  void visit(std::uint32_t entry, const Vector& low, double edge, const Box& box, Sample sample, Inside inside) const {
+    if (entry == kFarOutside) return;
+    const Vector high = low + Vector::Constant(edge);
+    // Cubes that only share a face with the box do not count.
+    if ((low.array() >= box.max().array()).any() || (high.array() <= box.min().array()).any()) return;
+    const Box both = box.intersection(Box(low, high));
+    if (entry == kFarInside) return inside(both);
+    if (octree::is_brick(entry)) return visit_brick(entry, both, sample);
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const Vector at = low + edge / 2 * Vector(octant & 1, octant >> 1 & 1, octant >> 2);
+      visit(tree_.nodes[8 * std::size_t{octree::node_of(entry)} + octant], at, edge / 2, box, sample, inside);
+    }
+  }
+
+  template <class Sample>
+  void visit_brick(std::uint32_t entry, const Box& box, Sample sample) const {
+    constexpr int kCells = kFieldEdge - 1;
+    const double h = std::ldexp(1.0, octree::level_of(entry));
+    const std::size_t brick = octree::brick_of(entry);
+    const double step = values_.step(brick) / voxel_size_;
+    const std::int16_t* const v = values_.scaled.data() + octree::first_sample(entry);
+    const Vector low = (box.min() / (kCells * h)).array().floor() * (kCells * h);
+    // The cells of interpolation that the box touches.
+    int first[3];
+    int last[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      first[axis] = static_cast<int>(std::floor((box.min()[axis] - low[axis]) / h));
+      last[axis] = std::min(static_cast<int>(std::ceil((box.max()[axis] - low[axis]) / h)), kCells);
+    }
+    std::array<bool, kFieldStride> wanted{};
+    for (int z = first[2]; z < last[2]; ++z) {
+      for (int y = first[1]; y < last[1]; ++y) {
+        for (int x = first[0]; x < last[0]; ++x) {
+          std::size_t corners[8];
+          int most = std::numeric_limits<int>::min();
+          for (int corner = 0; corner < 8; ++corner) {
+            const auto at = static_cast<std::size_t>(
+                ((z + (corner >> 2)) * (kCells + 1) + y + (corner >> 1 & 1)) * (kCells + 1) + x + (corner & 1));
+            corners[corner] = at;
+            most = std::max(most, int{v[at]});
+          }
+          if (most * step < least_) continue;
+          for (const std::size_t at : corners) wanted[at] = true;
+        }
+      }
+    }
+    std::size_t at = 0;
+    for (int z = 0; z <= kCells; ++z) {
+      for (int y = 0; y <= kCells; ++y) {
+        for (int x = 0; x <= kCells; ++x, ++at) {
+          if (wanted[at]) sample(Vector(low + h * Vector(x, y, z)), v[at] * step);
+        }
+      }
+    }
+  }
+
+  const FieldTree& tree_;
+  const Representations& values_;
+  const double voxel_size_;
+  const double least_;
+};
+
+// A sample relative to the cell's centre.
+struct Value {
+  Vector at;
+  double v;
+};
+
+// The nearest code of a gradient that is no longer than 1.
+void set_slope(const Vector& gradient, CellPlane& plane) {
+  const Vector unit = gradient / std::max(gradient.norm(), 1.0);
+  int squared = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    plane.slope[axis] = static_cast<int>(std::lrint(kSlopeSteps * unit[axis]));
+    squared += plane.slope[axis] * plane.slope[axis];
+  }
+  while (squared > kSlopeSteps * kSlopeSteps) {
+    int* const largest =
+        std::max_element(plane.slope, plane.slope + 3, [](int a, int b) { return std::abs(a) < std::abs(b); });
+    squared -= 2 * std::abs(*largest) - 1;
+    *largest -= *largest > 0 ? 1 : -1;
+  }
+}
+Vector gradient_of(const CellPlane& plane) {
+  return Vector(plane.slope[0], plane.slope[1], plane.slope[2]) / kSlopeSteps;
+}
+
+// The gradient of the plane with the least square error.
+Vector fitted_gradient(const std::vector<Value>& values) {
+  Vector mean = Vector::Zero();
+  double mean_v = 0;
+  for (const Value& value : values) {
+    mean += value.at;
+    mean_v += value.v;
+  }
+  const auto count = static_cast<double>(values.size());
+  mean /= count;
+  mean_v /= count;
+  Eigen::Matrix3d squares = 1e-6 * count * Eigen::Matrix3d::Identity();
+  Vector products = Vector::Zero();
+  for (const Value& value : values) {
+    const Vector at = value.at - mean;
+    squares += at * at.transpose();
+    products += (value.v - mean_v) * at;
+  }
+  return squares.ldlt().solve(products);
+}
+
+class Fitter {
+ public:
+  explicit Fitter(const PlaneSource& from)
+      : from_(from),
+        parts_(from.surface, from.grid),
+        // Queries with a larger contact distance look at every point themselves.
+        samples_(from, -(from.band_outer / from.grid.voxel_size - std::sqrt(0.75))) {}
+
+  [[nodiscard]] CellPlane fit(const Index3& cell) const {
+    const Box box = cell_box(cell);
+    const Vector centre = box.center();
+    std::vector<Value> values;
+    std::vector<Box> inside;
+    samples_.for_each_in(
+        box,
+        [&](const Vector& p, double v) {
+          values.push_back({p - centre, v});
+        },
+        [&](const Box& cube) { inside.push_back(cube); });
+    if (inside.size() == 1 && inside[0].volume() == box.volume()) return {{}, kLargestHeight, false};
+    const Vector* nearest = nullptr;
+    double closest = std::numeric_limits<double>::max();
+    parts_.for_each_around(cell, [&](const SurfacePart& part) {
+      if (part.box.squaredExteriorDistance(centre) >= closest) return;
+      for (const Vector& q : part.corners) {
+        const double squared = (q - centre).squaredNorm();
+        if (squared >= closest) continue;
+        closest = squared;
+        nearest = &q;
+      }
+    });
+    if (nearest == nullptr && values.empty()) return far_plane(cell);
+    // Deep inside.
+    if (nearest == nullptr && !inside.empty()) return {{}, kLargestHeight, false};
+
+    CellPlane best;
+    double least = std::numeric_limits<double>::max();
+    const auto try_gradient = [&](const Vector& gradient) {
+      CellPlane plane;
+      set_slope(gradient, plane);
+      const double height = height_of(plane, cell, centre, values, inside, least);
+      if (height >= least) return;
+      least = height;
+      best = plane;
+    };
+    if (!values.empty()) try_gradient(fitted_gradient(values));
+    if (nearest != nullptr) try_gradient((*nearest - centre).normalized());
+    try_gradient(Vector::Zero());
+    set_height(least, best);
+    widen(box, values, best);
+    return best;
+  }
+
+ private:
+  static void set_height(double height, CellPlane& plane) {
+    const double code = std::ceil((height + kMargin) * kHeightSteps);
+    plane.height = static_cast<int>(std::clamp(code, double{-kLargestHeight}, double{kLargestHeight}));
+  }
+
+  // From the coarse layers: docs/bounds.md. |c| - |P - C| <= |V(P)| for any P.
+  [[nodiscard]] CellPlane far_plane(const Index3& cell) const {
+    const int layer = from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])];
+    if (layer > 0) return {{}, kLargestHeight, false};
+    constexpr double kReach = (kHalf + 0.5) * 1.7320508075688774;  // the brick begins half a voxel before the cell
+    CellPlane plane;
+    set_height(std::min(layer + kReach, -kUnseen), plane);
+    return plane;
+  }
+
+  // The least height at the centre with which a plane is a bound; or some height from `enough` on.
+  [[nodiscard]] double height_of(const CellPlane& plane, const Index3& cell, const Vector& centre,
+                                 const std::vector<Value>& values, const std::vector<Box>& inside,
+                                 double enough) const {
+    const Vector g = gradient_of(plane);
+    // The surface that is not seen.
+    double height = -kUnseen + kHalf * g.lpNorm<1>();
+    for (const Value& value : values) height = std::max(height, value.v - g.dot(value.at));
+    // Beyond the band inside, no sphere and no point may be rejected.
+    for (const Box& cube : inside) {
+      const Vector from_centre = cube.center() - centre;
+      height = std::max(height, -g.dot(from_centre) + 0.5 * g.cwiseAbs().dot(cube.sizes()));
+    }
+    parts_.for_each_around(cell, [&](const SurfacePart& part) {
+      if (height >= enough) return;
+      const Vector to_part = part.box.center() - centre;
+      const Vector half = 0.5 * part.box.sizes();
+      const double distance = to_part.norm();
+      const Vector u = distance > 0 ? Vector(-to_part / distance) : Vector::Zero();
+      const double turned = distance > 0 ? kHalf * (u + g).lpNorm<1>() : std::numeric_limits<double>::max();
+      const auto bound_of_box = [&](const Vector& along) { return along.dot(to_part) + along.cwiseAbs().dot(half); };
+      if (std::min(bound_of_box(-g), bound_of_box(u) + turned) <= height) return;
+      double by_gradient = kNone;
+      double by_distance = kNone;
+      for (const Vector& q : part.corners) {
+        by_gradient = std::max(by_gradient, -g.dot(q - centre));
+        by_distance = std::max(by_distance, u.dot(q - centre));
+      }
+      height = std::max(height, std::min(by_gradient, by_distance + turned));
+    });
+    return height;
+  }
+
+  // Lets the plane bound the field around its cell as well, where that costs next to nothing.
+  void widen(const Box& box, const std::vector<Value>& values, CellPlane& plane) const {
+    constexpr double kAround_vx = 1;
+    // A sphere of that radius that reaches beyond the band inside must lie inside itself.
+    const double e = from_.error / from_.grid.voxel_size;
+    if (values.empty() || from_.band_inner / from_.grid.voxel_size < std::sqrt(0.75) + kAround_vx + e) return;
+    const Vector g = gradient_of(plane);
+    const double height = static_cast<double>(plane.height) / kHeightSteps;
+    const double most = height + 1.0 / kHeightSteps - kMargin;
+    // Saves time: a field that curves in the cell curves more around it.
+    constexpr double kCurved = 0.5;
+    double sum = 0;
+    for (const Value& value : values) sum += value.v - g.dot(value.at);
+    if (height - sum / static_cast<double>(values.size()) > kCurved) return;
+    const Box wide(box.min() - Vector::Constant(kAround_vx), box.max() + Vector::Constant(kAround_vx));
+    double needed = kNone;
+    samples_.for_each_in(
+        wide, [&](const Vector& p, double v) { needed = std::max(needed, v - g.dot(p - box.center())); },
+        [](const Box&) {});
+    if (needed > most) return;
+    set_height(std::max(needed, height - kMargin), plane);
+    plane.wide = true;
+  }
+
+  const PlaneSource& from_;
+  const SurfaceParts parts_;
+  const Samples samples_;
+};
+
+}  // namespace
+
+std::vector<std::uint32_t> fit_planes(const PlaneSource& from) {
+  const Fitter fitter(from);
+  std::vector<std::uint32_t> codes(from.grid.brick_count());
+  const Index3& dims = from.grid.brick_dims;
+  tbb::parallel_for(std::size_t{0}, std::size_t{dims[1]} * dims[2], [&](std::size_t row) {
+    const auto y = static_cast<std::uint32_t>(row % dims[1]);
+    const auto z = static_cast<std::uint32_t>(row / dims[1]);
+    for (std::uint32_t x = 0; x < dims[0]; ++x) codes[row * dims[0] + x] = encode(fitter.fit({x, y, z}));
+  });
+  return codes;
+}
+
+}  // namespace vps::bake

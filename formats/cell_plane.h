@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Zlib
+/// @file The code of a linear upper bound of V in a cell of 8x8x8 voxels: 32 bits. Encoded by the bake, decoded by
+/// queries. docs/format.md, "The planes". Every function accepts any code.
+#pragma once
+
+#include <cstdint>
+
+namespace vps {
+
+/// Edge of a cell with a plane. Cell (i, j, k) begins at the centre of voxel (8 i, 8 j, 8 k). [vx]
+inline constexpr int kPlaneCell = 8;
+/// Steps of a gradient in 1, and of a value in a voxel.
+inline constexpr int kSlopeSteps = 60;
+inline constexpr int kHeightSteps = 8;
+/// Largest code of a slope, and of a height.
+inline constexpr int kLargestSlope = 63;
+inline constexpr int kLargestHeight = 511;
+
+/// V <= height / kHeightSteps + sum of slope / kSlopeSteps (P - centre of the cell), in voxels.
+struct CellPlane {
+  int slope[3] = {};  ///< [Limits: -kLargestSlope <= value <= kLargestSlope]
+  int height = 0;     ///< [Limits: -kLargestHeight <= value <= kLargestHeight]
+  bool wide = false;  ///< it also bounds the field's own values up to a voxel around the cell
+};
+
+/// Bits 0 to 20 are the slopes along x, y and z, 21 to 30 the height, all in two's complement; bit 31 is `wide`.
+[[nodiscard]] constexpr std::uint32_t encode(const CellPlane& plane) noexcept {
+  const auto bits = [](int value, int count) { return static_cast<std::uint32_t>(value) & ((1U << count) - 1); };
+  return bits(plane.slope[0], 7) | bits(plane.slope[1], 7) << 7 | bits(plane.slope[2], 7) << 14 |
+         bits(plane.height, 10) << 21 | static_cast<std::uint32_t>(plane.wide) << 31;
+}
+[[nodiscard]] constexpr CellPlane decode_plane(std::uint32_t code) noexcept {
+  const auto part = [&](int first, int count) {
+    return static_cast<std::int32_t>(code << (32 - first - count)) >> (32 - count);
+  };
+  return {{part(0, 7), part(7, 7), part(14, 7)}, part(21, 10), code >> 31 != 0};
+}
+
+/// The bound at a point. [vx]
+/// @param from_centre  of the cell. [vx]
+[[nodiscard]] constexpr float height_at(const CellPlane& plane, const float (&from_centre)[3]) noexcept {
+  float rise = 0;
+  for (int axis = 0; axis < 3; ++axis) rise += static_cast<float>(plane.slope[axis]) * from_centre[axis];
+  return rise / kSlopeSteps + static_cast<float>(plane.height) / kHeightSteps;
+}
+
+}  // namespace vps
