@@ -74,8 +74,8 @@ enum class SectionKind : std::uint32_t {
   scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
   real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
   real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
-  far = 20,  ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
-             ///< Optional
+  far = 20,     ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
+                ///< Optional
   planes = 21,  ///< u32 [bz,by,bx]: a linear upper bound of V in each cell of 8x8x8 voxels (formats/cell_plane.h); with
                 ///< `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]

@@ -69,14 +69,14 @@ struct VoxelmapView {
   std::uint32_t field_bricks = 0;   ///< f
   const std::int16_t* coarse_layers = nullptr;
   const std::uint32_t* planes = nullptr;  ///< with Field::scaled: a linear upper bound of V per brick; null: none
-  std::uint32_t dims[3] = {};            ///< [vx]
-  std::uint32_t brick_dims[3] = {};      ///< bricks along x, y, z
-  double origin[3] = {};                 ///< lowest corner of voxel (0,0,0), asset frame. [m]
-  float voxel_size = 0;                  ///< s. [m]
-  float lambda = 0;                      ///< step of Field::scaled; twice that in bricks of level 1. [m]
-  float band_inner = 0, band_outer = 0;  ///< [m]
-  float error = 0;                       ///< error bound of the field, from its certificate. [m]
-  float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
+  std::uint32_t dims[3] = {};             ///< [vx]
+  std::uint32_t brick_dims[3] = {};       ///< bricks along x, y, z
+  double origin[3] = {};                  ///< lowest corner of voxel (0,0,0), asset frame. [m]
+  float voxel_size = 0;                   ///< s. [m]
+  float lambda = 0;                       ///< step of Field::scaled; twice that in bricks of level 1. [m]
+  float band_inner = 0, band_outer = 0;   ///< [m]
+  float error = 0;                        ///< error bound of the field, from its certificate. [m]
+  float bounds_min[3] = {};               ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
   FarGridView far;
   float scale =

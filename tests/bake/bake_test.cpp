@@ -48,7 +48,7 @@ TEST(Bake, OnlyWhatWasAskedForIsBaked) {
   options.voxel_size = 0.01;
   options.pointshell = false;
   const BakedAsset map_only = bake::bake(make_sphere(0.1, 3), options);
-  EXPECT_EQ(map_only.sections.size(), 5U);
+  EXPECT_EQ(map_only.sections.size(), 6U);
   EXPECT_NE(find(map_only, SectionKind::scaled), nullptr);
   EXPECT_EQ(map_only.info.points, 0U);
   options.pointshell = true;

@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "formats/cell_plane.h"
 #include "sample_meshes/shapes.h"
 #include "tests/cli/program.h"
 #include "tests/cli/schema.h"
@@ -93,11 +94,11 @@ TEST_F(Validate, AnAssetIsTrueToItsMesh) {
   for (const auto& [name, result] : results(file)) EXPECT_EQ(result, "ok") << name;
   for (const char* const name :
        {"structure", "hashes", "hdf5", "values", "spheres", "areas", "mesh", "mass", "field layers", "field scaled",
-        "field real", "far", "coarse layers", "covering", "points", "normals"}) {
+        "field real", "far", "coarse layers", "planes", "covering", "points", "normals"}) {
     EXPECT_TRUE(results(file).contains(name)) << name;
   }
   const Outcome text = vpsbake(folder_, "validate a.vps.hdf --mesh a.obj");
-  EXPECT_NE(text.out.find("a.vps.hdf: valid, 16 checks\n"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("a.vps.hdf: valid, 17 checks\n"), std::string::npos) << text.out;
 }
 
 TEST_F(Validate, NoPointIsAboveTheBoundOfAField) {
@@ -169,6 +170,19 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
        }},
       {"coarse layers",
        [](AssetInfo&, auto& sections) { numbers<std::int16_t>(sections, SectionKind::coarse_layers)[0] += 4; }},
+      {"planes",
+       [](AssetInfo&, auto& sections) {
+         // Lowers every plane by two voxels.
+         for (SectionData& section : sections) {
+           if (section.kind != SectionKind::planes) continue;
+           auto* const codes = reinterpret_cast<std::uint32_t*>(section.bytes.data());
+           for (std::size_t i = 0; i < section.bytes.size() / sizeof(*codes); ++i) {
+             CellPlane plane = decode_plane(codes[i]);
+             plane.height = std::max(plane.height - 2 * kHeightSteps, -kLargestHeight);
+             codes[i] = encode(plane);
+           }
+         }
+       }},
       {"values", [](AssetInfo&, auto& sections) { numbers<double>(sections, SectionKind::real)[7] = std::nan(""); }},
   };
   for (const Untruth& untruth : untruths) {
