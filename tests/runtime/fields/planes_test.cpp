@@ -143,8 +143,10 @@ TEST(Planes, WideOnesBoundTheFieldAVoxelAroundTheirCell) {
       const detail::OwnPenetration own = detail::own_penetration(map, detail::operator+(p, way), {});
       if (!own.sampled || own.v < -end) continue;
       ++wide;
-      // Its slope is at most 1: what the field has there is no more than the height at p and the way.
-      ASSERT_LE(own.v, at.height + 1.0001F * part + 1e-4F * map.voxel_size) << one.name;
+      const int* const slope = at.plane.slope;
+      ASSERT_LE(slope[0] * slope[0] + slope[1] * slope[1] + slope[2] * slope[2], kSlopeSteps * kSlopeSteps);
+      const Vec3 gradient{static_cast<float>(slope[0]), static_cast<float>(slope[1]), static_cast<float>(slope[2])};
+      ASSERT_LE(own.v, at.height + detail::dot(gradient, way) / kSlopeSteps + 1e-4F * map.voxel_size) << one.name;
     }
   }
   EXPECT_GT(wide, 3000U);
