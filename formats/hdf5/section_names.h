@@ -41,8 +41,7 @@ inline constexpr SectionName kSectionNames[] = {
      ""},
     {SectionKind::planes, "/voxelmap/planes", "1",
      "linear upper bound of V in each cell of 8x8x8 voxels: bits 0 to 20 the gradient in 1/60, 21 to 30 the value at "
-     "the "
-     "centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the cell",
+     "the centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the cell",
      ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},

@@ -204,7 +204,7 @@ class PointTests {
   }
 
   // Tests the first waiting points, and moves the others to the front.
-  HWY_INLINE void look_up_first(std::uint32_t count) {
+  HWY_NOINLINE void look_up_first(std::uint32_t count) {
     const Words u32;
     const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
     const Points codes = {hn::Load(f32, codes_[0]), hn::Load(f32, codes_[1]), hn::Load(f32, codes_[2])};

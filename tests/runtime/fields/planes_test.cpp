@@ -62,6 +62,15 @@ Vec3 random_place(Random& random, const VoxelmapView& map) {
   return {p[0], p[1], p[2]};
 }
 
+Pose random_pose_in(Random& random, const VoxelmapView& map) {
+  Pose pose = random_pose(random, 0);
+  const Vec3 place = random_place(random, map);
+  pose.translation[0] = double{place.x};
+  pose.translation[1] = double{place.y};
+  pose.translation[2] = double{place.z};
+  return pose;
+}
+
 TEST(Planes, BoundTheTrueVOutsideAndRejectNothingInside) {
   for (const MappedBody& one : bodies()) {
     const auto asset = baked(one.mesh, one.options);
@@ -195,11 +204,7 @@ TEST(Planes, QueriesFindTheSameContactsAsWithout) {
         Random random(9);
         int touching = 0;
         for (int n = 0; n < 60; ++n) {
-          Pose pose = random_pose(random, 0);
-          const Vec3 place = random_place(random, both.with);
-          pose.translation[0] = double{place.x};
-          pose.translation[1] = double{place.y};
-          pose.translation[2] = double{place.z};
+          const Pose pose = random_pose_in(random, both.with);
           QueryOptions options;
           const double voxels[] = {0, 0.3, 1.5, 6};
           options.contact_distance = static_cast<float>(voxels[n % 4]) * both.with.voxel_size;
@@ -237,11 +242,7 @@ TEST(Planes, AMotionsContactsAreThoseThatCanArrive) {
     Random random(11);
     std::size_t kept = 0;
     for (int n = 0; n < 60; ++n) {
-      Pose pose = random_pose(random, 0);
-      const Vec3 place = random_place(random, both.with);
-      pose.translation[0] = double{place.x};
-      pose.translation[1] = double{place.y};
-      pose.translation[2] = double{place.z};
+      const Pose pose = random_pose_in(random, both.with);
       const double voxels[] = {0.2, 1, 4};
       const float way = static_cast<float>(voxels[n % 3]) * both.with.voxel_size;
       const detail::RelativeMotion motion{{0, 0, way}, {}};
