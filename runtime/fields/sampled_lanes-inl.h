@@ -296,7 +296,7 @@ struct SampledLanes : Everywhere {
   HWY_INLINE Ceiling ceiling(const Points& p) const {
     const auto within = [&](F a, int axis) { return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.top[axis]))); };
     const M in_grid = hn::And(hn::And(within(p.x, 0), within(p.y, 1)), within(p.z, 2));
-    // Adding 1.5 * 2^23 leaves a whole number in the last bits: the cell's. At a face either cell will do.
+    // Adding 1.5 * 2^23 to a whole number leaves it in the last bits.
     constexpr float kWhole = 12582912;
     struct Cell {
       F place;  // in units of cells
@@ -306,9 +306,8 @@ struct SampledLanes : Everywhere {
     static_assert(kPlaneCell == 8);
     const auto cell_of = [&](F a) {
       const F place = hn::Mul(hn::IfThenElseZero(in_grid, a), set(1.0F / kPlaneCell));
-      const F shifted = hn::Add(hn::Sub(place, set(0.5F)), set(kWhole));
-      return Cell{place, hn::Sub(shifted, set(kWhole)),
-                  hn::Sub(hn::BitCast(i32, shifted), hn::BitCast(i32, set(kWhole)))};
+      const F whole = hn::Floor(place);
+      return Cell{place, whole, hn::Sub(hn::BitCast(i32, hn::Add(whole, set(kWhole))), hn::BitCast(i32, set(kWhole)))};
     };
     const Cell x = cell_of(p.x);
     const Cell y = cell_of(p.y);
