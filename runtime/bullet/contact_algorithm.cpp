@@ -102,6 +102,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
   const PointshellView& shell = pair.shell.vps->pointshell();
   const std::size_t count = detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike, chosen);
+  remember_choice(pair, found, {chosen.data(), count}, memory_->choice);
   for (std::size_t i = 0; i < count; ++i) few[i] = contact_of_row(shell, found, chosen[i]);
   std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
   left = left.first(move_between_samples(pair, found, *memory_, left));

@@ -183,6 +183,21 @@ constexpr bool has_hits_only(const Field&) {
   return true;
 }
 
+// Finds points in contact: while the pair stands still, only those that were chosen before, unless one has left.
+template <class Field>
+Status find_rows(const FieldQuery& query, const Field& field, const Pose& pose, FoundContacts& found) {
+  const PointshellView& shell = query.pair.shell.vps->pointshell();
+  const ChoiceMemory& known = query.memory.choice;
+  if (known.count > 0 && known.reach == found.reach && stands_still(query.pair, known.stand, Stand(query.pair))) {
+    const std::span<const std::uint32_t> points(known.points.data(), known.count);
+    const Status status =
+        detail::find_hits_of(points, shell, field, pose, query.options, query.space.scratch, found.hits);
+    found.are_known = found.hits.count == known.count;
+    if (status != Status::ok || found.are_known) return status;
+  }
+  return detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits);
+}
+
 // @param frame  pose of the field's frame in its shape's frame
 template <class Field>
 Status find_in_field(const FieldQuery& query, const Field& field, const btTransform& frame, FoundContacts& found) {
@@ -193,9 +208,8 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   found.frame = pair.field.world * frame;
   QueryOptions options = query.options;
   if (query.chooses && has_hits_only(field)) {
-    const Status status = detail::find_hits(shell, field, pose, options, query.space.scratch, found.hits);
     found.shell_to_frame = pose;
-    return status;
+    return find_rows(query, field, pose, found);
   }
   if constexpr (std::is_same_v<Field, PolytopeField>) {
     // Planes of a body without faces change from query to query.
@@ -390,6 +404,18 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
     for (std::uint32_t i = 0; i < found.hits.count; ++i) found.hits.penetration[i] += margin;
   }
   return status;
+}
+
+void remember_choice(const Pair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
+                     ChoiceMemory& memory) {
+  if (found.are_known) return;
+  memory.count = 0;
+  for (const std::uint32_t row : rows) {
+    if (row < found.hits.count) memory.points[memory.count++] = found.hits.feature[row];
+  }
+  std::sort(memory.points.begin(), memory.points.begin() + memory.count);
+  memory.reach = found.reach;
+  if (memory.count > 0) memory.stand = Stand(pair);
 }
 
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found) {

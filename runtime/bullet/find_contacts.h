@@ -2,6 +2,7 @@
 /// @file The contacts of a pair, for every kind of partner. Internal. Paper: Secs. 2.3 and 2.4.
 #pragma once
 
+#include <array>
 #include <limits>
 
 #include "runtime/bullet/manifold_contact.h"
@@ -15,7 +16,7 @@
 
 namespace vps::bullet {
 
-/// Where contacts slid to at a pose. A pair that hardly moves from it need not search again.
+/// Where contacts slid to. A pair that stands still need not search again.
 struct SlideMemory {
   struct Slid {
     std::uint32_t feature = 0;
@@ -25,11 +26,18 @@ struct SlideMemory {
     Vec3 direction;  ///< contacts' frame, unit
     float gain = 0;  ///< of the penetration. [m]
   };
-  const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  std::uint64_t mesh = 0;                         ///< hash of the triangles near the shell
-  btScalar shell_scale = 1, field_scale = 1;
-  Pose pose;  ///< of the shell's asset frame in the other body
+  Stand stand;
+  std::uint64_t mesh = 0;  ///< hash of the triangles near the shell
   std::vector<Slid> slid;
+};
+
+/// The points of the shell that were chosen for the manifold. While the pair stands still, no others are sought: a face
+/// touches with thousands.
+struct ChoiceMemory {
+  Stand stand;
+  float reach = 0;                                          ///< contact distance of the query. [m]
+  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};  ///< rising
+  std::size_t count = 0;
 };
 
 /// What a pair remembers from step to step.
@@ -39,6 +47,7 @@ struct PairMemory {
   ConvexPlanes planes;
   TriangleMemory triangles;
   SlideMemory slides;
+  ChoiceMemory choice;
 };
 
 /// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces
@@ -59,7 +68,8 @@ struct Workspace {
 struct FoundContacts {
   /// Points of the shell that are not among `contacts`: few of them are chosen later.
   detail::ContactRows hits;
-  Pose shell_to_frame;  ///< takes the shell to the contacts' frame; only with hits
+  Pose shell_to_frame;     ///< takes the shell to the contacts' frame; only with hits
+  bool are_known = false;  ///< the hits are those of ChoiceMemory, and others were not sought
 
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
@@ -101,6 +111,10 @@ struct FoundContacts {
 /// @param options  of the query; this function sets the cache and adds the margins
 /// @param found    has hits unless the contacts are of segments or springs, or need to be finished first
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
+
+/// Remembers the hits among the rows that were chosen.
+void remember_choice(const Pair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
+                     ChoiceMemory& memory);
 
 /// Rows for the choice of a few: of the hits, then of `contacts`. Valid until the thread's next query.
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found);

@@ -97,4 +97,29 @@ inline const PenaltyLaw& foundation_of(const Pair& pair) {
   return own.stiffness > 0 || pair.field.vps == nullptr ? own : pair.field.vps->foundation();
 }
 
+/// A pair and where it stands. What was found there holds as long as the pair stands still.
+struct Stand {
+  const void *shell = nullptr, *field = nullptr;  ///< the shapes
+  btScalar shell_scale = 1, field_scale = 1;
+  Pose pose;  ///< of the shell's asset frame in the other body
+
+  Stand() = default;
+  explicit Stand(const Pair& pair)
+      : shell(pair.shell.shape),
+        field(pair.field.shape),
+        shell_scale(pair.shell.shape->getLocalScaling().x()),
+        field_scale(pair.field.shape->getLocalScaling().x()),
+        pose(relative_pose(to_pose(pair.field.world, btTransform::getIdentity()),
+                           to_pose(pair.shell.world, pair.shell.asset_frame()))) {}
+};
+
+/// Whether a pair stands where it stood: no point of the shell has moved by more than a hundredth of a voxel.
+inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now) {
+  constexpr double kStill_vx = 0.01;
+  const PointshellView& shell = pair.shell.vps->pointshell();
+  return before.shell == now.shell && before.field == now.field && before.shell_scale == now.shell_scale &&
+         before.field_scale == now.field_scale &&
+         detail::largest_displacement(shell, before.pose, now.pose) <= kStill_vx * pair.shell.vps->info().voxel_size;
+}
+
 }  // namespace vps::bullet

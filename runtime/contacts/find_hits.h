@@ -15,6 +15,11 @@ inline constexpr std::uint32_t kExtraRows = 16;
 /// scratch's, with room for kExtraRows more
 Status find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                  Scratch& scratch, ContactRows& hits) noexcept;
+/// The same among a few points only; among all where the field takes no lists.
+/// @param points  at most kLanePadding; their numbers rise
+Status find_hits_of(std::span<const std::uint32_t> points, const PointshellView& shell, FieldRef field,
+                    const Pose& shell_to_field, const QueryOptions& options, Scratch& scratch,
+                    ContactRows& hits) noexcept;
 
 /// A motion of the shell relative to the field: a place p moves by shift + turn x p. The field's frame.
 struct RelativeMotion {

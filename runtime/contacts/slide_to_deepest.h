@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "runtime/fields/placed_field.h"
 
@@ -29,12 +30,21 @@ enum class Slide : std::uint8_t {
   sloping,  ///< the overlap still grows farther away
 };
 
-/// Slides a contact along the bodies to where they overlap most, at most one ring away. The gap between the bodies, at
-/// a place between them, is the sum of both distances. A quadratic through the gaps at the contact and on a ring around
-/// it has its least value where two smooth bodies touch. Along directions in which the gap is flat or has an edge the
-/// contact stays. Values of a ring, unlike the gradient at one point, average the fields' rounding.
-/// @param contact  with its final direction. Position, penetration and direction change when it arrives or slopes
-Slide slide_to_deepest(const TouchingBodies& bodies, const Reach& reach, Contact& contact) noexcept;
+/// A contact that slides.
+struct Slider {
+  Contact* contact = nullptr;  ///< with its final direction. Position, penetration and direction change when it arrives
+                               ///< or slopes
+  Slide* slide = nullptr;      ///< the result
+  Reach reach;
+};
+
+/// Slides contacts along the bodies to where they overlap most, each at most one ring away. The gap between the bodies,
+/// at a place between them, is the sum of both distances. A quadratic through the gaps at the contact and on a ring
+/// around it has its least value where two smooth bodies touch. Along directions in which the gap is flat or has an
+/// edge the contact stays. Values of a ring, unlike the gradient at one point, average the fields' rounding.
+///
+/// No contact depends on another. They go together because one alone fills half of a vector.
+void slide_to_deepest(const TouchingBodies& bodies, std::span<Slider> sliders) noexcept;
 
 /// Whether the shell slopes away from a contact's plane by more than about 9 degrees, without an edge or corner there.
 bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept;

@@ -217,25 +217,55 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
   return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run);
 }
 
-Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
-                         const QueryOptions& options, Scratch& scratch, ContactRows& hits) noexcept {
+namespace {
+
+// @param find  finds hits for a query
+template <class Find>
+Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
+                 Scratch& scratch, detail::ContactRows& hits, const Find& find) noexcept {
   scratch.reserve(shell);
   hits = {{scratch.positions[0].data(), scratch.positions[1].data(), scratch.positions[2].data()},
           scratch.penetrations.data(),
           scratch.hits.data()};
   QueryResult unused;
   return query_field(shell, field, shell_to_field, options, scratch, {}, unused, [&](TraverseQuery& query) {
-    Descent& d = query.descent;
+    detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
+    find(query);
+    hits.count = d.hit_count;
+    for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
+    return Status::ok;
+  });
+}
+
+}  // namespace
+
+Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                         const QueryOptions& options, Scratch& scratch, ContactRows& hits) noexcept {
+  return find_rows(shell, field, shell_to_field, options, scratch, hits, [&](TraverseQuery& query) {
     if (uses_cache(query)) {
       (void)find_hits_with(*options.cache, query);
     } else {
       (void)find_all_hits(query);
     }
-    hits.count = d.hit_count;
-    for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
-    return Status::ok;
+  });
+}
+
+Status detail::find_hits_of(std::span<const std::uint32_t> points, const PointshellView& shell, FieldRef field,
+                            const Pose& shell_to_field, const QueryOptions& options, Scratch& scratch,
+                            ContactRows& hits) noexcept {
+  return find_rows(shell, field, shell_to_field, options, scratch, hits, [&](TraverseQuery& query) {
+    if (!query.facts.takes_lists) return (void)find_all_hits(query);
+    float codes[3][kLanePadding] = {};
+    std::uint32_t numbers[kLanePadding] = {};
+    const std::uint32_t leaves[kLanePadding] = {};
+    std::copy(points.begin(), points.end(), numbers);
+    for (int axis = 0; axis < 3; ++axis) {
+      for (std::size_t i = 0; i < points.size(); ++i) codes[axis][i] = shell.position[axis][points[i]];
+    }
+    query.field.test_list(query.descent,
+                          {{codes[0], codes[1], codes[2]}, numbers, leaves, static_cast<std::uint32_t>(points.size())});
   });
 }
 

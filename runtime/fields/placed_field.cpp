@@ -19,12 +19,14 @@ void look_up_places(const void* field, const Affine& to_field, const Places& pla
   const auto lanes = lanes_of(*static_cast<const Field*>(field), none);
   const auto step = static_cast<std::uint32_t>(hn::Lanes(f32));
   for (std::uint32_t i = 0; i < places.count; i += step) {
-    const Points p =
-        lanes.place(to_field, {hn::Load(f32, places.x + i), hn::Load(f32, places.y + i), hn::Load(f32, places.z + i)});
+    // Lanes beyond the last place repeat the first one, which likely is in the band as well.
+    const M valid = hn::FirstN(f32, places.count - i);
+    const auto load_row = [&](const float* row) { return hn::IfThenElse(valid, hn::Load(f32, row + i), set(row[0])); };
+    const Points p = lanes.place(to_field, {load_row(places.x), load_row(places.y), load_row(places.z)});
     if constexpr (std::is_base_of_v<SampledMap, Field>) {
       hn::StoreU(lanes.value_of(p, lanes.look_up(p)), f32, out + i);
     } else {
-      hn::StoreU(lanes.value(p, Batch(), hn::FirstN(f32, places.count - i)), f32, out + i);
+      hn::StoreU(lanes.value(p, Batch(), valid), f32, out + i);
     }
   }
 }

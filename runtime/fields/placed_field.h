@@ -8,11 +8,12 @@
 
 namespace vps::detail {
 
-/// Up to kLanePadding places, in rows as the kernels load them.
+/// Up to kMost places, in rows as the kernels load them. What lies beyond `count` is not set.
 struct Places {
-  alignas(64) float x[kLanePadding] = {};
-  alignas(64) float y[kLanePadding] = {};
-  alignas(64) float z[kLanePadding] = {};
+  static constexpr std::size_t kMost = 5 * kLanePadding;  ///< whole vectors
+  alignas(64) float x[kMost];
+  alignas(64) float y[kMost];
+  alignas(64) float z[kMost];
   std::uint32_t count = 0;
   void push(Vec3 p) noexcept {
     x[count] = p.x;
@@ -23,7 +24,7 @@ struct Places {
 };
 
 /// A value for each place.
-using Values = std::array<float, kLanePadding>;
+using Values = std::array<float, Places::kMost>;
 
 /// What a body looks like at places near it.
 class FieldAtPlaces {

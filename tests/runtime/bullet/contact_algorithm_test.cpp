@@ -340,6 +340,54 @@ TEST(ContactAlgorithm, APoseThatIsNotANumberIsReportedNotFollowed) {
   body.setWorldTransform(btTransform::getIdentity());
 }
 
+struct Touch {
+  double deepest = 0;             // [m]
+  btScalar least = 1, most = -1;  // x of its contacts. [m]
+};
+Touch touch_now(World& scene) {
+  scene.world.performDiscreteCollisionDetection();
+  Touch touch;
+  for (const btManifoldPoint& p : scene.points()) {
+    touch.deepest = std::max(touch.deepest, -double(p.getDistance()));
+    touch.least = std::min(touch.least, p.getPositionWorldOnA().x());
+    touch.most = std::max(touch.most, p.getPositionWorldOnA().x());
+  }
+  return touch;
+}
+
+// While a pair stands still, only the points chosen before are looked at. When it moves, the others must be found.
+TEST(ContactAlgorithm, ABodyThatTipsHasTheContactsOfAFreshOne) {
+  const double voxel = brick()->info().voxel_size;
+  bullet::Shape shape(brick());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  for (const double step_vx : {0.004, 0.02, 0.1}) {
+    for (btCollisionShape* const ground :
+         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&slab)}) {
+      const btScalar top = ground == &box ? btScalar(-0.5) : btScalar(-0.1);
+      World remembers;
+      remembers.add(*ground, 0, {0, 0, top});
+      btRigidBody& body = remembers.add(shape, 1, {0, 0, 0});
+      // From one edge of its lower face over the whole face to the other edge.
+      for (double side_vx = -0.3; side_vx < 0.3; side_vx += step_vx) {
+        const double sine = side_vx * voxel / 0.05;
+        const double height = 0.05 + std::abs(sine) * 0.05 - 0.02 * voxel;
+        const btTransform at(btQuaternion(btVector3(0, 1, 0), btScalar(sine)), {0, 0, btScalar(height)});
+        body.setWorldTransform(at);
+        const Touch now = touch_now(remembers);
+        World fresh;
+        fresh.add(*ground, 0, {0, 0, top});
+        fresh.add(shape, 1, at);
+        const Touch expected = touch_now(fresh);
+        ASSERT_NEAR(now.deepest, expected.deepest, 0.01 * voxel) << side_vx;
+        if (std::abs(side_vx) > 0.006) continue;  // not flat
+        EXPECT_LT(now.least, -0.04) << side_vx;
+        EXPECT_GT(now.most, 0.04) << side_vx;
+      }
+    }
+  }
+}
+
 TEST(ContactAlgorithm, WorldsInSeveralThreadsShareAShape) {
   bullet::Shape shape(ball());
   btScalar heights[4];

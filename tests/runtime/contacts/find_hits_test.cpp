@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -69,6 +70,45 @@ double way_of(const detail::RelativeMotion& motion, Vec3 p) {
   using detail::operator+;
   const Vec3 way = motion.shift + detail::cross(motion.turn, p);
   return std::hypot(double{way.x}, double{way.y}, double{way.z});
+}
+
+TEST(FindHits, OfAFewPointsAreThoseAmongAll) {
+  Fields s;
+  std::size_t seen = 0;
+  for (const FieldRef field : s.all()) {
+    Random random(11);
+    for (int i = 0; i < 30; ++i) {
+      const Pose pose = random_pose(random, 0.12);
+      QueryOptions options;
+      options.contact_distance = 0.002F;
+      detail::ContactRows all;
+      Scratch scratch;
+      ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, all), Status::ok);
+      // A third of the hits, and some points that are none.
+      std::vector<std::uint32_t> points;
+      std::map<std::uint32_t, float> expected;
+      for (std::uint32_t k = 0; k < all.count && points.size() < 8; k += 3) {
+        points.push_back(all.feature[k]);
+        expected[all.feature[k]] = all.penetration[k];
+      }
+      const std::set<std::uint32_t> hits(all.feature, all.feature + all.count);
+      for (const std::uint32_t point : {0U, s.shell.points / 2, s.shell.points - 1}) {
+        if (!hits.contains(point)) points.push_back(point);
+      }
+      std::sort(points.begin(), points.end());
+      detail::ContactRows few;
+      Scratch other;
+      ASSERT_EQ(detail::find_hits_of(points, s.shell, field, pose, options, other, few), Status::ok);
+      if (field.voxelmap() != nullptr && field.voxelmap()->field != Field::scaled) {
+        EXPECT_EQ(few.count, all.count);  // it takes no lists
+        continue;
+      }
+      ASSERT_EQ(few.count, expected.size()) << i;
+      seen += few.count;
+      for (std::uint32_t k = 0; k < few.count; ++k) EXPECT_EQ(few.penetration[k], expected.at(few.feature[k]));
+    }
+  }
+  EXPECT_GT(seen, 200U);
 }
 
 TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSegment) {

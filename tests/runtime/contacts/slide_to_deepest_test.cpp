@@ -37,6 +37,12 @@ struct OnPlane {
   PlacedField shell, plane;
   OnPlane(const Asset& asset, float height) : map(map_of(asset)), shell(map, at(height)), plane(solid, Pose()) {}
   [[nodiscard]] TouchingBodies bodies() const { return {shell, plane, kVoxel}; }
+  [[nodiscard]] Slide slide(Contact& contact) const {
+    Slide result{};
+    Slider slider{&contact, &result, {kRing, nullptr}};
+    slide_to_deepest(bodies(), {&slider, 1});
+    return result;
+  }
   static Pose at(float height) {
     Pose pose;
     pose.translation[2] = -height;
@@ -62,7 +68,7 @@ TEST(SlideToDeepest, SamplesOfABallEndAtItsLowestPoint) {
       const float r = way_vx * kVoxel;
       Contact contact = contact_at(
           {r * std::cos(angle), r * std::sin(angle), kRadius - depth - std::sqrt(kRadius * kRadius - r * r)});
-      EXPECT_EQ(slide_to_deepest(on.bodies(), {kRing, nullptr}, contact), Slide::arrived) << way_vx;
+      EXPECT_EQ(on.slide(contact), Slide::arrived) << way_vx;
       EXPECT_LT(std::hypot(contact.position.x, contact.position.y), 0.4F * kVoxel) << way_vx;
       EXPECT_NEAR(contact.penetration, depth, 0.05F * kVoxel) << way_vx;
       EXPECT_GT(contact.inward_normal.z, 0.9999F) << way_vx;
@@ -77,7 +83,7 @@ TEST(SlideToDeepest, ASampleFarUpABallSlopes) {
     const float angle = degrees * 0.01745F;
     Contact contact = contact_at({kRadius * std::sin(angle), 0, kRadius * (1 - std::cos(angle))});
     EXPECT_TRUE(is_steep(on.bodies(), contact));
-    EXPECT_EQ(slide_to_deepest(on.bodies(), {kRing, nullptr}, contact), Slide::sloping) << degrees;
+    EXPECT_EQ(on.slide(contact), Slide::sloping) << degrees;
   }
 }
 
@@ -88,13 +94,13 @@ TEST(SlideToDeepest, ACubeKeepsItsFacesAndCorners) {
     const Vec3 start{place * kRadius, 0.3F * kRadius, 0};
     Contact contact = contact_at(start);
     EXPECT_FALSE(is_steep(on.bodies(), contact));
-    EXPECT_NE(slide_to_deepest(on.bodies(), {kRing, nullptr}, contact), Slide::sloping) << place;
+    EXPECT_NE(on.slide(contact), Slide::sloping) << place;
     EXPECT_LT(length(contact.position - start), 0.3F * kVoxel) << place;
     EXPECT_NEAR(contact.penetration, 0, 0.05F * kVoxel) << place;
     EXPECT_GT(contact.inward_normal.z, 0.9999F) << place;
   }
   Contact corner = contact_at({kRadius, kRadius, 0});
-  EXPECT_EQ(slide_to_deepest(on.bodies(), {kRing, nullptr}, corner), Slide::stayed);
+  EXPECT_EQ(on.slide(corner), Slide::stayed);
 }
 
 }  // namespace
