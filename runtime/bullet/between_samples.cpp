@@ -185,7 +185,7 @@ class Slides {
 std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,
                                  std::span<ManifoldContact> contacts) {
   const VoxelmapView& shell = pair.shell.vps->distances();
-  if (contacts.empty() || shell.field == Field::none) return contacts.size();
+  if (contacts.empty() || !found.may_slide || shell.field == Field::none) return contacts.size();
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
   belong_to(memory.slides, pair, memory.triangles.mesh);
   Slides slides(pair, found, memory.slides, contacts);
