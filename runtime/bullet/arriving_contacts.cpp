@@ -94,11 +94,14 @@ bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact&
 }
 
 // Whether the body of the shell turns about its deepest contact faster than it falls onto it. Its other contacts ahead
-// then lie on surfaces that roll past.
-bool rolls(const FoundContacts& found, const btVector3& centre, const detail::RelativeMotion& motion) {
+// then lie on surfaces that roll past. A body deep in the other one does not roll: all contacts push it out.
+// @param centre  of the shell's body
+// @param deep    [m]
+bool rolls(const FoundContacts& found, const btVector3& centre, const detail::RelativeMotion& motion, float deep) {
   const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
   if (deepest == found.contacts.end()) return true;
+  if (deepest->penetration > deep) return false;
   const Vec3 lever = deepest->position - to_vec3(found.frame.invXform(centre));
   const Vec3 way = motion.shift + detail::cross(motion.turn, deepest->position);
   return detail::length(detail::cross(motion.turn, lever)) > std::abs(detail::dot(way, deepest->inward_normal));
@@ -170,7 +173,9 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });
-  found.may_slide = rolls(found, shell.centre, motion_in(pair, step, found.frame));
+  constexpr btScalar kDeep_vx = 2;
+  const auto deep = static_cast<float>(kDeep_vx * voxel_size(pair));
+  found.may_slide = rolls(found, shell.centre, motion_in(pair, step, found.frame), deep);
 }
 
 }  // namespace vps::bullet

@@ -150,7 +150,8 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
     few.push_back(*kept.at);
     few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
   }
-  few.resize(move_between_samples(pair, found, *memory_, few));
+  // Who asks for segments gets samples: their normals carry a nut down its thread, and one slid over a field does not.
+  if (pair.shell.vps->segment_level() == 0) few.resize(move_between_samples(pair, found, *memory_, few));
   manifolds_.replace(pair, few, found, result);
 }
 
