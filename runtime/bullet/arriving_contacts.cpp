@@ -93,18 +93,26 @@ bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact&
                  thickness + static_cast<float>(pair.shell.vps->getMargin()), near);
 }
 
-// Whether the body of the shell turns about its deepest contact faster than it falls onto it. Its other contacts ahead
-// then lie on surfaces that roll past. A body deep in the other one does not roll: all contacts push it out.
-// @param centre  of the shell's body
-// @param deep    [m]
-bool rolls(const FoundContacts& found, const btVector3& centre, const detail::RelativeMotion& motion, float deep) {
+// How far a pair that touches may approach in a step. [m]
+btScalar resting_way(const Pair& pair, const Course& shell, const Course& partner, btScalar step) {
+  constexpr btScalar kSteps = 5;
+  return voxel_size(pair) + kSteps * step * (shell.gain - partner.gain).length();
+}
+
+// Whether the body of the shell rolls: it turns about its deepest contact faster than it falls onto it, and does not
+// fall far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
+// all contacts push it out.
+bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScalar step, const FoundContacts& found) {
+  constexpr btScalar kDeep_vx = 2;
   const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
   if (deepest == found.contacts.end()) return true;
-  if (deepest->penetration > deep) return false;
-  const Vec3 lever = deepest->position - to_vec3(found.frame.invXform(centre));
-  const Vec3 way = motion.shift + detail::cross(motion.turn, deepest->position);
-  return detail::length(detail::cross(motion.turn, lever)) > std::abs(detail::dot(way, deepest->inward_normal));
+  if (deepest->penetration > kDeep_vx * voxel_size(pair)) return false;
+  const btVector3 place = found.frame * to_bt(deepest->position);
+  const btVector3 normal = found.frame.getBasis() * to_bt(deepest->inward_normal);
+  const btScalar fall = step * std::abs(normal.dot(shell.at(place) - partner.at(place)));
+  const btScalar turned = step * (shell.angular - partner.angular).cross(place - shell.centre).length();
+  return turned > fall && fall < resting_way(pair, shell, partner, step);
 }
 
 }  // namespace
@@ -125,9 +133,8 @@ Approach approach(const Pair& pair, btScalar step) {
   const btScalar way = step * ((shell.linear - field.linear).length() + spin);
   constexpr btScalar kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
   if (!(way > voxel_size(pair) && way < kFarthest)) return {};
-  constexpr btScalar kSteps = 5;
-  const btScalar fall = kSteps * step * (shell.gain - field.gain).length();
-  return {way, way > voxel_size(pair) + fall ? Approach::Phase::landing : Approach::Phase::resting};
+  const bool lands = way > resting_way(pair, shell, field, step);
+  return {way, lands ? Approach::Phase::landing : Approach::Phase::resting};
 }
 
 detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame) {
@@ -173,9 +180,7 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   // Corners that do not arrive must not cost a landing body its segments.
   found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
                                        [&](const Contact& contact) { return found.is_on_map(contact); });
-  constexpr btScalar kDeep_vx = 2;
-  const auto deep = static_cast<float>(kDeep_vx * voxel_size(pair));
-  found.may_slide = rolls(found, shell.centre, motion_in(pair, step, found.frame), deep);
+  found.may_slide = rolls(pair, shell, partner, step, found);
 }
 
 }  // namespace vps::bullet

@@ -121,6 +121,7 @@ class Slides {
   [[nodiscard]] Place known(std::size_t i) const {
     const ManifoldContact& contact = contacts_[i];
     if (found_.is_on_map(contact)) return {contact, Slide::stayed, true};
+    if (!found_.may_slide && i != deepest_) return {contact, Slide::stayed, true};
     if (found_.is_ahead(contact)) return {contact};
     // So far off the surface the fields are too coarse for a ring.
     if (contact.penetration < -shell_.voxel_size) return {contact, Slide::stayed, true};
@@ -185,7 +186,7 @@ class Slides {
 std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,
                                  std::span<ManifoldContact> contacts) {
   const VoxelmapView& shell = pair.shell.vps->distances();
-  if (contacts.empty() || !found.may_slide || shell.field == Field::none) return contacts.size();
+  if (contacts.empty() || shell.field == Field::none) return contacts.size();
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
   belong_to(memory.slides, pair, memory.triangles.mesh);
   Slides slides(pair, found, memory.slides, contacts);

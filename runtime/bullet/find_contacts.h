@@ -90,7 +90,8 @@ struct FoundContacts {
   Refined refined = Refined::none;
   float arriving_beyond = std::numeric_limits<float>::infinity();  ///< [m]
   float turn = 0;  ///< of the bodies relative to each other, in a step with contacts ahead. [rad]
-  /// Whether contacts may leave the shell's samples. Those of a body that falls stay spread out: they stop it in time.
+  /// Whether contacts other than the deepest may leave the shell's samples. Those of a body that falls stay spread out:
+  /// they stop it in time.
   bool may_slide = true;
   /// Some are places in the shell's distance field (see is_on_map): a sphere's, or corners. There are no segments then.
   bool has_map_contacts = false;

@@ -202,6 +202,34 @@ TEST(Standing, DISABLED_AChainOfTenLinksHoldsAt60Hz) {
     EXPECT_LT(depth_in_chain(10, 60, start), 2 * kTube) << "start " << start;
 }
 
+// A step is a fall of 98 mm from rest, a third of the body's size. Contacts ahead that gathered at one place would let
+// it fall in beside them.
+TEST(Standing, ARingLandsAndRestsAtTenHertz) {
+  constexpr double kVoxel = 0.003;
+  bullet::Shape ring(baked_at(make_torus(0.1, 0.03, 64, 32), kVoxel));
+  btStaticPlaneShape plane({0, 0, 1}, 0);
+  btVector3 inertia;
+  ring.calculateLocalInertia(1, inertia);
+  for (int start = 0; start < 10; ++start) {
+    Random random(static_cast<std::uint64_t>(start) + 1);
+    Advised scene(kVoxel);
+    scene.add(plane, 0, {0, 0, 0});
+    btRigidBody& body = scene.add(ring, 1, btTransform(any_rotation(random), {0, 0, btScalar(0.35)}));
+    const auto lowest = [&] {
+      const btTransform& at = body.getWorldTransform();
+      const btScalar tilt = at.getBasis()[2].z();
+      return double(at.getOrigin().z()) - 0.1 * std::sqrt(std::max(0.0, 1 - double(tilt * tilt))) - 0.03;
+    };
+    double deepest = 0;
+    for (int step = 0; step < 200; ++step) {
+      scene.step(1, btScalar(0.1));
+      deepest = std::max(deepest, -lowest());
+    }
+    EXPECT_LT(deepest, 5 * kVoxel) << start;
+    EXPECT_LT(-lowest(), kVoxel) << start;
+  }
+}
+
 TEST(Standing, BodiesHardlyCreepOnASlope) {
   constexpr double kVoxel = 0.001;
   TriangleMesh wedge = make_box({0.03, 0.02, 0.015});
