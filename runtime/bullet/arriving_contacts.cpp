@@ -16,6 +16,9 @@ using detail::operator+;
 using detail::operator-;
 using detail::operator*;
 
+// A body that rests may fall for so many steps.
+constexpr btScalar kStepsFromRest = 5;
+
 // Velocity of a body in the step, the effect of its forces included.
 struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
@@ -93,17 +96,12 @@ bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact&
                  thickness + static_cast<float>(pair.shell.vps->getMargin()), near);
 }
 
-// How far a pair that touches may approach in a step. [m]
-btScalar resting_way(const Pair& pair, const Course& shell, const Course& partner, btScalar step) {
-  constexpr btScalar kSteps = 5;
-  return voxel_size(pair) + kSteps * step * (shell.gain - partner.gain).length();
-}
-
 // Whether the body of the shell rolls: it turns about its deepest contact faster than it falls onto it, and does not
 // fall far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
 // all contacts push it out.
 bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScalar step, const FoundContacts& found) {
   constexpr btScalar kDeep_vx = 2;
+  constexpr btScalar kHop_vx = 5;  // a wheel comes down from its hops
   const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
   const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
   if (deepest == found.contacts.end()) return true;
@@ -112,7 +110,8 @@ bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScala
   const btVector3 normal = found.frame.getBasis() * to_bt(deepest->inward_normal);
   const btScalar fall = step * std::abs(normal.dot(shell.at(place) - partner.at(place)));
   const btScalar turned = step * (shell.angular - partner.angular).cross(place - shell.centre).length();
-  return turned > fall && fall < resting_way(pair, shell, partner, step);
+  const btScalar from_rest = kStepsFromRest * step * (shell.gain - partner.gain).length();
+  return turned > fall && fall < kHop_vx * voxel_size(pair) + from_rest;
 }
 
 }  // namespace
@@ -133,8 +132,8 @@ Approach approach(const Pair& pair, btScalar step) {
   const btScalar way = step * ((shell.linear - field.linear).length() + spin);
   constexpr btScalar kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
   if (!(way > voxel_size(pair) && way < kFarthest)) return {};
-  const bool lands = way > resting_way(pair, shell, field, step);
-  return {way, lands ? Approach::Phase::landing : Approach::Phase::resting};
+  const btScalar fall = kStepsFromRest * step * (shell.gain - field.gain).length();
+  return {way, way > voxel_size(pair) + fall ? Approach::Phase::landing : Approach::Phase::resting};
 }
 
 detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame) {
