@@ -132,8 +132,12 @@ Approach approach(const Pair& pair, btScalar step) {
   const btScalar way = step * ((shell.linear - field.linear).length() + spin);
   constexpr btScalar kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
   if (!(way > voxel_size(pair) && way < kFarthest)) return {};
-  const btScalar fall = kStepsFromRest * step * (shell.gain - field.gain).length();
-  return {way, way > voxel_size(pair) + fall ? Approach::Phase::landing : Approach::Phase::resting};
+  const btScalar fall = step * (shell.gain - field.gain).length();
+  const btScalar voxel = voxel_size(pair);
+  if (way > voxel + kStepsFromRest * fall) return {way, Approach::Phase::landing};
+  // Four contacts of a body that falls farther in a step may all lie on one side: it would tip through the ground.
+  const bool is_still = way <= voxel + fall && fall <= 2 * voxel;
+  return {way, is_still ? Approach::Phase::still : Approach::Phase::resting};
 }
 
 detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame) {

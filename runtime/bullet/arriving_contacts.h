@@ -8,9 +8,11 @@ namespace vps::bullet {
 
 /// How far the surfaces of a pair may approach each other in a step.
 struct Approach {
-  enum class Phase : std::uint8_t { resting, landing };
-  btScalar way = 0;              ///< upper bound if it is more than a voxel, else 0. [m]
-  Phase phase = Phase::resting;  ///< landing: the way is over a voxel longer than after five steps from rest
+  enum class Phase : std::uint8_t { still, resting, landing };
+  btScalar way = 0;  ///< upper bound if it is more than a voxel, else 0. [m]
+  /// Still: the way is at most a voxel longer than after one step from rest, and that is at most two voxels. Landing:
+  /// more than a voxel longer than after five.
+  Phase phase = Phase::still;
 };
 
 /// Speculative contacts are sought up to this far ahead, so that the solver stops a body at the surface and not behind

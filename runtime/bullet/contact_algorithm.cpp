@@ -64,7 +64,13 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
-  const auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
+  auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
+  const Stand now(pair);
+  // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
+  // contacts ahead for ever.
+  if (phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->last, now)) way = 0;
+  memory_->last = now;
+  memory_->touched = false;
   if (way > 0) {
     options.contact_distance += static_cast<float>(way);
     // With more than one contact for each segment, the solver's iterations do not suffice to stop a landing body.
@@ -84,6 +90,9 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
+  const auto near = static_cast<float>(contact_distance(pair));
+  memory_->touched = found.hits.count > 0 || std::any_of(found.contacts.begin(), found.contacts.end(),
+                                                         [=](const Contact& c) { return c.penetration >= -near; });
   if (options.segment_level == 0 || found.has_map_contacts) {
     fill_regular(pair, found, result);
   } else {

@@ -48,6 +48,8 @@ struct PairMemory {
   TriangleMemory triangles;
   SlideMemory slides;
   ChoiceMemory choice;
+  Stand last;            ///< in the last step
+  bool touched = false;  ///< then
 };
 
 /// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces

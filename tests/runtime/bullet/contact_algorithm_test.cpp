@@ -340,6 +340,26 @@ TEST(ContactAlgorithm, APoseThatIsNotANumberIsReportedNotFollowed) {
   body.setWorldTransform(btTransform::getIdentity());
 }
 
+// In a step a body falls 2.7 mm, more than a voxel. While it lies still, it needs no contacts ahead in all its
+// segments.
+TEST(ContactAlgorithm, ABodyOfFineVoxelsLiesOnFourContacts) {
+  bullet::Shape shape(baked_at(make_box({0.05, 0.05, 0.05}), 0.002));
+  btBoxShape box({1, 1, btScalar(0.5)});
+  World scene;
+  scene.add(box, 0, {0, 0, btScalar(-0.5)});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.06)});
+  scene.step(120, btScalar(1.0 / 60));
+  for (int i = 0; i < 60; ++i) {
+    scene.step(1, btScalar(1.0 / 60));
+    ASSERT_EQ(scene.points().size(), 4U) << i;
+  }
+  EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.05, 0.0002);
+  // A blow is met by contacts ahead at once.
+  body.setLinearVelocity({0, 0, -1});
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_GT(scene.points().size(), 4U);
+}
+
 struct Touch {
   double deepest = 0;             // [m]
   btScalar least = 1, most = -1;  // x of its contacts. [m]

@@ -117,11 +117,11 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   btRigidBody& floor = scene.add(plane, 0, {0, 0, 0});
   btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
   body.applyGravity();
-  const auto approach = [&](double speed) {
+  const auto approach = [&](double speed, double rate = 30) {
     body.setLinearVelocity({0, 0, btScalar(-speed)});
     const bullet::Pair pair{bullet::PairBody(&shape, &body, body.getWorldTransform()),
                             bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
-    return bullet::approach(pair, btScalar(1.0 / 30));
+    return bullet::approach(pair, btScalar(1 / rate));
   };
   // In a step a body falls 10.9 mm, five times that is 54.5 mm; a voxel is 4 mm.
   EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
@@ -129,6 +129,10 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   EXPECT_EQ(approach(1.4).phase, bullet::Approach::Phase::resting);
   EXPECT_EQ(approach(1.5).phase, bullet::Approach::Phase::landing);
   EXPECT_NEAR(approach(1.5).way, 0.0609, 1e-4);
+  // At 40 Hz it falls 6.1 mm, less than two voxels.
+  EXPECT_EQ(approach(0, 40).phase, bullet::Approach::Phase::still);
+  EXPECT_EQ(approach(0.15, 40).phase, bullet::Approach::Phase::still);
+  EXPECT_EQ(approach(0.17, 40).phase, bullet::Approach::Phase::resting);
   body.setRestitution(1);
   floor.setRestitution(1);
   EXPECT_EQ(approach(1.5).way, 0);
