@@ -155,8 +155,7 @@ def low_rate_losses(runs, rotations):
     low, advanced = (tables.lowest_rate(pick(runs, side=f"ours, low, L = 4{motion}", floor="plane"), "rests", rotations)
                      for motion in ("", ", advanced"))
     yield low > 10, f"""With the low shell and L = 4 the bunny rests down to {low:.0f} Hz, and to {advanced:.0f} Hz with
-                        advancement; the paper has 10 Hz. Contacts ahead move between the shell's points and merge, and
-                        fewer of them stop a body that lands."""
+                        advancement; the paper has 10 Hz."""
     still, moved = (one(runs, side=f"ours, fine, regular{motion}", floor="plane", rate=5)["deepest"]
                     for motion in ("", ", advanced"))
     yield moved > still, f"At 5 Hz advancement does not help: {mm(moved, 0)} mm deep on the plane, {mm(still, 0)} mm without."
