@@ -96,8 +96,8 @@ bool arrives_on_map(const Pair& pair, const FoundContacts& found, const Contact&
                  thickness + static_cast<float>(pair.shell.vps->getMargin()), near);
 }
 
-// Whether the body of the shell rolls: it turns about its deepest contact faster than it falls onto it, and does not
-// fall far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
+// Whether one of the bodies rolls: it turns about the deepest contact faster than it falls onto it, and does not fall
+// far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
 // all contacts push it out.
 bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScalar step, const FoundContacts& found) {
   constexpr btScalar kDeep_vx = 2;
@@ -109,7 +109,8 @@ bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScala
   const btVector3 place = found.frame * to_bt(deepest->position);
   const btVector3 normal = found.frame.getBasis() * to_bt(deepest->inward_normal);
   const btScalar fall = step * std::abs(normal.dot(shell.at(place) - partner.at(place)));
-  const btScalar turned = step * (shell.angular - partner.angular).cross(place - shell.centre).length();
+  const auto turned_by = [&](const Course& body) { return step * body.angular.cross(place - body.centre).length(); };
+  const btScalar turned = std::max(turned_by(shell), turned_by(partner));
   const btScalar from_rest = kStepsFromRest * step * (shell.gain - partner.gain).length();
   return turned > fall && fall < kHop_vx * voxel_size(pair) + from_rest;
 }

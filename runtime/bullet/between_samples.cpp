@@ -33,8 +33,7 @@ struct Place {
 };
 
 // Forgets places from which the pair has moved.
-void belong_to(SlideMemory& memory, const Pair& pair, std::uint64_t mesh) {
-  const Stand now(pair);
+void belong_to(SlideMemory& memory, const Pair& pair, const Stand& now, std::uint64_t mesh) {
   if (memory.mesh == mesh && stands_still(pair, memory.stand, now)) return;
   memory.slid.clear();
   memory.stand = now;
@@ -188,7 +187,7 @@ std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, P
   const VoxelmapView& shell = pair.shell.vps->distances();
   if (contacts.empty() || shell.field == Field::none) return contacts.size();
   if (pair.field.vps != nullptr && pair.field.vps->voxelmap().field == Field::layers) return contacts.size();
-  belong_to(memory.slides, pair, memory.triangles.mesh);
+  belong_to(memory.slides, pair, memory.now, memory.triangles.mesh);
   Slides slides(pair, found, memory.slides, contacts);
   if (slides.recall()) return slides.keep();
 

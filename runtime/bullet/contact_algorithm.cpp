@@ -68,8 +68,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Stand now(pair);
   // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
   // contacts ahead for ever.
-  if (phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->last, now)) way = 0;
-  memory_->last = now;
+  if (phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->now, now)) way = 0;
+  memory_->now = now;
   memory_->touched = false;
   if (way > 0) {
     options.contact_distance += static_cast<float>(way);
@@ -111,7 +111,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
   const PointshellView& shell = pair.shell.vps->pointshell();
   const std::size_t count = detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike, chosen);
-  remember_choice(pair, found, {chosen.data(), count}, memory_->choice);
+  remember_choice(found, {chosen.data(), count}, *memory_);
   for (std::size_t i = 0; i < count; ++i) few[i] = contact_of_row(shell, found, chosen[i]);
   std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
   left = left.first(move_between_samples(pair, found, *memory_, left));

@@ -188,7 +188,7 @@ template <class Field>
 Status find_rows(const FieldQuery& query, const Field& field, const Pose& pose, FoundContacts& found) {
   const PointshellView& shell = query.pair.shell.vps->pointshell();
   const ChoiceMemory& known = query.memory.choice;
-  if (known.count > 0 && known.reach == found.reach && stands_still(query.pair, known.stand, Stand(query.pair))) {
+  if (known.count > 0 && known.reach == found.reach && stands_still(query.pair, known.stand, query.memory.now)) {
     const std::span<const std::uint32_t> points(known.points.data(), known.count);
     const Status status =
         detail::find_hits_of(points, shell, field, pose, query.options, query.space.scratch, found.hits);
@@ -406,16 +406,16 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   return status;
 }
 
-void remember_choice(const Pair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
-                     ChoiceMemory& memory) {
+void remember_choice(const FoundContacts& found, std::span<const std::uint32_t> rows, PairMemory& memory) {
   if (found.are_known) return;
-  memory.count = 0;
+  ChoiceMemory& choice = memory.choice;
+  choice.count = 0;
   for (const std::uint32_t row : rows) {
-    if (row < found.hits.count) memory.points[memory.count++] = found.hits.feature[row];
+    if (row < found.hits.count) choice.points[choice.count++] = found.hits.feature[row];
   }
-  std::sort(memory.points.begin(), memory.points.begin() + memory.count);
-  memory.reach = found.reach;
-  if (memory.count > 0) memory.stand = Stand(pair);
+  std::sort(choice.points.begin(), choice.points.begin() + choice.count);
+  choice.reach = found.reach;
+  choice.stand = memory.now;
 }
 
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found) {

@@ -48,8 +48,8 @@ struct PairMemory {
   TriangleMemory triangles;
   SlideMemory slides;
   ChoiceMemory choice;
-  Stand last;            ///< in the last step
-  bool touched = false;  ///< then
+  Stand now;             ///< in this step
+  bool touched = false;  ///< in the last one
 };
 
 /// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces
@@ -118,8 +118,7 @@ struct FoundContacts {
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 
 /// Remembers the hits among the rows that were chosen.
-void remember_choice(const Pair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
-                     ChoiceMemory& memory);
+void remember_choice(const FoundContacts& found, std::span<const std::uint32_t> rows, PairMemory& memory);
 
 /// Rows for the choice of a few: of the hits, then of `contacts`. Valid until the thread's next query.
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found);

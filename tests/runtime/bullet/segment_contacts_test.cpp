@@ -138,6 +138,32 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
   EXPECT_EQ(approach(1.5).way, 0);
 }
 
+// A static body gives the points, and Bullet's cylinder falls on it with little spin, here or far from the origin.
+TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
+  for (const double far : {0.0, 50.0}) {
+    World scene;
+    bullet::Shape slab(baked_at(make_box({0.2, 0.2, 0.05}), 0.01));
+    btCylinderShapeX wheel({btScalar(0.02), btScalar(0.05), btScalar(0.05)});
+    btRigidBody& floor = scene.add(slab, 0, {btScalar(far), 0, btScalar(-0.05)});
+    btRigidBody& body = scene.add(wheel, 1, {btScalar(far), 0, btScalar(0.05)});
+    const bullet::Pair pair{bullet::PairBody(&slab, &floor, floor.getWorldTransform()),
+                            bullet::PairBody(&wheel, &body, body.getWorldTransform())};
+    Contact contact;
+    contact.position = {0, 0, -0.05F};
+    contact.inward_normal = {0, 0, -1};
+    for (const double spin : {1.0, 100.0}) {
+      body.setLinearVelocity({0, 0, -1});
+      body.setAngularVelocity({btScalar(spin), 0, 0});
+      bullet::PairMemory memory;
+      bullet::FoundContacts found;
+      found.frame = body.getWorldTransform();
+      found.contacts = {&contact, 1};
+      bullet::keep_arriving(pair, btScalar(1.0 / 60), memory, found);
+      EXPECT_EQ(found.may_slide, spin > 50) << far;
+    }
+  }
+}
+
 // A ball with dents and bumps.
 const std::shared_ptr<Asset>& uneven() {
   static const auto asset = [] {
