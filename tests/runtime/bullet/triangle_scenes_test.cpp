@@ -85,8 +85,7 @@ TEST_P(EveryMesh, ABrickSlidesOverItWithoutAKick) {
   for (int i = 0; i < 120; ++i) {
     scene.step(1);
     const btVector3 now = body.getLinearVelocity();
-    // Crossing edges changes it by up to 0.7 of a step; a kick is several steps.
-    EXPECT_NEAR(now.x() - last.x(), -friction * 9.81 / 240, friction * 9.81 / 240) << i;
+    EXPECT_NEAR(now.x() - last.x(), -friction * 9.81 / 240, 0.5 * friction * 9.81 / 240) << i;
     EXPECT_NEAR(now.y(), 0, 0.03);
     EXPECT_NEAR(now.z(), 0, 0.03);
     EXPECT_LT(body.getAngularVelocity().length(), 0.5);
