@@ -183,16 +183,24 @@ constexpr bool has_hits_only(const Field&) {
   return true;
 }
 
-// Finds points in contact: while the pair stands still, only those that were chosen before, unless one has left.
+// The contacts that were chosen before, if the pair stands still. No others are sought then, unless one has left.
+std::span<const ContactPlace> chosen_before(const FieldQuery& query, const FoundContacts& found) {
+  const ChoiceMemory& choice = query.memory.choice;
+  const bool holds = query.chooses && choice.count > 0 && choice.reach == found.reach &&
+                     stands_still(query.pair, choice.stand, query.memory.now);
+  return holds ? choice.chosen() : std::span<const ContactPlace>();
+}
+
+// Finds points in contact.
 template <class Field>
 Status find_rows(const FieldQuery& query, const Field& field, const Pose& pose, FoundContacts& found) {
   const PointshellView& shell = query.pair.shell.vps->pointshell();
-  const ChoiceMemory& known = query.memory.choice;
-  if (known.count > 0 && known.reach == found.reach && stands_still(query.pair, known.stand, query.memory.now)) {
-    const std::span<const std::uint32_t> points(known.points.data(), known.count);
-    const Status status =
-        detail::find_hits_of(points, shell, field, pose, query.options, query.space.scratch, found.hits);
-    found.are_known = found.hits.count == known.count;
+  if (const std::span<const ContactPlace> known = chosen_before(query, found); !known.empty()) {
+    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};
+    std::transform(known.begin(), known.end(), points.begin(), [](const ContactPlace& place) { return place.feature; });
+    const Status status = detail::find_hits_of({points.data(), known.size()}, shell, field, pose, query.options,
+                                               query.space.scratch, found.hits);
+    found.are_known = found.hits.count == known.size();
     if (status != Status::ok || found.are_known) return status;
   }
   return detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits);
@@ -234,7 +242,9 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
 Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
   const Pair& pair = query.pair;
   TriangleContacts& triangles = query.space.triangles;
-  const Status status = find_triangle_contacts(pair, query.options, query.memory.triangles, triangles);
+  const Status status =
+      find_triangle_contacts(pair, query.options, chosen_before(query, found), query.memory.triangles, triangles);
+  found.are_known = triangles.are_known;
   found.contacts = triangles.contacts;
   found.features = triangles.features;
   found.triangles = triangles.triangles;
@@ -411,9 +421,13 @@ void remember_choice(const FoundContacts& found, std::span<const std::uint32_t> 
   ChoiceMemory& choice = memory.choice;
   choice.count = 0;
   for (const std::uint32_t row : rows) {
-    if (row < found.hits.count) choice.points[choice.count++] = found.hits.feature[row];
+    if (row < found.hits.count) {
+      choice.places[choice.count++] = {0, found.hits.feature[row]};
+    } else if (!found.triangles.empty()) {
+      choice.places[choice.count++] = {found.contacts[row].node, found.features[row]};
+    }
   }
-  std::sort(choice.points.begin(), choice.points.begin() + choice.count);
+  std::sort(choice.places.begin(), choice.places.begin() + choice.count);
   choice.reach = found.reach;
   choice.stand = memory.now;
 }

@@ -31,13 +31,14 @@ struct SlideMemory {
   std::vector<Slid> slid;
 };
 
-/// The points of the shell that were chosen for the manifold. While the pair stands still, no others are sought: a face
-/// touches with thousands.
+/// The contacts that were chosen for the manifold. While the pair stands still, no others are sought: a face touches
+/// with thousands of points.
 struct ChoiceMemory {
   Stand stand;
-  float reach = 0;                                          ///< contact distance of the query. [m]
-  std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> points{};  ///< rising
+  float reach = 0;  ///< contact distance of the query. [m]
+  std::array<ContactPlace, MANIFOLD_CACHE_SIZE> places{};
   std::size_t count = 0;
+  [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
 };
 
 /// What a pair remembers from step to step.
@@ -71,7 +72,7 @@ struct FoundContacts {
   /// Points of the shell that are not among `contacts`: few of them are chosen later.
   detail::ContactRows hits;
   Pose shell_to_frame;     ///< takes the shell to the contacts' frame; only with hits
-  bool are_known = false;  ///< the hits are those of ChoiceMemory, and others were not sought
+  bool are_known = false;  ///< those of ChoiceMemory are among them, and no others were sought far from these
 
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;
@@ -117,7 +118,7 @@ struct FoundContacts {
 /// @param found    has hits unless the contacts are of segments or springs, or need to be finished first
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 
-/// Remembers the hits among the rows that were chosen.
+/// Remembers the hits and the contacts with triangles among the rows that were chosen.
 void remember_choice(const FoundContacts& found, std::span<const std::uint32_t> rows, PairMemory& memory);
 
 /// Rows for the choice of a few: of the hits, then of `contacts`. Valid until the thread's next query.

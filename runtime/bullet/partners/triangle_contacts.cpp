@@ -5,6 +5,8 @@
 
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include <algorithm>
+#include <array>
 #include <functional>
 
 #include "runtime/bullet/manifold_contact.h"
@@ -27,6 +29,10 @@ Box bounds(const AssetInfo& info, double grown) {
 
 // Cosine. Where the sheet's plane and the body's surface make a larger angle, no face gives the direction.
 constexpr float kAligned = 0.5F;
+// Cosine. Where they make a smaller angle, the shell's normal alone says where the material is.
+constexpr float kFacing = 0.966F;
+// The body has no material where its field is farther outside. [voxels]
+constexpr float kOutside_vx = 0.1F;
 
 // The triangle nearest to p, and the nearest place on it; null if none is nearer than `place`.
 // @param list  of what `triangle_of` takes to a triangle
@@ -76,14 +82,34 @@ class Search {
     }
   }
 
-  // Searches the remembered places alone; false when they are not enough.
-  bool run_again(const TriangleMemory& memory) {
+  // Finds known contacts alone; false when one of them is missing.
+  bool run_for(std::span<const ContactPlace> known) {
+    std::array<TriangleMemory::Place, MANIFOLD_CACHE_SIZE> places{};
+    std::size_t count = 0;
+    for (const ContactPlace& one : known) {
+      if (count == 0 || places[count - 1].leaf != one.leaf) places[count++] = {one.leaf, kNoSegment};
+    }
+    if (!run_again({places.data(), count})) return false;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < out_.contacts.size(); ++i) {
+      const ContactPlace at{out_.contacts[i].node, out_.features[i]};
+      if (!std::binary_search(known.begin(), known.end(), at)) continue;
+      out_.contacts[kept] = out_.contacts[i];
+      out_.features[kept++] = at.feature;
+    }
+    out_.contacts.resize(kept);
+    out_.features.resize(kept);
+    return kept == known.size();
+  }
+
+  // Searches remembered places alone; false when they are not enough.
+  bool run_again(std::span<const TriangleMemory::Place> places) {
     start();
-    if (memory.places.empty()) return true;
+    if (places.empty()) return true;
     relevant_ = distance_;
     reach_ = least_reach();
     Box box;
-    for (const auto& [leaf, segment] : memory.places) {
+    for (const auto& [leaf, segment] : places) {
       const float r = sphere_radius(shell_, leaf) + reach_;
       const Vec3 at = centre(leaf);
       const float c[3] = {at.x, at.y, at.z};
@@ -94,7 +120,7 @@ class Search {
     }
     place(to_asset_, box, sheets_);
     start();
-    for (const auto& [leaf, segment] : memory.places) {
+    for (const auto& [leaf, segment] : places) {
       if (segment != segment_.node) segment_ = {segment, out_.contacts.size()};
       visit(leaf, shell_.levels, 0);
     }
@@ -190,13 +216,16 @@ class Search {
     const float along = dot(inward, triangle->normal);
     // The most frequent case, decided without the field: a face that looks at the sheet from a distance.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    const float above = penetration_at(p + voxel_ * triangle->normal);
-    const float below = penetration_at(p - voxel_ * triangle->normal);
-    // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
-    if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
-      return climb(place.at, contact);
+    float side = along > 0 ? 1 : -1;
+    if (!(std::abs(along) > kFacing)) {
+      const float above = penetration_at(p + voxel_ * triangle->normal);
+      const float below = penetration_at(p - voxel_ * triangle->normal);
+      // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
+      if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
+        return climb(place.at, contact);
+      }
+      side = above > below ? 1 : -1;
     }
-    const float side = above > below ? 1 : -1;
     ManifoldContact seen = contact;
     seen.area *= std::max(side * along, 0.0F);  // projected along the direction
     emit_on_face(seen, side * triangle->normal, -side * height);
@@ -206,9 +235,12 @@ class Search {
   void emit_on_face(ManifoldContact contact, Vec3 direction, float penetration) {
     if (penetration < -relevant_) return;
     remember();
-    if (penetration < -distance_) return;
-    // The sheet lies beyond the body's opposite side, seen from this point: the way out is shorter the other way.
-    if (penetration > 0 && penetration_at(contact.position + (2 * penetration) * direction) < -0.1F * voxel_) return;
+    if (penetration < -distance_ || is_beaten(penetration)) return;
+    // The sheet lies beyond the body's opposite side, seen from this point: the way out is shorter the other way. On
+    // the shell V is about 0, and it changes by no more than the way.
+    const float way = 2 * penetration;
+    const float outside = kOutside_vx * voxel_;
+    if (way > outside && penetration_at(contact.position + way * direction) < -outside) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
     emit(contact);
@@ -290,16 +322,20 @@ class Search {
     emit(contact);
   }
 
+  // Whether the segment has a deeper contact.
+  bool is_beaten(float penetration) const noexcept {
+    return segment_level_ > 0 && out_.contacts.size() > segment_.first &&
+           !(penetration > out_.contacts[segment_.first].penetration);
+  }
+
   // Keeps only the deepest contact of a segment.
   void emit(ManifoldContact contact) {
     deepest_ = std::max(deepest_, contact.penetration);
+    if (is_beaten(contact.penetration)) return;
     if (segment_level_ > 0) {
       contact.node = segment_.node;
-      if (out_.contacts.size() > segment_.first) {
-        if (!(contact.penetration > out_.contacts[segment_.first].penetration)) return;
-        out_.contacts.pop_back();
-        out_.features.pop_back();
-      }
+      out_.contacts.resize(segment_.first);
+      out_.features.resize(segment_.first);
     }
     out_.contacts.push_back(contact);
     out_.features.push_back(contact.feature);
@@ -357,8 +393,8 @@ void SheetField::penetrations(const Places& places, Values& out) const noexcept 
   }
 }
 
-Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
-                              TriangleContacts& found) {
+Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std::span<const ContactPlace> known,
+                              TriangleMemory& memory, TriangleContacts& found) {
   const Shape& body = *pair.shell.vps;
   if (body.pointshell().points == 0 || !has_triangles(*pair.field.shape)) return Status::missing_part;
   const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -379,11 +415,13 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, Tri
 
   const double step = largest_displacement(shell, memory.last, to_mesh);
   memory.last = to_mesh;
+  found.are_known = false;
   if (memory.room > 0 && memory.shell == shell.position[0] && memory.scale == shell.scale &&
       memory.level == options.segment_level && memory.distance >= options.contact_distance &&
       largest_displacement(shell, memory.reference, to_mesh) <= memory.room &&
-      memory.mesh == gather(sheet, memory.low, memory.high, sheets) && search.run_again(memory)) {
-    return finish();
+      memory.mesh == gather(sheet, memory.low, memory.high, sheets)) {
+    found.are_known = !known.empty() && search.run_for(known);
+    if (found.are_known || search.run_again(memory.places)) return finish();
   }
   // Room for some steps like the last one. None for a fast body, which would remember too many places.
   constexpr double kSteps = 8;

@@ -11,6 +11,13 @@
 
 namespace vps::bullet {
 
+/// Where a contact was found.
+struct ContactPlace {
+  std::uint32_t leaf = 0;     ///< node; 0 where the feature suffices
+  std::uint32_t feature = 0;  ///< see ManifoldContact
+  auto operator<=>(const ContactPlace&) const = default;
+};
+
 /// Memory of a pair: where the sheet can be in contact while the body moves little. A changed mesh is detected.
 struct TriangleMemory {
   struct Place {
@@ -32,6 +39,7 @@ struct TriangleContacts {
   std::vector<Contact> contacts;        ///< for a corner, `point` is a point of the shell near it
   std::vector<std::uint32_t> features;  ///< see ManifoldContact
   std::span<const Triangle> triangles;  ///< those near the body, asset frame; until the thread's next query
+  bool are_known = false;               ///< those that were known are among them, and only their leaves were searched
 };
 
 /// A sheet of triangles near a contact, as a body with its surface there.
@@ -58,8 +66,10 @@ class SheetField final : public detail::FieldAtPlaces {
 /// decide: right for bodies that are roughly convex near the contact.
 ///
 /// @param options  contact_distance with the margins, and segment_level; the rest is not used
+/// @param known    rising: only their leaves are searched, unless one of them is no longer a contact or the mesh has
+///                 changed; may be empty
 /// @return missing_part for a mesh that gives no triangles (btGImpactCompoundShape) or a shape without points
-Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, TriangleMemory& memory,
-                              TriangleContacts& found);
+Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std::span<const ContactPlace> known,
+                              TriangleMemory& memory, TriangleContacts& found);
 
 }  // namespace vps::bullet
