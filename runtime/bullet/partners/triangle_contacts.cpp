@@ -158,6 +158,7 @@ class Search {
     out_.features.clear();
     deepest_ = 0;
     segment_ = {};
+    is_joined_ = false;
     sheets_.met.assign(sheets_.triangles.size(), 0);
     sheets_.lists.resize(sheets_.triangles.size());
     for (std::uint32_t i = 0; i < sheets_.lists.size(); ++i) sheets_.lists[i] = i;
@@ -187,6 +188,7 @@ class Search {
       if (node >= shell_.level_offsets[shell_.levels - 1]) {
         list_ = {sheets_.lists.data() + to, sheets_.lists.size() - to};
         leaf_ = node;
+        has_climbed_ = false;
         for (std::uint32_t point = first; point < end; ++point) test_point(point);
         if (solid_) test_corners();
       } else {
@@ -194,6 +196,21 @@ class Search {
       }
     }
     sheets_.lists.resize(to);
+  }
+
+  // Whether the sheet ends or bends within reach of the leaf.
+  bool ends_near() {
+    if (!is_joined_) join(sheets_);
+    is_joined_ = true;
+    const Vec3 p = centre(leaf_);
+    const float reach = sphere_radius(shell_, leaf_) + reach_;
+    return std::any_of(list_.begin(), list_.end(), [&](std::uint32_t number) {
+      const Triangle& t = sheets_.triangles[number];
+      for (int k = 0; k < 3; ++k) {
+        if (!t.goes_on[k] && dot(t.side[k], p) - t.side_offset[k] <= reach) return true;
+      }
+      return false;
+    });
   }
 
   // The list's triangle that is nearest to p, and the nearest place on it; null if none is within `reach`.
@@ -211,7 +228,7 @@ class Search {
     const Vec3 inward = point_inward_normal(shell_, point);
     const ManifoldContact contact{{p, {}, 0, point_area(shell_, point), point, leaf_}, point};
     if (!solid_) return test_by_normal(contact, inward, *triangle, place);
-    if (!place.on_face) return climb(place.at, contact);
+    if (!place.on_face) return climb_from(contact, place.at);
     const float height = triangle->height(p);
     const float along = dot(inward, triangle->normal);
     // The most frequent case, decided without the field: a face that looks at the sheet from a distance.
@@ -222,13 +239,19 @@ class Search {
       const float below = penetration_at(p - voxel_ * triangle->normal);
       // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
       if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
-        return climb(place.at, contact);
+        return climb_from(contact, place.at);
       }
       side = above > below ? 1 : -1;
     }
     ManifoldContact seen = contact;
     seen.area *= std::max(side * along, 0.0F);  // projected along the direction
     emit_on_face(seen, side * triangle->normal, -side * height);
+  }
+
+  // Follows the sheet from near a point. Where it does not end or bend, one of the leaf's points tells how deep it is.
+  void climb_from(const ManifoldContact& contact, Vec3 at) {
+    if (!has_climbed_ || ends_near()) climb(at, contact);
+    has_climbed_ = true;
   }
 
   // @param direction  into the body at the point
@@ -356,6 +379,8 @@ class Search {
   float reach_ = 0;                   // points and triangles farther apart are not paired. [m]
   float deepest_ = 0;
   std::uint32_t leaf_ = 0;
+  bool has_climbed_ = false;             // from one of the leaf's points
+  bool is_joined_ = false;               // the triangles know where the sheet goes on
   std::span<const std::uint32_t> list_;  // triangles within reach of the leaf
   struct {
     std::uint32_t node = kNoSegment;

@@ -2,6 +2,9 @@
 // Gathers a mesh's triangles near a body, and finds the place of a triangle that is nearest to a point.
 #include "runtime/bullet/partners/triangles.h"
 
+#include <algorithm>
+#include <tuple>
+
 namespace vps::bullet {
 namespace {
 
@@ -120,6 +123,33 @@ void place(const Pose& to_frame, const Box& box, Sheets& sheets) {
     // Terrain passes its columns as parts.
     triangle.id = (static_cast<std::uint32_t>(from.part) * 0x9E3779B1U) ^ static_cast<std::uint32_t>(from.index);
     sheets.triangles.push_back(triangle);
+  }
+}
+
+void join(Sheets& sheets) {
+  constexpr float kSmooth = 0.966F;  // 15 degrees
+  const auto order = [](const Vec3& p) { return std::tie(p.x, p.y, p.z); };
+  const auto key = [&](const Sheets::Edge& e) { return std::tuple_cat(order(e.ends[0]), order(e.ends[1])); };
+  std::vector<Sheets::Edge>& edges = sheets.edges;
+  edges.clear();
+  for (std::uint32_t i = 0; i < sheets.triangles.size(); ++i) {
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const Triangle& t = sheets.triangles[i];
+      Sheets::Edge edge{{t.corners[k], t.corners[(k + 1) % 3]}, i, k};
+      if (order(edge.ends[1]) < order(edge.ends[0])) std::swap(edge.ends[0], edge.ends[1]);
+      edges.push_back(edge);
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+  for (auto at = edges.begin(); at != edges.end();) {
+    const auto end = std::find_if(at, edges.end(), [&](const Sheets::Edge& e) { return key(e) != key(*at); });
+    if (end - at == 2) {
+      Triangle& a = sheets.triangles[at[0].triangle];
+      Triangle& b = sheets.triangles[at[1].triangle];
+      const bool is_smooth = detail::dot(a.side[at[0].side], b.side[at[1].side]) < -kSmooth;
+      a.goes_on[at[0].side] = b.goes_on[at[1].side] = is_smooth;
+    }
+    at = end;
   }
 }
 

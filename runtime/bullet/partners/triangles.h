@@ -26,6 +26,8 @@ struct Triangle {
   Vec3 side[3];          ///< unit, in the plane, from the edge that starts at each corner into the triangle
   float side_offset[3];  ///< of the edges' planes. [m]
   std::uint32_t id = 0;  ///< the same from step to step
+  /// Whether the sheet goes on beyond each edge, bent by at most 15 degrees. Only of solid bodies' queries.
+  bool goes_on[3] = {};
 
   /// Computes in double: planes of very large triangles must be accurate near the origin.
   /// @return false for corners that lie on a line or farther than 1e15 m, or are not finite
@@ -62,6 +64,11 @@ struct MeshTriangle {
 struct Sheets {
   std::vector<MeshTriangle> mesh;
   std::vector<Triangle> triangles;
+  struct Edge {
+    Vec3 ends[2];
+    std::uint32_t triangle = 0, side = 0;
+  };
+  std::vector<Edge> edges;
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
 };
@@ -83,5 +90,8 @@ std::uint64_t gather(const btConcaveShape& mesh, const btVector3& low, const btV
 /// Fills `sheets.triangles` with those of `sheets.mesh` that meet a box of another frame, in that frame. Triangles
 /// without area or with corners that are not finite are left out.
 void place(const Pose& to_frame, const Box& box, Sheets& sheets);
+
+/// Sets `goes_on` of the triangles.
+void join(Sheets& sheets);
 
 }  // namespace vps::bullet

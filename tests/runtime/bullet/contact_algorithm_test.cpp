@@ -381,10 +381,11 @@ TEST(ContactAlgorithm, ABodyThatTipsHasTheContactsOfAFreshOne) {
   bullet::Shape shape(brick());
   btBoxShape box({1, 1, btScalar(0.5)});
   bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  Ground triangles(Kind::bvh, 0.3, 16);
+  const std::pair<btCollisionShape*, btScalar> grounds[] = {
+      {&box, btScalar(-0.5)}, {&slab, btScalar(-0.1)}, {&*triangles, btScalar(0)}};
   for (const double step_vx : {0.004, 0.02, 0.1}) {
-    for (btCollisionShape* const ground :
-         {static_cast<btCollisionShape*>(&box), static_cast<btCollisionShape*>(&slab)}) {
-      const btScalar top = ground == &box ? btScalar(-0.5) : btScalar(-0.1);
+    for (const auto& [ground, top] : grounds) {
       World remembers;
       remembers.add(*ground, 0, {0, 0, top});
       btRigidBody& body = remembers.add(shape, 1, {0, 0, 0});

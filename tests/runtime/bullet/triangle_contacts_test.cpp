@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Contacts of shapes with Bullet's triangle meshes.
+#include <algorithm>
 #include <cstring>
+#include <numbers>
 
 #include "runtime/bullet/find_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
@@ -241,6 +243,68 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
     EXPECT_GT(compared, 100);
     EXPECT_GT(used, 50);
   }
+}
+
+std::vector<bullet::Triangle> joined_triangles(const TriangleMesh& mesh) {
+  btTriangleMesh triangles = to_bullet(mesh);
+  btBvhTriangleMeshShape shape(&triangles, true);
+  bullet::Sheets sheets;
+  bullet::gather(shape, {-9, -9, -9}, {9, 9, 9}, sheets);
+  bullet::place(Pose(), {{-9, -9, -9}, {9, 9, 9}}, sheets);
+  bullet::join(sheets);
+  return sheets.triangles;
+}
+
+TEST(TriangleContacts, ASheetGoesOnAcrossEdgesThatBendALittle) {
+  for (const double degrees : {0.0, 10.0, -10.0, 20.0, -20.0}) {
+    const double slope = std::tan(degrees * std::numbers::pi / 180);
+    const auto roof = [&](double x, double) { return slope * std::max(x, 0.0); };
+    for (const Winding winding : {Winding::up, Winding::down, Winding::mixed}) {
+      const std::vector<bullet::Triangle> found = joined_triangles(sheet(0.5, 4, roof, winding));
+      ASSERT_EQ(found.size(), 32U);
+      for (const bullet::Triangle& t : found) {
+        for (int k = 0; k < 3; ++k) {
+          const Vec3 a = t.corners[k];
+          const Vec3 b = t.corners[(k + 1) % 3];
+          const bool on_rim = (std::abs(a.x) == 0.5F && a.x == b.x) || (std::abs(a.y) == 0.5F && a.y == b.y);
+          const bool on_ridge = a.x == 0 && b.x == 0;
+          EXPECT_EQ(t.goes_on[k], !on_rim && !(on_ridge && std::abs(degrees) > 15)) << degrees;
+        }
+      }
+    }
+  }
+}
+
+// Three triangles at an edge are no sheet: every place where a doubled sheet bends counts.
+TEST(TriangleContacts, WhereASheetGoesOnNothingIsMissed) {
+  bullet::Shape shape(brick());
+  // Ends under the body, has ridges in one half, and bends a little in the other.
+  const auto ridges = [](double, double y) {
+    return 0.001 * std::sin(30 * y) + (y > 0 && std::lround(y / 0.00625) % 2 == 1 ? 0.003 : 0);
+  };
+  TriangleMesh once = sheet(0.1, 32, ridges);
+  for (auto& vertex : once.vertices) vertex[0] *= 20;  // few corners lie under the body
+  btTriangleMesh triangles[2] = {to_bullet(once), to_bullet(joined(once, once))};
+  const std::vector<bullet::Triangle> smooth = joined_triangles(once);
+  const auto goes_on = [](const bullet::Triangle& t) { return t.goes_on[0] && t.goes_on[1] && t.goes_on[2]; };
+  EXPECT_GT(std::count_if(smooth.begin(), smooth.end(), goes_on), 800);
+  int found = 0;
+  for (int i = 0; i < 60; ++i) {
+    std::vector<btManifoldPoint> points[2];
+    for (int k = 0; k < 2; ++k) {
+      MeshWorld scene;
+      btBvhTriangleMeshShape mesh(&triangles[k], true);
+      btRigidBody& ground = scene.add(mesh, 0, {0, 0, 0});
+      const btTransform at = turned({1, 1, 0}, 0.002 * i, {btScalar(0.002 * i), btScalar(0.03), btScalar(0.0525)});
+      points[k] = contacts_of(scene, scene.add(shape, 1, at), ground);
+      found += !points[k].empty();
+    }
+    ASSERT_EQ(points[0].size(), points[1].size()) << i;
+    for (std::size_t k = 0; k < points[0].size(); ++k) {
+      EXPECT_LT((points[0][k].getPositionWorldOnA() - points[1][k].getPositionWorldOnA()).length(), 1e-6) << i;
+    }
+  }
+  EXPECT_GT(found, 60);
 }
 
 TEST(TriangleContacts, AMeshThatChangesUnderABodyAtRestIsNoticed) {
