@@ -226,7 +226,9 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   std::vector<Contact>& contacts = query.space.contacts;
   QueryResult result;
   const Status status = [&] {
-    if (!(found.way > 0)) return traverse(shell, field, pose, options, query.space.scratch, contacts, result);
+    if (!(found.way > 0)) {
+      return detail::traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
+    }
     options.contact_distance -= found.way;
     const detail::RelativeMotion motion = motion_in(pair, found.step, found.frame);
     return detail::traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);

@@ -195,6 +195,15 @@ Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_t
   return query_field(shell, field, shell_to_field, options, scratch, out, result, sum_contacts);
 }
 
+Status detail::traverse_contacts(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                                 const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
+                                 QueryResult& result) noexcept {
+  return query_field(shell, field, shell_to_field, options, scratch, out, result, [](TraverseQuery& query) {
+    query.has_sums = false;
+    return sum_contacts(query);
+  });
+}
+
 Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                               const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
                               std::span<Contact> out, QueryResult& result) noexcept {
@@ -212,6 +221,7 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
     const MovingShell moving{ways_of(motion, to_nodes, unit), ways_of(motion, to_points, unit), length(motion.turn),
                              options.contact_distance / unit};
     query.descent.moving = &moving;
+    query.has_sums = false;
     return sum_contacts(query);
   };
   return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run);

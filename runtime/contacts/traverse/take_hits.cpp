@@ -26,11 +26,15 @@ Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsA
 class ForceSum {
  public:
   explicit ForceSum(const TraverseQuery& query) noexcept
-      : has_areas_(query.options.weight != Weight::per_point), centre_of_mass_(query.centre_of_mass) {
+      : is_wanted_(query.has_sums),
+        has_areas_(query.options.weight != Weight::per_point),
+        centre_of_mass_(query.centre_of_mass) {
     std::copy_n(query.result.force, 3, force_);
     std::copy_n(query.result.torque, 3, torque_);
   }
+  [[nodiscard]] bool is_wanted() const noexcept { return is_wanted_; }
   void add(const Contact& contact) noexcept {
+    if (!is_wanted_) return;
     const double weight = has_areas_ ? contact.area : 1.0;
     const double scale = weight * contact.penetration;
     const double f[3] = {scale * contact.inward_normal.x, scale * contact.inward_normal.y,
@@ -47,7 +51,7 @@ class ForceSum {
   }
 
  private:
-  const bool has_areas_;
+  const bool is_wanted_, has_areas_;
   const Vec3 centre_of_mass_;
   double force_[3], torque_[3];
 };
@@ -102,7 +106,7 @@ void take_segment_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, 
   float most = query.segment->penetration / d.unit;
   for (std::uint32_t i = first; i < last; ++i) {
     const float v = d.penetrations[i];
-    if (v >= 0) sum.add(contact_of(query, query.transform, hits, i));
+    if (v >= 0 && sum.is_wanted()) sum.add(contact_of(query, query.transform, hits, i));
     if (!(v > most)) continue;
     most = v;
     deepest = i;
