@@ -94,12 +94,12 @@ scenes: deps
 	xvfb-run -a /usr/bin/python3 -B tests/scenes/render.py --programs build/release/tests/scenes --work build/scenes --pictures docs/scenes
 
 # Compares, in the same run, baking with OpenVDB, and queries and scenes with Bullet's own, HACD, GImpact and FCL. Measures the fields' errors,
-# overruns of budgets, and the sizes of the libraries. Prints Markdown tables. The first run takes minutes more: it decomposes the
+# overruns of budgets, the growth of queries' costs, and the sizes of the libraries. Prints Markdown tables. The first run takes minutes more: it decomposes the
 # bunny with HACD, and finds its poses with the oracle. Ends with bench-accuracy.
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
-	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error kernel_sweep query_bench motion_bench scene_bench vps_bullet
+	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error kernel_sweep query_bench motion_bench scene_bench growth_bench vps_bullet
 	sh tests/install/runtime_size.sh build/bench
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
@@ -110,6 +110,7 @@ bench: deps $(BUNNY)
 	build/bench/tests/bench/query_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/query.json
 	build/bench/tests/bench/motion_bench --json build/bench/motion.json
 	build/bench/tests/bench/scene_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/scenes.json
+	build/bench/tests/bench/growth_bench $(BUNNY) --scale 0.0775 --work build/bench/query/growth --json build/bench/growth.json
 	$(MAKE) bench-accuracy
 
 # Measures the error of whole queries on eight pairs of bodies against an oracle, and that of convex hulls. The first run takes ten
