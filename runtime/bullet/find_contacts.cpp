@@ -127,6 +127,22 @@ struct Reach {
   float contact, touching;
 };
 
+// Where a point of a segment is now.
+template <class Field>
+Contact contact_at(const PointshellView& shell, const Field& field, const detail::Transform& to_field,
+                   const SegmentPoint& old) {
+  const Vec3 position = to_field.apply(point_position(shell, old.point));
+  const Vec3 into_shell = to_field.rotate(point_inward_normal(shell, old.point));
+  return {position, into_shell, penetration_at(field, position, into_shell), point_area(shell, old.point),
+          old.point, old.node};
+}
+
+void sort_by_segments(std::span<Contact> contacts) {
+  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return std::pair(a.node, a.point) < std::pair(b.node, b.point);
+  });
+}
+
 // Tests again the points where a segment was in contact in the last step, if it still touches.
 // @param contacts  `found` contacts of the query, and room for more
 // @return number of contacts, which are in tree order
@@ -140,21 +156,25 @@ std::size_t test_again(const PointshellView& shell, const Field& field, const Po
                                       [&](const Contact& contact) { return contact.node == old.node; });
     const bool touches = deepest != contacts.begin() + found && deepest->penetration >= -reach.touching;
     if (!touches || deepest->point == old.point || count == contacts.size()) continue;
-    Contact& contact = contacts[count];
-    contact.position = to_field.apply(point_position(shell, old.point));
-    contact.inward_normal = to_field.rotate(point_inward_normal(shell, old.point));
-    contact.penetration = penetration_at(field, contact.position, contact.inward_normal);
-    contact.area = point_area(shell, old.point);
-    contact.point = old.point;
-    contact.node = old.node;
-    if (contact.penetration >= -reach.contact) ++count;
+    contacts[count] = contact_at(shell, field, to_field, old);
+    if (contacts[count].penetration >= -reach.contact) ++count;
   }
-  if (count > found) {
-    std::sort(contacts.begin(), contacts.begin() + count, [](const Contact& a, const Contact& b) {
-      return std::pair(a.node, a.point) < std::pair(b.node, b.point);
-    });
-  }
+  if (count > found) sort_by_segments(contacts.first(count));
   return count;
+}
+
+// Tests only the points that the segments kept in the last step.
+// @return false if one of them is no longer in contact
+template <class Field>
+bool test_only(const PointshellView& shell, const Field& field, const Pose& pose, Reach reach,
+               std::span<const SegmentPoint> before, std::span<Contact> contacts) {
+  const detail::Transform to_field(pose);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    contacts[i] = contact_at(shell, field, to_field, before[i]);
+    if (!(contacts[i].penetration >= -reach.contact)) return false;
+  }
+  sort_by_segments(contacts.first(before.size()));
+  return true;
 }
 
 // What every partner's query needs.
@@ -183,12 +203,16 @@ constexpr bool has_hits_only(const Field&) {
   return true;
 }
 
-// The contacts that were chosen before, if the pair stands still. No others are sought then, unless one has left.
+// Whether a choice of contacts holds: the pair stands still. No others are sought then, unless one has left.
+bool holds(const FieldQuery& query, const FoundContacts& found) {
+  constexpr float kAlike = 1.001F;  // the way of a step is never quite the same
+  const ChoiceMemory& choice = query.memory.choice;
+  return found.reach <= kAlike * choice.reach && stands_still(query.pair, choice.stand, query.memory.now);
+}
 std::span<const ContactPlace> chosen_before(const FieldQuery& query, const FoundContacts& found) {
   const ChoiceMemory& choice = query.memory.choice;
-  const bool holds = query.chooses && choice.count > 0 && choice.reach == found.reach &&
-                     stands_still(query.pair, choice.stand, query.memory.now);
-  return holds ? choice.chosen() : std::span<const ContactPlace>();
+  const bool is_known = query.chooses && choice.count > 0 && holds(query, found);
+  return is_known ? choice.chosen() : std::span<const ContactPlace>();
 }
 
 // Finds points in contact.
@@ -224,6 +248,13 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
     if (!query.memory.planes.has_faces()) options.cache = nullptr;
   }
   std::vector<Contact>& contacts = query.space.contacts;
+  const Reach reach{query.options.contact_distance, query.margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
+  const std::span<const SegmentPoint> segments = query.memory.segments.points;
+  if (!segments.empty() && holds(query, found) && test_only(shell, field, pose, reach, segments, contacts)) {
+    found.contacts = {contacts.data(), segments.size()};
+    return Status::ok;
+  }
+  query.memory.choice = {query.memory.now, found.reach, {}, 0};
   QueryResult result;
   const Status status = [&] {
     if (!(found.way > 0)) {
@@ -234,9 +265,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
     return detail::traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
   }();
   if (status != Status::ok) return status;
-  const Reach reach{query.options.contact_distance, query.margin + static_cast<float>(kTouching_vx * voxel_size(pair))};
-  const std::size_t count =
-      test_again(shell, field, pose, reach, query.memory.segments.points, contacts, result.contacts);
+  const std::size_t count = test_again(shell, field, pose, reach, segments, contacts, result.contacts);
   found.contacts = {contacts.data(), count};
   return status;
 }

@@ -32,10 +32,10 @@ struct SlideMemory {
 };
 
 /// The contacts that were chosen for the manifold. While the pair stands still, no others are sought: a face touches
-/// with thousands of points.
+/// with thousands of points. Those of segments are in SegmentMemory.
 struct ChoiceMemory {
-  Stand stand;
-  float reach = 0;  ///< contact distance of the query. [m]
+  Stand stand;      ///< where the pair stood when all were sought
+  float reach = 0;  ///< contact distance of that query. [m]
   std::array<ContactPlace, MANIFOLD_CACHE_SIZE> places{};
   std::size_t count = 0;
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }

@@ -68,14 +68,14 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   cache.shell_scale = shell.scale;
   cache.field = query.facts.id;
   cache.reference = query.pose;
-  // The list suffices for some steps like the last one. A fast body gets none, because it would be long. Nor does a
-  // list help where V is only an estimate.
+  // The list suffices for some steps like the last one. A fast body gets none, because it would be long, and a new pair
+  // none, because its speed is not known. Nor does a list help where V is only an estimate.
   constexpr double kSteps = 8;
   constexpr double kFewestSteps = 3;
   const double least = 0.05 * shell.covering_radius;
   const double most = 0.5 * shell.covering_radius;
   const double reach = needed + std::clamp(kSteps * step, least, most);
-  if (kFewestSteps * step > most || reach > query.facts.certain) {
+  if (!same || kFewestSteps * step > most || reach > query.facts.certain) {
     cache.reach = 0;
     return find_all_hits(query);
   }
