@@ -245,8 +245,8 @@ enum {
                   ///< contacts in place of their points. 4 to 10 times slower; errors: vps::Weight::per_patch
 };
 
-/// The points of a pair that can touch while the pair moves little. Queries of a resting body test only these points.
-/// The contacts are the same as without a cache. Use one cache for each pair of a shell and a field, in one thread at a
+/// The points of a pair that can touch while the pair moves little. Queries of a resting body test only these points,
+/// from the third one on. The contacts are the same as without a cache. Use one cache for each pair of a shell and a field, in one thread at a
 /// time.
 typedef struct VpsContactCache VpsContactCache;
 VpsStatus vps_contact_cache_create(VpsContactCache** cache);

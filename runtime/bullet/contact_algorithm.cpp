@@ -43,7 +43,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 
   Manifolds manifolds_;
   const LookAhead looks_ahead_;
-  const std::unique_ptr<PairMemory> memory_ = std::make_unique<PairMemory>();
+  std::unique_ptr<PairMemory> memory_;  // none before the bodies come near each other
 };
 // Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
 static_assert(sizeof(ContactAlgorithm) <= 192);
@@ -51,8 +51,28 @@ static_assert(sizeof(ContactAlgorithm) <= 192);
 // Penetrations of a flat contact differ by the rounding of the samples: a fiftieth of a voxel.
 constexpr btScalar kAlikePenetration_vx = btScalar(0.02);
 
+// Poses of bodies that are farther from each other are checked by the query. [m]
+constexpr btScalar kFarthest = btScalar(1e6);
+
 // A body that lands needs contacts wherever it may touch first.
 constexpr std::uint32_t kLandingSegments = 64;
+
+// A lower bound of the distance between the bodies: the shell's first sphere and the other body's box. Cheap, as most
+// pairs whose boxes overlap are apart. [m]
+btScalar least_distance(const Pair& pair) {
+  const PointshellView& shell = pair.shell.vps->pointshell();
+  if (shell.points == 0) return 0;
+  const btVector3 centre = pair.shell.world * (pair.shell.asset_frame() * to_bt(sphere_centre(shell, 0)));
+  btVector3 low;
+  btVector3 high;
+  pair.field.shape->getAabb(btTransform::getIdentity(), low, high);
+  const btVector3 at = pair.field.world.invXform(centre);
+  btVector3 outside = at;
+  outside.setMax(low);
+  outside.setMin(high);
+  const btScalar rounding = 16 * SIMD_EPSILON * (centre.length() + pair.field.world.getOrigin().length());
+  return (at - outside).length() - btScalar(sphere_radius(shell, 0)) - margin_of(pair) - rounding;
+}
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo& info, btManifoldResult* result) {
@@ -65,6 +85,12 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
   auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
+  if (const btScalar apart = least_distance(pair); apart > options.contact_distance + way && apart < kFarthest) {
+    manifolds_.clear();
+    if (memory_ != nullptr) memory_->touched = false;
+    return;
+  }
+  if (memory_ == nullptr) memory_ = std::make_unique<PairMemory>();
   const Stand now(pair);
   // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
   // contacts ahead for ever.

@@ -133,14 +133,13 @@ Contact contact_at(const PointshellView& shell, const Field& field, const detail
                    const SegmentPoint& old) {
   const Vec3 position = to_field.apply(point_position(shell, old.point));
   const Vec3 into_shell = to_field.rotate(point_inward_normal(shell, old.point));
-  return {position, into_shell, penetration_at(field, position, into_shell), point_area(shell, old.point),
+  return {position,  into_shell, penetration_at(field, position, into_shell), point_area(shell, old.point),
           old.point, old.node};
 }
 
 void sort_by_segments(std::span<Contact> contacts) {
-  std::sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
-    return std::pair(a.node, a.point) < std::pair(b.node, b.point);
-  });
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return std::pair(a.node, a.point) < std::pair(b.node, b.point); });
 }
 
 // Tests again the points where a segment was in contact in the last step, if it still touches.

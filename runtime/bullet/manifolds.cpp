@@ -88,6 +88,11 @@ void Manifolds::release_from(int slot) {
   }
   if (slot < manifolds_.size()) manifolds_.resize(slot);
 }
+void Manifolds::clear() {
+  for (int i = 0; i < filled_.size(); ++i) manifolds_[filled_[i]]->clearManifold();
+  filled_.resize(0);
+  release_from(1);
+}
 void Manifolds::append_to(btManifoldArray& all) const {
   for (int i = 0; i < manifolds_.size(); ++i) {
     if (manifolds_[i] != nullptr) all.push_back(manifolds_[i]);

@@ -32,6 +32,8 @@ class Manifolds {
   /// @param contacts  from `found`, in order of their slots; for each slot at most as many as a manifold holds
   void replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
                btManifoldResult* result);
+  /// Removes the points of all manifolds.
+  void clear();
   /// Gives back all manifolds.
   void release() { release_from(0); }
   void append_to(btManifoldArray& all) const;

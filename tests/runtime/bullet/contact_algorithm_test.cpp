@@ -409,6 +409,31 @@ TEST(ContactAlgorithm, ABodyThatTipsHasTheContactsOfAFreshOne) {
   }
 }
 
+// The boxes of a ball and a body overlap near an edge long before the two meet.
+TEST(ContactAlgorithm, APairHasContactsWhenItIsNearAndNoneWhenItIsApart) {
+  bullet::Shape shape(ball());
+  btBoxShape box({1, 1, 1});
+  World scene;
+  scene.add(box, 0, {0, 0, 0});
+  btRigidBody& body = scene.add(shape, 1, {0, 0, 0});
+  const auto contacts_at = [&](double beyond, btScalar speed) {
+    const auto at = btScalar(1 + beyond / std::sqrt(2.0));
+    body.setWorldTransform(btTransform(btQuaternion::getIdentity(), {at, at, 0}));
+    body.setLinearVelocity(btVector3(-speed, -speed, 0));
+    scene.world.performDiscreteCollisionDetection();
+    return scene.points().size();
+  };
+  const double radius = 0.05;
+  scene.world.getDispatchInfo().m_timeStep = btScalar(1.0 / 240);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_GT(contacts_at(radius - 0.003, 0), 0U);
+    EXPECT_EQ(contacts_at(radius + 0.01, 0), 0U);
+    EXPECT_GT(scene.dispatcher.getNumManifolds(), 0) << "the boxes overlap";
+    EXPECT_GT(contacts_at(radius + 0.01, 5), 0U) << "met in the step";
+    EXPECT_EQ(contacts_at(radius + 0.01, -5), 0U) << "moves away";
+  }
+}
+
 TEST(ContactAlgorithm, WorldsInSeveralThreadsShareAShape) {
   bullet::Shape shape(ball());
   btScalar heights[4];

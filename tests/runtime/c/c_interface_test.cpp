@@ -231,7 +231,7 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
   ASSERT_EQ(asset.voxelmap(scaled, Field::scaled), Status::ok);
   ContactCache cache;
   options.cache = &cache;
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     ASSERT_EQ(traverse(shell, scaled, pose, options, scratch, contacts, result), Status::ok);
   }
   ASSERT_EQ(result.nodes_tested, 0U) << "remembered";

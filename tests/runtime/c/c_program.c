@@ -113,7 +113,7 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_asset_voxelmap(asset, vps_field_scaled, &map) == vps_ok);
   VpsQueryOptions cached = kOptions;
   EXPECT(vps_contact_cache_create(&cached.cache) == vps_ok);
-  for (int i = 0; i < 2; ++i) {
+  for (int i = 0; i < 3; ++i) {
     EXPECT(vps_traverse(shell, vps_map_ref(map), &moved, &cached, scratch, NULL, 0, &answers->cached_result) ==
            vps_output_full);
   }
