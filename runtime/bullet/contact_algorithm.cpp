@@ -49,7 +49,9 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
 // Penetrations of a flat contact differ by the rounding of the samples: a fiftieth of a voxel.
-constexpr btScalar kAlikePenetration_vx = btScalar(0.02);
+float alike_penetration(const Pair& pair) {
+  return static_cast<float>(btScalar(0.02) * voxel_size(pair));
+}
 
 // Poses of bodies that are farther from each other are checked by the query. [m]
 constexpr btScalar kFarthest = btScalar(1e6);
@@ -134,9 +136,9 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
   if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
   std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};
-  const auto alike = static_cast<float>(kAlikePenetration_vx * voxel_size(pair));
   const PointshellView& shell = pair.shell.vps->pointshell();
-  const std::size_t count = detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike, chosen);
+  const std::size_t count =
+      detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike_penetration(pair), chosen);
   remember_choice(found, {chosen.data(), count}, *memory_);
   for (std::size_t i = 0; i < count; ++i) few[i] = contact_of_row(shell, found, chosen[i]);
   std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
@@ -181,7 +183,8 @@ void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, cons
   contacts.resize(refine(pair, found, contacts));
   thread_local std::vector<ManifoldContact> few;
   few.clear();
-  for (const SegmentPoint& kept : keep_segments(contacts, static_cast<float>(beside(pair)), memory_->segments)) {
+  for (const SegmentPoint& kept :
+       keep_segments(contacts, static_cast<float>(beside(pair)), alike_penetration(pair), memory_->segments)) {
     few.push_back(*kept.at);
     few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
   }

@@ -36,7 +36,7 @@ void SegmentMemory::belong_to(const PointshellView& of_shell, std::uint32_t of_l
   level = of_level;
 }
 
-std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside,
+std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside, float alike,
                                             SegmentMemory& memory) {
   memory.last.swap(memory.points);
   memory.points.clear();
@@ -52,7 +52,10 @@ std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> con
       const auto same = std::find_if(old, end, [&](const SegmentPoint& o) { return o.feature == contact.feature; });
       (same == end ? fresh : kept[static_cast<std::size_t>(same->place)]) = &contact;
     }
-    if (fresh != nullptr) place_for(*fresh, beside, kept) = fresh;
+    if (fresh != nullptr) {
+      const ManifoldContact*& place = place_for(*fresh, beside, kept);
+      if (place == nullptr || fresh->penetration > place->penetration + alike) place = fresh;
+    }
     for (int i = 0; i < kContactsPerSegment; ++i) {
       const ManifoldContact* const contact = kept[static_cast<std::size_t>(i)];
       if (contact != nullptr) memory.points.push_back({node, contact->point, contact->feature, i, contact});

@@ -33,11 +33,12 @@ struct SegmentMemory {
 
 /// Chooses the contacts that each segment keeps: its deepest point, and those kept in the last step that are still
 /// contacts. A new deepest point takes the place of one closer than `beside`, else a free place, else the place of the
-/// least deep.
+/// least deep; but only from one that is less deep by more than `alike`.
 /// @param contacts  in tree order
 /// @param beside    points closer together than this count as the same contact. [m]
+/// @param alike     difference of penetrations that means nothing. [m]
 /// @return memory.points
-std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside,
+std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside, float alike,
                                             SegmentMemory& memory);
 
 }  // namespace vps::bullet

@@ -16,6 +16,7 @@ using bullet::SegmentMemory;
 using bullet::SegmentPoint;
 
 constexpr float kBeside = 0.1F;
+constexpr float kAlike = 1e-4F;
 
 bullet::ManifoldContact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
   bullet::ManifoldContact out;
@@ -38,10 +39,10 @@ using Points = std::vector<std::uint32_t>;
 TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoint) {
   SegmentMemory memory;
   const std::vector<bullet::ManifoldContact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
-  EXPECT_EQ(points_of(keep_segments(first, kBeside, memory)), (Points{10, 20}));
+  EXPECT_EQ(points_of(keep_segments(first, kBeside, kAlike, memory)), (Points{10, 20}));
   const std::vector<bullet::ManifoldContact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0),
                                                        contact(5, 20, 0, 0)};
-  const auto kept = keep_segments(second, kBeside, memory);
+  const auto kept = keep_segments(second, kBeside, kAlike, memory);
   EXPECT_EQ(points_of(kept), (Points{10, 11, 20}));
   EXPECT_EQ(kept[0].place, 0);
   EXPECT_EQ(kept[1].place, 1);
@@ -52,14 +53,14 @@ TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoi
 TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlaces) {
   SegmentMemory memory;
   const std::vector<bullet::ManifoldContact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
-  (void)keep_segments(std::span(both).first(1), kBeside, memory);
-  (void)keep_segments(both, kBeside, memory);
+  (void)keep_segments(std::span(both).first(1), kBeside, kAlike, memory);
+  (void)keep_segments(both, kBeside, kAlike, memory);
   const std::vector<bullet::ManifoldContact> one = {contact(3, 11, 1, 0)};
-  const auto kept = keep_segments(one, kBeside, memory);
+  const auto kept = keep_segments(one, kBeside, kAlike, memory);
   ASSERT_EQ(kept.size(), 1U);
   EXPECT_EQ(kept[0].point, 11U);
   EXPECT_EQ(kept[0].place, 1);
-  EXPECT_TRUE(keep_segments({}, kBeside, memory).empty());
+  EXPECT_TRUE(keep_segments({}, kBeside, kAlike, memory).empty());
 }
 
 TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) {
@@ -67,12 +68,25 @@ TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) 
   std::vector<bullet::ManifoldContact> contacts;
   for (const std::uint32_t i : {0U, 1U, 2U}) {
     contacts.push_back(contact(3, i, static_cast<float>(i), i == 1 ? -2e-3F : -1e-3F));
-    (void)keep_segments(contacts, kBeside, memory);
+    (void)keep_segments(contacts, kBeside, kAlike, memory);
   }
   contacts.push_back(contact(3, 7, 0.05F, 0));
-  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, memory)), (Points{7, 1, 2}));
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, kAlike, memory)), (Points{7, 1, 2}));
   contacts = {contact(3, 1, 1, -2e-3F), contact(3, 2, 2, -1e-3F), contact(3, 7, 0, -1e-3F), contact(3, 8, 5, 0)};
-  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, memory)), (Points{7, 8, 2}));
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, kAlike, memory)), (Points{7, 8, 2}));
+}
+
+TEST(SegmentContacts, APointThatIsHardlyDeeperTakesNoPlace) {
+  SegmentMemory memory;
+  std::vector<bullet::ManifoldContact> contacts;
+  for (const std::uint32_t i : {0U, 1U, 2U}) {
+    contacts.push_back(contact(3, i, static_cast<float>(i), -1e-3F));
+    (void)keep_segments(contacts, kBeside, kAlike, memory);
+  }
+  contacts.push_back(contact(3, 7, 5, -1e-3F + 0.9F * kAlike));
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, kAlike, memory)), (Points{0, 1, 2}));
+  contacts.back().penetration = -1e-3F + 1.1F * kAlike;
+  EXPECT_EQ(points_of(keep_segments(contacts, kBeside, kAlike, memory)), (Points{7, 1, 2}));
 }
 
 TEST(SegmentContacts, CornersBesideTheSamePointOfTheShellAreDifferentContacts) {
@@ -80,8 +94,8 @@ TEST(SegmentContacts, CornersBesideTheSamePointOfTheShellAreDifferentContacts) {
   std::vector<bullet::ManifoldContact> corners = {contact(3, 10, 0, 0), contact(3, 10, 1, 0)};
   corners[0].feature = 100;
   corners[1].feature = 101;
-  (void)keep_segments(std::span(corners).first(1), kBeside, memory);
-  const auto kept = keep_segments(corners, kBeside, memory);
+  (void)keep_segments(std::span(corners).first(1), kBeside, kAlike, memory);
+  const auto kept = keep_segments(corners, kBeside, kAlike, memory);
   ASSERT_EQ(kept.size(), 2U);
   EXPECT_EQ(kept[0].at, &corners[0]);
   EXPECT_EQ(kept[1].at, &corners[1]);
@@ -96,7 +110,7 @@ TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
   shell.points = 100;
   const std::vector<bullet::ManifoldContact> contacts = {contact(3, 10, 0, 0)};
   const auto is_kept = [&](const PointshellView& of_shell, std::uint32_t level) {
-    (void)keep_segments(contacts, kBeside, memory);
+    (void)keep_segments(contacts, kBeside, kAlike, memory);
     memory.belong_to(of_shell, level);
     return !memory.points.empty();
   };

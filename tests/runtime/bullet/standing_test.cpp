@@ -129,38 +129,40 @@ TEST(Standing, CornersAndEdgesOfStackedCubesMeetFaces) {
 
 // Contacts stay from step to step, with their impulses, once the bodies of a scene rest.
 // @param weights  that the contacts carry in all, over that of one moving body
-void expect_contacts_to_stay(World& scene, double weights) {
-  constexpr double kRate = 240;
-  scene.step(int(kRate));
+void expect_contacts_to_stay(World& scene, double rate, double weights) {
+  scene.step(int(rate), btScalar(1 / rate));
   std::size_t young = 0;
-  for (int i = 0; i < int(kRate); ++i) {
-    scene.step(1);
+  for (int i = 0; i < int(rate); ++i) {
+    scene.step(1, btScalar(1 / rate));
     const auto points = scene.points();
     EXPECT_GE(points.size(), 4U);
     for (const btManifoldPoint& point : points) young += point.getLifeTime() < 1 ? 1U : 0U;
   }
   EXPECT_EQ(young, 0U);
-  // Before the next solution: what warm starting begins with.
+  // Before the next solution: what warm starting begins with. Where the fall of a step is several voxels, a detection
+  // without gravity seeks other contacts.
+  if (rate < 240) return;
   scene.world.performDiscreteCollisionDetection();
   double carried = 0;
   for (const btManifoldPoint& point : scene.points()) carried += double(point.m_appliedImpulse);
-  EXPECT_NEAR(carried * double(scene.bodies.back()->getInvMass()) * kRate / 9.81, weights, 0.02 * weights);
+  EXPECT_NEAR(carried * double(scene.bodies.back()->getInvMass()) * rate / 9.81, weights, 0.02 * weights);
 }
 
 TEST(Standing, ContactsOfBodiesAtRestStayFromStepToStep) {
   bullet::Shape slab(baked_at(make_box({0.1, 0.1, 0.02}), 0.002));
   bullet::Shape block(baked_at(make_box({0.05, 0.03, 0.02}), 0.002));
-  for (int start = 0; start < kStarts; ++start) {
-    Random random(std::uint64_t(start + 1));
+  for (int run = 0; run < 3 * kStarts; ++run) {
+    const double rate = run % 3 == 0 ? 60 : run % 3 == 1 ? 240 : 1000;
+    Random random(std::uint64_t(run / 3 + 1));
     Advised stack(kSide / 25, 50);
     stack.add(slab, 0, btVector3(0, 0, btScalar(-0.02)));
     for (int i = 0; i < 2; ++i) add_cube(stack, random, {0, 0, btScalar((i + 0.5) * kSide)});
-    expect_contacts_to_stay(stack, 3);  // the lower cube carries the upper one as well
+    expect_contacts_to_stay(stack, rate, 3);  // the lower cube carries the upper one as well
     Advised single(0.002);
     single.add(slab, 0, btVector3(0, 0, btScalar(-0.02)));
     const btQuaternion turn(btVector3(0, 0, 1), btScalar(random.between(-3, 3)));
     single.add(block, btScalar(0.5), btTransform(turn, btVector3(0, 0, btScalar(0.021)) + aside(random, 0.03)));
-    expect_contacts_to_stay(single, 1);
+    expect_contacts_to_stay(single, rate, 1);
   }
 }
 
