@@ -47,7 +47,7 @@ struct Player {
 struct SceneOptions {
   double voxel = 0;                ///< split impulses start at twice this. [Limits: value > 0] [Units: m]
   std::vector<btVector3> corners;  ///< of the body's convex hull, about its centre of mass. [m]
-  int rotations = 4;               ///< [Limits: value > 0]
+  int rotations = 8;               ///< [Limits: value > 0]
   int rounds = 5;                  ///< [Limits: value > 0]
   std::uint64_t seed = 1;          ///< of the rotations
   /// `fraction`: 0 to 1. May be empty.
