@@ -10,11 +10,13 @@
 
 #include "bake/quantity_text.h"
 #include "cli/lab/recommend.h"
+#include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
+#include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
 namespace {
@@ -68,26 +70,38 @@ std::string spread_line(const char* what, const lab::Spread& s, const lab::Lengt
                      unit.text(s.rms), unit.text(s.max));
 }
 
+std::string steps_line(const lab::SceneTimes& steps) {
+  std::vector<std::string> scenes;
+  for (const lab::Scene scene : lab::kScenes) {
+    const lab::Times& t = steps.scenes[std::size_t(scene)].whole;
+    if (t.rounds > 0) scenes.push_back(fmt::format("{} {:.3g} / {:.3g} us", lab::describe(scene), t.p50, t.p99));
+  }
+  return fmt::format("     whole steps on a box in Bullet, median / 99 %: {}\n", fmt::join(scenes, ", "));
+}
+
 std::string numbers_of(const Tried& t) {
   const lab::LengthUnit unit = lab::unit_for({t.error()});
-  return fmt::format(
-             "off by {} at most, {}, {} points; 99 % of contact queries take {:.3g} us, {:.3g} us with the noise\n",
-             unit.text(t.error()), bake::format_bytes(static_cast<double>(t.bytes)), t.points, t.contacts.p99,
-             t.slowest()) +
-         spread_line("depths", t.penetration, unit) +
-         (t.missed > 0 ? fmt::format("     contacts missed: {} of {}\n", t.missed, t.penetration.asked) : "") +
+  return fmt::format("off by {} at most, {}, {} points; 99 % of whole steps take {:.3g} us, {:.3g} us with the noise\n",
+                     unit.text(t.error()), bake::format_bytes(static_cast<double>(t.bytes)), t.points,
+                     t.steps.dearest().p99, t.slowest()) +
+         steps_line(t.steps) + spread_line("depths", t.penetration, unit) +
+         (t.missed > 0 ? fmt::format("     contacts missed: {} of {}, the deepest {}\n", t.missed, t.penetration.asked,
+                                     bake::format_length(t.deepest_missed))
+                       : "") +
          spread_line("distances", t.distance, unit) +
          fmt::format("     the field by its certificate: off by {} at most\n", unit.text(t.field_bound));
 }
 
 ordered_json to_json(const RecommendArguments& arguments, const Recommendation& r) {
-  const lab::Limits& limits = arguments.limits;
+  const lab::Limits& limits = r.limits;
   const auto limit = [](double value) { return value > 0 ? ordered_json(value) : ordered_json(nullptr); };
-  ordered_json out = {{"format", "vpsbake recommend 1"}};
+  ordered_json out = {{"format", "vpsbake recommend 2"}};
   out.update(provenance(arguments.seed));
   out["mesh"] = arguments.bake.mesh;
-  out["limits"] = {
-      {"error", limit(limits.error)}, {"time_us", limit(limits.microseconds)}, {"bytes", limit(limits.bytes)}};
+  out["limits"] = {{"error", limit(limits.error)},
+                   {"time_us", limit(limits.microseconds)},
+                   {"bytes", limit(limits.bytes)},
+                   {"missed", limits.missed}};
   out["poses"] = {{"sought", r.truth.poses[0] + r.truth.poses[1]},
                   {"contact", r.poses[std::size_t(lab::PoseKind::contact)]},
                   {"deepest", r.truth.contact},
@@ -105,12 +119,14 @@ ordered_json to_json(const RecommendArguments& arguments, const Recommendation& 
                             {"penetration_rms", t.penetration.rms},
                             {"penetration_p50", t.penetration.p50},
                             {"missed", t.missed},
+                            {"deepest_missed", t.deepest_missed},
                             {"distance_max", t.distance.max},
                             {"distance_rms", t.distance.rms},
                             {"distance_p50", t.distance.p50},
                             {"field_bound", t.field_bound},
-                            {"time_us", t.contacts.p99},
-                            {"time_noise_us", t.contacts.noise_p99},
+                            {"time_us", t.steps.dearest().p99},
+                            {"time_noise_us", t.steps.dearest().noise_p99},
+                            {"steps", steps_to_json(t.steps)},
                             {"bytes", t.bytes},
                             {"points", t.points},
                             {"exceeds", t.exceeds(limits)}});
@@ -137,12 +153,13 @@ void print_recommend(const RecommendArguments& arguments, const Recommendation& 
     return;
   }
   const Tried& cheaper = r.tried[*r.chosen - 1];
-  const std::vector<std::string> exceeds = cheaper.exceeds(arguments.limits);
+  const std::vector<std::string> exceeds = cheaper.exceeds(r.limits);
   fmt::print("next smaller file of {} tried: {}\n     {}", r.tried.size(), command_of(arguments, cheaper),
              exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
 }
 
 int run_recommend(const RecommendArguments& arguments) {
+  bullet::set_message_handler(nullptr);  // a body of 1 kg may be of any size
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
     const Progress progress;
@@ -166,7 +183,7 @@ int run_recommend(const RecommendArguments& arguments) {
     const Tried& nearest = r.tried[r.nearest];
     return fail(kBadInput, arguments.bake.mesh,
                 fmt::format("no setting that was tried keeps within the limits; the nearest, `{}`, {}; relax a limit",
-                            command_of(arguments, nearest), fmt::join(nearest.exceeds(arguments.limits), " and ")));
+                            command_of(arguments, nearest), fmt::join(nearest.exceeds(r.limits), " and ")));
   });
 }
 
@@ -195,7 +212,8 @@ Command add_recommend_command(CLI::App& app) {
   add_text_option(
       *recommend, "--max-time",
       [=](const std::string& text) { arguments->limits.microseconds = 1e6 * parse_time(text); },
-      "99 % of contact queries take no longer on this machine, with the noise of the measurement, such as 20us")
+      "99 % of whole steps of the body on a box in Bullet take no longer on this machine, with the noise of the "
+      "measurement, such as 50us")
       ->option_text("TIME")
       ->group(kGroup);
   add_text_option(
@@ -220,9 +238,11 @@ Command add_recommend_command(CLI::App& app) {
       ->option_text("DIR")
       ->group("Output");
   recommend->footer(
-      "With --max-error: the smallest file within the limits. Without: the smallest error.\n"
+      "With --max-error: the fastest steps within the limits, and of equally fast settings the smallest file. Without: "
+      "the smallest error.\n"
+      "A setting that misses contacts deeper than half of --max-error is never recommended.\n"
       "Exits with 3 when no setting keeps within the limits, and says which is nearest.\n"
-      "Example: vpsbake recommend gear.stl --unit mm --max-error 0.1mm --max-time 20us");
+      "Example: vpsbake recommend gear.stl --unit mm --max-error 0.1mm --max-time 50us");
   return {recommend, [arguments] { return check_and_run(*arguments); }};
 }
 

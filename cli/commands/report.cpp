@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -20,6 +21,7 @@
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/view/page.h"
+#include "runtime/bullet/vps_bullet.h"
 
 namespace vps::cli {
 namespace {
@@ -32,7 +34,7 @@ constexpr std::uint32_t kResolution = 200;
 constexpr std::uint32_t kQuickResolution = 64;
 // Most pieces of an exact force's integral. Where they do not suffice, errors of forces are not reported.
 constexpr std::size_t kQuickPieces = 200000;
-constexpr std::size_t kQuickWork = 60000;  // oracle points for one pose
+constexpr int kQuickRotations = 2;
 
 struct ReportArguments {
   std::vector<std::string> meshes;
@@ -84,12 +86,12 @@ lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   options.size = arguments.quick ? lab::SweepSize::quick : lab::SweepSize::full;
   options.truth = lab::truth_options_for(mesh.closed.mesh, arguments.pose_count());
   options.truth.seed = arguments.seed;
-  if (arguments.quick) {
-    options.truth.wrench.most_pieces = kQuickPieces;
-    options.truth.most_work = kQuickWork;
-  }
+  if (arguments.quick) options.truth.wrench.most_pieces = kQuickPieces;
   options.rounds.rounds = arguments.round_count();
+  if (arguments.quick) options.rotations = kQuickRotations;
   options.without = arguments.without;
+  if (arguments.quick && std::find(options.without.begin(), options.without.end(), "hacd") == options.without.end())
+    options.without.push_back("hacd");  // it takes a minute and more
   options.cache = arguments.cache;
   const std::string name = fs::path(mesh.file).filename().string();
   options.progress = [&](const std::string& what, double fraction) {
@@ -99,40 +101,63 @@ lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   return lab::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
-// Rows of the front's way of query: the base setting, members of the front, and other libraries.
+// Rows of the front's way of query: the base setting (the first), members of the front, and other libraries.
 std::vector<std::size_t> rows_to_print(const lab::Measurement& m, const lab::Front& front) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < m.rows.size(); ++i) {
     const lab::Row& row = m.rows[i];
     const bool member =
         std::any_of(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
-    if (row.way == front.way && (member || row.knob == "base" || row.knob == "peer")) out.push_back(i);
+    if (row.way == front.way && (member || out.empty() || row.knob == "peer")) out.push_back(i);
   }
   return out;
 }
 
+// "12.1 +- 0.6 / 15"; the 99th percentile only of enough values.
+std::string text_of(const lab::Times& t) {
+  if (t.rounds == 0) return "not timed";
+  return fmt::format("{:.3g} +- {:.2g}", t.p50, t.noise_p50) +
+         (std::isnan(t.p99) ? "" : fmt::format(" / {:.3g}", t.p99));
+}
+
+std::string scene_names() {
+  std::vector<std::string> names;
+  for (const lab::Scene scene : lab::kScenes) names.push_back(lab::describe(scene));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+// Median and 99 % of a whole step in each scene.
+std::string text_of(const lab::SceneTimes& steps) {
+  if (!steps.failure.empty()) return steps.failure;
+  if (steps.dearest().rounds == 0) return "not played";
+  std::vector<std::string> out;
+  for (const lab::StepTimes& scene : steps.scenes) {
+    out.push_back(scene.whole.rounds > 0 ? fmt::format("{:.3g} / {:.3g}", scene.whole.p50, scene.whole.p99) : "-");
+  }
+  return fmt::format("{}", fmt::join(out, ", "));
+}
+
 void print_rows(const lab::Measurement& m, const lab::Front& front) {
-  constexpr const char* kColumns = "{:<50} {:<26} {:<14} {:<24} {}\n";
+  constexpr const char* kColumns = "{:<54} {:<26} {:<14} {:<10} {}\n";
+  const bool steps = front.cost == lab::Cost::step;
   const std::vector<std::size_t> rows = rows_to_print(m, front);
   std::vector<double> errors;
   for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
   const lab::LengthUnit unit = lab::unit_for(errors);
   fmt::print(kColumns, fmt::format("  {}", lab::describe(front.way)),
-             fmt::format("depth off, RMS/99 %/max, {}", unit.name), "missed", "us, median / 99 %", "file, MB");
+             fmt::format("depth off, RMS / max, {}", unit.name), "missed", "file, MB",
+             steps ? "us a whole step, median / 99 %: " + scene_names() : "us a query, median / 99 %");
   for (const std::size_t i : rows) {
     const lab::Row& row = m.rows[i];
     const lab::Spread& s = row.errors.contact.penetration;
-    const lab::Times& t = row.contacts;
     const auto member =
         std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
     const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
     fmt::print(kColumns, mark + row.name,
-               s.told == 0
-                   ? "does not tell"
-                   : fmt::format("{:.3g} / {:.3g} / {:.3g}", s.rms / unit.size, s.p99 / unit.size, s.max / unit.size),
+               s.told == 0 ? "does not tell" : fmt::format("{:.3g} / {:.3g}", s.rms / unit.size, s.max / unit.size),
                fmt::format("{} of {}", row.errors.contact.missed, s.asked),
-               t.rounds > 0 ? fmt::format("{:.3g} +- {:.2g} / {:.3g}", t.p50, t.noise_p50, t.p99) : "not timed",
-               row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "");
+               row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "",
+               steps ? text_of(row.steps) : text_of(row.contacts));
   }
 }
 
@@ -143,7 +168,8 @@ void print_table(const ReportedMesh& mesh) {
       "of the one before)\n",
       mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
   for (const lab::Front& front : m.fronts) {
-    if (front.cost == lab::Cost::time) print_rows(m, front);
+    const bool query = front.way == lab::Way::query;
+    if (front.cost == (query ? lab::Cost::time : lab::Cost::step)) print_rows(m, front);
   }
   for (const lab::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
   for (const std::string& note : mesh.closed.notes) fmt::print("note: {}\n", note);
@@ -151,7 +177,7 @@ void print_table(const ReportedMesh& mesh) {
 }
 
 ordered_json report_head(const ReportArguments& arguments) {
-  ordered_json out = {{"format", "vpsbake report 1"}};
+  ordered_json out = {{"format", "vpsbake report 2"}};
   out.update(provenance(arguments.seed));
   out["load_end"] = 0;
   out["busy"] = false;
@@ -229,6 +255,7 @@ void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
 }
 
 int run_report(const ReportArguments& arguments) {
+  bullet::set_message_handler(nullptr);  // a body of 1 kg may be of any size
   if (const int code = check_outputs(arguments.output); code != kOk) return code;
   if (!arguments.cache.empty()) {
     std::error_code error;
@@ -273,7 +300,8 @@ void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
   add_integer(app, "--seed", arguments.seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
       ->option_text("N")
       ->group(kGroup);
-  app.add_flag("--quick", arguments.quick, "A few settings, 64 voxels, 9 poses, 2 rounds: to see that it works")
+  app.add_flag("--quick", arguments.quick,
+               "A few settings, 64 voxels, 9 poses, 2 rounds, no HACD: to see that it works")
       ->group(kGroup);
   app.add_option("--without", arguments.without, "Peers to leave out: hull,hacd,gimpact,fcl [default: none]")
       ->delimiter(',')

@@ -1,40 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <btBulletDynamicsCommon.h>
 
 #include <algorithm>
 
 #include "cli/lab/bullet.h"
-#include "runtime/bullet/vps_bullet.h"
+#include "cli/lab/timed_dispatcher.h"
 
 namespace vps::lab {
 namespace {
-
-// Times the whole narrowphase of all pairs, until their manifolds are filled.
-class TimedDispatcher final : public btCollisionDispatcher {
- public:
-  explicit TimedDispatcher(btCollisionConfiguration* configuration) : btCollisionDispatcher(configuration) {
-    btGImpactCollisionAlgorithm::registerAlgorithm(this);
-    bullet::register_algorithm(*this);
-  }
-  void dispatchAllCollisionPairs(btOverlappingPairCache* pairs, const btDispatcherInfo& info,
-                                 btDispatcher* dispatcher) override {
-    const auto begin = Clock::now();
-    btCollisionDispatcher::dispatchAllCollisionPairs(pairs, info, dispatcher);
-    last_us = microseconds_since(begin);
-  }
-  // Visits the contacts of all manifolds; returns their number.
-  template <class Visit>
-  std::size_t for_each_contact(Visit visit) {
-    std::size_t count = 0;
-    for (int m = 0; m < getNumManifolds(); ++m) {
-      const btPersistentManifold* const manifold = getManifoldByIndexInternal(m);
-      for (int i = 0; i < manifold->getNumContacts(); ++i, ++count) visit(manifold->getContactPoint(i), *manifold);
-    }
-    return count;
-  }
-  double last_us = 0;
-};
 
 class BulletPair final : public PairPeer {
  public:

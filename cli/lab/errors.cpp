@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -85,6 +86,14 @@ std::size_t count_missed(const GroundTruth& truth, std::span<const PairAnswer> a
   std::size_t missed = 0;
   for (std::size_t i = 0; i < truth.poses.size(); ++i) missed += truth.poses[i].range == range && misses(answers[i]);
   return missed;
+}
+
+double deepest_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range) {
+  double deepest = 0;
+  for (std::size_t i = 0; i < truth.poses.size(); ++i) {
+    if (truth.poses[i].range == range && misses(answers[i])) deepest = std::max(deepest, truth.poses[i].pose.depth);
+  }
+  return deepest;
 }
 
 Spread distance_errors(const GroundTruth& truth, std::span<const PairAnswer> answers) {

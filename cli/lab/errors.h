@@ -36,6 +36,8 @@ struct Errors {
 [[nodiscard]] Spread penetration_errors(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
 /// Only ContactErrors::missed.
 [[nodiscard]] std::size_t count_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
+/// Exact depth of the deepest of the missed contacts; 0: none is missed. [m]
+[[nodiscard]] double deepest_missed(const GroundTruth& truth, std::span<const PairAnswer> answers, PoseKind range);
 
 /// |answered distance - exact distance| over the poses apart. [m]
 [[nodiscard]] Spread distance_errors(const GroundTruth& truth, std::span<const PairAnswer> answers);

@@ -11,6 +11,7 @@
 #include "cli/lab/assets.h"
 #include "cli/lab/bullet.h"
 #include "cli/lab/ours.h"
+#include "cli/lab/stress/world.h"
 
 namespace vps::lab {
 namespace {
@@ -90,6 +91,7 @@ class Run {
     add_in_bullet();
     add_peers(base.voxel_size);
     ask();
+    play(base.voxel_size);
     out_.fronts = find_fronts(out_.rows);
     return std::move(out_);
   }
@@ -154,19 +156,22 @@ class Run {
     out_.rows.push_back(std::move(row));
   }
 
-  // Repeats the base and the rows of voxel sizes and spacings in Bullet, like the other libraries.
+  // Repeats every setting with a file of its own in Bullet, like the other libraries.
   void add_in_bullet() {
     for (std::size_t i = 0, ours = out_.rows.size(); i < ours; ++i) {
       const Setting& setting = *out_.rows[i].setting;
-      if (setting.knob != "base" && setting.knob != "voxel" && setting.knob != "alpha") continue;
+      if (asks_base(setting) || setting.reading != Reading::queries) continue;
       Row row = out_.rows[i];
       row.name += ", in Bullet";
       row.series = "ours in Bullet";
       row.knob = "bullet";
       row.way = Way::bullet;
       row.remark = "the same file in Bullet's narrowphase by the plug-in, from the pair to its manifold";
-      contacts_.push_back({row.name, [asset = bake_once(setting.bake).asset] { return bullet_pair(ours_of(asset)); }});
+      const std::shared_ptr<const Asset> asset = bake_once(setting.bake).asset;
+      contacts_.push_back({row.name, [asset] { return bullet_pair(ours_of(asset)); }});
       distances_.emplace_back();
+      players_.resize(out_.rows.size());
+      players_.push_back({row.name, [asset] { return ours_of(asset); }});
       out_.rows.push_back(std::move(row));
     }
   }
@@ -182,6 +187,7 @@ class Run {
       row.remark = peer.remark;
       row.way = peer.way;
       row.depth_of = peer.depth_of;
+      players_.push_back(player_of(peer, row.name));
       out_.rows.push_back(std::move(row));
       contacts_.push_back(std::move(peer.contacts));
       distances_.push_back(std::move(peer.distance));
@@ -237,6 +243,28 @@ class Run {
     }
   }
 
+  // Bullet tests a box against every triangle of a mesh for GImpact.
+  Player player_of(const Peer& peer, const std::string& name) {
+    if (!peer.shape) return {name, {}};
+    if (peer.name == "gimpact" && body_.triangles.size() > stress::kMostTriangles) {
+      out_.left_out.push_back({name + " in scenes", stress::kTooManyTriangles});
+      return {name, {}};
+    }
+    return {name, [shape = peer.shape] { return *shape; }};
+  }
+
+  void play(double voxel) {
+    SceneOptions scenes;
+    scenes.voxel = voxel;
+    scenes.corners = stress::hull_corners(body_.vertices);
+    scenes.rotations = options_.rotations;
+    scenes.rounds = options_.rounds.rounds;
+    scenes.seed = options_.truth.seed;
+    scenes.progress = [&](const std::string& player, double fraction) { progress("scenes: " + player, fraction); };
+    std::vector<SceneTimes> steps = play_in_turn(players_, scenes);
+    for (std::size_t i = 0; i < steps.size(); ++i) out_.rows[i].steps = std::move(steps[i]);
+  }
+
   // Adds the answers at overlapping poses, untimed, since `separation` gives bounds there too.
   static std::vector<PairAnswer> ask_every(const Contender& side, std::vector<PairAnswer> apart,
                                            const std::vector<Pose>& poses) {
@@ -253,6 +281,7 @@ class Run {
   std::string baking_ = "the base";
   double baked_share_ = 0;
   std::vector<Contender> contacts_, distances_;  // by row
+  std::vector<Player> players_;                  // by row
   Measurement out_;
 };
 

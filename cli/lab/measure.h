@@ -18,6 +18,7 @@ struct MeasureOptions {
   SweepSize size = SweepSize::full;
   TruthOptions truth;
   RoundOptions rounds;
+  int rotations = 8;                 ///< of the body in scenes
   std::vector<std::string> without;  ///< names of compared libraries to leave out, of `peer_names`
   RecordOf record;                   ///< may be empty
   std::filesystem::path cache;       ///< folder for poses, forces and hulls; empty: none is kept

@@ -34,7 +34,7 @@ class PeerMaker {
   PeerMaker(const TriangleMesh& body, const PeerOptions& options) : body_(body), options_(options) {}
 
   Peers run() {
-    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out as asked"});
+    for (const std::string& name : options_.without) out_.left_out.push_back({name, "left out by an option"});
     if (wanted("hull")) {
       add_hulls("hull", "hull of 42", "Bullet's btShapeHull, convex, at most 42 vertices",
                 [this](double margin) { return hull_of_42(body_, margin); });
@@ -53,6 +53,7 @@ class PeerMaker {
       add("gimpact", "GImpact",
           fmt::format("Bullet's triangles against triangles, margin {}", bake::format_length(options_.margin)),
           [shape] { return bullet_pair(*shape); });
+      out_.peers.back().shape = shape;
       out_.peers.back().depth_of = DepthOf::triangles;
     }
     if (wanted("fcl")) {
@@ -76,7 +77,7 @@ class PeerMaker {
   }
   void add(const std::string& name, const std::string& series, const std::string& remark,
            std::function<std::unique_ptr<PairPeer>()> make) {
-    out_.peers.push_back({name, series, remark, Way::bullet, DepthOf::hulls, {series, std::move(make)}, {}});
+    out_.peers.push_back({name, series, remark, Way::bullet, DepthOf::hulls, {series, std::move(make)}, {}, {}});
   }
   // Adds hulls without and with a margin: Bullet mostly uses GJK with margins, and EPA without.
   template <class Make>
@@ -90,6 +91,7 @@ class PeerMaker {
       const std::string with = margin > 0 ? "margin " + bake::format_length(margin) : "no margin";
       add(name, series + ", " + with, remark + "; " + with + (margin > 0 ? ", twice that taken off every depth" : ""),
           [shape, margin] { return std::make_unique<WithoutMargins>(bullet_pair(*shape), margin); });
+      out_.peers.back().shape = shape;
     }
   }
 

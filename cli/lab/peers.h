@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/lab/bullet.h"
 #include "cli/lab/rounds.h"
 #include "formats/triangle_mesh.h"
 
@@ -36,7 +37,8 @@ struct Peer {
   Way way = Way::bullet;
   DepthOf depth_of = DepthOf::hulls;
   Contender contacts;
-  Contender distance;  ///< without `make`: no distance query
+  std::shared_ptr<const BulletShape> shape;  ///< in Bullet; none: not in Bullet
+  Contender distance;                        ///< without `make`: no distance query
 };
 
 struct LeftOut {

@@ -13,6 +13,7 @@
 #include "cli/lab/assets.h"
 #include "cli/lab/errors.h"
 #include "cli/lab/ours.h"
+#include "cli/lab/stress/world.h"
 
 namespace vps::lab {
 namespace {
@@ -40,16 +41,17 @@ double longest_side(const TriangleMesh& mesh) {
 class Search {
  public:
   Search(const TriangleMesh& mesh, const RecommendOptions& options)
-      : mesh_(mesh), options_(options), longest_(longest_side(mesh)) {}
+      : mesh_(mesh), options_(options), limits_(options.limits), longest_(longest_side(mesh)) {}
 
   Recommendation run() {
-    if (options_.limits.error > 0) {
+    if (limits_.error > 0) {
       search_by_error();
     } else {
       search_by_cost();
     }
     if (out_.tried.empty()) throw bake::BakeError("plan", refusal_);
-    choose();
+    out_.limits = limits_;
+    choose(out_);
     return std::move(out_);
   }
 
@@ -65,6 +67,8 @@ class Search {
     plan(coarsest);
     // Limits the poses' depths to the range of the certificate of a default band: finer limits get shallower contacts.
     const double certified = (bake::BakeOptions{}.band_inside - kHalfDiagonal) * coarsest;
+    // Shallower contacts would not show what an error of the limit misses.
+    truth_.options.contact = std::max(truth_.options.contact, std::min(limits_.error, truth_.options.deep));
     truth_.options.contact = std::min(truth_.options.contact, certified);
     truth_.options.gap = std::min(truth_.options.gap, certified);
     place();
@@ -74,7 +78,7 @@ class Search {
     double baked = coarsest;
     double refused = 0;
     std::size_t alpha = kDefaultAlpha;
-    for (int n = 0; n < kMostVoxels && voxel > 0.49 * coarsest; ++n) {
+    for (int n = 0; n < kMostVoxels && (voxel > 0.49 * coarsest || !is_within()); ++n) {
       if (find_alpha(voxel, alpha)) {
         baked = voxel;
         if (!finer_may_help(voxel)) return;
@@ -87,7 +91,7 @@ class Search {
 
   // Finds about the largest voxel size whose certified field error keeps the limit.
   double find_coarsest() {
-    const double limit = options_.limits.error;
+    const double limit = limits_.error;
     constexpr double kUsual = 0.23;  // usual error bound of a field, over the voxel size
     constexpr int kTrials = 10;
     const double most = longest_ / 8;
@@ -126,7 +130,7 @@ class Search {
   // @param alpha  index into kAlphas to begin with; set to the one found, or to the last one tried
   // @return whether the first setting can be baked
   bool find_alpha(double voxel, std::size_t& alpha) {
-    const bool known = smallest_within() < std::numeric_limits<double>::infinity();
+    const bool known = is_within();
     std::size_t at = known && alpha > 0 ? alpha - 1 : alpha;
     const std::optional<bool> met = meets_error(voxel, kAlphas[at]);
     if (!met) return false;
@@ -147,13 +151,17 @@ class Search {
     const std::optional<std::size_t> tried = bake_once(voxel, alpha);
     if (!tried) return std::nullopt;
     measure();
-    return out_.tried[*tried].error() <= options_.limits.error;
+    const Tried& t = out_.tried[*tried];
+    return t.error() <= limits_.error && t.deepest_missed <= limits_.missed;
   }
+
+  // Whether a setting keeps all limits.
+  [[nodiscard]] bool is_within() const { return smallest_within() < std::numeric_limits<double>::infinity(); }
 
   [[nodiscard]] double smallest_within() const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const Tried& t : out_.tried) {
-      if (t.exceeds(options_.limits).empty()) smallest = std::min(smallest, double(t.bytes));
+      if (t.exceeds(limits_).empty()) smallest = std::min(smallest, double(t.bytes));
     }
     return smallest;
   }
@@ -164,7 +172,7 @@ class Search {
     double map = std::numeric_limits<double>::infinity();
     double points = 0;  // of the smallest
     for (const Tried& t : out_.tried) {
-      if (t.exceeds(options_.limits).empty() && double(t.bytes) == smallest_within()) points = double(t.points);
+      if (t.exceeds(limits_).empty() && double(t.bytes) == smallest_within()) points = double(t.points);
       if (t.bake.voxel_size == voxel) map = std::min(map, double(t.bytes) - kBytesPerPoint * double(t.points));
     }
     return map * kStep * kStep + kBytesPerPoint * points / 2 < smallest_within();
@@ -190,14 +198,16 @@ class Search {
     }
   }
 
-  // Whether one of the usual spacings keeps the limits.
+  // Whether one of the usual spacings keeps the limits on time and bytes.
   bool try_alphas(double voxel) {
+    Limits limits = limits_;
+    limits.missed = 0;
     bool within = false;
     for (const double alpha : {1.0, kAlphas[kDefaultAlpha], 2.0}) {
       const std::optional<std::size_t> tried = bake_once(voxel, alpha);
       if (!tried) continue;
       measure();
-      within |= out_.tried[*tried].exceeds(options_.limits).empty();
+      within |= out_.tried[*tried].exceeds(limits).empty();
     }
     return within;
   }
@@ -234,6 +244,8 @@ class Search {
     const TruthOptions options = truth_.options;
     truth_ = find_truth(closed_, options, Wrenches::none, options_.cache);
     out_.truth = truth_.options;
+    limits_.missed = truth_.options.contact / 2;
+    if (limits_.error > 0) limits_.missed = std::min(limits_.missed, limits_.error / 2);
     std::copy(std::begin(truth_.found), std::end(truth_.found), out_.poses);
   }
 
@@ -278,47 +290,36 @@ class Search {
   void measure() {
     std::vector<Pose> poses;
     for (const TruePose& p : truth_.poses) poses.push_back(p.pose.first_in_second);
-    std::vector<Contender> sides;
+    std::vector<Player> players;
     for (std::size_t i = measured_; i < assets_.size(); ++i)
-      sides.push_back({"", [asset = assets_[i]] { return our_traverse(asset); }});
-    RoundOptions rounds;
-    rounds.rounds = options_.rounds;
-    for (const ContenderResult& result : ask_in_turn(sides, poses, rounds)) {
+      players.push_back({"trial " + std::to_string(i + 1), [asset = assets_[i]] { return ours_of(asset); }});
+    SceneOptions scenes;
+    scenes.voxel = assets_[0]->info().voxel_size;
+    scenes.corners = stress::hull_corners(closed_.vertices);
+    scenes.rounds = options_.rounds;
+    scenes.seed = options_.seed;
+    scenes.progress = [this](const std::string& player, double fraction) { progress("scenes: " + player, fraction); };
+    for (SceneTimes& steps : play_in_turn(players, scenes)) {
       Tried& tried = out_.tried[measured_];
-      tried.contacts = result.times;
-      tried.penetration = penetration_errors(truth_, result.answers, PoseKind::contact);
-      tried.missed = count_missed(truth_, result.answers, PoseKind::contact);
-      std::vector<PairAnswer> answers;
-      const std::unique_ptr<PairPeer> separation = our_separation(assets_[measured_++]);
-      for (const Pose& pose : poses) answers.push_back(separation->query(pose));
-      tried.distance = distance_errors(truth_, answers);
+      tried.steps = std::move(steps);
+      const std::vector<PairAnswer> contacts = ask(*our_traverse(assets_[measured_]), poses);
+      tried.penetration = penetration_errors(truth_, contacts, PoseKind::contact);
+      tried.missed = count_missed(truth_, contacts, PoseKind::contact);
+      tried.deepest_missed = deepest_missed(truth_, contacts, PoseKind::contact);
+      tried.distance = distance_errors(truth_, ask(*our_separation(assets_[measured_]), poses));
+      ++measured_;
     }
   }
 
-  // The largest ratio of a measured value to its limit; up to 1: no limit is exceeded.
-  [[nodiscard]] double excess(const Tried& t) const {
-    const Limits& limits = options_.limits;
-    double most = 0;
-    if (limits.error > 0) most = std::max(most, t.error() / limits.error);
-    if (limits.microseconds > 0) most = std::max(most, t.slowest() / limits.microseconds);
-    if (limits.bytes > 0) most = std::max(most, double(t.bytes) / limits.bytes);
-    return most;
-  }
-
-  void choose() {
-    std::sort(out_.tried.begin(), out_.tried.end(), [](const Tried& a, const Tried& b) { return a.bytes < b.bytes; });
-    for (std::size_t i = 0; i < out_.tried.size(); ++i) {
-      const Tried& t = out_.tried[i];
-      if (excess(t) < excess(out_.tried[out_.nearest])) out_.nearest = i;
-      if (!t.exceeds(options_.limits).empty()) continue;
-      const bool better = !out_.chosen || (options_.limits.error == 0 && t.error() < out_.tried[*out_.chosen].error());
-      if (better) out_.chosen = i;
-    }
-    if (out_.chosen) out_.nearest = *out_.chosen;
+  static std::vector<PairAnswer> ask(PairPeer& peer, const std::vector<Pose>& poses) {
+    std::vector<PairAnswer> answers;
+    for (const Pose& pose : poses) answers.push_back(peer.query(pose));
+    return answers;
   }
 
   const TriangleMesh& mesh_;
   const RecommendOptions& options_;
+  Limits limits_;         // of Recommendation
   const double longest_;  // side of the mesh. [m]
   TriangleMesh closed_;   // about its centre of mass
   GroundTruth truth_;
@@ -330,20 +331,6 @@ class Search {
 };
 
 }  // namespace
-
-double Tried::error() const {
-  return std::max({field_bound, penetration.max, distance.max});
-}
-
-std::vector<std::string> Tried::exceeds(const Limits& limits) const {
-  std::vector<std::string> out;
-  if (limits.error > 0 && error() > limits.error) out.push_back("is off by up to " + bake::format_length(error()));
-  if (limits.microseconds > 0 && slowest() > limits.microseconds)
-    out.push_back(
-        fmt::format("takes {:.3g} us for 99 % of the queries, {:.3g} us with the noise", contacts.p99, slowest()));
-  if (limits.bytes > 0 && double(bytes) > limits.bytes) out.push_back("has " + bake::format_bytes(double(bytes)));
-  return out;
-}
 
 Recommendation recommend(const TriangleMesh& mesh, const RecommendOptions& options) {
   return Search(mesh, options).run();

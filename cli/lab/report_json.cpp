@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bake/quantity_text.h"
 #include "cli/lab/units.h"
 
@@ -16,30 +18,33 @@ using lab::Spread;
 using lab::Times;
 using nlohmann::ordered_json;
 
+template <class T>
+ordered_json or_null(bool known, const T& value) {
+  return known ? ordered_json(value) : ordered_json(nullptr);
+}
+
+// Null for NaN.
+ordered_json or_null(double value) {
+  return or_null(!std::isnan(value), value);
+}
+
 ordered_json to_json(const Spread& s) {
   if (s.told == 0) return nullptr;
-  return {{"asked", s.asked}, {"told", s.told}, {"p50", s.p50}, {"rms", s.rms}, {"p99", s.p99}, {"max", s.max}};
+  return {{"asked", s.asked}, {"told", s.told},        {"p50", s.p50},
+          {"rms", s.rms},     {"p99", or_null(s.p99)}, {"max", s.max}};
 }
 
 ordered_json to_json(const Times& t) {
   if (t.rounds == 0) return nullptr;
-  return {{"rounds", t.rounds},
-          {"p50", t.p50},
-          {"p99", t.p99},
-          {"max", t.max},
-          {"noise_p50", t.noise_p50},
-          {"noise_p99", t.noise_p99},
+  return {{"rounds", t.rounds},       {"p50", t.p50},
+          {"p99", or_null(t.p99)},    {"max", t.max},
+          {"noise_p50", t.noise_p50}, {"noise_p99", or_null(t.noise_p99)},
           {"noise_max", t.noise_max}};
 }
 
 ordered_json to_json(const Held& h) {
   if (h.asked == 0) return nullptr;
   return {{"asked", h.asked}, {"held", h.held}};
-}
-
-template <class T>
-ordered_json or_null(bool known, const T& value) {
-  return known ? ordered_json(value) : ordered_json(nullptr);
 }
 
 const char* reading_name(lab::Reading reading) {
@@ -109,6 +114,7 @@ ordered_json row_to_json(const Row& row) {
           {"covering_radius", or_null(row.covering_radius > 0, row.covering_radius)},
           {"contacts_us", to_json(row.contacts)},
           {"distances_us", to_json(row.distances)},
+          {"steps", steps_to_json(row.steps)},
           {"missed", missed_to_json(row.errors.contact)},
           {"deep_missed", missed_to_json(row.errors.deep)},
           {"errors", errors_to_json(row)},
@@ -120,9 +126,21 @@ ordered_json poses_to_json(const lab::GroundTruth& truth, lab::PoseKind range, d
   return {{"count", truth.found[i]}, {"sought", truth.options.poses[i]}, {"least", least}, {"most", most}};
 }
 
+const char* cost_name(lab::Cost cost) {
+  switch (cost) {
+    case lab::Cost::bytes:
+      return "bytes";
+    case lab::Cost::step:
+      return "steps.dearest_us.p99";
+    case lab::Cost::time:
+      break;
+  }
+  return "contacts_us.p50";
+}
+
 ordered_json front_to_json(const lab::Measurement& m, const lab::Front& front) {
   ordered_json out = {{"way", lab::describe(front.way)},
-                      {"cost", front.cost == lab::Cost::time ? "contacts_us.p50" : "bytes"},
+                      {"cost", cost_name(front.cost)},
                       {"line", front_line(m, front)},
                       {"members", ordered_json::array()},
                       {"left_out", left_out_to_json(front.left_out)}};
@@ -157,6 +175,7 @@ ordered_json all_columns() {
   Row row;
   row.setting.emplace();
   row.contacts.rounds = row.distances.rounds = 1;
+  for (lab::StepTimes& scene : row.steps.scenes) scene.whole.rounds = scene.narrowphase.rounds = 1;
   Spread* const spreads[] = {&row.distance,
                              &row.errors.contact.penetration,
                              &row.errors.contact.normal,
@@ -215,6 +234,17 @@ ordered_json measure_definitions() {
       {"deep_torque_percent", entry("%", "total torque, deep poses", "As total torque, over the deep poses.")}};
 }
 
+ordered_json steps_to_json(const lab::SceneTimes& steps) {
+  if (steps.dearest().rounds == 0) return nullptr;
+  ordered_json out;
+  for (const lab::Scene scene : lab::kScenes) {
+    const lab::StepTimes& times = steps.scenes[std::size_t(scene)];
+    out[lab::describe(scene)] = {{"whole_us", to_json(times.whole)}, {"narrowphase_us", to_json(times.narrowphase)}};
+  }
+  out["dearest_us"] = to_json(steps.dearest());
+  return out;
+}
+
 ordered_json mesh_to_json(const ReportedMesh& mesh) {
   const lab::Measurement& m = mesh.measured;
   const lab::TruthOptions& t = m.truth.options;
@@ -267,11 +297,15 @@ std::string rows_to_csv(const ordered_json& report) {
 }
 
 std::string front_line(const lab::Measurement& m, const lab::Front& front) {
-  const bool time = front.cost == lab::Cost::time;
+  const bool bytes = front.cost == lab::Cost::bytes;
+  const bool step = front.cost == lab::Cost::step;
   std::string out = fmt::format("Pareto front, {}, RMS error of penetration against {}:",
-                                front.way == lab::Way::query ? "bare queries" : "whole collisions in Bullet",
-                                time ? "median time, fastest first (~: as fast as the one before, within noise)"
-                                     : "size of the file, smallest first");
+                                step                           ? "whole steps in Bullet"
+                                : front.way == lab::Way::query ? "bare queries"
+                                                               : "whole collisions in Bullet",
+                                bytes ? "size of the file, smallest first"
+                                      : fmt::format("{}, fastest first (~: as fast as the one before, within noise)",
+                                                    step ? "99 % of the steps of the slowest scene" : "median time"));
   if (front.members.empty()) return out + " none";
   std::vector<double> errors;
   for (const auto& [i, tied] : front.members) errors.push_back(m.rows[i].errors.contact.penetration.rms);
@@ -279,7 +313,8 @@ std::string front_line(const lab::Measurement& m, const lab::Front& front) {
   for (const auto& [i, tied] : front.members) {
     const Row& row = m.rows[i];
     out += fmt::format("{} {}{} ({}, {})", i == front.members.front().row ? "" : ";", tied ? "~ " : "", row.name,
-                       time ? fmt::format("{:.3g} us", row.contacts.p50) : bake::format_bytes(double(row.bytes)),
+                       bytes ? bake::format_bytes(double(row.bytes))
+                             : fmt::format("{:.3g} us", step ? row.steps.dearest().p99 : row.contacts.p50),
                        unit.text(row.errors.contact.penetration.rms));
   }
   return out;

@@ -22,6 +22,9 @@ struct ReportedMesh {
 /// The meaning and unit of each measure, for the page and for readers of the file.
 [[nodiscard]] nlohmann::ordered_json measure_definitions();
 
+/// By the name of each scene. Null: nothing was played.
+[[nodiscard]] nlohmann::ordered_json steps_to_json(const lab::SceneTimes& steps);
+
 [[nodiscard]] nlohmann::ordered_json mesh_to_json(const ReportedMesh& mesh);
 
 /// One line per row of every mesh of a whole report. Keys of nested objects are joined by points. Cells without a value

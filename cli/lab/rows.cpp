@@ -15,8 +15,24 @@ std::string refusal_of(const Row& row, Cost cost) {
   if (off.told == 0) return "tells no depth";
   if (off.told < off.asked) return fmt::format("tells {} of {} depths, perhaps the easy ones", off.told, off.asked);
   if (row.errors.contact.missed == off.asked) return "misses every contact, so that its error is only their depth";
-  if (cost == Cost::time && row.contacts.rounds == 0) return "not timed";
+  if (cost == Cost::step && !row.steps.failure.empty()) return row.steps.failure;
+  const bool untimed =
+      (cost == Cost::time && row.contacts.rounds == 0) || (cost == Cost::step && row.steps.dearest().rounds == 0);
+  if (untimed) return "not timed";
   return "";
+}
+
+Candidate candidate_of(const Row& row, Cost cost) {
+  const double error = row.errors.contact.penetration.rms;
+  switch (cost) {
+    case Cost::bytes:
+      return {double(row.bytes), error, 0};
+    case Cost::step:
+      return {row.steps.dearest().p99, error, row.steps.dearest().noise_p99};
+    case Cost::time:
+      break;
+  }
+  return {row.contacts.p50, error, row.contacts.noise_p50};
 }
 
 Front find_front(std::span<const Row> rows, Way way, Cost cost) {
@@ -29,8 +45,7 @@ Front find_front(std::span<const Row> rows, Way way, Cost cost) {
       front.left_out.push_back({row.name, std::move(why)});
       continue;
     }
-    one = {cost == Cost::time ? row.contacts.p50 : double(row.bytes), row.errors.contact.penetration.rms,
-           cost == Cost::time ? row.contacts.noise_p50 : 0};
+    one = candidate_of(row, cost);
   }
   const Candidate* before = nullptr;
   for (const std::size_t i : pareto_front(candidates)) {
@@ -60,7 +75,7 @@ const char* describe(DepthOf depth) {
 
 std::vector<Front> find_fronts(std::span<const Row> rows) {
   return {find_front(rows, Way::query, Cost::time), find_front(rows, Way::bullet, Cost::time),
-          find_front(rows, Way::query, Cost::bytes)};
+          find_front(rows, Way::query, Cost::bytes), find_front(rows, Way::bullet, Cost::step)};
 }
 
 }  // namespace vps::lab

@@ -10,6 +10,7 @@
 
 #include "cli/lab/errors.h"
 #include "cli/lab/peers.h"
+#include "cli/lab/scene_steps.h"
 #include "cli/lab/settings.h"
 
 namespace vps::lab {
@@ -30,13 +31,18 @@ struct Row {
   double bake_seconds = 0;     ///< without the import; 0: not baked
   Times contacts;              ///< contact queries, over all poses
   Times distances;             ///< distance queries, over the poses apart
+  SceneTimes steps;            ///< of rows in Bullet
   Errors errors;
   Spread distance;       ///< error of the distance; `asked` is 0 where the row has no distance
   Held separation_held;  ///< bounds of `separation`, over all poses
   Held budget_held;      ///< `delta_bound`, for rows with a level or a budget
 };
 
-enum class Cost : std::uint8_t { time, bytes };
+enum class Cost : std::uint8_t {
+  time,   ///< the median time of a query
+  bytes,  ///< the file's size
+  step,   ///< 99 % of the whole steps, in the scene that takes longest
+};
 
 /// The Pareto front of the rows that are queried in one way, by cost and RMS error of penetration in contact.
 struct Front {
@@ -45,7 +51,7 @@ struct Front {
     bool tied = false;  ///< its cost differs from that of the member before by no more than the noise
   };
   Way way = Way::query;
-  Cost cost = Cost::time;         ///< the median time of a query, or the file's size
+  Cost cost = Cost::time;
   std::vector<Member> members;    ///< from the cheapest
   std::vector<LeftOut> left_out;  ///< rows of this way that were not compared
 };
@@ -53,7 +59,7 @@ struct Front {
 [[nodiscard]] const char* describe(Way way);        ///< "bare query", "in Bullet"
 [[nodiscard]] const char* describe(DepthOf depth);  ///< "bodies", "pairs of hulls", "pairs of triangles"
 
-/// Bare queries by time, whole collisions in Bullet by time, files by size.
+/// Bare queries by time, whole collisions in Bullet by time, files by size, whole steps in Bullet.
 [[nodiscard]] std::vector<Front> find_fronts(std::span<const Row> rows);
 
 }  // namespace vps::lab

@@ -27,7 +27,7 @@ Spread spread_of(std::span<const double> errors) {
   if (told.empty()) return out;
   out.p50 = percentile(told, 0.5);
   out.rms = std::sqrt(squares / double(told.size()));
-  out.p99 = percentile(told, 0.99);
+  if (told.size() >= kFewestForP99) out.p99 = percentile(told, 0.99);
   out.max = percentile(told, 1);
   return out;
 }
@@ -49,7 +49,7 @@ Times times_of(const std::vector<std::vector<double>>& rounds) {
     for (const auto& round : rounds) noise = std::max(noise, 2 * std::abs(percentile(round, part) - value));
   };
   fill(0.5, out.p50, out.noise_p50);
-  fill(0.99, out.p99, out.noise_p99);
+  if (medians.size() >= kFewestForP99) fill(0.99, out.p99, out.noise_p99);
   fill(1, out.max, out.noise_max);
   return out;
 }

@@ -53,7 +53,7 @@ struct PileOptions {
 // One body on a free slab on a plane. @return false when a value is not finite
 bool pile(Arena& arena, const Standing& upper, const lab::BulletShape& slab_shape, const PileOptions& options,
           Pile& out) {
-  constexpr double kRate = 240;
+  constexpr double kPileRate = 240;
   const btVector3& half = options.half;
   arena.add_plane();
   const btRigidBody& slab =
@@ -65,10 +65,10 @@ bool pile(Arena& arena, const Standing& upper, const lab::BulletShape& slab_shap
                                     {-half.x(), half.y(), -half.z()},
                                     {half.x(), -half.y(), -half.z()},
                                     {-half.x(), -half.y(), -half.z()}};
-  const long steps = std::lround(options.seconds * kRate);
+  const long steps = std::lround(options.seconds * kPileRate);
   Trace trace(steps);
   for (long i = 0; i < steps; ++i) {
-    if (!arena.step(1 / kRate)) return false;
+    if (!arena.step(1 / kPileRate)) return false;
     const btTransform in_slab = slab.getWorldTransform().inverse() * body.getWorldTransform();
     const double gap = lowest(in_slab, upper.corners) - double(half.z());
     trace.add(gap);

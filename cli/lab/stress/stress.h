@@ -3,7 +3,7 @@
 ///
 /// A trial is one run of a case for one column (this project's shapes, or other ones) at one setting of its axes.
 /// Limits are stated before anything is run, from theory or as a tolerance in voxels or energy. None is fitted to
-/// results. Nothing here reads a clock, so that the same run gives the same numbers.
+/// results. No result depends on a clock, so that the same run gives the same numbers.
 #pragma once
 
 #include <btBulletDynamicsCommon.h>

@@ -20,16 +20,6 @@ using lab::BulletShape;
 
 using Points = std::vector<std::array<double, 3>>;
 
-std::vector<btVector3> hull_corners(const Points& points) {
-  std::vector<double> coordinates;
-  for (const auto& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
-  btConvexHullComputer hull;
-  hull.compute(coordinates.data(), 3 * sizeof(double), int(points.size()), 0, 0);
-  std::vector<btVector3> corners;
-  for (int i = 0; i < hull.vertices.size(); ++i) corners.push_back(hull.vertices[i]);
-  return corners;
-}
-
 // The shell's points about the centre of mass.
 Points shell_points(const Asset& asset) {
   Points points;
@@ -158,6 +148,16 @@ TriangleMesh cone(double radius, double height) {
 }
 
 }  // namespace
+
+std::vector<btVector3> hull_corners(const std::vector<std::array<double, 3>>& points) {
+  std::vector<double> coordinates;
+  for (const auto& p : points) coordinates.insert(coordinates.end(), p.begin(), p.end());
+  btConvexHullComputer hull;
+  hull.compute(coordinates.data(), 3 * sizeof(double), int(points.size()), 0, 0);
+  std::vector<btVector3> corners;
+  for (int i = 0; i < hull.vertices.size(); ++i) corners.push_back(hull.vertices[i]);
+  return corners;
+}
 
 std::vector<btVector3> shell_corners(const Asset& asset) {
   const Points points = shell_points(asset);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/lab/stress/world.h"
 
-#include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <BulletDynamics/ConstraintSolver/btNNCGConstraintSolver.h>
 #include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
 #include <BulletDynamics/MLCPSolvers/btLemkeSolver.h>
@@ -54,8 +53,6 @@ std::unique_ptr<btConstraintSolver> make_solver(Solver solver) {
 
 Arena::Arena(const Subject& subject, const ArenaOptions& options)
     : options_(options), solver_(make_solver(subject.solver)) {
-  btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
-  bullet::register_algorithm(dispatcher_);  // GImpact overwrites entries
   world_.setGravity({0, 0, -btScalar(options.gravity)});
   world_.getSolverInfo().m_splitImpulsePenetrationThreshold =
       -2 * btScalar(options.voxel > 0 ? options.voxel : subject.voxel);

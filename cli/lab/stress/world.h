@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/lab/stress/stress.h"
+#include "cli/lab/timed_dispatcher.h"
 #include "runtime/bullet/vps_bullet.h"
 
 namespace vps::stress {
@@ -47,13 +48,14 @@ class Arena {
   /// Kinetic energy and potential energy by height. [J]
   [[nodiscard]] double energy() const;
   [[nodiscard]] btDiscreteDynamicsWorld& world() { return world_; }
+  [[nodiscard]] lab::TimedDispatcher& dispatcher() { return dispatcher_; }
 
  private:
   void watch();
 
   const ArenaOptions options_;
   btDefaultCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_{&configuration_};
+  lab::TimedDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   const std::unique_ptr<btConstraintSolver> solver_;
   btDiscreteDynamicsWorld world_{&dispatcher_, &broadphase_, solver_.get(), &configuration_};
@@ -65,6 +67,8 @@ class Arena {
   long steps_ = 0;
 };
 
+/// Corners of the points' convex hull. [m]
+[[nodiscard]] std::vector<btVector3> hull_corners(const std::vector<std::array<double, 3>>& points);
 /// Corners of the convex hull of the shell's points, about the centre of mass; none without a shell. [m]
 [[nodiscard]] std::vector<btVector3> shell_corners(const Asset& asset);
 /// z of the lowest corner. [m]

@@ -53,7 +53,7 @@ TEST(Report, WritesAPageATableAndJsonAndNamesTheFront) {
     EXPECT_NE(r.run.out.find(std::string("\n") + file + ": "), std::string::npos) << r.run.out;
   }
   const Json& mesh = r.json["meshes"][0];
-  ASSERT_EQ(mesh["fronts"].size(), 3U);
+  ASSERT_EQ(mesh["fronts"].size(), 4U);
   for (const Json& front : mesh["fronts"]) {
     const std::string line = front["line"];
     EXPECT_NE(r.run.out.find(line), std::string::npos) << r.run.out;
@@ -135,6 +135,38 @@ TEST(Report, HasAFrontOfBareQueriesAndOneOfCollisionsInBullet) {
   for (const Json& one : mesh["fronts"][0]["left_out"]) why += one["why"].get<std::string>() + "\n";
   EXPECT_NE(why.find("a clock decides"), std::string::npos) << why;
   EXPECT_NE(why.find("not timed"), std::string::npos) << why;
+}
+
+TEST(Report, TimesWholeStepsOfEveryRowInBullet) {
+  std::size_t played = 0;
+  for (const Json& row : reported().json["meshes"][0]["rows"]) {
+    const Json& steps = row["steps"];
+    // A ball of 5120 triangles is too much for GImpact.
+    ASSERT_EQ(steps.is_null(), row["way"] != "in Bullet" || row["name"] == "GImpact") << row["name"];
+    if (steps.is_null()) continue;
+    ++played;
+    EXPECT_TRUE(steps["flat"]["whole_us"].is_null()) << row["name"];  // a ball
+    for (const char* const scene : {"landing", "resting"}) {
+      EXPECT_GT(steps[scene]["whole_us"]["p50"], steps[scene]["narrowphase_us"]["p50"]) << row["name"];
+      EXPECT_GE(steps["dearest_us"]["p99"], steps[scene]["whole_us"]["p99"]) << row["name"];
+    }
+  }
+  EXPECT_GT(played, 6U);
+}
+
+TEST(Report, SixPosesHaveNoNinetyNinthPercentile) {
+  const Json& base = row_of(reported().json, "base");
+  EXPECT_TRUE(base["errors"]["penetration"]["p99"].is_null());
+  EXPECT_TRUE(base["contacts_us"]["p99"].is_null());
+}
+
+// The depth of its pose of contact takes more than 60,000 points of the oracle.
+TEST(Report, AQuickOneFindsPosesOfContactOfAPeg) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(
+      folder, "report " + sample("peg") + " --quick --poses 3 --rounds 1 --without hull,hacd,gimpact,fcl -o peg");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_GT(Json::parse(read_file(folder / "peg.json"))["meshes"][0]["poses"]["contact"]["count"], 0);
 }
 
 TEST(Report, LeavesNothingBehindWhenItIsEnded) {
@@ -253,10 +285,12 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
     pick('y', 'penetration');
     pick('x', 'bytes');
     const bytes = lineOf(ways[0]);
+    pick('x', 'steps.dearest_us.p99');
+    const steps = lineOf(ways[1]);
     const tables = [...document.querySelectorAll('#fronts table')].map(t => t.tBodies[0].rows.length);
     document.querySelectorAll('#table thead tr:nth-child(2) button')[1].click();
     const points = [...document.querySelectorAll('#table tbody tr')].map(tr => tr.cells[1].textContent).filter(t => t);
-    return {front, rows, plots, axes, bytes, tables, points, answer: $('answer').textContent, code: document.querySelector('code').textContent};
+    return {front, rows, plots, axes, bytes, steps, tables, points, answer: $('answer').textContent, code: document.querySelector('code').textContent};
   })())";
   const PageVisit visit = visit_page(reported().folder / "first.html", options);
   expect_sound(visit, 0.03);
@@ -265,12 +299,16 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
   EXPECT_EQ(visit.value["front"][0], names_of(fronts[0]));
   EXPECT_EQ(visit.value["front"][1], names_of(fronts[1]));
   EXPECT_EQ(visit.value["bytes"], names_of(fronts[2]));
-  EXPECT_EQ(visit.value["tables"], (Json{fronts[0]["members"].size(), fronts[1]["members"].size()}));
+  EXPECT_EQ(visit.value["steps"], names_of(fronts[3]));
+  EXPECT_EQ(visit.value["tables"],
+            (Json{fronts[0]["members"].size(), fronts[1]["members"].size(), fronts[3]["members"].size()}));
   EXPECT_EQ(visit.value["rows"], mesh["rows"].size());
   EXPECT_EQ(visit.value["plots"], 8);
   EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
   EXPECT_EQ(visit.value["code"], reported().json["command"]);
-  EXPECT_NE(visit.value["answer"].get<std::string>().find("In Bullet the base is off by "), std::string::npos);
+  const std::string answer = visit.value["answer"];
+  EXPECT_NE(answer.find("In Bullet the base is off by "), std::string::npos) << answer;
+  EXPECT_NE(answer.find("whole steps of the base take "), std::string::npos) << answer;
   // Rows are sorted by points; rows without points come last.
   double last = 0;
   for (std::string points : visit.value["points"]) {
@@ -371,11 +409,22 @@ TEST(Recommend, BakesWhatItMeasured) {
   const Json& chosen = json["tried"][json["chosen"].get<std::size_t>()];
   EXPECT_LE(chosen["error"], 0.002);
   EXPECT_TRUE(chosen["exceeds"].empty());
+  const auto time = [](const Json& tried) { return tried["time_us"].get<double>(); };
+  const auto noise = [](const Json& tried) { return tried["time_noise_us"].get<double>(); };
+  Json fastest = chosen;
   for (const Json& tried : json["tried"]) {
-    if (tried["bytes"] < chosen["bytes"]) {
-      EXPECT_FALSE(tried["exceeds"].empty()) << tried["command"];
+    if (tried["exceeds"].empty() && time(tried) < time(fastest)) fastest = tried;
+  }
+  EXPECT_LE(time(chosen) - noise(chosen), time(fastest) + noise(fastest));
+  for (const Json& tried : json["tried"]) {
+    if (tried["exceeds"].empty() && tried["bytes"] < chosen["bytes"]) {
+      EXPECT_GT(time(tried) - noise(tried), time(fastest) + noise(fastest)) << tried["command"];
     }
   }
+  // Contacts as deep as the limit are measured, and those deeper than half of it are not missed.
+  EXPECT_EQ(json["poses"]["deepest"], 0.002);
+  EXPECT_EQ(json["limits"]["missed"], 0.001);
+  EXPECT_LE(chosen["deepest_missed"], 0.001);
   // The printed command bakes the asset that was measured.
   const std::string command = chosen["command"].get<std::string>().substr(std::string("vpsbake ").size());
   const Outcome bake = vpsbake(folder, command + " -o ball.vps.hdf --json");
@@ -425,6 +474,7 @@ TEST(Recommend, SaysWhyAndWhatCannotBeMetTogether) {
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_TRUE(run.out.starts_with("vpsbake ")) << run.out;
   EXPECT_NE(run.out.find("\nwhy: off by "), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("whole steps on a box in Bullet, median / 99 %: landing "), std::string::npos) << run.out;
   const Outcome none = vpsbake(folder, options + " --max-bytes 1kB");
   EXPECT_EQ(none.code, 3);
   EXPECT_EQ(none.out, "");

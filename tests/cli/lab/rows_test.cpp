@@ -91,6 +91,30 @@ TEST(Rows, FilesAreComparedBySizeWhereThereIsOne) {
   EXPECT_FALSE(front.members[1].tied);
 }
 
+TEST(Rows, WholeStepsAreComparedByTheSlowestSceneOfRowsInBulletThatStayOnTheBox) {
+  std::vector<Row> rows = {row("bare", {Way::query, 1, 0, 1e-4}), row("slow", {Way::bullet, 1, 0, 1e-3}),
+                           row("fast", {Way::bullet, 9, 0, 2e-3}), row("falls", {Way::bullet, 1, 0, 1e-4}),
+                           row("not played", {Way::bullet, 1, 0, 1e-4})};
+  const auto played = [](double resting, double flat) {
+    lab::SceneTimes steps;
+    steps.scenes[std::size_t(lab::Scene::resting)].whole = {1, 1, resting, resting, 0, 0, 0};
+    steps.scenes[std::size_t(lab::Scene::flat)].whole = {1, 1, flat, flat, 0, 0, 0};
+    return steps;
+  };
+  rows[1].steps = played(1, 30);
+  rows[2].steps = played(20, 10);
+  rows[3].steps = played(1, 1);
+  rows[3].steps.failure = "falls through a box";
+  const std::vector<RowsFront> fronts = lab::find_fronts(rows);
+  const RowsFront& front = front_of(fronts, Way::bullet, Cost::step);
+  ASSERT_EQ(front.members.size(), 2U);
+  EXPECT_EQ(front.members[0].row, 2U);
+  EXPECT_EQ(front.members[1].row, 1U);
+  ASSERT_EQ(front.left_out.size(), 2U);
+  EXPECT_EQ(front.left_out[0].why, "falls through a box");
+  EXPECT_EQ(front.left_out[1].why, "not timed");
+}
+
 TEST(Units, OfManyLengthsIsThatOfTheMiddleOne) {
   EXPECT_STREQ(lab::unit_for({5e-5, 2e-4, 3e-3}).name, "mm");
   EXPECT_STREQ(lab::unit_for({5e-5, 8e-5, 3e-3}).name, "um");
