@@ -246,8 +246,8 @@ enum {
 };
 
 /// The points of a pair that can touch while the pair moves little. Queries of a resting body test only these points,
-/// from the third one on. The contacts are the same as without a cache. Use one cache for each pair of a shell and a field, in one thread at a
-/// time.
+/// from the third one on. The contacts are the same as without a cache. Use one cache for each pair of a shell and a
+/// field, in one thread at a time.
 typedef struct VpsContactCache VpsContactCache;
 VpsStatus vps_contact_cache_create(VpsContactCache** cache);
 /// NULL is allowed.

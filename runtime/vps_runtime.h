@@ -314,8 +314,9 @@ enum class Weight : std::uint8_t {
 };
 
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body
-/// test only these points, from the third one on. The contacts are the same as without a cache. Use one cache for each pair of a shell and a
-/// field, in one thread at a time, and drop it with their assets. Its arrays grow with the contacts.
+/// test only these points, from the third one on. The contacts are the same as without a cache. Use one cache for each
+/// pair of a shell and a field, in one thread at a time, and drop it with their assets. Its arrays grow with the
+/// contacts.
 struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
   std::vector<float> codes[3];  ///< of the positions of `points`
