@@ -37,6 +37,10 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds_.append_to(manifolds); }
 
  private:
+  void leave_apart() {
+    manifolds_.clear();
+    if (memory_ != nullptr) memory_->touched = false;
+  }
   void fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
   void fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
   void fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found, btManifoldResult* result);
@@ -87,13 +91,21 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
   auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
-  if (const btScalar apart = least_distance(pair); apart > options.contact_distance + way && apart < kFarthest) {
-    manifolds_.clear();
-    if (memory_ != nullptr) memory_->touched = false;
-    return;
+  const btScalar near_enough = options.contact_distance + way;
+  Stand now;
+  if (memory_ != nullptr) {
+    now = Stand(pair);
+    const GapMemory& gap = memory_->gap;
+    if (gap.distance - motion_between(pair, gap.stand, now) > double{near_enough}) return leave_apart();
   }
-  if (memory_ == nullptr) memory_ = std::make_unique<PairMemory>();
-  const Stand now(pair);
+  if (memory_ == nullptr || !memory_->touched) {
+    const btScalar apart = least_distance(pair);
+    if (apart > near_enough && apart < kFarthest) return leave_apart();
+  }
+  if (memory_ == nullptr) {
+    memory_ = std::make_unique<PairMemory>();
+    now = Stand(pair);
+  }
   // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
   // contacts ahead for ever.
   if (phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->now, now)) way = 0;
@@ -118,6 +130,11 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
+  if (found.hits.count == 0 && found.contacts.empty()) {
+    // Every place of the surface is within the covering radius of a point.
+    const double beside_points = double{pair.shell.vps->pointshell().covering_radius} + double{margin_of(pair)};
+    memory_->gap = {now, -double{found.most} - beside_points};
+  }
   const auto near = static_cast<float>(contact_distance(pair));
   memory_->touched = found.hits.count > 0 || std::any_of(found.contacts.begin(), found.contacts.end(),
                                                          [=](const Contact& c) { return c.penetration >= -near; });

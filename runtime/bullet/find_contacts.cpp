@@ -226,7 +226,7 @@ Status find_rows(const FieldQuery& query, const Field& field, const Pose& pose, 
     found.are_known = found.hits.count == known.size();
     if (status != Status::ok || found.are_known) return status;
   }
-  return detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits);
+  return detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits, found.most);
 }
 
 // @param frame  pose of the field's frame in its shape's frame

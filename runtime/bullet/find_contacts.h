@@ -41,6 +41,12 @@ struct ChoiceMemory {
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
 };
 
+/// A proven distance between the bodies. As long as they have not come nearer than that, no contacts are sought.
+struct GapMemory {
+  Stand stand;
+  double distance = 0;  ///< 0: none. [m]
+};
+
 /// What a pair remembers from step to step.
 struct PairMemory {
   ContactCache cache;
@@ -49,6 +55,7 @@ struct PairMemory {
   TriangleMemory triangles;
   SlideMemory slides;
   ChoiceMemory choice;
+  GapMemory gap;
   Stand now;             ///< in this step
   bool touched = false;  ///< in the last one
 };
@@ -83,6 +90,8 @@ struct FoundContacts {
   btScalar step = 0;
   float way = 0;    ///< of any point in the step; 0: contacts ahead are not sought. [m]
   float reach = 0;  ///< largest distance of a contact off the surface. [m]
+  /// Upper bound of the true V of the shell's points in the other body, without margins. [m]
+  float most = std::numeric_limits<float>::max();
 
   /// Which of them have their final direction, penetration and area. `refine` leaves these as they are.
   enum class Refined : std::uint8_t {

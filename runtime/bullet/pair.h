@@ -4,6 +4,9 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
+#include <limits>
+#include <typeinfo>
+
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "runtime/contacts/gives_pointshell.h"
@@ -11,8 +14,11 @@
 
 namespace vps::bullet {
 
+/// Null for another class, which may have Shape's shape type. Called for each pair in each step: a dynamic_cast takes
+/// as long as the rest of a pair that is apart.
 inline const Shape* as_vps(const btCollisionShape* shape) {
-  return shape->getShapeType() == kProxyType ? dynamic_cast<const Shape*>(shape) : nullptr;
+  const bool is_vps = shape->getShapeType() == kProxyType && typeid(*shape) == typeid(Shape);
+  return is_vps ? static_cast<const Shape*>(shape) : nullptr;
 }
 
 /// One of the two bodies of a pair: a shape and its pose. The pose comes from the wrapper, as only the wrapper's is
@@ -113,13 +119,18 @@ struct Stand {
                            to_pose(pair.shell.world, pair.shell.asset_frame()))) {}
 };
 
+/// How far the points of the shell have moved at most; infinite for other shapes. [m]
+inline double motion_between(const Pair& pair, const Stand& before, const Stand& now) {
+  const bool same = before.shell == now.shell && before.field == now.field && before.shell_scale == now.shell_scale &&
+                    before.field_scale == now.field_scale;
+  return same ? detail::largest_displacement(pair.shell.vps->pointshell(), before.pose, now.pose)
+              : std::numeric_limits<double>::infinity();
+}
+
 /// Whether a pair stands where it stood: no point of the shell has moved by more than a hundredth of a voxel.
 inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now) {
   constexpr double kStill_vx = 0.01;
-  const PointshellView& shell = pair.shell.vps->pointshell();
-  return before.shell == now.shell && before.field == now.field && before.shell_scale == now.shell_scale &&
-         before.field_scale == now.field_scale &&
-         detail::largest_displacement(shell, before.pose, now.pose) <= kStill_vx * pair.shell.vps->info().voxel_size;
+  return motion_between(pair, before, now) <= kStill_vx * pair.shell.vps->info().voxel_size;
 }
 
 }  // namespace vps::bullet

@@ -13,8 +13,9 @@ inline constexpr std::uint32_t kExtraRows = 16;
 /// @param options  contact distance and cache; no budget, level, segments or facets
 /// @param hits     in the field's frame, in tree order; the features are the points' numbers. The rows are the
 /// scratch's, with room for kExtraRows more
+/// @param most     upper bound of the true V of all points. [m]
 Status find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
-                 Scratch& scratch, ContactRows& hits) noexcept;
+                 Scratch& scratch, ContactRows& hits, float& most) noexcept;
 /// The same among a few points only; among all where the field takes no lists.
 /// @param points  at most kLanePadding; their numbers rise
 Status find_hits_of(std::span<const std::uint32_t> points, const PointshellView& shell, FieldRef field,

@@ -74,6 +74,13 @@ bool uses_cache(const TraverseQuery& query) noexcept {
   return query.options.cache != nullptr && query.descent.bounds == nullptr && query.facts.takes_lists;
 }
 
+// Upper bound of the true V of all points, less the field's error.
+float delta_bound(const TraverseQuery& query) noexcept {
+  const detail::Descent& d = query.descent;
+  const float tested = d.deepest > detail::kNothingTested ? query.facts.highest(d.unit * d.deepest) : d.deepest;
+  return std::max(tested, d.unit * d.rejected);
+}
+
 Status sum_contacts(TraverseQuery& query) noexcept {
   const detail::Descent& d = query.descent;
   if (query.options.segment_level > 0) {
@@ -85,8 +92,7 @@ Status sum_contacts(TraverseQuery& query) noexcept {
   }
   QueryResult& result = query.result;
   result.delta = d.unit * (d.deepest > detail::kNothingTested ? d.deepest : d.rejected);
-  const float tested = d.deepest > detail::kNothingTested ? query.facts.highest(d.unit * d.deepest) : d.deepest;
-  result.delta_bound = std::max(tested, d.unit * d.rejected);
+  result.delta_bound = delta_bound(query);
   result.nodes_tested = d.nodes_tested;
   result.points_tested = d.points_tested;
   return result.contacts > query.out.size() ? Status::output_full : Status::ok;
@@ -232,28 +238,32 @@ namespace {
 // @param find  finds hits for a query
 template <class Find>
 Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
-                 Scratch& scratch, detail::ContactRows& hits, const Find& find) noexcept {
+                 Scratch& scratch, detail::ContactRows& hits, float& most, const Find& find) noexcept {
   scratch.reserve(shell);
   hits = {{scratch.positions[0].data(), scratch.positions[1].data(), scratch.positions[2].data()},
           scratch.penetrations.data(),
           scratch.hits.data()};
-  QueryResult unused;
-  return query_field(shell, field, shell_to_field, options, scratch, {}, unused, [&](TraverseQuery& query) {
+  QueryResult result;
+  const auto run = [&](TraverseQuery& query) {
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
     find(query);
     hits.count = d.hit_count;
     for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
+    result.delta_bound = delta_bound(query) + query.facts.error;
     return Status::ok;
-  });
+  };
+  const Status status = query_field(shell, field, shell_to_field, options, scratch, {}, result, run);
+  most = static_cast<float>(result.delta_bound);
+  return status;
 }
 
 }  // namespace
 
 Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
-                         const QueryOptions& options, Scratch& scratch, ContactRows& hits) noexcept {
-  return find_rows(shell, field, shell_to_field, options, scratch, hits, [&](TraverseQuery& query) {
+                         const QueryOptions& options, Scratch& scratch, ContactRows& hits, float& most) noexcept {
+  return find_rows(shell, field, shell_to_field, options, scratch, hits, most, [&](TraverseQuery& query) {
     if (uses_cache(query)) {
       (void)find_hits_with(*options.cache, query);
     } else {
@@ -265,7 +275,8 @@ Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose
 Status detail::find_hits_of(std::span<const std::uint32_t> points, const PointshellView& shell, FieldRef field,
                             const Pose& shell_to_field, const QueryOptions& options, Scratch& scratch,
                             ContactRows& hits) noexcept {
-  return find_rows(shell, field, shell_to_field, options, scratch, hits, [&](TraverseQuery& query) {
+  float unused = 0;
+  return find_rows(shell, field, shell_to_field, options, scratch, hits, unused, [&](TraverseQuery& query) {
     if (!query.facts.takes_lists) return (void)find_all_hits(query);
     float codes[3][kLanePadding] = {};
     std::uint32_t numbers[kLanePadding] = {};

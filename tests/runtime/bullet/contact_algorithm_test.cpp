@@ -434,6 +434,45 @@ TEST(ContactAlgorithm, APairHasContactsWhenItIsNearAndNoneWhenItIsApart) {
   }
 }
 
+// While a pair is apart, a proven distance answers until the bodies may have come that near.
+TEST(ContactAlgorithm, APairThatComesNearHasTheContactsOfAFreshOne) {
+  const double voxel = brick()->info().voxel_size;
+  bullet::Shape shape(brick());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  btSphereShape round(btScalar(0.5));
+  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  const std::pair<btCollisionShape*, btScalar> grounds[] = {
+      {&box, btScalar(-0.5)}, {&round, btScalar(-0.5)}, {&slab, btScalar(-0.1)}};
+  const btQuaternion turns[] = {btQuaternion::getIdentity(),
+                                btQuaternion(btVector3(1, 1, 0).normalized(), btScalar(0.9))};
+  for (const auto& [ground, top] : grounds) {
+    for (const btQuaternion& turn : turns) {
+      for (const double step_vx : {0.02, 0.3, 1.7}) {
+        World remembers;
+        remembers.add(*ground, 0, {0, 0, top});
+        btRigidBody& body = remembers.add(shape, 1, {0, 0, 1});
+        int touching = 0;
+        int apart = 0;
+        for (double fall_vx = 0; fall_vx < 14; fall_vx += step_vx) {
+          const btTransform at(turn, {0, 0, btScalar((turn.getAngle() > 0 ? 0.0855 : 0.05) + (10 - fall_vx) * voxel)});
+          body.setWorldTransform(at);
+          remembers.world.performDiscreteCollisionDetection();
+          World fresh;
+          fresh.add(*ground, 0, {0, 0, top});
+          fresh.add(shape, 1, at);
+          fresh.world.performDiscreteCollisionDetection();
+          const auto known = remembers.points();
+          const auto expected = fresh.points();
+          ASSERT_EQ(known.empty(), expected.empty()) << fall_vx << " of " << step_vx;
+          (known.empty() ? apart : touching) += 1;
+        }
+        EXPECT_GT(apart, 2);
+        EXPECT_GT(touching, 0);
+      }
+    }
+  }
+}
+
 TEST(ContactAlgorithm, WorldsInSeveralThreadsShareAShape) {
   bullet::Shape shape(ball());
   btScalar heights[4];

@@ -33,6 +33,8 @@ struct Fields : Pair {
 TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
   Fields s;
   std::size_t seen = 0;
+  int apart = 0;
+  int tight = 0;
   for (const FieldRef field : s.all()) {
     ContactCache cache;
     Random random(7);
@@ -45,15 +47,25 @@ TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
       options.contact_distance = 0.002F;
       QueryResult result;
       ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, result), Status::ok);
+      const std::vector<Contact> contacts(s.contacts.begin(), s.contacts.begin() + result.contacts);
+      QueryOptions farther;
+      farther.contact_distance = 0.3F;
+      ASSERT_EQ(traverse(s.shell, field, pose, farther, s.scratch, s.contacts, result), Status::ok);
+      float deepest = -farther.contact_distance;
+      for (std::uint32_t k = 0; k < result.contacts; ++k) deepest = std::max(deepest, s.contacts[k].penetration);
       for (ContactCache* const memory : {static_cast<ContactCache*>(nullptr), &cache}) {
         options.cache = memory;
         detail::ContactRows hits;
         Scratch scratch;
-        ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, hits), Status::ok);
-        ASSERT_EQ(hits.count, result.contacts) << i;
+        float most = 0;
+        ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, hits, most), Status::ok);
+        EXPECT_GE(most, deepest - 1e-5F) << i;
+        tight += most < deepest + 0.01F;
+        apart += hits.count == 0;
+        ASSERT_EQ(hits.count, contacts.size()) << i;
         seen += hits.count;
         for (std::uint32_t k = 0; k < hits.count; ++k) {
-          const Contact& contact = s.contacts[k];
+          const Contact& contact = contacts[k];
           ASSERT_EQ(hits.feature[k], contact.point);
           EXPECT_EQ(hits.penetration[k], contact.penetration);
           const Vec3 off{hits.position[0][k] - contact.position.x, hits.position[1][k] - contact.position.y,
@@ -64,6 +76,8 @@ TEST(FindHits, GivesTheContactsOfTraverseWithAndWithoutACache) {
     }
   }
   EXPECT_GT(seen, 5000U);
+  EXPECT_GT(apart, 30);
+  EXPECT_GT(tight, 100);
 }
 
 double way_of(const detail::RelativeMotion& motion, Vec3 p) {
@@ -83,7 +97,8 @@ TEST(FindHits, OfAFewPointsAreThoseAmongAll) {
       options.contact_distance = 0.002F;
       detail::ContactRows all;
       Scratch scratch;
-      ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, all), Status::ok);
+      float unused = 0;
+      ASSERT_EQ(detail::find_hits(s.shell, field, pose, options, scratch, all, unused), Status::ok);
       // A third of the hits, and some points that are none.
       std::vector<std::uint32_t> points;
       std::map<std::uint32_t, float> expected;
