@@ -5,10 +5,10 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
-#include <iterator>
-#include <vector>
 
 namespace vps::bullet {
+namespace {
+
 // What a point of the last step hands over. Warm starting needs the impulses, and clearing the manifold loses them.
 struct OldPoint {
   btVector3 on_shell;  // shell body's frame
@@ -17,15 +17,12 @@ struct OldPoint {
   bool is_given_away;
 };
 
-namespace {
-
-// The points of a manifold in the last step.
+// The points of the last step, matched by their position on the shell.
 struct OldPoints {
   std::array<OldPoint, MANIFOLD_CACHE_SIZE> points;
   int count = 0;
 
-  OldPoints(const btPersistentManifold& manifold, const btCollisionObject* shell) : count(manifold.getNumContacts()) {
-    const bool shell_is_first = manifold.getBody0() == shell;
+  OldPoints(const btPersistentManifold& manifold, bool shell_is_first) : count(manifold.getNumContacts()) {
     for (int i = 0; i < count; ++i) {
       const btManifoldPoint& p = manifold.getContactPoint(i);
       points[static_cast<std::size_t>(i)] = {shell_is_first ? p.m_localPointA : p.m_localPointB,
@@ -37,36 +34,27 @@ struct OldPoints {
                                              false};
     }
   }
-  [[nodiscard]] std::span<OldPoint> all() { return {points.data(), static_cast<std::size_t>(count)}; }
-};
 
-// Old points that carried a load and have no manifold any more, or no place in it: a body that comes to rest changes
-// from the contacts of segments to four.
-void add_orphans(std::span<const OldPoint> old, std::vector<OldPoint>& orphans) {
-  std::copy_if(old.begin(), old.end(), std::back_inserter(orphans),
-               [](const OldPoint& p) { return !p.is_given_away && p.impulse > 0; });
-}
-
-// Copies the impulses of the nearest old point within `reach` to a fresh one. Each old point is used only once.
-// @return whether there is one
-bool hand_over(std::span<OldPoint> points, btManifoldPoint& fresh, const btVector3& on_shell, btScalar reach) {
-  OldPoint* nearest = nullptr;
-  btScalar least = reach * reach;
-  for (OldPoint& candidate : points) {
-    const btScalar distance = candidate.on_shell.distance2(on_shell);
-    if (candidate.is_given_away || !(distance < least)) continue;
-    least = distance;
-    nearest = &candidate;
+  // Copies the impulses of the nearest old point within `reach` to a fresh one. Each old point is used only once.
+  void hand_over(btManifoldPoint& fresh, const btVector3& on_shell, btScalar reach) {
+    OldPoint* nearest = nullptr;
+    btScalar least = reach * reach;
+    for (int i = 0; i < count; ++i) {
+      OldPoint& candidate = points[static_cast<std::size_t>(i)];
+      const btScalar distance = candidate.on_shell.distance2(on_shell);
+      if (candidate.is_given_away || !(distance < least)) continue;
+      least = distance;
+      nearest = &candidate;
+    }
+    if (nearest == nullptr) return;
+    fresh.m_appliedImpulse = nearest->impulse;
+    fresh.m_prevRHS = nearest->right_side;
+    fresh.m_appliedImpulseLateral1 = nearest->lateral_1;
+    fresh.m_appliedImpulseLateral2 = nearest->lateral_2;
+    fresh.m_lifeTime = nearest->age + 1;
+    nearest->is_given_away = true;
   }
-  if (nearest == nullptr) return false;
-  fresh.m_appliedImpulse = nearest->impulse;
-  fresh.m_prevRHS = nearest->right_side;
-  fresh.m_appliedImpulseLateral1 = nearest->lateral_1;
-  fresh.m_appliedImpulseLateral2 = nearest->lateral_2;
-  fresh.m_lifeTime = nearest->age + 1;
-  nearest->is_given_away = true;
-  return true;
-}
+};
 
 // Bullet clears these values in every addContactPoint. They are weighted by area, so that the stiffness does not depend
 // on the sampling.
@@ -125,16 +113,12 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
 
 void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
                         btManifoldResult* result) {
-  thread_local std::vector<OldPoint> orphans;
-  orphans.clear();
   // Of hundreds of manifolds few have points: the others are not touched.
   auto next = contacts.begin();
   for (int i = 0; i < filled_.size(); ++i) {
     next = std::find_if(next, contacts.end(), [&](const ManifoldContact& c) { return c.slot >= filled_[i]; });
     const bool stays = next != contacts.end() && next->slot == filled_[i];
-    if (stays || filled_[i] >= manifolds_.size()) continue;
-    add_orphans(OldPoints(*manifolds_[filled_[i]], pair.shell.object).all(), orphans);
-    manifolds_[filled_[i]]->clearManifold();
+    if (!stays && filled_[i] < manifolds_.size()) manifolds_[filled_[i]]->clearManifold();
   }
   filled_.resize(0);
   while (!contacts.empty()) {
@@ -142,7 +126,7 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
     const auto end =
         std::find_if(contacts.begin(), contacts.end(), [=](const ManifoldContact& c) { return c.slot != slot; });
     const auto count = static_cast<std::size_t>(end - contacts.begin());
-    fill(slot, pair, contacts.first(count), found, orphans, result);
+    fill(slot, pair, contacts.first(count), found, result);
     filled_.push_back(slot);
     contacts = contacts.subspan(count);
   }
@@ -151,12 +135,12 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
 }
 
 void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
-                     std::vector<OldPoint>& orphans, btManifoldResult* result) {
+                     btManifoldResult* result) {
   btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(found.reach));
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
-  OldPoints old(*target, pair.shell.object);
+  OldPoints old(*target, shell_is_first);
   target->clearManifold();
 
   for (const ManifoldContact& contact : contacts) {
@@ -176,10 +160,8 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
     if (has_springs) make_spring(fresh, foundation_of(pair), contacts);
-    const btVector3& on_shell = shell_is_first ? fresh.m_localPointA : fresh.m_localPointB;
-    if (!hand_over(old.all(), fresh, on_shell, beside(pair))) (void)hand_over(orphans, fresh, on_shell, beside(pair));
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, beside(pair));
   }
-  add_orphans(old.all(), orphans);
 }
 
 }  // namespace vps::bullet

@@ -6,13 +6,10 @@
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
 #include <array>
-#include <vector>
 
 #include "runtime/bullet/find_contacts.h"
 
 namespace vps::bullet {
-
-struct OldPoint;
 
 /// Slot 0 for regular contacts; with segments, kContactsPerSegment slots for each. Made when first needed.
 class Manifolds {
@@ -44,7 +41,7 @@ class Manifolds {
  private:
   // @param contacts  of one slot
   void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
-            std::vector<OldPoint>& orphans, btManifoldResult* result);
+            btManifoldResult* result);
   // Gives back the manifolds of a slot and of all after it: Bullet visits empty ones in every step.
   void release_from(int slot);
   btPersistentManifold* manifold(int slot, const btManifoldResult* result, btScalar threshold);
