@@ -77,7 +77,10 @@ btScalar least_distance(const Pair& pair) {
   outside.setMax(low);
   outside.setMin(high);
   const btScalar rounding = 16 * SIMD_EPSILON * (centre.length() + pair.field.world.getOrigin().length());
-  return (at - outside).length() - btScalar(sphere_radius(shell, 0)) - margin_of(pair) - rounding;
+  // For rotations that check_pose accepts, and for the surface between the points.
+  constexpr btScalar kStretch = btScalar(1.001);
+  const btScalar reach = kStretch * btScalar(sphere_radius(shell, 0)) + btScalar(shell.covering_radius);
+  return (at - outside).length() - reach - margin_of(pair) - rounding;
 }
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
@@ -96,7 +99,8 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   if (memory_ != nullptr) {
     now = Stand(pair);
     const GapMemory& gap = memory_->gap;
-    if (gap.distance - motion_between(pair, gap.stand, now) > double{near_enough}) return leave_apart();
+    const double left = gap.distance - motion_between(pair, gap.stand, now) - double{margin_of(pair)};
+    if (left > double{near_enough}) return leave_apart();
   }
   if (memory_ == nullptr || !memory_->touched) {
     const btScalar apart = least_distance(pair);
@@ -130,10 +134,9 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     return;
   }
   if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
-  if (found.hits.count == 0 && found.contacts.empty()) {
+  if (found.most < 0 && found.hits.count == 0 && found.contacts.empty()) {
     // Every place of the surface is within the covering radius of a point.
-    const double beside_points = double{pair.shell.vps->pointshell().covering_radius} + double{margin_of(pair)};
-    memory_->gap = {now, -double{found.most} - beside_points};
+    memory_->gap = {now, -double{found.most} - double{pair.shell.vps->pointshell().covering_radius}};
   }
   const auto near = static_cast<float>(contact_distance(pair));
   memory_->touched = found.hits.count > 0 || std::any_of(found.contacts.begin(), found.contacts.end(),
@@ -150,6 +153,7 @@ ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
 }
 
 void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
+  memory_->segments.points.clear();
   if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
   std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
   std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> chosen{};

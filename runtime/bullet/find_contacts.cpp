@@ -251,6 +251,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   const std::span<const SegmentPoint> segments = query.memory.segments.points;
   if (!segments.empty() && holds(query, found) && test_only(shell, field, pose, reach, segments, contacts)) {
     found.contacts = {contacts.data(), segments.size()};
+    found.are_known = true;
     return Status::ok;
   }
   query.memory.choice = {query.memory.now, found.reach, {}, 0};

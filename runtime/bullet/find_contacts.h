@@ -41,10 +41,10 @@ struct ChoiceMemory {
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
 };
 
-/// A proven distance between the bodies. As long as they have not come nearer than that, no contacts are sought.
+/// A proven distance between the bodies. As long as they have not moved that far, no contacts are sought.
 struct GapMemory {
   Stand stand;
-  double distance = 0;  ///< 0: none. [m]
+  double distance = 0;  ///< without margins; at most 0: none. [m]
 };
 
 /// What a pair remembers from step to step.
@@ -79,7 +79,7 @@ struct FoundContacts {
   /// Points of the shell that are not among `contacts`: few of them are chosen later.
   detail::ContactRows hits;
   Pose shell_to_frame;     ///< takes the shell to the contacts' frame; only with hits
-  bool are_known = false;  ///< those of ChoiceMemory are among them, and no others were sought far from these
+  bool are_known = false;  ///< those of ChoiceMemory or SegmentMemory, and no others were sought
 
   /// In tree order. Until `refine`, their `inward_normal` and area are the shell's.
   std::span<Contact> contacts;

@@ -35,7 +35,10 @@ class Manifolds {
   /// Removes the points of all manifolds.
   void clear();
   /// Gives back all manifolds.
-  void release() { release_from(0); }
+  void release() {
+    filled_.resize(0);
+    release_from(0);
+  }
   void append_to(btManifoldArray& all) const;
 
  private:

@@ -106,15 +106,15 @@ inline const PenaltyLaw& foundation_of(const Pair& pair) {
 /// A pair and where it stands. What was found there holds as long as the pair stands still.
 struct Stand {
   const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  btScalar shell_scale = 1, field_scale = 1;
+  btVector3 shell_scale{1, 1, 1}, field_scale{1, 1, 1};
   Pose pose;  ///< of the shell's asset frame in the other body
 
   Stand() = default;
   explicit Stand(const Pair& pair)
       : shell(pair.shell.shape),
         field(pair.field.shape),
-        shell_scale(pair.shell.shape->getLocalScaling().x()),
-        field_scale(pair.field.shape->getLocalScaling().x()),
+        shell_scale(pair.shell.shape->getLocalScaling()),
+        field_scale(pair.field.shape->getLocalScaling()),
         pose(relative_pose(to_pose(pair.field.world, btTransform::getIdentity()),
                            to_pose(pair.shell.world, pair.shell.asset_frame()))) {}
 };

@@ -85,8 +85,8 @@ class Shape final : public btConcaveShape {
   [[nodiscard]] const VoxelmapView& distances() const { return distances_; }
 
   /// Segmented contacts (Sec. 2.4) when this shape gives the pointshell. There are about this many segments. Each has
-  /// up to three contacts: its deepest point and, at rest and not on triangle meshes, points of earlier steps. 0: one
-  /// manifold of up to four points (Sec. 3.2).
+  /// up to three contacts: its deepest point, to a fiftieth of a voxel, and, at rest and not on triangle meshes, points
+  /// of earlier steps. 0: one manifold of up to four points (Sec. 3.2).
   void set_segments(std::uint32_t wished) { wished_segments_ = wished; }
   [[nodiscard]] std::uint32_t segments() const { return wished_segments_; }
   /// Tree level whose number of clusters is nearest to the set number of segments; 0 for the regular traverse.

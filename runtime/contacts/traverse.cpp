@@ -3,6 +3,7 @@
 // Checks a query and calls the parts in contacts/traverse/.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <type_traits>
 
 #include "runtime/contacts/find_hits.h"
@@ -235,6 +236,8 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
 
 namespace {
 
+constexpr float kUnknown = std::numeric_limits<float>::max();
+
 // @param find  finds hits for a query
 template <class Find>
 Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
@@ -251,7 +254,8 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     find(query);
     hits.count = d.hit_count;
     for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
-    result.delta_bound = delta_bound(query) + query.facts.error;
+    // The error of plain maps is not known here.
+    result.delta_bound = query.facts.takes_lists ? delta_bound(query) + query.facts.error : kUnknown;
     return Status::ok;
   };
   const Status status = query_field(shell, field, shell_to_field, options, scratch, {}, result, run);

@@ -31,6 +31,8 @@ Box bounds(const AssetInfo& info, double grown) {
 constexpr float kAligned = 0.5F;
 // Cosine. Where they make a smaller angle, the shell's normal alone says where the material is.
 constexpr float kFacing = 0.966F;
+// Contacts slide over the sheet: what is near them has to be known. [voxels]
+constexpr float kSlide_vx = 8;
 // The body has no material where its field is farther outside. [voxels]
 constexpr float kOutside_vx = 0.1F;
 
@@ -110,7 +112,7 @@ class Search {
     reach_ = least_reach();
     Box box;
     for (const auto& [leaf, segment] : places) {
-      const float r = sphere_radius(shell_, leaf) + reach_;
+      const float r = sphere_radius(shell_, leaf) + std::max(reach_, kSlide_vx * voxel_);
       const Vec3 at = centre(leaf);
       const float c[3] = {at.x, at.y, at.z};
       for (std::size_t i = 0; i < 3; ++i) {
@@ -204,8 +206,11 @@ class Search {
     is_joined_ = true;
     const Vec3 p = centre(leaf_);
     const float reach = sphere_radius(shell_, leaf_) + reach_;
+    // Many slight bends are a sharp one together.
+    const Vec3 normal = sheets_.triangles[list_.front()].normal;
     return std::any_of(list_.begin(), list_.end(), [&](std::uint32_t number) {
       const Triangle& t = sheets_.triangles[number];
+      if (std::abs(dot(t.normal, normal)) < kFacing) return true;
       for (int k = 0; k < 3; ++k) {
         if (!t.goes_on[k] && dot(t.side[k], p) - t.side_offset[k] <= reach) return true;
       }
@@ -248,7 +253,8 @@ class Search {
     emit_on_face(seen, side * triangle->normal, -side * height);
   }
 
-  // Follows the sheet from near a point. Where it does not end or bend, one of the leaf's points tells how deep it is.
+  // Follows the sheet from near a point. Where it does not end or bend, the first of the leaf's points that need it
+  // tells how deep it is.
   void climb_from(const ManifoldContact& contact, Vec3 at) {
     if (!has_climbed_ || ends_near()) climb(at, contact);
     has_climbed_ = true;

@@ -473,6 +473,48 @@ TEST(ContactAlgorithm, APairThatComesNearHasTheContactsOfAFreshOne) {
   }
 }
 
+TEST(ContactAlgorithm, APairThatWasRefusedAndIsApartAfterwardsIsSound) {
+  bullet::Shape shape(ball());
+  btBoxShape box({1, 1, 1});
+  World scene;
+  scene.add(box, 0, {0, 0, 0});
+  const auto place = [](double beyond) {
+    const auto at = btScalar(1 + beyond / std::sqrt(2.0));
+    return btTransform(btQuaternion::getIdentity(), {at, at, 0});
+  };
+  btRigidBody& body = scene.add(shape, 1, place(0.047));
+  EXPECT_GT(touch_now(scene).deepest, 0);
+  btTransform bad = place(0.047);
+  bad.getBasis() = bad.getBasis().scaled({2, 2, 2});
+  body.setWorldTransform(bad);
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_EQ(scene.dispatcher.getNumManifolds(), 0);
+  body.setWorldTransform(place(0.065));
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_TRUE(scene.points().empty());
+  body.setWorldTransform(place(0.047));
+  EXPECT_GT(touch_now(scene).deepest, 0);
+}
+
+TEST(ContactAlgorithm, AMarginOrAScalingCountsAtOnceForAPairThatIsApart) {
+  for (const bool thicker : {false, true}) {
+    bullet::Shape shape(brick());
+    btBoxShape box({1, 1, btScalar(0.5)});
+    World scene;
+    scene.add(box, 0, {0, 0, btScalar(-0.5)});
+    btRigidBody& body = scene.add(shape, 1, {0, 0, btScalar(0.07)});
+    for (int i = 0; i < 3; ++i) scene.world.performDiscreteCollisionDetection();
+    EXPECT_TRUE(scene.points().empty());
+    if (thicker) {
+      shape.setMargin(btScalar(0.021));
+    } else {
+      box.setLocalScaling({1, 1, btScalar(1.042)});
+    }
+    EXPECT_GT(touch_now(scene).deepest, 0) << thicker;
+    EXPECT_EQ(body.getWorldTransform().getOrigin().z(), btScalar(0.07));
+  }
+}
+
 TEST(ContactAlgorithm, WorldsInSeveralThreadsShareAShape) {
   bullet::Shape shape(ball());
   btScalar heights[4];
