@@ -22,6 +22,7 @@ constexpr float kRingOfOther_vx = 1.5F;
 constexpr float kOneNormal = 0.966F;  // 15 degrees
 constexpr float kRolls = 0.05F;       // turn of a body that may be rolling. [rad]
 constexpr int kLongestWay = 8;        // of the deepest contact. [rings]
+constexpr float kInto_vx = 0.5F;      // a contact ahead slides no deeper into the plane where it arrives
 
 // A contact after its slide.
 struct Place {
@@ -158,6 +159,13 @@ class Slides {
     if (deepest < sliders.size()) {
       const std::span<detail::Slider> alone(&sliders[deepest], 1);
       for (int i = 1; i < kLongestWay && *alone[0].slide == Slide::sloping; ++i) slide_to_deepest(bodies, alone);
+    }
+    for (std::size_t i = first; i < last; ++i) {
+      // The other body ends somewhere, the plane does not. What touches now is no contact ahead.
+      Place& p = place(i);
+      if (p.is_found || !found_.is_ahead(contacts_[i]) || p.at.penetration <= kInto_vx * shell_.voxel_size) continue;
+      p.at = contacts_[i];
+      p.slide = Slide::stayed;
     }
     constexpr std::size_t kMost = 256;
     for (std::size_t i = first; i < last && memory_.slid.size() < kMost; ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/runtime/bullet/world.h"
+#include "tests/support/random.h"
 
 namespace vps::test {
 namespace {
@@ -44,6 +45,46 @@ TEST(BetweenSamples, ABakedBallRollsAsASphere) {
       EXPECT_NEAR(body.getWorldTransform().getOrigin().z(), 0.1, 0.002) << rate << " Hz, " << speed << " m/s";
     }
   }
+}
+
+// The farthest place of a box in a direction. [m]
+double support(const btTransform& at, const btVector3& half, const btVector3& direction) {
+  const btVector3 local = direction * at.getBasis();
+  return double(direction.dot(at.getOrigin()) + local.absolute().dot(half));
+}
+
+// A contact ahead slides along the plane where it arrives. The plane goes on where the other body ends.
+TEST(BetweenSamples, BodiesThatDoNotTouchHaveNoContactBelowTheSurface) {
+  const btVector3 half(btScalar(0.03), btScalar(0.02), btScalar(0.015));
+  bullet::Shape block(baked_at(make_box({0.03, 0.02, 0.015}), 0.001));
+  std::size_t ahead = 0;
+  double deepest = 0;
+  for (int start = 0; start < 400; ++start) {
+    Random random(std::uint64_t(start + 1));
+    const auto vector = [&](double far) {
+      const double x = random.between(-far, far);
+      const double y = random.between(-far, far);
+      return btVector3(btScalar(x), btScalar(y), btScalar(random.between(-far, far)));
+    };
+    World scene;
+    scene.world.getDispatchInfo().m_timeStep = btScalar(1.0 / 60);
+    const btTransform still = btTransform::getIdentity();
+    scene.add(block, 0, still);
+    const btVector3 between = vector(1).normalized();
+    btTransform at(btQuaternion(vector(1).normalized(), btScalar(random.between(0, 3))), vector(0.02));
+    const double apart = -support(at, half, -between) - support(still, half, between) - random.between(0.0005, 0.005);
+    at.setOrigin(at.getOrigin() - btScalar(apart) * between);
+    btRigidBody& body = scene.add(block, btScalar(0.1), at);
+    body.setLinearVelocity(vector(1) - between);
+    body.setAngularVelocity(vector(10));
+    scene.world.performDiscreteCollisionDetection();
+    for (const btManifoldPoint& point : scene.points()) {
+      deepest = std::max(deepest, -double(point.getDistance()));
+      ++ahead;
+    }
+  }
+  EXPECT_GT(ahead, 400U);
+  EXPECT_LE(deepest, 0.0005);
 }
 
 // A capsule meets the distance field along its axis. At the samples it kept 0.26 of its speed.
