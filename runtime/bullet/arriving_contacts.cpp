@@ -19,6 +19,11 @@ using detail::operator*;
 // A body that rests may fall for so many steps.
 constexpr btScalar kStepsFromRest = 5;
 
+// Bodies move together if one of them is faster than both approach each other, by this factor.
+constexpr btScalar kTogether = btScalar(1.2);
+// They roll on each other only if they turn by so much in a step.
+constexpr btScalar kTurned_vx = btScalar(0.3);
+
 // Velocity of a body in the step, the effect of its forces included.
 struct Course {
   btVector3 linear{0, 0, 0}, angular{0, 0, 0}, centre{0, 0, 0};
@@ -112,7 +117,17 @@ bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScala
   const auto turned_by = [&](const Course& body) { return step * body.angular.cross(place - body.centre).length(); };
   const btScalar turned = std::max(turned_by(shell), turned_by(partner));
   const btScalar from_rest = kStepsFromRest * step * (shell.gain - partner.gain).length();
+  if (found.is_joint && turned < kTurned_vx * voxel_size(pair)) return false;
   return turned > fall && fall < kHop_vx * voxel_size(pair) + from_rest;
+}
+
+// Whether the solver may stop either body. Bodies of triangles have no test of what arrives.
+bool both_may_be_stopped(const Pair& pair) {
+  const auto moves = [](const PairBody& side) {
+    const btRigidBody* const body = btRigidBody::upcast(side.object);
+    return body != nullptr && body->getInvMass() > 0;
+  };
+  return moves(pair.shell) && moves(pair.field) && !is_triangle_mesh(pair.field.shape->getShapeType());
 }
 
 }  // namespace
@@ -130,15 +145,26 @@ Approach approach(const Pair& pair, btScalar step) {
     side->object->getCollisionShape()->getBoundingSphere(centre, radius);
     spin += turn * (centre.length() + radius);
   }
-  const btScalar way = step * ((shell.linear - field.linear).length() + spin);
+  const btScalar between = (shell.linear - field.linear).length();
+  const btScalar way = step * (between + spin);
   constexpr btScalar kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
-  if (!(way > voxel_size(pair) && way < kFarthest)) return {};
-  const btScalar fall = step * (shell.gain - field.gain).length();
+  if (!(way < kFarthest)) return {};
   const btScalar voxel = voxel_size(pair);
-  if (way > voxel + kStepsFromRest * fall) return {way, Approach::Phase::landing};
+  if (both_may_be_stopped(pair)) {
+    const btScalar fastest = std::max(shell.linear.length(), field.linear.length());
+    const btScalar fall = step * std::max(shell.gain.length(), field.gain.length());
+    const btScalar alone = std::min(step * (fastest + spin), kStepsFromRest * fall);
+    if (fastest > kTogether * between && alone > voxel && alone < kFarthest) {
+      const bool is_still = way <= voxel && fall <= 2 * voxel;
+      return {std::max(way, alone), true, is_still ? Approach::Phase::still : Approach::Phase::resting};
+    }
+  }
+  if (!(way > voxel)) return {};
+  const btScalar fall = step * (shell.gain - field.gain).length();
+  if (way > voxel + kStepsFromRest * fall) return {way, false, Approach::Phase::landing};
   // Four contacts of a body that falls farther in a step may all lie on one side: it would tip through the ground.
   const bool is_still = way <= voxel + fall && fall <= 2 * voxel;
-  return {way, is_still ? Approach::Phase::still : Approach::Phase::resting};
+  return {way, false, is_still ? Approach::Phase::still : Approach::Phase::resting};
 }
 
 detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame) {
@@ -154,14 +180,19 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
   const Course shell(pair.shell, step);
   const Course partner(pair.field, step);
   const auto near = static_cast<float>(contact_distance(pair));
-  // Motion of the shell in the step, relative to the partner.
-  const auto step_way = [&](const btVector3& place) { return step * (shell.at(place) - partner.at(place)); };
+  // Motions of the shell in the step, relative to the partner.
+  const auto of_both = [&](const btVector3& place) { return step * (shell.at(place) - partner.at(place)); };
+  const auto of_shell = [&](const btVector3& place) { return step * shell.at(place); };
+  const auto of_partner = [&](const btVector3& place) { return -step * partner.at(place); };
   const auto keep = [&](const auto& field, float margin) {
-    const auto is_none = [&](Contact& contact) {
-      if (contact.penetration >= -near) return false;
-      if (found.is_on_map(contact)) return !arrives_on_map(pair, found, contact, near, step_way);
+    const auto arrives_by = [&](const auto& step_way, Contact& contact) {
+      if (found.is_on_map(contact)) return arrives_on_map(pair, found, contact, near, step_way);
       const btVector3 place = found.frame * to_bt(contact.position);
-      return !arrives(field, contact, to_vec3(found.frame.getBasis().transpose() * step_way(place)), margin, near);
+      return arrives(field, contact, to_vec3(found.frame.getBasis().transpose() * step_way(place)), margin, near);
+    };
+    const auto is_none = [&](Contact& contact) {
+      if (contact.penetration >= -near || arrives_by(of_both, contact)) return false;
+      return !found.is_joint || !(arrives_by(of_shell, contact) || arrives_by(of_partner, contact));
     };
     const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
     found.contacts = {found.contacts.begin(), last};
@@ -171,6 +202,7 @@ void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundCon
     found.refined = FoundContacts::Refined::arriving;
   }
   found.arriving_beyond = near;
+  found.motion = motion_in(pair, step, found.frame);
   found.turn = static_cast<float>(step * (shell.angular - partner.angular).length());
   if (pair.field.vps != nullptr) {
     (void)keep(MapField{pair.field.vps->voxelmap()}, margin_of(pair));

@@ -10,6 +10,9 @@ namespace vps::bullet {
 struct Approach {
   enum class Phase : std::uint8_t { still, resting, landing };
   btScalar way = 0;  ///< upper bound if it is more than a voxel, else 0. [m]
+  /// Whether the bodies move together. The solver may stop one of them in the step: `way` is also that of each body
+  /// alone, up to the fall of five steps.
+  bool is_joint = false;
   /// Still: the way is at most a voxel longer than after one step from rest, and that is at most two voxels. Landing:
   /// more than a voxel longer than after five.
   Phase phase = Phase::still;
@@ -24,8 +27,9 @@ struct Approach {
 detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame);
 
 /// Removes speculative contacts that do not close in the step: a point that flies past an edge does not arrive at the
-/// nearest place of the surface. The others get the direction and the gap of the place where they arrive. Contacts with
-/// triangle meshes are left as they are.
+/// nearest place of the surface. The others get the direction and the gap of the place where they arrive. Of bodies
+/// that move together those stay that close if one of the two is stopped. Contacts with triangle meshes are left as
+/// they are.
 void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found);
 
 }  // namespace vps::bullet

@@ -121,6 +121,7 @@ class Slides {
   [[nodiscard]] Place known(std::size_t i) const {
     const ManifoldContact& contact = contacts_[i];
     if (found_.is_on_map(contact)) return {contact, Slide::stayed, true};
+    if (found_.is_met_alone(contact)) return {contact, Slide::stayed, true};
     if (!found_.may_slide && i != deepest_) return {contact, Slide::stayed, true};
     if (found_.is_ahead(contact)) return {contact};
     // So far off the surface the fields are too coarse for a ring.

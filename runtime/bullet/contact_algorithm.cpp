@@ -39,7 +39,7 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
  private:
   void leave_apart() {
     manifolds_.clear();
-    if (memory_ != nullptr) memory_->touched = false;
+    if (memory_ != nullptr) memory_->touched = memory_->is_carried = false;
   }
   void fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
   void fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result);
@@ -62,6 +62,17 @@ constexpr btScalar kFarthest = btScalar(1e6);
 
 // A body that lands needs contacts wherever it may touch first.
 constexpr std::uint32_t kLandingSegments = 64;
+constexpr std::uint32_t kJointSegments = 64;  // at least
+
+// Bodies that move together need many contacts: one of them may be stopped at any place. @return 1 is the root
+std::uint32_t joint_level(const PointshellView& shell) {
+  std::uint32_t level = 1;
+  while (level < shell.levels && shell.level_offsets[level] - shell.level_offsets[level - 1] < kJointSegments) ++level;
+  return level;
+}
+
+// Motion in a step that ends the rest of a pair. [vx]
+constexpr double kCarried_vx = 0.05;
 
 // A lower bound of the distance between the bodies: the shell's first sphere and the other body's box. Cheap, as most
 // pairs whose boxes overlap are apart. [m]
@@ -93,7 +104,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
-  auto [way, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
+  auto [way, is_joint, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
   const btScalar near_enough = options.contact_distance + way;
   Stand now;
   if (memory_ != nullptr) {
@@ -111,8 +122,11 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     now = Stand(pair);
   }
   // A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
-  // contacts ahead for ever.
-  if (phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->now, now)) way = 0;
+  // contacts ahead for ever. It is carried until it moves more: with few contacts and many in turn, stacks sway.
+  const double still = memory_->is_carried ? kCarried_vx : kStill_vx;
+  memory_->is_carried =
+      phase == Approach::Phase::still && memory_->touched && stands_still(pair, memory_->now, now, still);
+  if (memory_->is_carried) way = 0;
   memory_->now = now;
   memory_->touched = false;
   if (way > 0) {
@@ -120,12 +134,14 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
     // With more than one contact for each segment, the solver's iterations do not suffice to stop a landing body.
     if (phase == Approach::Phase::landing) memory_->segments.points.clear();
     if (options.segment_level == 0 && !(foundation_of(pair).stiffness > 0)) {
-      options.segment_level = segment_level_for(pair.shell.vps->pointshell(), kLandingSegments);
+      const PointshellView& shell = pair.shell.vps->pointshell();
+      options.segment_level = is_joint ? joint_level(shell) : segment_level_for(shell, kLandingSegments);
     }
   }
   FoundContacts found;
   found.reach = options.contact_distance;
   found.way = static_cast<float>(way);
+  found.is_joint = is_joint;
   found.step = info.m_timeStep;
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);

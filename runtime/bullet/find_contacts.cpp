@@ -257,7 +257,8 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   query.memory.choice = {query.memory.now, found.reach, {}, 0};
   QueryResult result;
   const Status status = [&] {
-    if (!(found.way > 0)) {
+    // The ways of bodies that move together may have any direction.
+    if (!(found.way > 0) || found.is_joint) {
       return detail::traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
     }
     options.contact_distance -= found.way;

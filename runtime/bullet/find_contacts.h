@@ -56,8 +56,9 @@ struct PairMemory {
   SlideMemory slides;
   ChoiceMemory choice;
   GapMemory gap;
-  Stand now;             ///< in this step
-  bool touched = false;  ///< in the last one
+  Stand now;                ///< in this step
+  bool touched = false;     ///< in the last one
+  bool is_carried = false;  ///< it rests, without contacts ahead
 };
 
 /// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces
@@ -88,8 +89,10 @@ struct FoundContacts {
   btTransform frame;                        ///< takes the contacts' frame to the world
   /// The step in which contacts ahead may be met. Those that do not arrive are removed later. [s]
   btScalar step = 0;
-  float way = 0;    ///< of any point in the step; 0: contacts ahead are not sought. [m]
-  float reach = 0;  ///< largest distance of a contact off the surface. [m]
+  float way = 0;                  ///< of any point in the step; 0: contacts ahead are not sought. [m]
+  bool is_joint = false;          ///< see Approach
+  detail::RelativeMotion motion;  ///< of the step, contacts' frame; only with contacts ahead
+  float reach = 0;                ///< largest distance of a contact off the surface. [m]
   /// Upper bound of the true V of the shell's points in the other body, without margins. [m]
   float most = std::numeric_limits<float>::max();
 
@@ -116,6 +119,12 @@ struct FoundContacts {
 
   /// Whether a contact is speculative: it meets the partner later in the step.
   [[nodiscard]] bool is_ahead(const Contact& contact) const { return contact.penetration < -arriving_beyond; }
+  /// Whether bodies that move together meet there only if one of them is stopped.
+  [[nodiscard]] bool is_met_alone(const Contact& contact) const {
+    if (!is_joint || !is_ahead(contact)) return false;
+    const Vec3 moved = detail::operator+(motion.shift, detail::cross(motion.turn, contact.position));
+    return -contact.penetration > arriving_beyond - detail::dot(contact.inward_normal, moved);
+  }
   [[nodiscard]] bool is_refined(const Contact& contact) const {
     return refined == Refined::all || is_on_map(contact) || (refined == Refined::arriving && is_ahead(contact));
   }

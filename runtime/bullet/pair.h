@@ -127,10 +127,12 @@ inline double motion_between(const Pair& pair, const Stand& before, const Stand&
               : std::numeric_limits<double>::infinity();
 }
 
-/// Whether a pair stands where it stood: no point of the shell has moved by more than a hundredth of a voxel.
-inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now) {
-  constexpr double kStill_vx = 0.01;
-  return motion_between(pair, before, now) <= kStill_vx * pair.shell.vps->info().voxel_size;
+inline constexpr double kStill_vx = 0.01;
+
+/// Whether a pair stands where it stood: no point of the shell has moved farther.
+/// @param most  [vx of the shell]
+inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now, double most = kStill_vx) {
+  return motion_between(pair, before, now) <= most * pair.shell.vps->info().voxel_size;
 }
 
 }  // namespace vps::bullet
