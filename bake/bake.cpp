@@ -14,6 +14,7 @@
 #include "bake/stages/cluster_points.h"
 #include "bake/stages/coarse_layers.h"
 #include "bake/stages/far_field.h"
+#include "bake/stages/find_hulls.h"
 #include "bake/stages/fit_planes.h"
 #include "bake/stages/mass_properties.h"
 #include "bake/stages/pack_sections.h"
@@ -178,8 +179,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
     stages.start("bounding_spheres");
     describe_pointshell(shell, tree, options.branching, asset.info);
-    const std::vector<BoundingSphere> spheres = bounding_spheres(tree, tree_points(shell, tree, asset.info));
-    pack_pointshell(shell, tree, spheres, asset.info, asset.sections);
+    const std::vector<Point3f> points = tree_points(shell, tree, asset.info);
+    pack_pointshell(shell, tree, bounding_spheres(tree, points), asset.info, asset.sections);
+    pack_hulls(find_hulls(tree, points, kHullTolerance * asset.info.covering_radius), asset.sections);
   }
   stages.stop();
   if (options.progress) options.progress("done", 1);

@@ -105,6 +105,8 @@ constexpr Layout kLayouts[] = {
     {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::level_offsets, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::hull_offsets, {ElementType::u32, kNone}, 1, {}},
+    {SectionKind::hull_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::record, {ElementType::i8, kNone}, 1, {}},
 };
 
@@ -253,12 +255,19 @@ Status check_pointshell(const Directory& directory) noexcept {
     }
   }
   // Optional, but both or none.
-  const Section* const facets = directory.find(SectionKind::facet_points);
-  const Section* const corners = directory.find(SectionKind::facet_corners);
-  if (facets == nullptr && corners == nullptr) return Status::ok;
-  if (info.points == 0) return Status::bad_info;
-  if (facets == nullptr || corners == nullptr) return Status::missing_section;
-  return facets->shape[0] == corners->shape[0] && facets->shape[0] <= kMaxCount ? Status::ok : Status::bad_section;
+  const auto check_pair = [&](SectionKind first, SectionKind second, const auto& fit) {
+    const Section* const one = directory.find(first);
+    const Section* const other = directory.find(second);
+    if (one == nullptr && other == nullptr) return Status::ok;
+    if (info.points == 0) return Status::bad_info;
+    if (one == nullptr || other == nullptr) return Status::missing_section;
+    return fit(one->shape[0], other->shape[0]) && other->shape[0] <= kMaxCount ? Status::ok : Status::bad_section;
+  };
+  const Status status = check_pair(SectionKind::facet_points, SectionKind::facet_corners,
+                                   [](std::uint64_t points, std::uint64_t corners) { return points == corners; });
+  if (status != Status::ok) return status;
+  return check_pair(SectionKind::hull_offsets, SectionKind::hull_points,
+                    [=](std::uint64_t offsets, std::uint64_t) { return offsets == nodes + 1; });
 }
 
 }  // namespace

@@ -111,6 +111,14 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
     const auto facets = section<std::uint32_t>(file, directory, SectionKind::facet_points);
     if (!std::is_sorted(facets.begin(), facets.end()) || facets.back() >= points) return Status::bad_index;
   }
+  if (directory.find(SectionKind::hull_offsets) != nullptr) {
+    const auto offsets = section<std::uint32_t>(file, directory, SectionKind::hull_offsets);
+    const auto corners = section<std::uint32_t>(file, directory, SectionKind::hull_points);
+    if (offsets.front() != 0 || offsets.back() != corners.size() || !std::is_sorted(offsets.begin(), offsets.end()) ||
+        !all_below(corners, points)) {
+      return Status::bad_index;
+    }
+  }
   const auto spheres = section<float>(file, directory, SectionKind::spheres);
   const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3));
   return good ? Status::ok : Status::bad_index;

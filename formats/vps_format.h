@@ -17,7 +17,7 @@ namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 2;
+inline constexpr std::uint16_t kFormatMinor = 3;
 inline constexpr std::size_t kUserBlockBytes = 4096;
 inline constexpr std::size_t kSectionTableOffset = 1024;
 inline constexpr std::size_t kSectionEntryBytes = 96;
@@ -62,7 +62,7 @@ enum class Status : std::uint8_t {
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
 /// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = field bricks,
-/// P = points, F = facets, M = tree nodes, L = tree levels.
+/// P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
 enum class SectionKind : std::uint32_t {
   brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick; with `layers` only
   coarse_layers = 2,  ///< i16 [bz,by,bx]: lower bound of the distance of each brick's CENTRE to the surface, signed as
@@ -87,11 +87,17 @@ enum class SectionKind : std::uint32_t {
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
+  hull_offsets = 52,   ///< u32 [M+1]: where the corners of each node's hull begin; nodes that are not flat have none.
+                       ///< Optional
+  hull_points = 53,    ///< u32 [H]: points that are corners, ascending within a node; with hull_offsets
   record = 64,  ///< i8 [n]: what the asset was baked from, as text (bake/store/cache.h). Optional; no query reads it
 };
 
 /// Steps of `facet_corners` in a covering radius.
 inline constexpr float kFacetSteps = 112;
+
+/// Every point below a flat node lies within twice this of the hull of the node's corners. [Units: covering radii]
+inline constexpr double kHullTolerance = 0.01;
 
 /// No kind uses i32.
 enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };

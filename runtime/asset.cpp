@@ -55,6 +55,8 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::children:
     case SectionKind::parent_points:
     case SectionKind::level_offsets:
+    case SectionKind::hull_offsets:
+    case SectionKind::hull_points:
       return Use::pointshell;
     case SectionKind::record:
       break;
@@ -278,6 +280,8 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out.children = section_data<std::uint32_t>(data_, directory_.find(SectionKind::children));
   out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
   out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));
+  out.hull_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_offsets));
+  out.hull_points = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_points));
   out.covering_radius = static_cast<float>(facts.covering_radius);
   return Status::ok;
 }

@@ -101,9 +101,12 @@ struct PointshellView {
   const std::uint32_t* children = nullptr;      ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
-  float centre_of_mass[3] = {};                  ///< torques are about this point, asset frame. [m]
-  float covering_radius = 0;                     ///< [m]
-  float scale = 1;                               ///< of all lengths, included in the numbers above. [-]
+  const std::uint32_t* hull_offsets =
+      nullptr;  ///< nodes + 1 entries: where each node's corners begin; null: none has any
+  const std::uint32_t* hull_points = nullptr;  ///< corners of the hulls of flat nodes: points
+  float centre_of_mass[3] = {};                ///< torques are about this point, asset frame. [m]
+  float covering_radius = 0;                   ///< [m]
+  float scale = 1;                             ///< of all lengths, included in the numbers above. [-]
 };
 
 /// Position of a point, asset frame. The bounding spheres enclose exactly these floats. [m]
@@ -319,13 +322,15 @@ enum class Weight : std::uint8_t {
 /// contacts.
 struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
-  std::vector<float> codes[3];  ///< of the positions of `points`
-  Pose reference, last;         ///< poses of the last full traverse, and of the last query
-  double reach = 0;             ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
+  std::vector<std::uint32_t> flats;  ///< nodes whose corners answer for their points, for a manifold
+  std::vector<float> codes[3];       ///< of the positions of `points`
+  Pose reference, last;              ///< poses of the last full traverse, and of the last query
+  double reach = 0;                  ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
   float shell_scale = 1;
   std::uint64_t field = 0;
+  bool has_flats = false;
 };
 
 struct QueryOptions {
@@ -365,7 +370,7 @@ struct QueryResult {
 
 /// Working memory of one thread. Grows on first use with a shell, never afterwards.
 struct Scratch {
-  std::vector<std::uint32_t> queue, hits, leaves;
+  std::vector<std::uint32_t> queue, hits, leaves, flats;
   std::vector<float> penetrations, bounds, positions[3];
   void reserve(const PointshellView& shell);
 };

@@ -293,4 +293,10 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
       section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));
 }
 
+void pack_hulls(const NodeHulls& hulls, std::vector<SectionData>& sections) {
+  if (hulls.points.empty()) return;
+  sections.push_back(section(SectionKind::hull_offsets, ElementType::u32, {hulls.offsets.size()}, hulls.offsets));
+  sections.push_back(section(SectionKind::hull_points, ElementType::u32, {hulls.points.size()}, hulls.points));
+}
+
 }  // namespace vps::bake

@@ -8,6 +8,7 @@
 #include "bake/stages/bounding_spheres.h"
 #include "bake/stages/closest_point.h"
 #include "bake/stages/far_field.h"
+#include "bake/stages/find_hulls.h"
 #include "bake/stages/sample_field.h"
 #include "bake/vps_bake.h"
 
@@ -47,5 +48,6 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
 [[nodiscard]] std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info);
 void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::vector<BoundingSphere>& spheres,
                      const AssetInfo& info, std::vector<SectionData>& sections);
+void pack_hulls(const NodeHulls& hulls, std::vector<SectionData>& sections);
 
 }  // namespace vps::bake

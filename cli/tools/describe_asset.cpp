@@ -208,6 +208,10 @@ const char* section_name(SectionKind kind) {
       return "parent_points";
     case SectionKind::level_offsets:
       return "level_offsets";
+    case SectionKind::hull_offsets:
+      return "hull_offsets";
+    case SectionKind::hull_points:
+      return "hull_points";
     case SectionKind::far:
       return "far";
     case SectionKind::planes:

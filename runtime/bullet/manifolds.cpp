@@ -100,7 +100,6 @@ void Manifolds::append_to(btManifoldArray& all) const {
 }
 
 btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* result, btScalar threshold) {
-  if (manifolds_.size() <= slot) manifolds_.resize(slot + 1, nullptr);
   if (manifolds_[slot] == nullptr) {
     manifolds_[slot] = dispatcher_->getNewManifold(result->getBody0Wrap()->getCollisionObject(),
                                                    result->getBody1Wrap()->getCollisionObject());
@@ -121,6 +120,9 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
     if (!stays && filled_[i] < manifolds_.size()) manifolds_[filled_[i]]->clearManifold();
   }
   filled_.resize(0);
+  // Once: Bullet's arrays grow to the size asked for, and copy each time.
+  if (!contacts.empty() && manifolds_.size() <= contacts.back().slot)
+    manifolds_.resize(contacts.back().slot + 1, nullptr);
   while (!contacts.empty()) {
     const int slot = contacts.front().slot;
     const auto end =

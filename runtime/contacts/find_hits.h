@@ -9,9 +9,11 @@ namespace vps::detail {
 /// Rows that may be added to those of the hits.
 inline constexpr std::uint32_t kExtraRows = 16;
 
-/// The regular traverse without forces: a flat face touches with thousands of points, of which few become contacts.
+/// The regular traverse without forces: a flat face touches with thousands of points, of which few become contacts. Of
+/// a flat node that lies wholly in a contact where the field is linear, only the corners are hits: docs/bounds.md,
+/// "Flat nodes".
 /// @param options  contact distance and cache; no budget, level, segments or facets
-/// @param hits     in the field's frame, in tree order; the features are the points' numbers. The rows are the
+/// @param hits     in the field's frame; the features are the points' numbers. The rows are the
 /// scratch's, with room for kExtraRows more
 /// @param most     upper bound of the true V of all points. [m]
 Status find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,

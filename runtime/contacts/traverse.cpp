@@ -191,6 +191,7 @@ void Scratch::reserve(const PointshellView& shell) {
   if (bounds.size() < nodes) bounds.resize(nodes);
   if (hits.size() < points) hits.resize(points);
   if (leaves.size() < points) leaves.resize(points);
+  if (flats.size() < shell.nodes) flats.resize(shell.nodes);
   if (penetrations.size() < points) penetrations.resize(points);
   for (std::vector<float>& row : positions) {
     if (row.size() < points) row.resize(points);
@@ -251,6 +252,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
+    stop_at_flat_nodes(query, scratch);
     find(query);
     hits.count = d.hit_count;
     for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;

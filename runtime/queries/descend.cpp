@@ -233,13 +233,15 @@ class PointTests {
 // Returns the children of a queue's nodes in batches.
 class Batches {
  public:
-  Batches(const Descent& d, std::uint32_t head) : d_(d), head_(head) {}
+  Batches(Descent& d, std::uint32_t head) : d_(d), head_(head) {}
 
   // Gets the next batch of a node with a number below `last`, if the queue up to `tail` has one.
   HWY_INLINE bool next(std::uint32_t tail, std::uint32_t last, Batch& batch) {
     if (left_ == 0) {
-      if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
-      parent_ = d_.queue[head_++];
+      do {
+        if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
+        parent_ = d_.queue[head_++];
+      } while (d_.flats != nullptr && set_aside(parent_));
       first_ = d_.shell->children[2 * parent_];
       left_ = d_.shell->children[2 * parent_ + 1];
     }
@@ -252,7 +254,14 @@ class Batches {
   [[nodiscard]] std::uint32_t head() const { return head_; }
 
  private:
-  const Descent& d_;
+  bool set_aside(std::uint32_t node) {
+    const std::uint32_t* const offsets = d_.shell->hull_offsets + node;
+    if (offsets[0] == offsets[1]) return false;
+    d_.flats[d_.flat_count++] = node;
+    return true;
+  }
+
+  Descent& d_;
   std::uint32_t head_;
   std::uint32_t first_ = 0, left_ = 0, parent_ = 0;
 };

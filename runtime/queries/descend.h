@@ -33,6 +33,8 @@ struct Descent {
   std::uint32_t last_node = 0;      ///< nodes from this one on stay in the queue
   std::uint32_t stop = UINT32_MAX;  ///< entries of the queue from this one on stay, too
   float* bounds = nullptr;          ///< if not null: upper bounds of V below the nodes of the queue, entry for entry
+  std::uint32_t* flats = nullptr;   ///< if not null: nodes with a hull are not expanded, but written here
+  std::uint32_t flat_count = 0;
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V

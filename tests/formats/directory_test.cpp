@@ -397,6 +397,41 @@ TEST(Validate, FacetsHaveCornersAndAscendingPoints) {
   EXPECT_EQ(decoded({}, 1), Status::missing_section);
 }
 
+// A tiny asset with hulls: `offsets` for its three nodes, and these corners.
+TinyAsset with_hulls(const std::vector<std::uint32_t>& offsets, const std::vector<std::uint32_t>& corners) {
+  TinyAsset tiny;
+  if (!offsets.empty()) {
+    tiny.sections.push_back(make_section(SectionKind::hull_offsets, ElementType::u32, {offsets.size()}, offsets));
+  }
+  if (!corners.empty()) {
+    tiny.sections.push_back(make_section(SectionKind::hull_points, ElementType::u32, {corners.size()}, corners));
+  }
+  return tiny;
+}
+
+TEST(Validate, HullsHaveOffsetsForEveryNodeAndCornersThatArePoints) {
+  const auto indices = [](const std::vector<std::uint32_t>& offsets, const std::vector<std::uint32_t>& corners) {
+    Bytes bytes(with_hulls(offsets, corners));
+    return validate_indices(bytes.all(), bytes.directory());
+  };
+  EXPECT_EQ(indices({0, 0, 2, 3}, {0, 3, 1}), Status::ok);
+  EXPECT_EQ(indices({0, 2, 1, 3}, {0, 3, 1}), Status::bad_index);
+  EXPECT_EQ(indices({1, 1, 2, 3}, {0, 3, 1}), Status::bad_index);
+  EXPECT_EQ(indices({0, 0, 2, 4}, {0, 3, 1}), Status::bad_index);
+  EXPECT_EQ(indices({0, 0, 2, 2}, {0, 3, 1}), Status::bad_index);
+  EXPECT_EQ(indices({0, 0, 2, 3}, {0, 4, 1}), Status::bad_index);
+  const auto decoded = [](const std::vector<std::uint32_t>& offsets, const std::vector<std::uint32_t>& corners) {
+    Bytes bytes(with_hulls(offsets, corners));
+    Directory directory;
+    return decode_directory(bytes.all(), directory);
+  };
+  EXPECT_EQ(decoded({0, 1, 1, 1}, {0}), Status::ok);
+  EXPECT_EQ(decoded({0, 1, 1}, {0}), Status::bad_section);
+  EXPECT_EQ(decoded({0, 1, 1, 1, 1}, {0}), Status::bad_section);
+  EXPECT_EQ(decoded({0, 1, 1, 1}, {}), Status::missing_section);
+  EXPECT_EQ(decoded({}, {0}), Status::missing_section);
+}
+
 TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();

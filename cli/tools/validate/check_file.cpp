@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <span>
 #include <sstream>
 
 #include "bake/quantity_text.h"
@@ -106,6 +108,46 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
                     {{"spheres", shell.nodes}, {"tests", tests}, {"outside", outside}, {"farthest", worst}}});
 }
 
+// The corners of a flat node's hull answer for its points (docs/bounds.md, "Flat nodes").
+void check_hulls(const AssetInfo& info, const PointshellView& shell, std::vector<Check>& checks) {
+  if (shell.hull_offsets == nullptr) return;
+  constexpr int kDirections = 24;
+  const double allowed = 2 * kHullTolerance * info.covering_radius;
+  const auto ranges = point_ranges(shell);
+  std::size_t nodes = 0, strange = 0;
+  double worst = 0;  // distance of a point from a hull. [m]
+  for (std::uint32_t node = 0; node < shell.nodes; ++node) {
+    const std::span corners(shell.hull_points + shell.hull_offsets[node],
+                            shell.hull_points + shell.hull_offsets[node + 1]);
+    if (corners.empty()) continue;
+    ++nodes;
+    for (const std::uint32_t corner : corners) strange += corner < ranges[node].first || corner >= ranges[node].second;
+    for (int k = 0; k < kDirections; ++k) {
+      // Spread evenly over all directions, by the golden angle.
+      const double z = 1 - (2.0 * k + 1) / kDirections, angle = 2.399963229728653 * k, r = std::sqrt(1 - z * z);
+      const auto height = [&](std::uint32_t i) {
+        const Vec3 p = point_position(shell, i);
+        return r * std::cos(angle) * double(p.x) + r * std::sin(angle) * double(p.y) + z * double(p.z);
+      };
+      double of_corners = -std::numeric_limits<double>::max(), of_points = of_corners;
+      for (const std::uint32_t corner : corners) of_corners = std::max(of_corners, height(corner));
+      for (std::uint32_t i = ranges[node].first; i < ranges[node].second; ++i)
+        of_points = std::max(of_points, height(i));
+      worst = std::max(worst, of_points - of_corners);
+    }
+  }
+  const bool good = strange == 0 && worst <= allowed;
+  checks.push_back(
+      {"hulls",
+       good ? Result::ok : Result::failed,
+       strange > 0
+           ? fmt::format("{} corners lie below other nodes", strange)
+           : fmt::format(
+                 "{} of {} nodes are flat; their points lie {} beside the corners' hulls at most, {} are allowed",
+                 nodes, shell.nodes, bake::format_length(worst), bake::format_length(allowed)),
+       {{"nodes", nodes}, {"strange", strange}, {"farthest", worst}, {"allowed", allowed}}});
+}
+
 void check_areas(const AssetInfo& info, const PointshellView& shell, std::vector<Check>& checks) {
   double sum = 0;
   for (std::uint32_t i = 0; i < shell.points; ++i) sum += info.area_step * shell.area[i];
@@ -176,6 +218,7 @@ void check_contents(const Asset& asset, std::vector<Check>& checks) {
   PointshellView shell;
   if (asset.pointshell(shell) != Status::ok) return;
   check_spheres(shell, checks);
+  check_hulls(asset.info(), shell, checks);
   check_areas(asset.info(), shell, checks);
 }
 

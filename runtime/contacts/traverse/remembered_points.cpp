@@ -43,6 +43,7 @@ void drop_hits_below(float least, Descent& d) noexcept {
 std::uint32_t find_all_hits(TraverseQuery& query) noexcept {
   if (!query.field.touches(query.descent, 0)) return 0;
   (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
+  ask_flat_nodes(query, query.descent.flat_count);
   return query.descent.end;
 }
 
@@ -50,7 +51,8 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const PointshellView& shell = query.shell;
   Descent& d = query.descent;
   const bool same = cache.shell == shell.position[0] && cache.shell_points == shell.points &&
-                    cache.shell_scale == shell.scale && cache.field == query.facts.id;
+                    cache.shell_scale == shell.scale && cache.field == query.facts.id &&
+                    cache.has_flats == (d.flats != nullptr);
   const double spent = same ? largest_displacement(shell, cache.reference, query.pose) : 0;
   const double needed = query.reach + 2.0 * query.facts.error;
   const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
@@ -61,12 +63,15 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
                               cache.leaves.data(),
                               static_cast<std::uint32_t>(cache.points.size() - kLanePadding)});
     d.rejected = static_cast<float>((spent + 2.0 * query.facts.error - cache.reach) / d.unit);
+    std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
+    ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
     return 0;
   }
   cache.shell = shell.position[0];
   cache.shell_points = shell.points;
   cache.shell_scale = shell.scale;
   cache.field = query.facts.id;
+  cache.has_flats = d.flats != nullptr;
   cache.reference = query.pose;
   // The list suffices for some steps like the last one. A fast body gets none, because it would be long, and a new pair
   // none, because its speed is not known. Nor does a list help where V is only an estimate.
@@ -81,12 +86,14 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   }
   const float wanted = d.contact_distance;
   d.contact_distance = static_cast<float>(reach / d.unit);
-  const std::uint32_t expanded = find_all_hits(query);
+  if (query.field.touches(d, 0)) (void)descend_in_blocks(query, 0, 0, shell.nodes);
   d.contact_distance = wanted;
   remember_hits(query, cache);
+  cache.flats.assign(d.flats, d.flats + d.flat_count);
   cache.reach = reach;
   drop_hits_below(-wanted, d);
-  return expanded;
+  ask_flat_nodes(query, d.flat_count);
+  return d.end;
 }
 
 }  // namespace vps::detail

@@ -20,16 +20,6 @@ void take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first,
   write_contact(query, deepest);
 }
 
-// The first point that is not below a node or an earlier one of its level.
-std::uint32_t end_of_points(const PointshellView& shell, std::uint32_t node) noexcept {
-  const auto end_of_children = [&](std::uint32_t of) {
-    return shell.children[2 * std::size_t{of}] + shell.children[2 * std::size_t{of} + 1];
-  };
-  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
-  while (node < leaves) node = end_of_children(node) - 1;
-  return end_of_children(node);
-}
-
 // Without a budget all segments, entries [first, last) of the queue, go down together.
 void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
   Descent& d = query.descent;
@@ -38,7 +28,7 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
   std::uint32_t hit = 0;
   for (std::uint32_t segment = first; segment < last; ++segment) {
     const std::uint32_t begin = hit;
-    const std::uint32_t end = end_of_points(query.shell, d.queue[segment]);
+    const std::uint32_t end = points_below(query.shell, d.queue[segment]).end;
     hit = static_cast<std::uint32_t>(std::lower_bound(d.hits + hit, d.hits + d.hit_count, end) - d.hits);
     if (hit > begin) take_segment(query, d.queue[segment], begin, hit);
   }

@@ -7,6 +7,7 @@
 ///   take_hits.cpp            hits become contacts, force and torque: Eqs. (2) and (3)
 ///   descend_in_blocks.cpp    Algorithm 1, as far as the budget allows
 ///   represent.cpp            points that represent nodes: levels of detail, and parts that a budget left out
+///   flat_nodes.cpp           nodes whose corners answer for all their points
 ///   remembered_points.cpp    the list of a ContactCache
 ///   segments.cpp             the segmented traverse of Sec. 2.4
 /// traverse.cpp calls them.
@@ -112,6 +113,32 @@ void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexc
 /// If no tested point touches, tests the points that represent expanded inner nodes, entries [from, to) of the queue.
 /// They give a more accurate distance. Beyond the band these include the leaves', and the nearest leaf's points.
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
+
+/// Stops a descent at flat nodes, of which `ask_flat_nodes` takes few points as hits: only where the hits are those of
+/// manifolds, without a budget.
+void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch) noexcept;
+/// Takes the hits of flat nodes: the corners of those that lie wholly in a contact where the field is linear, else the
+/// points below that are hits.
+/// @param count  of the nodes in Descent::flats
+void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept;
+
+/// Numbers of the points below a node, in tree order.
+struct PointRange {
+  std::uint32_t begin = 0, end = 0;
+};
+inline PointRange points_below(const PointshellView& shell, std::uint32_t node) noexcept {
+  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
+  const auto first_child = [&](std::uint32_t of) { return shell.children[2 * std::size_t{of}]; };
+  const auto end_of_children = [&](std::uint32_t of) {
+    return first_child(of) + shell.children[2 * std::size_t{of} + 1];
+  };
+  std::uint32_t first = node;
+  while (node < leaves) {
+    first = first_child(first);
+    node = end_of_children(node) - 1;
+  }
+  return {first_child(first), end_of_children(node)};
+}
 
 /// Finds all hits. @return how many expanded nodes lie at the front of the queue
 std::uint32_t find_all_hits(TraverseQuery& query) noexcept;

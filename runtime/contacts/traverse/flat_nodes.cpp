@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Zlib
+// Flat nodes of the tree. Where the field is linear, the corners of a node's hull answer for all its points: a face on
+// a face costs its rim, not its area. Beyond Algorithm 1 (Sec. 2.3). Proofs: docs/bounds.md, "Flat nodes".
+#include <algorithm>
+#include <array>
+
+#include "runtime/contacts/traverse/traverse_query.h"
+#include "runtime/fields/linear_part.h"
+
+namespace vps::detail {
+namespace {
+
+enum class Answer : std::uint8_t {
+  given,   // by the node's corners: their hits stand for all points below
+  none,    // no point below is a hit
+  unknown  // ask the node's children
+};
+
+class FlatNodes {
+ public:
+  explicit FlatNodes(TraverseQuery& query) noexcept
+      : query_(query),
+        d_(query.descent),
+        shell_(query.shell),
+        tolerance_(static_cast<float>(kHullTolerance) * query.shell.covering_radius) {}
+
+  Answer ask(std::uint32_t node) noexcept {
+    count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
+    const PointRange below = points_below(shell_, node);
+    const std::uint32_t points = below.end - below.begin;
+    // A forged asset must not give more hits than there are points.
+    if (count_ > kMostCorners || count_ > points) return Answer::unknown;
+    most_samples_ = 4 * points;  // more cost as much as the points
+    const std::uint32_t first = d_.hit_count;
+    test_corners(node);
+    const Answer answer = answer_for(first);
+    if (answer != Answer::given) d_.hit_count = first;
+    return answer;
+  }
+
+ private:
+  static constexpr std::uint32_t kMostCorners = 64;
+
+  // Adds all corners to the hits, however far they are from the surface.
+  void test_corners(std::uint32_t node) noexcept {
+    const std::uint32_t* const corners = shell_.hull_points + shell_.hull_offsets[node];
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      points_[i] = corners[i];
+      leaves_[i] = node;
+      for (std::size_t axis = 0; axis < 3; ++axis) codes_[axis][i] = shell_.position[axis][corners[i]];
+      places_[i] = query_.transform.apply(point_position(shell_, corners[i]));
+    }
+    const float wanted = d_.contact_distance;
+    d_.contact_distance = std::numeric_limits<float>::max();
+    query_.field.test_list(
+        d_, {{codes_[0].data(), codes_[1].data(), codes_[2].data()}, points_.data(), leaves_.data(), count_});
+    d_.contact_distance = wanted;
+  }
+
+  Answer answer_for(std::uint32_t first) noexcept {
+    const std::span<const float> v(d_.penetrations + first, count_);
+    const auto [shallowest, deepest] = std::minmax_element(v.begin(), v.end());
+    if (!is_linear(v, static_cast<std::uint32_t>(deepest - v.begin()))) return Answer::unknown;
+    // V may be bent, and points may lie beside the hull.
+    const float most = *deepest + 4 * tolerance_ / d_.unit;
+    if (most < -d_.contact_distance) {
+      d_.rejected = std::max(d_.rejected, most);
+      return Answer::none;
+    }
+    return *shallowest >= -d_.contact_distance ? Answer::given : Answer::unknown;
+  }
+
+  [[nodiscard]] bool is_linear(std::span<const float> v, std::uint32_t deepest) const noexcept {
+    return query_.facts.values.visit([&](const auto& field) {
+      const LinearPart part = linear_part(field, places_[deepest], d_.unit * v[deepest]);
+      for (std::uint32_t i = 0; i < count_; ++i) {
+        if (!(std::abs(d_.unit * v[i] - part.at(places_[i])) <= tolerance_)) return false;
+      }
+      return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_samples_);
+    });
+  }
+
+  TraverseQuery& query_;
+  Descent& d_;
+  const PointshellView& shell_;
+  const float tolerance_;  // of the hull, and of V from a linear function. [m]
+  std::uint32_t count_ = 0, most_samples_ = 0;
+  std::array<Vec3, kMostCorners> places_;  // of the corners, field's frame. [m]
+  std::array<std::array<float, kMostCorners + kLanePadding>, 3> codes_{};
+  std::array<std::uint32_t, kMostCorners + kLanePadding> points_{}, leaves_{};
+};
+
+bool has_hull(const PointshellView& shell, std::uint32_t node) noexcept {
+  return shell.hull_offsets[node] < shell.hull_offsets[node + 1];
+}
+
+}  // namespace
+
+void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch) noexcept {
+  if (query.shell.hull_offsets == nullptr || !query.facts.takes_lists || query.budget.limited()) return;
+  query.descent.flats = scratch.flats.data();
+}
+
+void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {
+  if (count == 0) return;
+  Descent& d = query.descent;
+  const PointshellView& shell = query.shell;
+  const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
+  std::uint32_t* const flats = d.flats;
+  d.flats = nullptr;  // the descent below stops at no node
+  const std::uint32_t begin = d.begin;
+  const std::uint32_t end = d.end;
+  std::uint32_t tail = end;
+  FlatNodes nodes(query);
+  for (std::uint32_t at = 0; at < count; ++at) {
+    const std::uint32_t node = flats[at];
+    if (nodes.ask(node) != Answer::unknown) continue;
+    const std::uint32_t first = shell.children[2 * std::size_t{node}];
+    const std::uint32_t last = first + shell.children[2 * std::size_t{node} + 1];
+    if (node >= leaves || first >= leaves) {
+      d.queue[tail++] = node;
+      continue;
+    }
+    for (std::uint32_t child = first; child < last; ++child) {
+      if (!query.field.touches(d, child)) continue;
+      if (has_hull(shell, child)) {
+        flats[count++] = child;
+      } else {
+        d.queue[tail++] = child;
+      }
+    }
+  }
+  // Inner nodes come before leaves.
+  std::sort(d.queue + end, d.queue + tail);
+  d.begin = end;
+  d.end = tail;
+  if (tail > end) {
+    d.last_node = shell.nodes;
+    query.field.descend(d);
+  }
+  d.begin = begin;
+  d.end = end;
+  d.flats = flats;
+}
+
+}  // namespace vps::detail

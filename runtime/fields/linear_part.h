@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Zlib
+/// @file Where a field is linear. Internal. Proofs: docs/bounds.md, "Flat nodes".
+#pragma once
+
+#include <span>
+
+#include "runtime/fields/analytic_fields.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+
+/// A linear function of the place. Field's frame.
+struct LinearPart {
+  Vec3 place;
+  Vec3 slope;   ///< [-]
+  float v = 0;  ///< at `place`. [m]
+  [[nodiscard]] float at(Vec3 p) const noexcept { return v + dot(slope, p - place); }
+};
+
+/// The field's linear part at a place. V of a convex body is concave, and nowhere above it.
+/// @param v  V there. [m]
+template <class Analytic>
+LinearPart linear_part(const Analytic& field, Vec3 place, float v) noexcept {
+  return {place, -1.0F * normal_at(field, place), v};
+}
+LinearPart linear_part(const VoxelmapView& map, Vec3 place, float v) noexcept;
+
+/// Whether V differs from a linear function by no more than `tolerance` in the convex hull of some places, if it does
+/// so at these places. V of a convex body does.
+template <class Analytic>
+bool is_linear_between(const Analytic&, const LinearPart&, std::span<const Vec3>, float, std::uint32_t) noexcept {
+  return true;
+}
+/// @param places  in a plane
+/// @param most    samples that may be looked at; if more are needed, the answer is false
+bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places, float tolerance,
+                       std::uint32_t most) noexcept;
+
+}  // namespace vps::detail
