@@ -192,6 +192,23 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
   }
 }
 
+TEST_F(Validate, CornersThatDoNotSpanTheirPointsAreNamed) {
+  ASSERT_EQ(vpsbake(folder_, sample("cube") + " --resolution 64 --parts pointshell -o a.vps.hdf").code, 0);
+  EXPECT_EQ(results(Json::parse(vpsbake(folder_, "validate a.vps.hdf --json").out)["files"][0]).at("hulls"), "ok");
+  forge([](AssetInfo&, auto& sections) {
+    // Each node's corners become one of them.
+    const auto* const offsets = numbers<std::uint32_t>(sections, SectionKind::hull_offsets);
+    auto* const corners = numbers<std::uint32_t>(sections, SectionKind::hull_points);
+    for (const SectionData& section : sections) {
+      if (section.kind != SectionKind::hull_offsets) continue;
+      for (std::size_t node = 0; node + 1 < section.shape[0]; ++node) {
+        std::fill(corners + offsets[node], corners + offsets[node + 1], corners[offsets[node]]);
+      }
+    }
+  });
+  EXPECT_EQ(check_forged().at("hulls"), "failed");
+}
+
 TEST_F(Validate, AnotherMeshIsAWarningAndItsErrorsAreFailures) {
   ASSERT_EQ(vpsbake(folder_, sample("cube") + " --voxel 5mm -o cube.vps.hdf").code, 0);
   const Outcome run = vpsbake(folder_, "validate cube.vps.hdf --mesh a.obj --json");
