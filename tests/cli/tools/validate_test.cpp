@@ -202,7 +202,7 @@ TEST_F(Validate, CornersThatDoNotSpanTheirPointsAreNamed) {
     for (const SectionData& section : sections) {
       if (section.kind != SectionKind::hull_offsets) continue;
       for (std::size_t node = 0; node + 1 < section.shape[0]; ++node) {
-        std::fill(corners + offsets[node], corners + offsets[node + 1], corners[offsets[node]]);
+        for (std::uint32_t i = offsets[node]; i < offsets[node + 1]; ++i) corners[i] = corners[offsets[node]];
       }
     }
   });
