@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// Fits a plane to the points below each node, and takes the convex hull in it where they lie on it.
 #include "bake/stages/find_hulls.h"
 
 #include <tbb/parallel_for.h>
