@@ -99,7 +99,7 @@ scenes: deps
 bench: PACKAGES += $(BENCH_PACKAGES)
 bench: deps $(BUNNY)
 	cmake --preset bench
-	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error kernel_sweep query_bench motion_bench scene_bench growth_bench vps_bullet
+	cmake --build --preset bench -j $(JOBS) --target vpsbake budget_overrun openvdb_peer field_error kernel_sweep query_bench motion_bench scene_bench growth_bench thin_faces vps_bullet
 	sh tests/install/runtime_size.sh build/bench
 	python3 -B tests/bench/bench_bake.py --vpsbake build/bench/cli/vpsbake --peer build/bench/tests/bench/openvdb_peer \
 	  --mesh $(BUNNY) --scale 0.0775 --work build/bench
@@ -111,6 +111,7 @@ bench: deps $(BUNNY)
 	build/bench/tests/bench/motion_bench --json build/bench/motion.json
 	build/bench/tests/bench/scene_bench $(BUNNY) --scale 0.0775 --work build/bench/query --json build/bench/scenes.json
 	build/bench/tests/bench/growth_bench $(BUNNY) --scale 0.0775 --work build/bench/query/growth --json build/bench/growth.json
+	build/bench/tests/bench/thin_faces sample_meshes/gear.obj sample_meshes/nut.obj sample_meshes/cube.obj sample_meshes/hole.obj sample_meshes/bolt.obj
 	$(MAKE) bench-accuracy
 
 # Measures the error of whole queries on eight pairs of bodies against an oracle, and that of convex hulls. The first run takes ten

@@ -174,14 +174,15 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   }
   if (options.pointshell) {
     stages.start("sample_pointshell");
-    const Pointshell shell = sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size);
+    const Pointshell shell =
+        sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
     stages.start("cluster_points");
     const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
     stages.start("bounding_spheres");
     describe_pointshell(shell, tree, options.branching, asset.info);
     const std::vector<Point3f> points = tree_points(shell, tree, asset.info);
     pack_pointshell(shell, tree, bounding_spheres(tree, points), asset.info, asset.sections);
-    pack_hulls(find_hulls(tree, points, kHullTolerance * asset.info.covering_radius), asset.sections);
+    pack_hulls(find_hulls(tree, points, kHullTolerance * shell.feature_covering_radius), asset.sections);
   }
   stages.stop();
   if (options.progress) options.progress("done", 1);

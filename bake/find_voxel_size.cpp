@@ -26,6 +26,7 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
   const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
   BakeOptions trial = options;
   trial.pointshell = false;
+  trial.thin_faces = 1;
   trial.progress = nullptr;
   trial.resolution = 0;
   double good = 0;

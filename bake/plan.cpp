@@ -41,6 +41,10 @@ void check_options(const BakeOptions& o) {
   if (!(o.field_error >= 0.01 && o.field_error <= 1))
     refuse_plan("the field error is out of range; choose 0.01 to 1 voxels");
   if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse_plan("alpha is out of range; choose 0.25 to 64");
+  if (!(o.thin_faces >= 1 && o.thin_faces <= 4)) refuse_plan("thin-faces is out of range; choose 1 to 4");
+  if (o.thin_faces > 1 && !(o.voxelmap && o.pointshell)) {
+    refuse_plan("thin faces need both parts: other bodies' points are sought in the voxelmap; bake both");
+  }
 }
 
 double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {

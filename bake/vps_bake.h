@@ -44,6 +44,8 @@ struct BakeOptions {
   double field_error = 0.1;           ///< largest interpolation error that sampling aims for, before samples are
                                       ///< rounded. [Limits: 0.01 <= value <= 1] [Units: vx]
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell divided by s. [Limits: 0.25 <= value <= 64]
+  double thin_faces = 1;              ///< largest spacing of the points inside faces, flat or nearly so, divided by
+                                      ///< that elsewhere. [Limits: 1 <= value <= 4]
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;

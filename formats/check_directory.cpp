@@ -59,7 +59,8 @@ bool shell_is_good(const AssetInfo& info) noexcept {
   if (info.points == 0) return info.levels == 0;
   return info.points <= kMaxCount && info.levels >= 1 && info.levels <= kMaxLevels && info.branching >= 2 &&
          all_finite(info.spacing, info.covering_radius) && all_finite(info.normal_error_mean, info.normal_error_max) &&
-         info.spacing > 0 && info.covering_radius >= 0 && scale_is_good(0, info.area_step) &&
+         info.spacing > 0 && info.covering_radius >= 0 && info.feature_covering_radius >= 0 &&
+         info.feature_covering_radius <= info.covering_radius && scale_is_good(0, info.area_step) &&
          std::all_of(info.position_origin.begin(), info.position_origin.end(),
                      [&](double origin) { return scale_is_good(origin, info.position_step); });
 }
@@ -101,6 +102,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
+    {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
@@ -253,6 +255,10 @@ Status check_pointshell(const Directory& directory) noexcept {
     } else if (section->shape[part.axis] != part.count || part.count > kMaxCount) {
       return Status::bad_section;
     }
+  }
+  if (const Section* const faces = directory.find(SectionKind::face_points); faces != nullptr) {
+    if (info.points == 0) return Status::bad_info;
+    if (faces->shape[0] != (info.points + 31) / 32) return Status::bad_section;
   }
   // Optional, but both or none.
   const auto check_pair = [&](SectionKind first, SectionKind second, const auto& fit) {

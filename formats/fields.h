@@ -29,6 +29,7 @@ void for_each_info_field(Info& info, Visit visit) {
   visit(272, info.inertia);
   visit(320, info.spacing);
   visit(328, info.covering_radius);
+  visit(736, info.feature_covering_radius);
   visit(336, info.points);
   visit(344, info.branching);
   visit(348, info.levels);

@@ -17,7 +17,7 @@ namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 3;
+inline constexpr std::uint16_t kFormatMinor = 4;
 inline constexpr std::size_t kUserBlockBytes = 4096;
 inline constexpr std::size_t kSectionTableOffset = 1024;
 inline constexpr std::size_t kSectionEntryBytes = 96;
@@ -83,6 +83,8 @@ enum class SectionKind : std::uint32_t {
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
   facet_points = 35,  ///< u32 [F]: points whose part of the surface is folded, ascending, one entry per facet. Optional
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
+  face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
+                       ///< the points are thinned out. Optional
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
   children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
@@ -95,6 +97,10 @@ enum class SectionKind : std::uint32_t {
 
 /// Steps of `facet_corners` in a covering radius.
 inline constexpr float kFacetSteps = 112;
+
+/// Farthest that a place on a face lies off the tangent plane of the point that speaks for it. Measured at the samples
+/// from which the points are chosen, a `spacing` apart. [Units: vx]
+inline constexpr double kFaceSag = 0.005;
 
 /// Every point below a flat node lies within twice this of the hull of the node's corners. [Units: covering radii]
 inline constexpr double kHullTolerance = 0.01;
@@ -154,8 +160,11 @@ struct AssetInfo {
   std::array<double, 3> centre_of_mass{};  ///< [m]
   std::array<double, 6> inertia{};         ///< xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
   // Pointshell and tree. 0 when the asset has none.
-  double spacing = 0;            ///< least distance that sampling aimed at, alpha * s. [m]
-  double covering_radius = 0;    ///< every surface point has a stored shell point no farther than this. [m]
+  double spacing = 0;          ///< least distance that sampling aimed at, alpha * s. [m]
+  double covering_radius = 0;  ///< every surface point has a stored shell point no farther than this. [m]
+  /// The same for places on no face; 0: for all. Other places lie within kFaceSag of the tangent plane of a point that
+  /// is no farther than `covering_radius`. [m]
+  double feature_covering_radius = 0;
   double normal_error_mean = 0;  ///< mean angle of stored normals to their face's, sharp edges left out. [rad]
   double normal_error_max = 0;   ///< [rad]
   std::array<double, 3> position_origin{};  ///< bounds_min, rounded down to float. [m]

@@ -51,6 +51,7 @@ Use readers_of(SectionKind kind) noexcept {
     case SectionKind::point_areas:
     case SectionKind::facet_points:
     case SectionKind::facet_corners:
+    case SectionKind::face_points:
     case SectionKind::spheres:
     case SectionKind::children:
     case SectionKind::parent_points:
@@ -281,8 +282,11 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
   out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));
   out.hull_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_offsets));
+  out.face_points = section_data<std::uint32_t>(data_, directory_.find(SectionKind::face_points));
   out.hull_points = section_data<std::uint32_t>(data_, directory_.find(SectionKind::hull_points));
   out.covering_radius = static_cast<float>(facts.covering_radius);
+  const double features = facts.feature_covering_radius;
+  out.feature_covering_radius = features > 0 ? static_cast<float>(features) : out.covering_radius;
   return Status::ok;
 }
 

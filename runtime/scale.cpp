@@ -20,7 +20,8 @@ AssetInfo scaled(const AssetInfo& info, double scale) noexcept {
     for (double& x : *point) x *= scale;
   }
   scale_by(scale, out.voxel_size, out.lambda, out.band_inner, out.band_outer, out.spacing, out.covering_radius,
-           out.position_step, out.far_spacing, out.far_step_inner, out.far_step_outer, out.far_range);
+           out.feature_covering_radius, out.position_step, out.far_spacing, out.far_step_inner, out.far_step_outer,
+           out.far_range);
   const double area = scale * scale;
   scale_by(area, out.surface_area, out.area_step);
   out.volume *= area * scale;

@@ -99,22 +99,23 @@ typedef struct VpsAssetInfo {
   double bounds_max[3];
   uint64_t triangles;
   uint64_t vertices;
-  double surface_area;       ///< [m^2]
-  double volume;             ///< [m^3]
-  double centre_of_mass[3];  ///< [m]
-  double inertia[6];         ///< at unit density: xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
-  double voxel_size;         ///< [m]
-  uint32_t dims[3];          ///< voxels along x, y, z; 0 without a voxelmap
-  double origin[3];          ///< lowest corner of voxel (0,0,0). [m]
-  double band_inner;         ///< samples are exact where -band_outer <= penetration <= band_inner. [m]
-  double band_outer;         ///< [m]
-  uint64_t points;           ///< of the pointshell; 0 without one
-  uint32_t levels;           ///< of its tree, root = 1
-  uint32_t branching;        ///< children of a node at most
-  double spacing;            ///< least distance between points that sampling aims at. [m]
-  double covering_radius;    ///< every surface point has a shell point within this distance. [m]
-  double normal_error_mean;  ///< of the shell's normals, away from sharp edges. [rad]
-  double normal_error_max;   ///< [rad]
+  double surface_area;             ///< [m^2]
+  double volume;                   ///< [m^3]
+  double centre_of_mass[3];        ///< [m]
+  double inertia[6];               ///< at unit density: xx, yy, zz, xy, xz, yz about the centre of mass. [m^5]
+  double voxel_size;               ///< [m]
+  uint32_t dims[3];                ///< voxels along x, y, z; 0 without a voxelmap
+  double origin[3];                ///< lowest corner of voxel (0,0,0). [m]
+  double band_inner;               ///< samples are exact where -band_outer <= penetration <= band_inner. [m]
+  double band_outer;               ///< [m]
+  uint64_t points;                 ///< of the pointshell; 0 without one
+  uint32_t levels;                 ///< of its tree, root = 1
+  uint32_t branching;              ///< children of a node at most
+  double spacing;                  ///< least distance between points that sampling aims at. [m]
+  double covering_radius;          ///< every surface point has a shell point within this distance. [m]
+  double feature_covering_radius;  ///< the same for points on no face; 0: for all. [m]
+  double normal_error_mean;        ///< of the shell's normals, away from sharp edges. [rad]
+  double normal_error_max;         ///< [rad]
   VpsCertificate layers_error;
   VpsCertificate scaled_error;
   VpsCertificate real_error;

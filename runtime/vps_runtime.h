@@ -97,6 +97,7 @@ struct PointshellView {
   float position_origin[3] = {};                ///< asset frame. [m]
   float position_step = 0;                      ///< [m]
   float area_step = 0;                          ///< [m^2]
+  const std::uint32_t* face_points = nullptr;   ///< see is_on_face; null: no faces are thinned
   const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
   const std::uint32_t* children = nullptr;      ///< pairs: first, count
   const std::uint32_t* parent_point = nullptr;
@@ -106,6 +107,7 @@ struct PointshellView {
   const std::uint32_t* hull_points = nullptr;  ///< corners of the hulls of flat nodes: points
   float centre_of_mass[3] = {};                ///< torques are about this point, asset frame. [m]
   float covering_radius = 0;                   ///< [m]
+  float feature_covering_radius = 0;           ///< of places on no face; as `covering_radius` if the shell is even. [m]
   float scale = 1;                             ///< of all lengths, included in the numbers above. [-]
 };
 
@@ -131,6 +133,12 @@ struct PointshellView {
 [[nodiscard]] inline Vec3 point_inward_normal(const PointshellView& shell, std::uint32_t i) noexcept {
   const auto [x, y, z] = decode_normal<float>({shell.inward_normal[0][i], shell.inward_normal[1][i]});
   return {x, y, z};
+}
+
+/// Whether a point lies inside a face of a shell with thinned faces. Contacts there are those of the other body's edges
+/// and curved places, which its own points find. [-]
+[[nodiscard]] inline bool is_on_face(const PointshellView& shell, std::uint32_t i) noexcept {
+  return shell.face_points != nullptr && (shell.face_points[i / 32] >> i % 32 & 1U) != 0;
 }
 
 /// Surface area that a point represents. [m^2]
@@ -340,6 +348,9 @@ struct QueryOptions {
   Weight weight = Weight::per_area;
   std::uint32_t segment_level =
       0;  ///< 0: regular traverse (Algorithm 1). l >= 1: one deepest contact per cluster of level l (Sec. 2.4)
+  /// Points inside thinned faces (is_on_face) are no contacts. For pairs of which each body's points are sought in the
+  /// other: what these points could touch is an edge or a curved place of the other body.
+  bool leaves_faces = false;
   ContactCache* cache = nullptr;  ///< may be null; ignored by the segmented traverse, with a level or a budget, and
                                   ///< for Field::layers and real
 

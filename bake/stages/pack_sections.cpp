@@ -211,8 +211,12 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
   for (std::size_t axis = 0; axis < 3; ++axis) {
     largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
   }
-  info.covering_radius = shell.covering_radius + std::numbers::sqrt3 / 2 * info.position_step +
-                         largest * std::numeric_limits<float>::epsilon();
+  const double rounding =
+      std::numbers::sqrt3 / 2 * info.position_step + largest * std::numeric_limits<float>::epsilon();
+  info.covering_radius = shell.covering_radius + rounding;
+  if (shell.feature_covering_radius < shell.covering_radius) {
+    info.feature_covering_radius = shell.feature_covering_radius + rounding;
+  }
   info.points = shell.positions.size();
   info.branching = branching;
   info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);
@@ -286,6 +290,13 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
   sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
   pack_facets(shell, tree.order, info, sections);
+  if (!shell.on_face.empty()) {
+    std::vector<std::uint32_t> faces((count + 31) / 32, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (shell.on_face[tree.order[i]] != 0) faces[i / 32] |= std::uint32_t{1} << i % 32;
+    }
+    sections.push_back(section(SectionKind::face_points, ElementType::u32, {faces.size()}, faces));
+  }
   sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));

@@ -14,6 +14,7 @@
 #include <numeric>
 
 #include "bake/stages/surface_blocks.h"
+#include "bake/stages/thin_faces.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
@@ -148,7 +149,7 @@ class Sampler {
   void measure_areas();
   void find_folds();
 
-  [[nodiscard]] std::vector<const Sample*> samples();
+  [[nodiscard]] std::vector<Sample*> samples();
   [[nodiscard]] double covering_radius() const { return covering_; }
 
  private:
@@ -357,10 +358,10 @@ void Sampler::find_folds() {
   });
 }
 
-std::vector<const Sample*> Sampler::samples() {
-  std::vector<const Sample*> all;
-  for (const Block& block : blocks_.blocks()) {
-    for (const Sample& sample : block.samples) all.push_back(&sample);
+std::vector<Sample*> Sampler::samples() {
+  std::vector<Sample*> all;
+  for (Block& block : blocks_.blocks()) {
+    for (Sample& sample : block.samples) all.push_back(&sample);
   }
   return all;
 }
@@ -414,17 +415,22 @@ Vector as_stored(const Vector& normal) {
 }  // namespace
 
 Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                             const InsideRuns& runs, const BandField& field, double spacing) {
+                             const InsideRuns& runs, const BandField& field, double spacing, double thin) {
   Sampler sampler(surface, spacing);
   sampler.sample_features();
   sampler.sample_triangles(grid, voxels);
   sampler.fill_gaps();
   sampler.measure_areas();
   sampler.find_folds();
-  const std::vector<const Sample*> samples = sampler.samples();
+  std::vector<Sample*> samples = sampler.samples();
   Pointshell shell;
   shell.spacing = spacing;
   shell.covering_radius = sampler.covering_radius();
+  shell.feature_covering_radius = shell.covering_radius;
+  if (thin > 1) {
+    shell.covering_radius += thin_faces(samples, spacing, {thin, kFaceSag * grid.voxel_size});
+    for (const Sample* const sample : samples) shell.on_face.push_back(is_on_face(*sample) ? 1 : 0);
+  }
   shell.positions.resize(samples.size());
   shell.inward_normals.resize(samples.size());
   shell.areas.resize(samples.size());

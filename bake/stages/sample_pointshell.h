@@ -18,14 +18,17 @@ struct Pointshell {
   std::vector<Vector> inward_normals;  ///< unit, rounded to what the asset can hold
   std::vector<double> areas;           ///< they sum to the surface's area. [m^2]
   std::vector<PointFacet> facets;      ///< of the points whose part of the surface is folded, by point
+  std::vector<std::uint8_t> on_face;   ///< of a thinned shell: whether a point lies inside a face; else empty
   double spacing = 0;                  ///< points on the same side are no closer than this. [m]
   double normal_error_mean = 0;        ///< angle to the face's normal, over points that lie on no sharp edge. [rad]
   double normal_error_max = 0;         ///< the worst of these. [rad]
   double covering_radius = 0;          ///< proven: every surface point has a shell point no farther than this. [m]
+  double feature_covering_radius = 0;  ///< proven: the same for places whose point was not thinned out. [m]
 };
 
 /// @param spacing  alpha * s. [Units: m]
+/// @param thin     see BakeOptions::thin_faces
 [[nodiscard]] Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                                           const InsideRuns& runs, const BandField& field, double spacing);
+                                           const InsideRuns& runs, const BandField& field, double spacing, double thin);
 
 }  // namespace vps::bake

@@ -31,6 +31,7 @@ constexpr Spelling kSpellings[] = {
     {"band_outside", "band-outside", Form::voxels},
     {"field_error", "field-error", Form::voxels},
     {"alpha", "alpha", Form::number},
+    {"thin_faces", "thin-faces", Form::number},
     {"layers", "field layers", Form::flag},
     {"scaled", "field scaled", Form::flag},
     {"real", "field real", Form::flag},

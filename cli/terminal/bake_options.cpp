@@ -65,6 +65,12 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
       "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
       ->option_text("X")
       ->group(kGroup);
+  add_text_option(
+      app, "--thin-faces",
+      [&](const std::string& text) { arguments.options.thin_faces = parse_factor("--thin-faces", text); },
+      "Space points inside flat faces up to X times as far, 1 to 4 [default: 1]")
+      ->option_text("X")
+      ->group(kGroup);
 }
 
 }  // namespace

@@ -76,6 +76,7 @@ nlohmann::ordered_json info_to_json(const AssetInfo& info) {
     j["pointshell"] = {{"points", info.points},
                        {"spacing", info.spacing},
                        {"covering_radius", info.covering_radius},
+                       {"feature_covering_radius", info.feature_covering_radius},
                        {"normal_error_mean", info.normal_error_mean},
                        {"normal_error_max", info.normal_error_max},
                        {"position_origin", info.position_origin},
@@ -163,6 +164,10 @@ std::string info_to_text(const AssetInfo& info) {
   if (info.points > 0) {
     out += fmt::format("pointshell  {} points sampled at least {} apart, every surface point within {} of one\n",
                        info.points, bake::format_length(info.spacing), bake::format_length(info.covering_radius));
+    if (info.feature_covering_radius > 0) {
+      out += fmt::format("  thinned inside faces; other places within {} of a point\n",
+                         bake::format_length(info.feature_covering_radius));
+    }
     constexpr double kDegrees = 180 / std::numbers::pi;
     out += fmt::format("  normals {:.2g} degrees off their faces in the mean, {:.2g} at most\n",
                        kDegrees * info.normal_error_mean, kDegrees * info.normal_error_max);
@@ -200,6 +205,8 @@ const char* section_name(SectionKind kind) {
       return "facet_points";
     case SectionKind::facet_corners:
       return "facet_corners";
+    case SectionKind::face_points:
+      return "face_points";
     case SectionKind::spheres:
       return "spheres";
     case SectionKind::children:

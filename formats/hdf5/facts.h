@@ -34,6 +34,7 @@ void for_each_fact(const AssetInfo& info, Visit visit) {
   visit("inertia_xx_yy_zz_xy_xz_yz", info.inertia);
   visit("spacing", info.spacing);
   visit("covering_radius", info.covering_radius);
+  visit("feature_covering_radius", info.feature_covering_radius);
   visit("normal_error_mean", info.normal_error_mean);
   visit("normal_error_max", info.normal_error_max);
   visit("position_origin", info.position_origin);

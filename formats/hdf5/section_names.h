@@ -55,6 +55,8 @@ inline constexpr SectionName kSectionNames[] = {
      "points whose part of the surface is folded, ascending, one entry per facet", ""},
     {SectionKind::facet_corners, "/pointshell/facet_corners", "covering_radius/112",
      "four corners (x, y, z) of each facet less the position of its point, counter-clockwise seen from outside", ""},
+    {SectionKind::face_points, "/pointshell/face_points", "1",
+     "bit i % 32 of word i / 32: whether point i lies inside a face, where the points are thinned out", ""},
     {SectionKind::spheres, "/pointshell/tree/spheres", "m",
      "rows x, y, z, radius of the sphere round all points of a node", "Eq. (6)"},
     {SectionKind::children, "/pointshell/tree/children", "1",

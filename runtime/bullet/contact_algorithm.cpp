@@ -21,20 +21,15 @@ namespace {
 
 enum class LookAhead : std::uint8_t { no, yes };
 
-class ContactAlgorithm final : public btCollisionAlgorithm {
+// The contacts of one body's points in the other body.
+class ShellContacts {
  public:
   /// @param looks_ahead  yes: finds speculative contacts of the step too; no: for contactTest and similar queries
-  ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead looks_ahead)
-      : btCollisionAlgorithm(info), manifolds_(info.m_dispatcher1), looks_ahead_(looks_ahead) {}
+  ShellContacts(btDispatcher* dispatcher, LookAhead looks_ahead) : manifolds_(dispatcher), looks_ahead_(looks_ahead) {}
 
-  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
-                        const btDispatcherInfo& info, btManifoldResult* result) override;
-
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
-                                 btManifoldResult*) override {
-    return 1;
-  }
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds_.append_to(manifolds); }
+  /// @param leaves_faces  see QueryOptions
+  void find(const Pair& pair, bool leaves_faces, btScalar step, btManifoldResult* result);
+  void append_to(btManifoldArray& manifolds) const { manifolds_.append_to(manifolds); }
 
  private:
   void leave_apart() {
@@ -48,6 +43,29 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   Manifolds manifolds_;
   const LookAhead looks_ahead_;
   std::unique_ptr<PairMemory> memory_;  // none before the bodies come near each other
+};
+
+class ContactAlgorithm final : public btCollisionAlgorithm {
+ public:
+  ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead looks_ahead)
+      : btCollisionAlgorithm(info), contacts_(info.m_dispatcher1, looks_ahead), looks_ahead_(looks_ahead) {}
+
+  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
+                        const btDispatcherInfo& info, btManifoldResult* result) override;
+
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
+    return 1;
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override {
+    contacts_.append_to(manifolds);
+    if (others_ != nullptr) others_->append_to(manifolds);
+  }
+
+ private:
+  ShellContacts contacts_;
+  std::unique_ptr<ShellContacts> others_;  // with the roles exchanged; none for shells with points everywhere
+  const LookAhead looks_ahead_;
 };
 // Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
 static_assert(sizeof(ContactAlgorithm) <= 192);
@@ -100,11 +118,20 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another class with Shape's shape type
   const Pair pair = assign_roles(a, b);
+  const bool both = needs_both_roles(pair);
+  contacts_.find(pair, both, info.m_timeStep, result);
+  if (!both) return;
+  if (others_ == nullptr) others_ = std::make_unique<ShellContacts>(m_dispatcher, looks_ahead_);
+  others_->find({pair.field, pair.shell}, both, info.m_timeStep, result);
+}
+
+void ShellContacts::find(const Pair& pair, bool leaves_faces, btScalar step, btManifoldResult* result) {
   QueryOptions options;
   options.contact_distance =
       static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold));
   options.segment_level = pair.shell.vps->segment_level();
-  auto [way, is_joint, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, info.m_timeStep) : Approach{};
+  options.leaves_faces = leaves_faces;
+  auto [way, is_joint, phase] = looks_ahead_ == LookAhead::yes ? approach(pair, step) : Approach{};
   const btScalar near_enough = options.contact_distance + way;
   Stand now;
   if (memory_ != nullptr) {
@@ -142,14 +169,14 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   found.reach = options.contact_distance;
   found.way = static_cast<float>(way);
   found.is_joint = is_joint;
-  found.step = info.m_timeStep;
+  found.step = step;
   if (const Status status = find_contacts(pair, options, *memory_, found); status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
     manifolds_.release();
     return;
   }
-  if (way > 0) keep_arriving(pair, info.m_timeStep, *memory_, found);
+  if (way > 0) keep_arriving(pair, step, *memory_, found);
   if (found.most < 0 && found.hits.count == 0 && found.contacts.empty()) {
     // Every place of the surface is within the covering radius of a point.
     memory_->gap = {now, -double{found.most} - double{pair.shell.vps->pointshell().covering_radius}};
@@ -168,7 +195,7 @@ ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
   return {found.contacts[i], feature_of(found.contacts, found.features, i)};
 }
 
-void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
+void ShellContacts::fill_regular(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
   memory_->segments.points.clear();
   if (foundation_of(pair).stiffness > 0) return fill_springs(pair, found, result);
   std::array<ManifoldContact, MANIFOLD_CACHE_SIZE> few;
@@ -184,7 +211,7 @@ void ContactAlgorithm::fill_regular(const Pair& pair, const FoundContacts& found
 }
 
 // Fills the manifold with few springs that have the wrench of all penetrating points.
-void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
+void ShellContacts::fill_springs(const Pair& pair, const FoundContacts& found, btManifoldResult* result) {
   thread_local ReductionScratch scratch;
   thread_local std::vector<ManifoldContact> pressing;
   thread_local std::vector<Contact> all;
@@ -211,8 +238,8 @@ void ContactAlgorithm::fill_springs(const Pair& pair, const FoundContacts& found
 
 // Sec. 2.4: up to three manifolds for each segment, with one contact each. A contact keeps its manifold from step to
 // step.
-void ContactAlgorithm::fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found,
-                                     btManifoldResult* result) {
+void ShellContacts::fill_segments(const Pair& pair, std::uint32_t level, const FoundContacts& found,
+                                  btManifoldResult* result) {
   const std::uint32_t base = pair.shell.vps->pointshell().level_offsets[level - 1];
   thread_local std::vector<ManifoldContact> contacts;
   contacts.clear();

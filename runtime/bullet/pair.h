@@ -58,6 +58,14 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   return gives_pointshell(side(*first.vps), side(*second.vps)) ? Pair{first, second} : Pair{second, first};
 }
 
+/// Whether each body's points are sought in the other one: the shell has few points inside its faces, and an edge of
+/// the other body may lie between them. Then the points inside faces are not needed: what they could touch is an edge,
+/// a corner or a curved place of the other body, or another face, and faces meet at the edge of one of them first.
+inline bool needs_both_roles(const Pair& pair) {
+  return pair.shell.vps->pointshell().face_points != nullptr && pair.field.vps != nullptr &&
+         pair.field.vps->pointshell().points > 0 && pair.shell.vps->voxelmap().field != Field::none;
+}
+
 /// Takes a frame, given in the world, to the shell's asset frame.
 inline detail::Transform to_asset(const Pair& pair, const btTransform& frame) {
   const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());

@@ -185,6 +185,7 @@ VpsStatus vps_asset_info(const VpsAsset* asset, VpsAssetInfo* info) {
   to.branching = from.branching;
   to.spacing = from.spacing;
   to.covering_radius = from.covering_radius;
+  to.feature_covering_radius = from.feature_covering_radius;
   to.normal_error_mean = from.normal_error_mean;
   to.normal_error_max = from.normal_error_max;
   to.layers_error = to_c(from.layers_error);

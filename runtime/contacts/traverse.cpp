@@ -239,6 +239,18 @@ namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::max();
 
+void leave_faces(TraverseQuery& query) noexcept {
+  detail::Descent& d = query.descent;
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < d.hit_count; ++i) {
+    if (query.is_left_out(d.hits[i])) continue;
+    for (float* const row : d.positions) row[kept] = row[i];
+    d.penetrations[kept] = d.penetrations[i];
+    d.hits[kept++] = d.hits[i];
+  }
+  d.hit_count = kept;
+}
+
 // @param find  finds hits for a query
 template <class Find>
 Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
@@ -254,6 +266,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     std::copy_n(hits.position, 3, d.positions);
     stop_at_flat_nodes(query, scratch);
     find(query);
+    if (query.options.leaves_faces) leave_faces(query);
     hits.count = d.hit_count;
     for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
     // The error of plain maps is not known here.

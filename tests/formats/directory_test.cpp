@@ -397,6 +397,19 @@ TEST(Validate, FacetsHaveCornersAndAscendingPoints) {
   EXPECT_EQ(decoded({}, 1), Status::missing_section);
 }
 
+TEST(Directory, FacePointsHaveABitForEachPoint) {
+  const auto decoded = [](std::size_t words) {
+    TinyAsset tiny;
+    const std::vector<std::uint32_t> faces(words, 5);
+    tiny.sections.push_back(make_section(SectionKind::face_points, ElementType::u32, {words}, faces));
+    Bytes bytes(tiny);
+    Directory directory;
+    return decode_directory(bytes.all(), directory);
+  };
+  EXPECT_EQ(decoded(1), Status::ok);
+  EXPECT_EQ(decoded(2), Status::bad_section);
+}
+
 // A tiny asset with hulls: `offsets` for its three nodes, and these corners.
 TinyAsset with_hulls(const std::vector<std::uint32_t>& offsets, const std::vector<std::uint32_t>& corners) {
   TinyAsset tiny;

@@ -112,7 +112,8 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
 void check_hulls(const AssetInfo& info, const PointshellView& shell, std::vector<Check>& checks) {
   if (shell.hull_offsets == nullptr) return;
   constexpr int kDirections = 24;
-  const double allowed = 2 * kHullTolerance * info.covering_radius;
+  const double allowed =
+      2 * kHullTolerance * (info.feature_covering_radius > 0 ? info.feature_covering_radius : info.covering_radius);
   const auto ranges = point_ranges(shell);
   std::size_t nodes = 0, strange = 0;
   double worst = 0;  // distance of a point from a hull. [m]

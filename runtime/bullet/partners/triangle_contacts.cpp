@@ -305,7 +305,7 @@ class Search {
         sheets_.met[number] = static_cast<std::uint8_t>(sheets_.met[number] | 1U << k);
         if (penetration_at(triangle.corners[k]) < -relevant_) continue;
         ManifoldContact contact;
-        contact.area = shell_.covering_radius * shell_.covering_radius;
+        contact.area = shell_.feature_covering_radius * shell_.feature_covering_radius;
         contact.point = shell_.children[2 * std::size_t{leaf_}];
         contact.node = leaf_;
         contact.feature = corner_feature(shell_, triangle.id, k);
@@ -456,7 +456,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std
   }
   // Room for some steps like the last one. None for a fast body, which would remember too many places.
   constexpr double kSteps = 8;
-  const double least = 0.05 * static_cast<double>(shell.covering_radius);
+  const double least = 0.05 * static_cast<double>(shell.feature_covering_radius);
   memory.room = kSteps * step > 10 * least ? 0 : std::max(least, kSteps * step);
   memory.reference = to_mesh;
   memory.distance = options.contact_distance;

@@ -37,7 +37,7 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
       transform(shell_to_field),
       has_facets(the_options.weight == Weight::per_patch && the_shell.facets > 0),
       options(the_options),
-      reach(has_facets ? std::max(the_options.contact_distance, the_shell.covering_radius)
+      reach(has_facets ? std::max(the_options.contact_distance, the_shell.feature_covering_radius)
                        : the_options.contact_distance),
       budget(the_options),
       out(contacts),

@@ -22,7 +22,7 @@ class FlatNodes {
       : query_(query),
         d_(query.descent),
         shell_(query.shell),
-        tolerance_(static_cast<float>(kHullTolerance) * query.shell.covering_radius) {}
+        tolerance_(static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius) {}
 
   Answer ask(std::uint32_t node) noexcept {
     count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];

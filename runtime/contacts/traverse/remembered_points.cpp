@@ -77,8 +77,8 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   // none, because its speed is not known. Nor does a list help where V is only an estimate.
   constexpr double kSteps = 8;
   constexpr double kFewestSteps = 3;
-  const double least = 0.05 * shell.covering_radius;
-  const double most = 0.5 * shell.covering_radius;
+  const double least = 0.05 * shell.feature_covering_radius;
+  const double most = 0.5 * shell.feature_covering_radius;
   const double reach = needed + std::clamp(kSteps * step, least, most);
   if (!same || kFewestSteps * step > most || reach > query.facts.certain) {
     cache.reach = 0;

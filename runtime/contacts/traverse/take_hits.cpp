@@ -105,6 +105,7 @@ void take_segment_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, 
   std::uint32_t deepest = last;
   float most = query.segment->penetration / d.unit;
   for (std::uint32_t i = first; i < last; ++i) {
+    if (query.is_left_out(d.hits[i])) continue;
     const float v = d.penetrations[i];
     if (v >= 0 && sum.is_wanted()) sum.add(contact_of(query, query.transform, hits, i));
     if (!(v > most)) continue;
@@ -139,6 +140,7 @@ void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uin
   ForceSum sum(query);
   const float unit = query.descent.unit;
   for (std::uint32_t i = first; i < last; ++i) {
+    if (query.is_left_out(query.descent.hits[i])) continue;
     const FacetRange range = facets.next(query.descent.hits[i]);
     const bool is_near = query.descent.penetrations[i] >= limit;
     if (!is_near && range.first == range.last) continue;

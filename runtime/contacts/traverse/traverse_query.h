@@ -63,6 +63,9 @@ struct TraverseQuery {
                 const Pose& kernel_pose, const Pose& shell_to_field, const QueryOptions& the_options, Scratch& scratch,
                 std::span<Contact> contacts, QueryResult& the_result) noexcept;
 
+  [[nodiscard]] bool is_left_out(std::uint32_t point) const noexcept {
+    return options.leaves_faces && is_on_face(shell, point);
+  }
   /// Spheres and points tested so far.
   [[nodiscard]] std::uint64_t tests() const noexcept {
     return std::uint64_t{descent.nodes_tested} + descent.points_tested;

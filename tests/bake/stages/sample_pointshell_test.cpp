@@ -15,9 +15,9 @@ namespace vps::test {
 using namespace bake;
 namespace {
 
-Pointshell sample(const Scene& scene, double alpha = std::sqrt(2.0)) {
+Pointshell sample(const Scene& scene, double alpha = std::sqrt(2.0), double thin = 1) {
   return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field,
-                           alpha * scene.grid.voxel_size);
+                           alpha * scene.grid.voxel_size, thin);
 }
 
 double nearest(const Pointshell& shell, const Vector& p) {
@@ -141,7 +141,7 @@ TEST(SamplePointshell, NormalsAreThoseThatTheAssetHolds) {
 TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
   const auto shell_of = [](const TriangleMesh& mesh, double s) {
     const Scene scene(mesh, s);
-    return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 1.5 * s);
+    return sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 1.5 * s, 1);
   };
   const Pointshell smooth = shell_of(make_sphere(0.1, 4), 0.004);
   EXPECT_GT(smooth.normal_error_mean, 0);
@@ -153,6 +153,70 @@ TEST(SamplePointshell, NormalsOfFacesStayNearTheirFaces) {
   std::size_t between = 0;
   for (const Vector& n : box.inward_normals) between += n.cwiseAbs().maxCoeff() < 0.8;
   EXPECT_GT(between, 50U);
+}
+
+// A place farther from all points than `feature_covering_radius` lies in the tangent plane of one nearby.
+// @param normal_at  outward normal of the surface at a place on it
+// @param bend       farthest that the surface leaves the tangent plane of an even shell's sample within its cell. [m]
+template <class NormalAt>
+void expect_thinned(const Scene& scene, double fewer, const NormalAt& normal_at, double bend) {
+  const Pointshell even = sample(scene);
+  const Pointshell thin = sample(scene, std::sqrt(2.0), 4);
+  EXPECT_LT(double(thin.positions.size()), fewer * double(even.positions.size()));
+  EXPECT_EQ(even.feature_covering_radius, even.covering_radius);
+  EXPECT_EQ(thin.feature_covering_radius, even.covering_radius);
+  EXPECT_LE(thin.covering_radius, 5.06 * thin.spacing);
+  EXPECT_NEAR(std::accumulate(thin.areas.begin(), thin.areas.end(), 0.0), scene.surface.area,
+              1e-9 * scene.surface.area);
+  Random random;
+  const std::size_t per_triangle = 1 + 4000 / scene.surface.triangles.size();
+  int inside_faces = 0;
+  for (std::size_t t = 0; t < scene.surface.triangles.size(); ++t) {
+    for (std::size_t n = 0; n < per_triangle; ++n) {
+      const Vector p = point_on(scene.surface, t, random);
+      double least = 1e300;
+      double off = 1e300;  // from the tangent plane of any point that is near
+      for (const Vector& q : thin.positions) {
+        const double distance = (q - p).norm();
+        least = std::min(least, distance);
+        if (distance > thin.covering_radius) continue;
+        const Vector normal = normal_at(q);
+        if (normal.dot(normal_at(p)) > 0.9) off = std::min(off, std::abs(normal.dot(p - q)));
+      }
+      ASSERT_LE(least, thin.covering_radius);
+      if (least <= thin.feature_covering_radius) continue;
+      ++inside_faces;
+      ASSERT_LE(off, kFaceSag * scene.grid.voxel_size + bend);
+    }
+  }
+  EXPECT_GT(inside_faces, 500);
+}
+
+TEST(SamplePointshell, FlatFacesMayHaveFewerPoints) {
+  const Vector half(0.1, 0.07, 0.05);
+  const Scene scene(make_box({half.x(), half.y(), half.z()}), 0.004);
+  expect_thinned(
+      scene, 0.4,
+      [&](const Vector& p) {
+        int axis = 0;
+        p.cwiseAbs().cwiseQuotient(half).maxCoeff(&axis);
+        return Vector(std::copysign(1.0, p[axis]) * Vector::Unit(axis));
+      },
+      1e-12);
+  // Edges keep all their points.
+  const Pointshell thin = sample(scene, std::sqrt(2.0), 4);
+  for (int i = 0; i <= 200; ++i) {
+    const double along = half.x() * (i / 100.0 - 1);
+    EXPECT_LE(nearest(thin, {along, half.y(), half.z()}), thin.feature_covering_radius);
+    EXPECT_LE(nearest(thin, {along, -half.y(), half.z()}), thin.feature_covering_radius);
+  }
+}
+
+TEST(SamplePointshell, CurvedFacesKeepTheirPoints) {
+  // The facets of a finely tessellated sphere are flat, but their edges are places that other bodies touch.
+  const Scene scene(make_sphere(0.1, 4), 0.001);
+  const std::size_t even = sample(scene).positions.size();
+  EXPECT_GT(double(sample(scene, std::sqrt(2.0), 4).positions.size()), 0.9 * double(even));
 }
 
 }  // namespace
