@@ -211,12 +211,11 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
   for (std::size_t axis = 0; axis < 3; ++axis) {
     largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
   }
-  const double rounding =
-      std::numbers::sqrt3 / 2 * info.position_step + largest * std::numeric_limits<float>::epsilon();
-  info.covering_radius = shell.covering_radius + rounding;
-  if (shell.feature_covering_radius < shell.covering_radius) {
-    info.feature_covering_radius = shell.feature_covering_radius + rounding;
-  }
+  const auto stored = [&](double radius) {
+    return radius + std::numbers::sqrt3 / 2 * info.position_step + largest * std::numeric_limits<float>::epsilon();
+  };
+  info.covering_radius = stored(shell.covering_radius);
+  if (!shell.on_face.empty()) info.feature_covering_radius = stored(shell.feature_covering_radius);
   info.points = shell.positions.size();
   info.branching = branching;
   info.levels = static_cast<std::uint32_t>(tree.level_offsets.size() - 1);
