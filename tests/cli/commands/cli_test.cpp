@@ -287,6 +287,9 @@ TEST(Cli, FieldErrorAndSpacingAreOptions) {
   const auto coarse = baked("--alpha 3")["pointshell"];
   EXPECT_NEAR(coarse["spacing"].get<double>(), 0.003, 1e-12);
   EXPECT_LT(coarse["points"], standard["pointshell"]["points"]);
+  const auto thin = baked("--thin-faces 4")["pointshell"];
+  EXPECT_LT(thin["points"], standard["pointshell"]["points"]);
+  EXPECT_EQ(thin["feature_covering_radius"], standard["pointshell"]["covering_radius"]);
 
   expect_refusal(folder, bolt + "--field-error 0.1", 1, "a number of voxels needs a unit; write 0.1vx");
   expect_refusal(folder, bolt + "--field-error 0.1mm", 1, "unknown unit 'mm'; use one of vx");
@@ -301,6 +304,8 @@ TEST(Cli, FieldErrorAndSpacingAreOptions) {
     expect_refusal(folder, bolt + "--alpha " + alpha, 1, "--alpha takes a positive number");
   for (const char* alpha : {"0.2", "65"})
     expect_refusal(folder, bolt + "--alpha " + alpha, 3, "alpha is out of range; choose 0.25 to 64");
+  expect_refusal(folder, bolt + "--thin-faces 5", 3, "thin-faces is out of range; choose 1 to 4");
+  expect_refusal(folder, bolt + "--thin-faces 4 --parts pointshell", 3, "thin faces need both parts");
 }
 
 TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
