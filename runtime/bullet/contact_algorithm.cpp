@@ -120,7 +120,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const Pair pair = assign_roles(a, b);
   const bool both = needs_both_roles(pair);
   contacts_.find(pair, both, info.m_timeStep, result);
-  if (!both) return;
+  if (!both) return others_.reset();
   if (others_ == nullptr) others_ = std::make_unique<ShellContacts>(m_dispatcher, looks_ahead_);
   others_->find({pair.field, pair.shell}, both, info.m_timeStep, result);
 }
