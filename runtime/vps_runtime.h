@@ -150,6 +150,23 @@ struct PointshellView {
 /// @param areas  one for each node of the shell; another size is a bad_argument
 [[nodiscard]] Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept;
 
+/// A flat part of the surface: the points below a node of the tree, in a plane and with one normal. Asset frame. The
+/// four places centre +- along and centre +- across, with a quarter of the area each, have the points' total area,
+/// centre and second moments: the sums of V n A and P x V n A over them are those over the points where V is linear.
+struct FlatPatch {
+  std::uint32_t node = 0;
+  Vec3 centre;         ///< [m]
+  Vec3 along, across;  ///< principal axes of the area, sqrt(2) times its deviations long. [m]
+  Vec3 inward_normal;  ///< unit; the points' differ from it by at most kPatchNormal. [-]
+  float area = 0;      ///< length of the sum of the points' areas times their normals. [m^2]
+};
+inline constexpr float kPatchNormal = 1e-3F;
+
+/// All patches of a shell, for QueryOptions::flat_patches: one for each node that has a hull, one normal and no facets.
+/// Scans and other curved bodies have none. Allocates.
+/// @param patches  ascending by node
+[[nodiscard]] Status find_flat_patches(const PointshellView& shell, std::vector<FlatPatch>& patches);
+
 /// Segmentation level (Sec. 2.4): the level of the tree whose number of clusters is nearest to `segments`, by ratio.
 /// The paper uses about 15 segments.
 /// @return 0, the regular traverse, when `segments` is 0 or the shell empty
@@ -304,9 +321,9 @@ struct Contact {
   Vec3 inward_normal;       ///< into the pointshell's body, unit. [-]
   float penetration = 0;    ///< V(P). [m]
   float area = 0;           ///< of the point. Of a facet: the integral of V over it, divided by `penetration`. [m^2]
-  std::uint32_t point = 0;  ///< index of the point: stable from step to step
+  std::uint32_t point = 0;  ///< index of the point, of a FlatPatch one of its first four: stable from step to step
   std::uint32_t node = 0;   ///< segmented traverse: the segment's node. If the point represents a node (see
-                            ///< QueryOptions::level and max_tests): that node. Otherwise: the point's leaf
+                            ///< QueryOptions::level and max_tests) or is of a patch: that node. Otherwise: its leaf
 };
 
 /// How Eqs. (2) and (3) weigh a point.
@@ -361,6 +378,12 @@ struct QueryOptions {
   /// represent unvisited nodes become contacts with these areas; without areas they only count for QueryResult::delta.
   std::span<const float> node_areas = {};
 
+  /// Patches from find_flat_patches of this view, or empty. A face in contact then costs its rim, not its area: a patch
+  /// of which all corners are in contact where V is linear, and either all or none are inside, gives four contacts in
+  /// place of its points. Force and torque differ from those of all points by what docs/bounds.md, "Flat nodes", says.
+  /// Ignored with Weight::per_point, segments, a level, a budget and `leaves_faces`.
+  std::span<const FlatPatch> flat_patches = {};
+
   // Budgets. The traverse goes breadth first, or segment by segment, and leaves out the rest when a budget runs out.
   std::uint32_t max_tests = 0;  ///< tests of spheres and points; 0: no limit
   float max_microseconds =
@@ -391,7 +414,7 @@ struct Scratch {
 /// Uses the machine's widest vectors. The same query on the same machine gives the same bits; penetrations of different
 /// instruction sets agree within 1e-4 voxel.
 /// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
-/// @param out             contacts are written here, in tree order
+/// @param out             contacts are written here: those of patches, then those of points, each in tree order
 [[nodiscard]] Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                               const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                               QueryResult& result) noexcept;

@@ -425,6 +425,8 @@ Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory,
   const float margin = margin_of(pair);
   options.contact_distance += margin;
   options.cache = &memory.cache;
+  // With a margin contacts press before they are inside.
+  if (foundation_of(pair).stiffness > 0 && !(margin > 0)) options.flat_patches = pair.shell.vps->flat_patches();
   memory.segments.belong_to(shell, options.segment_level);
   const bool chooses = options.segment_level == 0 && !(foundation_of(pair).stiffness > 0);
   const FieldQuery query{pair, options, margin, memory, Workspace::of_this_thread(shell), chooses};

@@ -147,6 +147,13 @@ void Shape::set_scale(btScalar scale) {
   }
   if (part_ != Part::pointshell) (void)asset_->voxelmap(map_, Field::none, double(scale));
   if (part_ != Part::voxelmap) (void)asset_->pointshell(shell_, double(scale));
+  find_patches();
+}
+
+// Only springs need them.
+void Shape::find_patches() {
+  patches_.clear();
+  if (foundation_.stiffness > 0) (void)find_flat_patches(shell_, patches_);
 }
 
 std::uint32_t Shape::segment_level() const {
@@ -157,6 +164,7 @@ Status Shape::set_foundation(const PenaltyLaw& law) {
   const auto sound = [](double x) { return x >= 0 && std::isfinite(x); };
   if (!sound(law.stiffness) || !sound(law.damping)) return Status::bad_argument;
   foundation_ = law;
+  find_patches();
   return Status::ok;
 }
 

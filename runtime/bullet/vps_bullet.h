@@ -99,6 +99,8 @@ class Shape final : public btConcaveShape {
   /// @return bad_argument, and no change, for a law that is negative or not finite
   Status set_foundation(const PenaltyLaw& law);
   [[nodiscard]] const PenaltyLaw& foundation() const { return foundation_; }
+  /// Flat parts of the shell, at the shape's scale: none before a law is set.
+  [[nodiscard]] std::span<const FlatPatch> flat_patches() const { return patches_; }
 
   /// A name for messages and files; empty by default.
   void set_name(const std::string& name) { label_ = asset_key(*asset_) + (name.empty() ? "" : " " + name); }
@@ -147,6 +149,7 @@ class Shape final : public btConcaveShape {
   void send_once(Notice notice, const std::string& text) const;
   void look_for_first_step(const btTransform& transform) const;
   void set_scale(btScalar scale);
+  void find_patches();
 
   std::shared_ptr<const Asset> asset_;
   const Part part_;
@@ -161,6 +164,7 @@ class Shape final : public btConcaveShape {
   bool refuses_scaling_ = false;
   std::uint32_t wished_segments_ = 0;
   PenaltyLaw foundation_;
+  std::vector<FlatPatch> patches_;
   std::string label_;
   mutable std::atomic<Status> status_{Status::ok};
   mutable std::atomic<std::uint32_t> sent_{0};  // bits of Notice

@@ -59,6 +59,7 @@ void traverse_once(TraverseQuery& query) noexcept {
   const std::uint32_t level = std::min(query.options.level, shell.levels);
   const std::uint32_t last_node = level > 0 ? shell.level_offsets[level - 1] : shell.nodes;
   query.result.complete = detail::descend_in_blocks(query, 0, 0, last_node);
+  detail::ask_flat_nodes(query, d.flat_count);
   detail::take_hits(query, detail::HitsAre::points);
   const std::uint32_t expanded = d.begin;
   detail::represent(query, d.begin, d.end);
@@ -73,6 +74,12 @@ void traverse_with_cache(TraverseQuery& query) noexcept {
 
 bool uses_cache(const TraverseQuery& query) noexcept {
   return query.options.cache != nullptr && query.descent.bounds == nullptr && query.facts.takes_lists;
+}
+
+bool takes_patches(const TraverseQuery& query) noexcept {
+  const QueryOptions& options = query.options;
+  return !options.flat_patches.empty() && options.weight != Weight::per_point && options.segment_level == 0 &&
+         options.level == 0 && !options.leaves_faces;
 }
 
 // Upper bound of the true V of all points, less the field's error.
@@ -200,14 +207,18 @@ void Scratch::reserve(const PointshellView& shell) {
 
 Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                 Scratch& scratch, std::span<Contact> out, QueryResult& result) noexcept {
-  return query_field(shell, field, shell_to_field, options, scratch, out, result, sum_contacts);
+  return query_field(shell, field, shell_to_field, options, scratch, out, result, [&](TraverseQuery& query) {
+    if (takes_patches(query)) detail::stop_at_flat_nodes(query, scratch, detail::FlatNodesGive::patches);
+    return sum_contacts(query);
+  });
 }
 
 Status detail::traverse_contacts(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                                  const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                                  QueryResult& result) noexcept {
-  return query_field(shell, field, shell_to_field, options, scratch, out, result, [](TraverseQuery& query) {
+  return query_field(shell, field, shell_to_field, options, scratch, out, result, [&](TraverseQuery& query) {
     query.has_sums = false;
+    if (takes_patches(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::patches);
     return sum_contacts(query);
   });
 }
@@ -264,7 +275,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
-    stop_at_flat_nodes(query, scratch);
+    stop_at_flat_nodes(query, scratch, FlatNodesGive::corners);
     find(query);
     if (query.options.leaves_faces) leave_faces(query);
     hits.count = d.hit_count;

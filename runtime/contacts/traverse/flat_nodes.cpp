@@ -11,7 +11,7 @@ namespace vps::detail {
 namespace {
 
 enum class Answer : std::uint8_t {
-  given,   // by the node's corners: their hits stand for all points below
+  given,   // by the node's corners or patch, which stand for all points below
   none,    // no point below is a hit
   unknown  // ask the node's children
 };
@@ -22,7 +22,9 @@ class FlatNodes {
       : query_(query),
         d_(query.descent),
         shell_(query.shell),
-        tolerance_(static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius) {}
+        tolerance_(static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius),
+        limit_(query.options.contact_distance / query.descent.unit),
+        gives_patches_(query.flat_nodes_give == FlatNodesGive::patches) {}
 
   Answer ask(std::uint32_t node) noexcept {
     count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
@@ -33,8 +35,8 @@ class FlatNodes {
     most_samples_ = 4 * points;  // more cost as much as the points
     const std::uint32_t first = d_.hit_count;
     test_corners(node);
-    const Answer answer = answer_for(first);
-    if (answer != Answer::given) d_.hit_count = first;
+    const Answer answer = answer_for(node, {d_.penetrations + first, count_});
+    if (answer != Answer::given || gives_patches_) d_.hit_count = first;
     return answer;
   }
 
@@ -57,33 +59,61 @@ class FlatNodes {
     d_.contact_distance = wanted;
   }
 
-  Answer answer_for(std::uint32_t first) noexcept {
-    const std::span<const float> v(d_.penetrations + first, count_);
+  Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
     const auto [shallowest, deepest] = std::minmax_element(v.begin(), v.end());
-    if (!is_linear(v, static_cast<std::uint32_t>(deepest - v.begin()))) return Answer::unknown;
-    // V may be bent, and points may lie beside the hull.
-    const float most = *deepest + 4 * tolerance_ / d_.unit;
-    if (most < -d_.contact_distance) {
-      d_.rejected = std::max(d_.rejected, most);
-      return Answer::none;
-    }
-    return *shallowest >= -d_.contact_distance ? Answer::given : Answer::unknown;
+    const std::size_t at = static_cast<std::size_t>(deepest - v.begin());
+    return query_.facts.values.visit([&](const auto& field) {
+      const LinearPart part = linear_part(field, places_[at], d_.unit * *deepest);
+      if (!is_linear(field, part, v)) return Answer::unknown;
+      // V may be bent, and points may lie beside the hull.
+      const float most = *deepest + 4 * tolerance_ / d_.unit;
+      const Answer answer = most < -limit_                                  ? Answer::none
+                            : *shallowest < -limit_                         ? Answer::unknown
+                            : !gives_patches_                               ? Answer::given
+                            : take_patch(node, part, *shallowest, *deepest) ? Answer::given
+                                                                            : Answer::unknown;
+      if (answer != Answer::unknown) d_.rejected = std::max(d_.rejected, most);
+      return answer;
+    });
   }
 
-  [[nodiscard]] bool is_linear(std::span<const float> v, std::uint32_t deepest) const noexcept {
-    return query_.facts.values.visit([&](const auto& field) {
-      const LinearPart part = linear_part(field, places_[deepest], d_.unit * v[deepest]);
-      for (std::uint32_t i = 0; i < count_; ++i) {
-        if (!(std::abs(d_.unit * v[i] - part.at(places_[i])) <= tolerance_)) return false;
-      }
-      return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_samples_);
-    });
+  template <class Field>
+  [[nodiscard]] bool is_linear(const Field& field, const LinearPart& part, std::span<const float> v) const noexcept {
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      if (!(std::abs(d_.unit * v[i] - part.at(places_[i])) <= tolerance_)) return false;
+    }
+    return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_samples_);
+  }
+
+  // Writes the contacts of a node's patch. @return false without a patch, and where a force begins within the node
+  bool take_patch(std::uint32_t node, const LinearPart& part, float shallowest, float deepest) noexcept {
+    const std::span<const FlatPatch> all = query_.options.flat_patches;
+    const auto patch = std::lower_bound(all.begin(), all.end(), node,
+                                        [](const FlatPatch& one, std::uint32_t wanted) { return one.node < wanted; });
+    if (patch == all.end() || patch->node != node || !(shallowest >= 0 || deepest < 0)) return false;
+    Contact contacts[4];
+    const Vec3 ways[4] = {patch->along, -1 * patch->along, patch->across, -1 * patch->across};
+    const std::uint32_t first_point = points_below(shell_, node).begin;
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      Contact& contact = contacts[i];
+      contact.position = query_.transform.apply(patch->centre + ways[i]);
+      contact.inward_normal = query_.transform.rotate(patch->inward_normal);
+      contact.penetration = part.at(contact.position);
+      contact.area = patch->area / 4;
+      contact.point = std::min(first_point + i, shell_.points - 1);
+      contact.node = node;
+      if ((contact.penetration >= 0) != (shallowest >= 0)) return false;
+    }
+    for (const Contact& contact : contacts) take_contact(query_, contact);
+    return true;
   }
 
   TraverseQuery& query_;
   Descent& d_;
   const PointshellView& shell_;
   const float tolerance_;  // of the hull, and of V from a linear function. [m]
+  const float limit_;      // contact distance, in the field's unit
+  const bool gives_patches_;
   std::uint32_t count_ = 0, most_samples_ = 0;
   std::array<Vec3, kMostCorners> places_;  // of the corners, field's frame. [m]
   std::array<std::array<float, kMostCorners + kLanePadding>, 3> codes_{};
@@ -96,9 +126,10 @@ bool has_hull(const PointshellView& shell, std::uint32_t node) noexcept {
 
 }  // namespace
 
-void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch) noexcept {
+void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch, FlatNodesGive give) noexcept {
   if (query.shell.hull_offsets == nullptr || !query.facts.takes_lists || query.budget.limited()) return;
   query.descent.flats = scratch.flats.data();
+  query.flat_nodes_give = give;
 }
 
 void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {

@@ -118,6 +118,14 @@ void take_segment_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, 
 
 }  // namespace
 
+void take_contact(TraverseQuery& query, const Contact& contact) noexcept {
+  write_contact(query, contact);
+  if (contact.penetration < 0) return;
+  ForceSum sum(query);
+  sum.add(contact);
+  sum.store(query.result);
+}
+
 void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
   const bool dropped = hits == HitsAre::nodes && query.options.node_areas.empty();
   take_hits(query, hits, 0, dropped ? 0 : query.descent.hit_count);

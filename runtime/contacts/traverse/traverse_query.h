@@ -55,6 +55,12 @@ float greatest_penetration(const VoxelmapView& map) noexcept;
 /// V before any point was tested.
 inline constexpr float kNothingTested = std::numeric_limits<float>::lowest();
 
+/// What stands for the points of a flat node that lies wholly in a contact where the field is linear.
+enum class FlatNodesGive : std::uint8_t {
+  corners,  ///< hits: for the choice of a manifold's contacts
+  patches   ///< contacts of QueryOptions::flat_patches: for force and torque
+};
+
 /// The state of one traverse.
 struct TraverseQuery {
   /// @param shell_to_field  takes the shell to the map frame, in which contacts are
@@ -89,7 +95,8 @@ struct TraverseQuery {
   Descent descent;
   Contact* segment = nullptr;          ///< if not null, only the deepest contact is kept, and stored here
   float deepest_far = kNothingTested;  ///< max V by the far grid, of a shell beyond the band. In the field's unit
-  std::uint32_t waiting = 0;           ///< segments that are not begun, for which the budget must suffice
+  FlatNodesGive flat_nodes_give = FlatNodesGive::corners;
+  std::uint32_t waiting = 0;  ///< segments that are not begun, for which the budget must suffice
 };
 
 /// Kind of a descent's hits: points, or points that represent the nodes in `Descent::leaves`.
@@ -105,6 +112,9 @@ inline void write_contact(TraverseQuery& query, const Contact& contact) noexcept
   ++query.result.contacts;
 }
 
+/// Writes a contact that is none of the descent's hits, and adds it to the sums.
+void take_contact(TraverseQuery& query, const Contact& contact) noexcept;
+
 /// Goes down from a node, which becomes entry `at` of the queue, to nodes from `last_node` on. With a budget it takes
 /// the hits of each block; otherwise the caller takes them. Afterwards entries [begin, end) of the queue are left.
 /// @return false when the budget ran out
@@ -117,11 +127,9 @@ void represent(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexc
 /// They give a more accurate distance. Beyond the band these include the leaves', and the nearest leaf's points.
 void sharpen_distance(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexcept;
 
-/// Stops a descent at flat nodes, of which `ask_flat_nodes` takes few points as hits: only where the hits are those of
-/// manifolds, without a budget.
-void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch) noexcept;
-/// Takes the hits of flat nodes: the corners of those that lie wholly in a contact where the field is linear, else the
-/// points below that are hits.
+/// Stops a descent at flat nodes, which `ask_flat_nodes` answers later. Not with a budget.
+void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch, FlatNodesGive give) noexcept;
+/// Takes the hits or contacts of flat nodes: as above, else the points below that are hits.
 /// @param count  of the nodes in Descent::flats
 void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept;
 
