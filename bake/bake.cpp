@@ -177,7 +177,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     const Pointshell shell =
         sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
     stages.start("cluster_points");
-    const PointTree tree = cluster_points(shell.positions, surface.area, options.branching);
+    const PointTree tree = cluster_points(shell.positions, shell.faces, surface.area, options.branching);
     stages.start("bounding_spheres");
     describe_pointshell(shell, tree, options.branching, asset.info);
     const std::vector<Point3f> points = tree_points(shell, tree, asset.info);

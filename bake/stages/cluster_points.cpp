@@ -20,12 +20,9 @@ struct Cluster {
 
 class LevelClustering {
  public:
-  LevelClustering(const std::vector<Vector>& points, double area, std::uint32_t branching)
-      : points_(points),
-        branching_(branching),
-        outlier_(1.5 * std::sqrt(area / static_cast<double>(points.size()) * branching / M_PI)),
-        free_(outlier_),
-        taken_(points.size(), false) {
+  /// @param outlier  threshold: 1.5 times the radius of a round cluster of K points. [m]
+  LevelClustering(const std::vector<Vector>& points, double outlier, std::uint32_t branching)
+      : points_(points), branching_(branching), outlier_(outlier), free_(outlier_), taken_(points.size(), false) {
     for (std::uint32_t i = 0; i < points.size(); ++i) free_.insert(points[i], i);
   }
 
@@ -123,7 +120,7 @@ class LevelClustering {
 
   const std::vector<Vector>& points_;
   const std::uint32_t branching_;
-  const double outlier_;  // threshold: 1.5 times the radius of a round cluster of K points. [m]
+  const double outlier_;
   PointGrid free_;
   std::vector<bool> taken_;
   std::vector<Candidate> candidates_;
@@ -165,9 +162,9 @@ void halve(const std::vector<Vector>& points, std::vector<std::uint32_t>::iterat
   halve(points, middle, last, branching, out);
 }
 
-std::vector<Cluster> cluster_level(const std::vector<Vector>& points, double area, std::uint32_t branching) {
+std::vector<Cluster> cluster_group(const std::vector<Vector>& points, double outlier, std::uint32_t branching) {
   std::vector<Cluster> clusters;
-  if (points.size() > branching) clusters = LevelClustering(points, area, branching).run();
+  if (points.size() > branching) clusters = LevelClustering(points, outlier, branching).run();
   // The tree must shrink: a level may have at most half as many clusters as points.
   if (clusters.empty() || clusters.size() > (points.size() + 1) / 2) {
     clusters.clear();
@@ -176,6 +173,54 @@ std::vector<Cluster> cluster_level(const std::vector<Vector>& points, double are
     halve(points, all.begin(), all.end(), branching, clusters);
   }
   return clusters;
+}
+
+// The points of a level, and the faces that they lie in; 0: none.
+struct Level {
+  std::vector<Vector> points;
+  std::vector<std::uint32_t> original;
+  std::vector<std::uint32_t> faces;
+};
+
+// Clusters each face, and the points in no face.
+std::vector<Cluster> cluster_level(const Level& level, double area, std::uint32_t branching) {
+  const double outlier = 1.5 * std::sqrt(area / static_cast<double>(level.points.size()) * branching / M_PI);
+  std::vector<std::vector<std::uint32_t>> groups;
+  for (std::uint32_t i = 0; i < level.points.size(); ++i) {
+    const std::size_t face = level.faces[i];
+    if (face >= groups.size()) groups.resize(face + 1);
+    groups[face].push_back(i);
+  }
+  std::vector<Cluster> clusters;
+  for (const std::vector<std::uint32_t>& group : groups) {
+    if (group.empty()) continue;
+    std::vector<Vector> points;
+    for (const std::uint32_t i : group) points.push_back(level.points[i]);
+    for (Cluster& cluster : cluster_group(points, outlier, branching)) {
+      for (std::uint32_t& member : cluster.members) member = group[member];
+      cluster.parent = group[cluster.parent];
+      clusters.push_back(std::move(cluster));
+    }
+  }
+  return clusters;
+}
+
+// The parents of a level's clusters. A face of one cluster is complete, and its cluster one like any other.
+Level parents_of(const std::vector<Cluster>& clusters, const Level& level) {
+  Level next;
+  std::vector<std::uint32_t> left;  // clusters of each face
+  for (const Cluster& cluster : clusters) {
+    next.points.push_back(level.points[cluster.parent]);
+    next.original.push_back(level.original[cluster.parent]);
+    const std::uint32_t face = level.faces[cluster.parent];
+    next.faces.push_back(face);
+    if (face >= left.size()) left.resize(face + 1);
+    ++left[face];
+  }
+  for (std::uint32_t& face : next.faces) {
+    if (left[face] == 1) face = 0;
+  }
+  return next;
 }
 
 // Lays the levels out breadth first from the root down.
@@ -207,23 +252,17 @@ PointTree flatten(const std::vector<std::vector<Cluster>>& levels,
 
 }  // namespace
 
-PointTree cluster_points(const std::vector<Vector>& positions, double surface_area, std::uint32_t branching) {
+PointTree cluster_points(const std::vector<Vector>& positions, const std::vector<std::uint32_t>& faces,
+                         double surface_area, std::uint32_t branching) {
   std::vector<std::vector<Cluster>> levels;
   std::vector<std::vector<std::uint32_t>> parents;
-  std::vector<Vector> points = positions;
-  std::vector<std::uint32_t> original(positions.size());
-  std::iota(original.begin(), original.end(), 0U);
+  Level level{positions, std::vector<std::uint32_t>(positions.size()), faces};
+  std::iota(level.original.begin(), level.original.end(), 0U);
+  level.faces.resize(positions.size());
   do {
-    levels.push_back(cluster_level(points, surface_area, branching));
-    std::vector<Vector> next;
-    std::vector<std::uint32_t> next_original;
-    for (const Cluster& cluster : levels.back()) {
-      next.push_back(points[cluster.parent]);
-      next_original.push_back(original[cluster.parent]);
-    }
-    points = std::move(next);
-    original = std::move(next_original);
-    parents.push_back(original);
+    levels.push_back(cluster_level(level, surface_area, branching));
+    level = parents_of(levels.back(), level);
+    parents.push_back(level.original);
   } while (levels.back().size() > 1);
   return flatten(levels, parents);
 }

@@ -16,8 +16,11 @@ struct PointTree {
 };
 
 /// Sequential clustering by Euclidean distance, with the paper's outlier rule; deterministic.
+/// The points of a face form clusters of their own until one is left, so that whole nodes are flat: a face on a face
+/// then costs its corners. Other points cluster as in the paper.
+/// @param faces      the face of each point, 0: none; empty: there are none
 /// @param branching  K. Clusters have K members on average.
-[[nodiscard]] PointTree cluster_points(const std::vector<Vector>& positions, double surface_area,
-                                       std::uint32_t branching);
+[[nodiscard]] PointTree cluster_points(const std::vector<Vector>& positions, const std::vector<std::uint32_t>& faces,
+                                       double surface_area, std::uint32_t branching);
 
 }  // namespace vps::bake

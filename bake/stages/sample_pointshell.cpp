@@ -13,6 +13,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "bake/stages/find_faces.h"
 #include "bake/stages/surface_blocks.h"
 #include "bake/stages/thin_faces.h"
 #include "formats/quantize.h"
@@ -440,6 +441,8 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
     shell.inward_normals[i] = as_stored(inward_normal(grid, runs, field, sample));
     shell.areas[i] = sample.area;
   });
+  shell.faces = find_faces(samples, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
+                           0.5 * kHullTolerance * shell.feature_covering_radius);
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     if (samples[i]->cell == nullptr) continue;
     for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});

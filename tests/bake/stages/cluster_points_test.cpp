@@ -52,7 +52,7 @@ TEST(ClusterPoints, EveryPointHasOneLeafAndEveryNodeOneParent) {
   for (const std::size_t count : {1U, 2U, 7U, 8U, 9U, 100U, 5000U}) {
     for (const std::uint32_t k : {2U, 4U, 8U, 16U}) {
       const auto points = points_on_sphere(count, 0.1);
-      expect_tree(cluster_points(points, 4 * M_PI * 0.01, k), count);
+      expect_tree(cluster_points(points, {}, 4 * M_PI * 0.01, k), count);
     }
   }
 }
@@ -60,7 +60,7 @@ TEST(ClusterPoints, EveryPointHasOneLeafAndEveryNodeOneParent) {
 TEST(ClusterPoints, ClustersHoldAboutKPointsAndStaySmall) {
   const auto points = points_on_sphere(20000, 0.1);
   for (const std::uint32_t k : {4U, 8U, 16U}) {
-    const PointTree tree = cluster_points(points, 4 * M_PI * 0.01, k);
+    const PointTree tree = cluster_points(points, {}, 4 * M_PI * 0.01, k);
     const std::size_t leaves = tree.level_offsets.back() - tree.level_offsets[tree.level_offsets.size() - 2];
     EXPECT_NEAR(20000.0 / static_cast<double>(leaves), k, 0.3 * k) << k;
     EXPECT_LE(tree.level_offsets.size() - 1, 2 + std::ceil(std::log(20000) / std::log(0.7 * k))) << k;
@@ -78,7 +78,7 @@ TEST(ClusterPoints, ClustersHoldAboutKPointsAndStaySmall) {
 
 TEST(ClusterPoints, AParentPointLiesBelowItsNode) {
   const auto points = points_on_sphere(3000, 0.1);
-  const PointTree tree = cluster_points(points, 4 * M_PI * 0.01, 8);
+  const PointTree tree = cluster_points(points, {}, 4 * M_PI * 0.01, 8);
   const std::size_t first_leaf = tree.level_offsets[tree.level_offsets.size() - 2];
   std::vector<std::uint32_t> low(tree.first.size());
   std::vector<std::uint32_t> high(tree.first.size());
@@ -95,15 +95,15 @@ TEST(ClusterPoints, ScatteredAndCoincidentPointsStillMakeATree) {
   Random random;
   std::vector<Vector> far_apart;
   for (int i = 0; i < 3000; ++i) far_apart.push_back(1000 * Vector(random.next(), random.next(), random.next()));
-  expect_tree(cluster_points(far_apart, 1e-3, 4), far_apart.size());
+  expect_tree(cluster_points(far_apart, {}, 1e-3, 4), far_apart.size());
   const std::vector<Vector> same(1000, Vector(1, 2, 3));
-  expect_tree(cluster_points(same, 1, 4), same.size());
+  expect_tree(cluster_points(same, {}, 1, 4), same.size());
 }
 
 TEST(ClusterPoints, TheSamePointsGiveTheSameTree) {
   const auto points = points_on_sphere(5000, 0.1);
-  const PointTree a = cluster_points(points, 4 * M_PI * 0.01, 8);
-  const PointTree b = cluster_points(points, 4 * M_PI * 0.01, 8);
+  const PointTree a = cluster_points(points, {}, 4 * M_PI * 0.01, 8);
+  const PointTree b = cluster_points(points, {}, 4 * M_PI * 0.01, 8);
   EXPECT_EQ(a.order, b.order);
   EXPECT_EQ(a.first, b.first);
   EXPECT_EQ(a.parent_point, b.parent_point);

@@ -30,7 +30,7 @@ struct Shell {
 
   explicit Shell(const TriangleMesh& mesh) : scene(mesh, kVoxel) {
     shell = sample_pointshell(scene.surface, scene.grid, scene.voxels, scene.runs, scene.field, 1.4 * kVoxel, 1);
-    tree = cluster_points(shell.positions, scene.surface.area, kBranching);
+    tree = cluster_points(shell.positions, shell.faces, scene.surface.area, kBranching);
     AssetInfo info;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       info.bounds_min[axis] = scene.surface.bounds_min[static_cast<Eigen::Index>(axis)];
@@ -57,6 +57,41 @@ struct Shell {
     return {tree.first[first], tree.first[last] + tree.count[last]};
   }
 };
+
+std::uint32_t faces_of(const Shell& s) {
+  return *std::max_element(s.shell.faces.begin(), s.shell.faces.end());
+}
+
+TEST(FindFaces, EachFaceIsANodeOfItsOwn) {
+  const Shell s(make_box({0.03, 0.025, 0.02}));
+  ASSERT_EQ(faces_of(s), 6U);
+  std::map<std::uint32_t, std::size_t> sizes;
+  for (const std::uint32_t face : s.shell.faces) ++sizes[face];
+  // A band of few voxels along the edges is in no face.
+  EXPECT_LT(4 * sizes[0], s.points.size());
+  std::set<std::uint32_t> found;
+  for (std::uint32_t node = 0; node < s.tree.first.size(); ++node) {
+    const auto [begin, end] = s.below(node);
+    const std::uint32_t face = s.shell.faces[s.tree.order[begin]];
+    if (face == 0 || end - begin != sizes[face]) continue;
+    const bool is_one = std::all_of(s.tree.order.begin() + begin, s.tree.order.begin() + end,
+                                    [&](std::uint32_t point) { return s.shell.faces[point] == face; });
+    if (!is_one || !found.insert(face).second) continue;
+    EXPECT_GE(s.corners(node), 4U) << face;
+    const Vector normal = s.shell.inward_normals[s.tree.order[begin]];
+    for (std::uint32_t i = begin; i < end; ++i) {
+      ASSERT_NEAR(normal.dot(s.point(i) - s.point(begin)), 0, s.flat);
+      ASSERT_LE((s.shell.inward_normals[s.tree.order[i]] - normal).norm(), double{kPatchNormal});
+    }
+  }
+  EXPECT_EQ(found.size(), 6U);
+}
+
+TEST(FindFaces, StripsAndCurvedSurfacesHaveNone) {
+  // The narrow sides are 8 voxels wide, less what lies near the edges.
+  EXPECT_EQ(faces_of(Shell(make_box({0.03, 0.025, 0.004}))), 2U);
+  EXPECT_EQ(faces_of(Shell(make_sphere(0.02, 5))), 0U);
+}
 
 TEST(FindHulls, MostOfAFaceLiesBelowFlatNodesAndARoundBodyHasNone) {
   const Shell box(make_box({0.05, 0.045, 0.04}));
