@@ -154,6 +154,26 @@ inline constexpr double kThreadClearance = 0.00015;
 inline constexpr std::uint32_t kRowsPerPitch = 8;
 inline constexpr std::uint32_t kAround = 36;  // a multiple of 12: hexagon corners fall on vertices
 
+/// A prism with n sides about the y axis.
+inline TriangleMesh make_wheel(double radius, double half_width, std::uint32_t sides) {
+  TriangleMesh mesh;
+  for (const double y : {-half_width, half_width}) {
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / sides;
+      mesh.vertices.push_back({radius * std::sin(angle), y, radius * std::cos(angle)});
+    }
+  }
+  for (std::uint32_t i = 0; i < sides; ++i) {
+    const std::uint32_t next = (i + 1) % sides;
+    mesh.triangles.push_back({i, next, sides + next});
+    mesh.triangles.push_back({i, sides + next, sides + i});
+    if (i < 2) continue;
+    mesh.triangles.push_back({0, i, i - 1});
+    mesh.triangles.push_back({sides, sides + i - 1, sides + i});
+  }
+  return mesh;
+}
+
 /// Hexagon head of 6.4 mm below z = 0, ten turns of thread above it.
 inline TriangleMesh make_bolt() {
   std::vector<Ring> rings = {make_ring(kAround, -0.0064, polygon(6, 0.008)), make_ring(kAround, 0, polygon(6, 0.008))};

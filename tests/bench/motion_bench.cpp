@@ -43,26 +43,6 @@ struct Row {
   double drift = 0;  // largest way aside. [m]
 };
 
-// An n-gon about the y axis.
-TriangleMesh make_wheel(std::uint32_t sides) {
-  TriangleMesh mesh;
-  for (const double y : {-kHalfWidth, kHalfWidth}) {
-    for (std::uint32_t i = 0; i < sides; ++i) {
-      const double angle = 2 * kPi * i / sides;
-      mesh.vertices.push_back({kRadius * std::sin(angle), y, kRadius * std::cos(angle)});
-    }
-  }
-  for (std::uint32_t i = 0; i < sides; ++i) {
-    const std::uint32_t next = (i + 1) % sides;
-    mesh.triangles.push_back({i, next, sides + next});
-    mesh.triangles.push_back({i, sides + next, sides + i});
-    if (i < 2) continue;
-    mesh.triangles.push_back({0, i, i - 1});
-    mesh.triangles.push_back({sides, sides + i - 1, sides + i});
-  }
-  return mesh;
-}
-
 Side baked_side(const TriangleMesh& mesh, double voxel_size) {
   bake::BakeOptions options;
   options.voxel_size = voxel_size;
@@ -89,7 +69,7 @@ std::vector<Roller> make_rollers() {
   const double across = kRadius * kRadius / 4 + kHalfWidth * kHalfWidth / 3;
   const btVector3 disc{btScalar(across), btScalar(kRadius * kRadius / 2), btScalar(across)};
   const btScalar ball = btScalar(0.4 * kRadius * kRadius);
-  const TriangleMesh wheel = make_wheel(256);
+  const TriangleMesh wheel = make_wheel(kRadius, kHalfWidth, 256);
   const TriangleMesh sphere = make_sphere(kRadius, 5);
   const double fine = kRadius / 100;
   const double coarse = kRadius / 32;

@@ -9,6 +9,7 @@ namespace vps::test {
 using samples::make_box;
 using samples::make_sphere;
 using samples::make_torus;
+using samples::make_wheel;
 
 /// `outer` with a cavity: `inner` with its triangles reversed.
 inline TriangleMesh with_cavity(TriangleMesh outer, const TriangleMesh& inner) {
