@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // Finds the triangle nearest to each point of the shell. The search goes down the tree of spheres with the list of the
-// triangles within reach, which shrinks on the way.
+// triangles within reach, which shrinks on the way. On flat parts of the sheet it stops at flat nodes.
 #include "runtime/bullet/partners/triangle_contacts.h"
 
 #include <BulletCollision/Gimpact/btGImpactShape.h>
@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <optional>
 
 #include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/partners/triangles.h"
@@ -31,6 +32,8 @@ Box bounds(const AssetInfo& info, double grown) {
 constexpr float kAligned = 0.5F;
 // Cosine. Where they make a smaller angle, the shell's normal alone says where the material is.
 constexpr float kFacing = 0.966F;
+// Cosine. Where they make a larger angle, neither side of the sheet has more of the body's material than the other.
+constexpr float kUpright = 0.05F;
 // Contacts slide over the sheet: what is near them has to be known. [voxels]
 constexpr float kSlide_vx = 8;
 // The body has no material where its field is farther outside. [voxels]
@@ -52,12 +55,19 @@ const Triangle* nearest_triangle(const List& list, const TriangleOf& triangle_of
   return best;
 }
 
+// Whether the contacts' areas are used: springs have the areas of all points.
+enum class Areas : std::uint8_t { unused, used };
+
 class Search {
  public:
-  Search(const Shape& body, const QueryOptions& options, const Pose& to_asset, Sheets& sheets, TriangleContacts& out)
+  // @param areas  whether the area of every contact counts: then flat nodes are not used
+  Search(const Shape& body, const QueryOptions& options, Areas areas, const Pose& to_asset, Sheets& sheets,
+         TriangleContacts& out)
       : shell_(body.pointshell()),
         map_(body.voxelmap()),
         solid_(map_.field != Field::none),
+        has_flat_nodes_(solid_ && shell_.hull_offsets != nullptr && areas == Areas::unused),
+        tolerance_(static_cast<float>(kHullTolerance) * shell_.feature_covering_radius),
         centre_of_mass_(to_vec3(body.centre_of_mass())),
         voxel_(static_cast<float>(body.info().voxel_size)),
         distance_(options.contact_distance),
@@ -70,7 +80,7 @@ class Search {
   void run(const AssetInfo& info, TriangleMemory& memory) {
     memory_ = &memory;
     relevant_ = distance_ + static_cast<float>(memory.room);
-    place(to_asset_, bounds(info, double{relevant_}), sheets_);
+    place_triangles(bounds(info, double{std::max(least_reach(), kSlide_vx * voxel_)}));
     float reach = std::max(least_reach(), kRoom * leave_near());
     const float most = 2 * sphere_radius(shell_, 0) + relevant_;
     // The deepest contact may lie deeper than the reach, but others nearly as deep are then found: the reach is
@@ -89,9 +99,12 @@ class Search {
     std::array<TriangleMemory::Place, MANIFOLD_CACHE_SIZE> places{};
     std::size_t count = 0;
     for (const ContactPlace& one : known) {
-      if (count == 0 || places[count - 1].leaf != one.leaf) places[count++] = {one.leaf, kNoSegment};
+      if (count == 0 || places[count - 1].node != one.leaf) places[count++] = {one.leaf, kNoNode};
     }
-    if (!run_again({places.data(), count})) return false;
+    known_ = known;
+    const bool suffice = run_again({places.data(), count});
+    known_ = {};
+    if (!suffice) return false;
     std::size_t kept = 0;
     for (std::size_t i = 0; i < out_.contacts.size(); ++i) {
       const ContactPlace at{out_.contacts[i].node, out_.features[i]};
@@ -111,27 +124,21 @@ class Search {
     relevant_ = distance_;
     reach_ = least_reach();
     Box box;
-    for (const auto& [leaf, segment] : places) {
-      const float r = sphere_radius(shell_, leaf) + std::max(reach_, kSlide_vx * voxel_);
-      const Vec3 at = centre(leaf);
-      const float c[3] = {at.x, at.y, at.z};
-      for (std::size_t i = 0; i < 3; ++i) {
-        box.low[i] = std::min(box.low[i], double{c[i] - r});
-        box.high[i] = std::max(box.high[i], double{c[i] + r});
-      }
+    for (const auto& [node, segment] : places) {
+      box.add(centre(node), sphere_radius(shell_, node) + std::max(reach_, kSlide_vx * voxel_));
     }
-    place(to_asset_, box, sheets_);
+    place_triangles(box);
     start();
-    for (const auto& [leaf, segment] : places) {
+    for (const auto& [node, segment] : places) {
       if (segment != segment_.node) segment_ = {segment, out_.contacts.size()};
-      visit(leaf, shell_.levels, 0);
+      visit(node, level_of(node), 0);
     }
     return enough();
   }
 
  private:
   static constexpr float kRoom = 1.5F;
-  static constexpr std::uint32_t kNoSegment = ~0U;
+  static constexpr std::uint32_t kNoNode = ~0U;
 
   // Every place of the body's surface is within the covering radius of a point of the shell.
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
@@ -141,18 +148,26 @@ class Search {
     return penetration(map_, p, map_.field == Field::layers ? outward_normal(map_, p) : Vec3());
   }
 
-  // Removes the triangles that cannot touch the body. Returns the largest penetration of a triangle's centre, or 0.
+  // Leaves out the triangles that cannot touch the body: the sheet only goes on in them. Returns the largest
+  // penetration of a triangle's centre, or 0.
   float leave_near() {
     if (!solid_) return 0;
     float most = 0;
-    const auto far = [&](const Triangle& t) {
+    const auto is_far = [&](std::uint32_t number) {
+      const Triangle& t = sheets_.triangles[number];
       const float bound = penetration_bound(map_, t.centre);
       if (bound >= 0) most = std::max(most, penetration_at(t.centre));
       return bound + t.radius < -relevant_;
     };
-    sheets_.triangles.erase(std::remove_if(sheets_.triangles.begin(), sheets_.triangles.end(), far),
-                            sheets_.triangles.end());
+    sheets_.near.erase(std::remove_if(sheets_.near.begin(), sheets_.near.end(), is_far), sheets_.near.end());
     return most;
+  }
+
+  void place_triangles(const Box& box) {
+    place(to_asset_, box, sheets_);
+    sheets_.near.resize(sheets_.triangles.size());
+    for (std::uint32_t i = 0; i < sheets_.near.size(); ++i) sheets_.near[i] = i;
+    is_joined_ = false;
   }
 
   void start() {
@@ -160,20 +175,42 @@ class Search {
     out_.features.clear();
     deepest_ = 0;
     segment_ = {};
-    is_joined_ = false;
     sheets_.met.assign(sheets_.triangles.size(), 0);
-    sheets_.lists.resize(sheets_.triangles.size());
-    for (std::uint32_t i = 0; i < sheets_.lists.size(); ++i) sheets_.lists[i] = i;
+    sheets_.lists.assign(sheets_.near.begin(), sheets_.near.end());
   }
 
-  // Remembers the present leaf as a place of possible contacts.
+  // Remembers where contacts are possible: the topmost flat node on the way to the present leaf, or the leaf. A search
+  // of these places alone then accepts the same nodes as a search of the whole shell.
   void remember() {
     if (memory_ == nullptr || !(memory_->room > 0)) return;
     std::vector<TriangleMemory::Place>& places = memory_->places;
-    if (places.empty() || places.back().leaf != leaf_) places.push_back({leaf_, segment_.node});
+    const std::uint32_t node = top_flat_ != kNoNode ? top_flat_ : leaf_;
+    if (places.empty() || places.back().node != node) places.push_back({node, segment_.node});
   }
 
   Vec3 centre(std::uint32_t node) const noexcept { return sphere_centre(shell_, node); }
+  std::uint32_t level_of(std::uint32_t node) const noexcept {
+    const std::uint32_t* const offsets = shell_.level_offsets;
+    return static_cast<std::uint32_t>(std::upper_bound(offsets, offsets + shell_.levels, node) - offsets);
+  }
+  std::uint32_t leaf_of(std::uint32_t point) const noexcept {
+    std::uint32_t leaf = shell_.level_offsets[shell_.levels - 1];
+    for (std::uint32_t count = shell_.nodes - leaf; count > 1;) {
+      const std::uint32_t half = count / 2;
+      if (shell_.children[2 * std::size_t{leaf + half}] <= point) leaf += half;
+      count -= half;
+    }
+    return leaf;
+  }
+  // Whether one of some features is sought.
+  bool is_sought(std::uint32_t first, std::uint32_t last) const noexcept {
+    return known_.empty() || std::any_of(known_.begin(), known_.end(), [=](const ContactPlace& one) {
+             return one.feature >= first && one.feature <= last;
+           });
+  }
+  bool has_hull(std::uint32_t node) const noexcept {
+    return has_flat_nodes_ && shell_.hull_offsets[node] < shell_.hull_offsets[node + 1];
+  }
 
   // Pushes a new list: the triangles of the list at `from` that are within reach of the node's sphere. Levels are few.
   void visit(std::uint32_t node, std::uint32_t level, std::size_t from) {
@@ -187,23 +224,106 @@ class Search {
       if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
       const std::uint32_t first = shell_.children[2 * std::size_t{node}];
       const std::uint32_t end = first + shell_.children[2 * std::size_t{node} + 1];
-      if (node >= shell_.level_offsets[shell_.levels - 1]) {
-        list_ = {sheets_.lists.data() + to, sheets_.lists.size() - to};
-        leaf_ = node;
+      list_ = {sheets_.lists.data() + to, sheets_.lists.size() - to};
+      leaf_ = node;
+      const bool flat = level >= segment_level_ && has_hull(node);
+      const bool is_top = flat && top_flat_ == kNoNode;
+      if (is_top) top_flat_ = node;
+      if (flat && is_answered_by_hull(node)) {
+        // Its points need no tests.
+      } else if (node >= shell_.level_offsets[shell_.levels - 1]) {
         has_climbed_ = false;
-        for (std::uint32_t point = first; point < end; ++point) test_point(point);
-        if (solid_) test_corners();
+        ends_near_.reset();
+        for (std::uint32_t point = first; point < end; ++point) {
+          if (is_sought(point, point)) test_point(point);
+        }
+        if (solid_ && is_sought(shell_.points, ~0U)) test_corners();
       } else {
         for (std::uint32_t child = first; child < end; ++child) visit(child, level + 1, to);
       }
+      if (is_top) top_flat_ = kNoNode;
     }
     sheets_.lists.resize(to);
   }
 
-  // Whether the sheet ends or bends within reach of the leaf.
-  bool ends_near() {
+  // Whether the corners of a flat node's hull answer for all points below it. The sheet is a plane there, and either
+  // all corners are contacts, or no point is. Proof: docs/bounds.md, "Flat nodes".
+  bool is_answered_by_hull(std::uint32_t node) {
+    NearestPlace place;
+    const Triangle* const plane = nearest(centre(node), sphere_radius(shell_, node) + reach_, place);
+    if (plane == nullptr) return false;
+    const std::span corners(shell_.hull_points + shell_.hull_offsets[node],
+                            shell_.hull_points + shell_.hull_offsets[node + 1]);
+    float deepest = std::numeric_limits<float>::lowest();
+    float shallowest = std::numeric_limits<float>::max();
+    float side = 0;
+    for (const std::uint32_t corner : corners) {
+      const Vec3 p = point_position(shell_, corner);
+      const float of_corner = side_of(*plane, p, facing(corner, *plane));
+      if (side == 0) side = of_corner;
+      if (of_corner == 0 || of_corner != side) return false;
+      const float v = -side * plane->height(p);
+      deepest = std::max(deepest, v);
+      shallowest = std::min(shallowest, v);
+      if (!(shallowest >= -distance_ || deepest + 4 * tolerance_ < -relevant_)) return false;
+    }
+    const bool touches = shallowest >= -distance_;
+    const float reach = touches ? std::max({shell_.covering_radius, deepest, -shallowest}) : reach_;
+    return deepest <= reach_ && is_plane_near(*plane, node, corners, reach) &&
+           (!touches || emit_corners(corners, *plane, side));
+  }
+
+  // Cosine of the angle between the inward normal at a point and a triangle's normal.
+  float facing(std::uint32_t point, const Triangle& triangle) const noexcept {
+    return dot(point_inward_normal(shell_, point), triangle.normal);
+  }
+
+  // Makes contacts of a flat node's corners; none if one of them is not a contact.
+  bool emit_corners(std::span<const std::uint32_t> corners, const Triangle& plane, float side) {
+    const Vec3 direction = side * plane.normal;
+    const auto is_none = [&](std::uint32_t corner) {
+      const Vec3 p = point_position(shell_, corner);
+      return is_beyond(p, direction, -side * plane.height(p));
+    };
+    if (std::any_of(corners.begin(), corners.end(), is_none)) return false;
+    for (const std::uint32_t corner : corners) {
+      const Vec3 p = point_position(shell_, corner);
+      const float area = point_area(shell_, corner) * std::max(side * facing(corner, plane), 0.0F);
+      emit({{p, direction, -side * plane.height(p), area, corner, leaf_of(corner)}, corner});
+    }
+    remember();
+    return true;
+  }
+
+  // Whether the sheet is a plane within some reach of a flat node's hull, and does not end there.
+  bool is_plane_near(const Triangle& plane, std::uint32_t node, std::span<const std::uint32_t> corners, float reach) {
+    const Vec3 middle = centre(node);
+    const float radius = sphere_radius(shell_, node) + reach;
+    if (!plane.is_within(middle, radius)) return false;
+    Box box;
+    for (const std::uint32_t corner : corners) box.add(point_position(shell_, corner), reach);
+    return std::all_of(list_.begin(), list_.end(), [&](std::uint32_t number) {
+      const Triangle& t = sheets_.triangles[number];
+      if (!t.is_within(middle, radius)) return true;
+      const float same = dot(t.normal, plane.normal) < 0 ? -1 : 1;
+      const float apart = std::abs(same * t.height(middle) - plane.height(middle));
+      const float bent = radius * length(same * t.normal - plane.normal);
+      if (!(apart + bent <= tolerance_)) return false;
+      for (int k = 0; k < 3; ++k) {
+        if (box.meets(t.corners[k], t.corners[(k + 1) % 3]) && !goes_on(t, k)) return false;
+      }
+      return true;
+    });
+  }
+
+  bool goes_on(const Triangle& triangle, int side) {
     if (!is_joined_) join(sheets_);
     is_joined_ = true;
+    return triangle.goes_on[side];
+  }
+
+  // Whether the sheet ends or bends within reach of the leaf.
+  bool ends_near() {
     const Vec3 p = centre(leaf_);
     const float reach = sphere_radius(shell_, leaf_) + reach_;
     // Many slight bends are a sharp one together.
@@ -212,7 +332,7 @@ class Search {
       const Triangle& t = sheets_.triangles[number];
       if (std::abs(dot(t.normal, normal)) < kFacing) return true;
       for (int k = 0; k < 3; ++k) {
-        if (!t.goes_on[k] && dot(t.side[k], p) - t.side_offset[k] <= reach) return true;
+        if (dot(t.side[k], p) - t.side_offset[k] <= reach && !goes_on(t, k)) return true;
       }
       return false;
     });
@@ -230,34 +350,57 @@ class Search {
     NearestPlace place;
     const Triangle* const triangle = nearest(p, reach_, place);
     if (triangle == nullptr) return;
-    const Vec3 inward = point_inward_normal(shell_, point);
     const ManifoldContact contact{{p, {}, 0, point_area(shell_, point), point, leaf_}, point};
-    if (!solid_) return test_by_normal(contact, inward, *triangle, place);
+    if (!solid_) return test_by_normal(contact, point_inward_normal(shell_, point), *triangle, place);
     if (!place.on_face) return climb_from(contact, place.at);
     const float height = triangle->height(p);
-    const float along = dot(inward, triangle->normal);
+    const float along = facing(point, *triangle);
     // The most frequent case, decided without the field: a face that looks at the sheet from a distance.
     if (std::abs(along) > kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    float side = along > 0 ? 1 : -1;
-    if (!(std::abs(along) > kFacing)) {
-      const float above = penetration_at(p + voxel_ * triangle->normal);
-      const float below = penetration_at(p - voxel_ * triangle->normal);
-      // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
-      if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
-        return climb_from(contact, place.at);
-      }
-      side = above > below ? 1 : -1;
-    }
+    const float side = side_of(*triangle, p, along);
+    if (side == 0) return climb_from(contact, place.at);
     ManifoldContact seen = contact;
     seen.area *= std::max(side * along, 0.0F);  // projected along the direction
     emit_on_face(seen, side * triangle->normal, -side * height);
   }
 
+  // The side of a triangle's plane on which the body's material is, at a place of its surface: 1 along the normal, -1
+  // against it, 0 for neither.
+  // @param along  cosine of the angle between the body's inward normal and the triangle's
+  float side_of(const Triangle& triangle, Vec3 p, float along) const noexcept {
+    if (std::abs(along) > kFacing) return along > 0 ? 1 : -1;
+    if (std::abs(along) < kUpright) return 0;
+    const float above = penetration_at(p + voxel_ * triangle.normal);
+    const float below = penetration_at(p - voxel_ * triangle.normal);
+    // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
+    if (!(std::min(above, below) <= -kAligned * voxel_) || !(std::abs(above - below) > 0.5F * kAligned * voxel_)) {
+      return 0;
+    }
+    return above > below ? 1 : -1;
+  }
+
+  // Whether the sheet lies beyond the body's opposite side, seen from a point: the way out is shorter the other way. On
+  // the shell V is about 0, and it changes by no more than the way.
+  // @param direction  into the body at the point
+  bool is_beyond(Vec3 p, Vec3 direction, float penetration) const noexcept {
+    const float way = 2 * penetration;
+    const float outside = kOutside_vx * voxel_;
+    return way > outside && penetration_at(p + way * direction) < -outside;
+  }
+
   // Follows the sheet from near a point. Where it does not end or bend, the first of the leaf's points that need it
   // tells how deep it is.
   void climb_from(const ManifoldContact& contact, Vec3 at) {
-    if (!has_climbed_ || ends_near()) climb(at, contact);
+    if (!ends_near_) ends_near_ = ends_near();
+    if (*ends_near_ || (!has_climbed_ && meets_sheet())) climb(at, contact);
     has_climbed_ = true;
+  }
+
+  // Whether the sheet may enter the body near the leaf. The surface there is within the covering radius of a point.
+  bool meets_sheet() const noexcept {
+    const float near = sphere_radius(shell_, leaf_) + shell_.covering_radius;
+    return std::any_of(list_.begin(), list_.end(),
+                       [&](std::uint32_t number) { return sheets_.triangles[number].is_within(centre(leaf_), near); });
   }
 
   // @param direction  into the body at the point
@@ -265,11 +408,7 @@ class Search {
     if (penetration < -relevant_) return;
     remember();
     if (penetration < -distance_ || is_beaten(penetration)) return;
-    // The sheet lies beyond the body's opposite side, seen from this point: the way out is shorter the other way. On
-    // the shell V is about 0, and it changes by no more than the way.
-    const float way = 2 * penetration;
-    const float outside = kOutside_vx * voxel_;
-    if (way > outside && penetration_at(contact.position + way * direction) < -outside) return;
+    if (is_beyond(contact.position, direction, penetration)) return;
     contact.inward_normal = direction;
     contact.penetration = penetration;
     emit(contact);
@@ -373,6 +512,8 @@ class Search {
   const PointshellView& shell_;
   const VoxelmapView& map_;
   const bool solid_;
+  const bool has_flat_nodes_;
+  const float tolerance_;  // of flat nodes and of flat parts of the sheet. [m]
   const Vec3 centre_of_mass_;
   const float voxel_, distance_;
   const std::uint32_t segment_level_;
@@ -380,16 +521,19 @@ class Search {
   Sheets& sheets_;
   TriangleContacts& out_;
 
-  TriangleMemory* memory_ = nullptr;  // where places are remembered; null: nowhere
-  float relevant_ = 0;                // contact distance, with the room for motion. [m]
-  float reach_ = 0;                   // points and triangles farther apart are not paired. [m]
+  TriangleMemory* memory_ = nullptr;     // where places are remembered; null: nowhere
+  std::span<const ContactPlace> known_;  // if not empty, no others are sought
+  float relevant_ = 0;                   // contact distance, with the room for motion. [m]
+  float reach_ = 0;                      // points and triangles farther apart are not paired. [m]
   float deepest_ = 0;
-  std::uint32_t leaf_ = 0;
-  bool has_climbed_ = false;             // from one of the leaf's points
+  std::uint32_t leaf_ = 0;            // or a flat node whose corners are tested
+  std::uint32_t top_flat_ = kNoNode;  // the topmost flat node on the way to it
+  bool has_climbed_ = false;          // from one of the leaf's points
+  std::optional<bool> ends_near_;
   bool is_joined_ = false;               // the triangles know where the sheet goes on
   std::span<const std::uint32_t> list_;  // triangles within reach of the leaf
   struct {
-    std::uint32_t node = kNoSegment;
+    std::uint32_t node = kNoNode;
     std::size_t first = 0;
   } segment_;  // the node, and the index of its contact
 };
@@ -438,7 +582,8 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std
   const PointshellView& shell = body.pointshell();
   const auto& sheet = static_cast<const btConcaveShape&>(*pair.field.shape);
   thread_local Sheets sheets;
-  Search search(body, options, to_asset, sheets, found);
+  const bool has_springs = options.segment_level == 0 && foundation_of(pair).stiffness > 0;
+  Search search(body, options, has_springs ? Areas::used : Areas::unused, to_asset, sheets, found);
   const auto finish = [&] {
     found.triangles = sheets.triangles;
     return Status::ok;
@@ -465,7 +610,8 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std
   memory.scale = shell.scale;
   const AssetInfo& info = body.info();
   // Twice the room: the box also holds contacts of places that move into it.
-  const double grown = double{options.contact_distance} + 2 * memory.room + info.voxel_size;
+  const double grown = double{options.contact_distance} + 2 * memory.room +
+                       std::max(info.voxel_size, static_cast<double>(shell.covering_radius));
   turn_box(bounds(info, grown), to_asset, memory.low, memory.high);
   memory.mesh = gather(sheet, memory.low, memory.high, sheets);
   search.run(info, memory);

@@ -21,7 +21,7 @@ struct ContactPlace {
 /// Memory of a pair: where the sheet can be in contact while the body moves little. A changed mesh is detected.
 struct TriangleMemory {
   struct Place {
-    std::uint32_t leaf, segment;  ///< nodes
+    std::uint32_t node, segment;
   };
   std::vector<Place> places;  ///< in tree order: all where a contact is possible until the body has moved by `room`
   double room = 0;            ///< 0: nothing is remembered. [m]

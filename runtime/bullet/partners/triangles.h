@@ -69,6 +69,7 @@ struct Sheets {
     std::uint32_t triangle = 0, side = 0;
   };
   std::vector<Edge> edges;
+  std::vector<std::uint32_t> near;   ///< numbers of the triangles that are searched
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
 };
@@ -77,6 +78,24 @@ struct Sheets {
 struct Box {
   double low[3] = {1e300, 1e300, 1e300};
   double high[3] = {-1e300, -1e300, -1e300};
+
+  /// Adds a cube with its half edge.
+  void add(Vec3 centre, float half) noexcept {
+    const float c[3] = {centre.x, centre.y, centre.z};
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], double{c[i] - half});
+      high[i] = std::max(high[i], double{c[i] + half});
+    }
+  }
+  /// Whether it meets the box of two places.
+  [[nodiscard]] bool meets(Vec3 a, Vec3 b) const noexcept {
+    const float p[3] = {a.x, a.y, a.z};
+    const float q[3] = {b.x, b.y, b.z};
+    for (int i = 0; i < 3; ++i) {
+      if (double{std::max(p[i], q[i])} < low[i] || double{std::min(p[i], q[i])} > high[i]) return false;
+    }
+    return true;
+  }
 };
 
 /// Bounds of a box of another frame, in the mesh's frame.
