@@ -269,8 +269,14 @@ class Search {
     }
     const bool touches = shallowest >= -distance_;
     const float reach = touches ? std::max({shell_.covering_radius, deepest, -shallowest}) : reach_;
-    return deepest <= reach_ && is_plane_near(*plane, node, corners, reach) &&
+    return deepest <= reach_ && is_over_sheet(corners.front()) && is_plane_near(*plane, node, corners, reach) &&
            (!touches || emit_corners(corners, *plane, side));
+  }
+
+  // Whether the sheet lies below a point: if no end of it is near, it does so below all.
+  bool is_over_sheet(std::uint32_t point) const noexcept {
+    NearestPlace place;
+    return nearest(point_position(shell_, point), reach_, place) != nullptr && place.on_face;
   }
 
   // Cosine of the angle between the inward normal at a point and a triangle's normal.
