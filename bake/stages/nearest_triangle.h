@@ -13,6 +13,8 @@ struct PointLattice {
   Vector first = Vector::Zero();  ///< point (0,0,0). [m]
   double step = 0;                ///< [m]
   int edge = kBrickEdge;          ///< points along an axis. [Limits: 1 <= value <= 8]
+
+  [[nodiscard]] Vector at(int x, int y, int z) const { return first + step * Vector(x, y, z); }
 };
 
 /// The nearest triangle of each point of a lattice so far.

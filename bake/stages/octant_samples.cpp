@@ -20,7 +20,18 @@ constexpr int line_of(int axis, int x, int y, int z) {
 
 // Combines the errors of the two chords at a sample: the largest error in each direction counts.
 float both_ways(float a, float b) {
-  return std::max({a, b, 0.0F}) + std::min({a, b, 0.0F});
+  return std::max(std::max(a, b), 0.0F) + std::min(std::min(a, b), 0.0F);
+}
+
+// Where a row along x lies: the first of its three bricks, and its first voxel in them.
+struct RowPlace {
+  std::size_t bricks;
+  std::uint32_t voxels;
+};
+RowPlace row_place(int y, int z) {
+  constexpr auto kEdge = static_cast<int>(kBrickEdge);
+  return {static_cast<std::size_t>(((z + kEdge) / kEdge * 3 + (y + kEdge) / kEdge) * 3),
+          static_cast<std::uint32_t>(((z + kEdge) % kEdge * kEdge + (y + kEdge) % kEdge) * kEdge)};
 }
 
 }  // namespace
@@ -50,63 +61,92 @@ void OctantSamples::load(const Index3& brick) {
     const bool in_grid = at[0] < grid_.brick_dims[0] && at[1] < grid_.brick_dims[1] && at[2] < grid_.brick_dims[2];
     bricks[n] = in_grid ? field_.set.index[grid_.brick_at(at[0], at[1], at[2])] : kNoBrick;
   }
-  constexpr auto kEdge = static_cast<int>(kBrickEdge);
-  const auto per_voxel = static_cast<float>(1 / grid_.voxel_size);
   std::fill_n(&lines_.value[0][0][0], sizeof(lines_.value) / sizeof(float), kUnknown);
-  for (int z = -kHalo; z < kSide + kHalo; ++z) {
+  constexpr int kEnd = kSide + kHalo;
+  for (int z = -kHalo; z < kEnd; ++z) {
     const bool z_out = z < 0 || z >= kSide;
-    for (int y = -kHalo; y < kSide + kHalo; ++y) {
+    for (int y = -kHalo; y < kEnd; ++y) {
       const bool y_out = y < 0 || y >= kSide;
       if (z_out && y_out) continue;
-      const bool row_out = z_out || y_out;
-      const int row_brick = ((z + kEdge) / kEdge * 3 + (y + kEdge) / kEdge) * 3;
-      const int row_voxel = ((z + kEdge) % kEdge * kEdge + (y + kEdge) % kEdge) * kEdge;
-      for (int x = row_out ? 0 : -kHalo; x < (row_out ? kSide : kSide + kHalo); ++x) {
-        const std::uint32_t stored = bricks[static_cast<std::size_t>(row_brick + (x + kEdge) / kEdge)];
-        float v = kUnknown;
-        double exact = 0;
-        std::uint32_t closest = kNoTriangle;
-        if (stored != kNoBrick) {
-          const std::size_t at = field_.at(stored, static_cast<std::uint32_t>(row_voxel + (x + kEdge) % kEdge));
-          exact = field_.penetration[at];
-          closest = field_.closest[at];
-          if (closest != kNoTriangle) v = static_cast<float>(exact) * per_voxel;
-        }
-        const bool x_out = x < 0 || x >= kSide;
-        if (!row_out && !x_out) {
-          if (stored == kNoBrick) {
-            const std::uint32_t i[3] = {brick[0] * kBrickEdge + static_cast<std::uint32_t>(x),
-                                        brick[1] * kBrickEdge + static_cast<std::uint32_t>(y),
-                                        brick[2] * kBrickEdge + static_cast<std::uint32_t>(z)};
-            const bool in_grid = i[0] < grid_.dims[0] && i[1] < grid_.dims[1] && i[2] < grid_.dims[2];
-            exact = in_grid && runs_.test(grid_, i[0], i[1], i[2]) ? field_.band_inner : -field_.band_outer;
-          }
-          value_[number(x, y, z)] = exact;
-          closest_[number(x, y, z)] = closest;
-        }
-        if (!row_out) lines_.value[0][x + kHalo][line_of(0, x, y, z)] = v;
-        if (!z_out && !x_out) lines_.value[1][y + kHalo][line_of(1, x, y, z)] = v;
-        if (!y_out && !x_out) lines_.value[2][z + kHalo][line_of(2, x, y, z)] = v;
-      }
+      float row[kEnd + kHalo];
+      load_row(bricks, y, z, row);
+      const float* const first = row + kHalo;
+      if (!z_out) std::copy_n(first, kSide, &lines_.value[1][y + kHalo][line_of(1, 0, y, z)]);
+      if (!y_out) std::copy_n(first, kSide, &lines_.value[2][z + kHalo][line_of(2, 0, y, z)]);
+      if (z_out || y_out) continue;
+      for (int x = 0; x < kEnd + kHalo; ++x) lines_.value[0][x][line_of(0, 0, y, z)] = row[x];
+      load_exact(brick, bricks, y, z);
     }
+  }
+}
+
+// Values from three voxels before the brick to three behind its samples, unknown beyond the band.
+void OctantSamples::load_row(const std::array<std::uint32_t, 27>& bricks, int y, int z, float* row) const {
+  const RowPlace at = row_place(y, z);
+  const auto per_voxel = static_cast<float>(1 / grid_.voxel_size);
+  const auto convert = [&](std::size_t of_row, std::uint32_t first, std::uint32_t count, float* to) {
+    const std::uint32_t stored = bricks[at.bricks + of_row];
+    if (stored == kNoBrick) {
+      std::fill_n(to, count, kUnknown);
+      return;
+    }
+    const std::size_t from = field_.at(stored, at.voxels + first);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const float v = static_cast<float>(field_.penetration[from + i]) * per_voxel;
+      to[i] = field_.closest[from + i] != kNoTriangle ? v : kUnknown;
+    }
+  };
+  convert(0, kBrickEdge - kHalo, kHalo, row);
+  convert(1, 0, kBrickEdge, row + kHalo);
+  convert(2, 0, kHalo + 1, row + kHalo + kBrickEdge);
+}
+
+void OctantSamples::load_exact(const Index3& brick, const std::array<std::uint32_t, 27>& bricks, int y, int z) {
+  const RowPlace at = row_place(y, z);
+  const std::size_t first = number(0, y, z);
+  for (std::uint32_t x = 0; x < kSide; ++x) {
+    const std::uint32_t stored = bricks[at.bricks + 1 + x / kBrickEdge];
+    if (stored != kNoBrick) {
+      const std::size_t from = field_.at(stored, at.voxels + x % kBrickEdge);
+      value_[first + x] = field_.penetration[from];
+      closest_[first + x] = field_.closest[from];
+      continue;
+    }
+    const std::uint32_t i[3] = {brick[0] * kBrickEdge + x, brick[1] * kBrickEdge + static_cast<std::uint32_t>(y),
+                                brick[2] * kBrickEdge + static_cast<std::uint32_t>(z)};
+    const bool in_grid = i[0] < grid_.dims[0] && i[1] < grid_.dims[1] && i[2] < grid_.dims[2];
+    value_[first + x] = in_grid && runs_.test(grid_, i[0], i[1], i[2]) ? field_.band_inner : -field_.band_outer;
+    closest_[first + x] = kNoTriangle;
   }
 }
 
 void OctantSamples::estimate() {
   chord_errors(lines_);
   cell_errors(lines_, errors_);
+  add_shifts();
 }
 
-double OctantSamples::shift(int x, int y, int z) const {
-  const int place[3] = {x, y, z};
-  float sum = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int line = line_of(axis, x, y, z);
-    sum += both_ways(lines_.error[axis][place[axis]][line], lines_.error[axis][place[axis] + 1][line]);
-  }
-  // Half of the correction, which is too large at sharp creases. Found by experiment: fewest bricks, least error.
+// Half of the correction, which is too large at sharp creases. Found by experiment: fewest bricks, least error.
+void OctantSamples::add_shifts() {
   constexpr float kShare = 0.25F;
-  return -kShare * sum;
+  constexpr int kPlane = kSide * kSide;
+  float along[3][kSide][kPlane];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int place = 0; place < kSide; ++place) {
+      for (int line = 0; line < kPlane; ++line) {
+        along[axis][place][line] = both_ways(lines_.error[axis][place][line], lines_.error[axis][place + 1][line]);
+      }
+    }
+  }
+  for (int z = 0; z < kSide; ++z) {
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        const float sum =
+            along[0][x][line_of(0, x, y, z)] + along[1][y][line_of(1, x, y, z)] + along[2][z][line_of(2, x, y, z)];
+        shift_[number(x, y, z)] = -kShare * sum;
+      }
+    }
+  }
 }
 
 double OctantSamples::shift_of_two(int x, int y, int z) const {

@@ -31,7 +31,7 @@ class OctantSamples {
 
   /// @param brick  whose voxel (0,0,0) is sample (0,0,0)
   void load(const Index3& brick);
-  /// Computes chord errors and cell errors. Only worth its time where samples lie in the band.
+  /// Computes chord errors, cell errors and shifts. Only worth its time where samples lie in the band.
   void estimate();
 
   /// Exact, or the end of the field's band. [m]
@@ -42,10 +42,14 @@ class OctantSamples {
   /// Correction of a sample that halves the error of interpolation, as far as the samples show it. Chords between
   /// neighbours err to one side, and the correction moves their ends to the other side by half of that. Every octant
   /// that has the sample gives the same correction.
-  [[nodiscard]] double shift(int x, int y, int z) const;         ///< for cells of one voxel, half of that. [vx]
-  [[nodiscard]] double shift_of_two(int x, int y, int z) const;  ///< for cells of two voxels. [vx]
+  [[nodiscard]] double shift(std::size_t n) const { return shift_[n]; }  ///< for cells of one voxel, half of that. [vx]
+  [[nodiscard]] double shift_of_two(int x, int y, int z) const;          ///< for cells of two voxels. [vx]
 
  private:
+  void load_row(const std::array<std::uint32_t, 27>& bricks, int y, int z, float* row) const;
+  void load_exact(const Index3& brick, const std::array<std::uint32_t, 27>& bricks, int y, int z);
+  void add_shifts();
+
   const Grid& grid_;
   const InsideRuns& runs_;
   const BandField& field_;
@@ -53,6 +57,7 @@ class OctantSamples {
   std::array<std::uint32_t, std::size_t{kSide} * kSide * kSide> closest_{};
   ChordLines lines_{};
   CellErrors errors_{};
+  std::array<float, std::size_t{kSide} * kSide * kSide> shift_{};
 };
 
 }  // namespace vps::bake

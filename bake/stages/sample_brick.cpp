@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 #include "bake/stages/nearest_triangle.h"
 
@@ -49,6 +50,8 @@ bool BrickSampler::load(const std::uint32_t (&at)[3]) {
   octant_.estimate();
   for (std::size_t axis = 0; axis < 3; ++axis)
     octant_base_[axis] = static_cast<std::int32_t>(at[axis] * kBrickEdge) * kQuarters;
+  listed_ = {};
+  float_listed_.clear();
   return true;
 }
 
@@ -82,7 +85,7 @@ FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
         const int i[3] = {first[0] + x * step, first[1] + y * step, first[2] + z * step};
         const std::size_t n = OctantSamples::number(i[0], i[1], i[2]);
         const double value = octant_.value(n);
-        const double wanted = level > 0 ? octant_.shift_of_two(i[0], i[1], i[2]) : octant_.shift(i[0], i[1], i[2]);
+        const double wanted = level > 0 ? octant_.shift_of_two(i[0], i[1], i[2]) : octant_.shift(n);
         const double shifted = value + std::clamp(wanted * grid_.voxel_size, -tolerance_.error, tolerance_.error);
         const auto at = static_cast<std::size_t>(sample_at(x, y, z));
         brick.value[at] = value;
@@ -95,8 +98,59 @@ FieldBrick BrickSampler::at_voxels(int level, const Index& base) const {
   return brick;
 }
 
-std::vector<std::uint32_t> BrickSampler::candidates(const FieldBrick& brick) const {
-  return closest_candidates(listed(brick), brick.base, step_of(brick.level) * kCells).triangles;
+void BrickSampler::list_triangles() {
+  constexpr std::int32_t kSpan = static_cast<std::int32_t>(kBrickEdge) * kQuarters;
+  const std::uint32_t n = field_.set.index[grid_.brick_at(static_cast<std::uint32_t>(octant_base_[0] / kSpan),
+                                                          static_cast<std::uint32_t>(octant_base_[1] / kSpan),
+                                                          static_cast<std::uint32_t>(octant_base_[2] / kSpan))];
+  if (n == kNoBrick) return;
+  listed_ =
+      std::span(field_.near_triangles).subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
+  const Vector centre = place(octant_base_) + Vector::Constant(grid_.voxel_size * kBrickEdge / 2);
+  for (const std::uint32_t t : listed_) {
+    float_listed_.push_back(float_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
+  }
+  std::vector<std::uint32_t> all(listed_.size());
+  std::iota(all.begin(), all.end(), 0U);
+  near_bricks_ = near_octants(octant_base_, kQuarters * static_cast<std::int32_t>(kBrickEdge), all);
+}
+
+std::span<const std::uint32_t> BrickSampler::near(const FieldBrick& brick) {
+  if (listed_.empty()) list_triangles();
+  int octant = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    octant |= place_in_octant(brick)[static_cast<std::size_t>(axis)] / kCells << axis;
+  return near_bricks_.in_octant(octant);
+}
+
+// Keeps the triangles whose distance to an octant's centre is at most the least one and the octant's diameter.
+// @param edge  of the cube above `base`, in quarters
+NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
+                                         std::span<const std::uint32_t> from) const {
+  const double half = static_cast<double>(edge) / kQuarters / 2;
+  const Vector low = from_centre(base);
+  Places16 centres;
+  for (std::size_t octant = 0; octant < 8; ++octant) {
+    centres.x[octant] = static_cast<float>(low.x() + half * ((octant & 1) != 0 ? 1.5 : 0.5));
+    centres.y[octant] = static_cast<float>(low.y() + half * ((octant & 2) != 0 ? 1.5 : 0.5));
+    centres.z[octant] = static_cast<float>(low.z() + half * ((octant & 4) != 0 ? 1.5 : 0.5));
+  }
+  std::vector<std::array<float, 16>> distances(from.size());
+  triangle_distances(float_listed_, from, centres, distances);
+  NearTriangles near;
+  for (std::size_t octant = 0; octant < 8; ++octant) {
+    float least = std::numeric_limits<float>::infinity();
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
+    }
+    // The factor is for rounding.
+    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (distances[i][octant] - float_listed_[from[i]].error <= limit) near.positions.push_back(from[i]);
+    }
+    near.start[octant + 1] = static_cast<std::uint32_t>(near.positions.size());
+  }
+  return near;
 }
 
 // @param edge  of the cube above `base`, in quarters
@@ -107,7 +161,7 @@ BrickSampler::Candidates BrickSampler::closest_candidates(std::span<const std::u
   std::vector<double> squared(from.size());
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const std::uint32_t t = from[i];
+    const std::uint32_t t = listed_[from[i]];
     const Vector near =
         closest_on_triangle(centre, surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2));
     squared[i] = (near - centre).squaredNorm();
@@ -116,7 +170,7 @@ BrickSampler::Candidates BrickSampler::closest_candidates(std::span<const std::u
   const double limit = (std::sqrt(least) + 2 * radius) * (1 + 1e-9);
   Candidates kept;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    if (squared[i] <= limit * limit) kept.triangles.push_back(from[i]);
+    if (squared[i] <= limit * limit) kept.triangles.push_back(listed_[from[i]]);
   }
   kept.reach = std::min((std::sqrt(least) + radius) * (1 + 1e-9), reach_);
   return kept;
@@ -125,7 +179,7 @@ BrickSampler::Candidates BrickSampler::closest_candidates(std::span<const std::u
 FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const {
   FieldBrick brick{parent.level - 1, parent.octant_base(octant), {}, {}, {}};
   const Candidates candidates = closest_candidates(from, brick.base, step_of(brick.level) * kCells);
-  const PointLattice points{place(brick.base), quarter() * step_of(brick.level), kEdge};
+  const PointLattice points = lattice(brick.base, brick.level);
   NearestTriangles nearest;
   nearest.squared.fill(candidates.reach * candidates.reach);
   nearest.triangle.fill(-1);
@@ -147,7 +201,7 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
           brick.closest[at] = parent.closest[around(0)];
           continue;
         }
-        const Vector p = points.first + points.step * Vector(x, y, z);
+        const Vector p = points.at(x, y, z);
         const double found = nearest.triangle[static_cast<std::size_t>((z * 8 + y) * 8 + x)];
         double distance = reach_;
         brick.closest[at] = kNoTriangle;
@@ -173,6 +227,38 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
   // Not fitted: shifts would need a neighbour's samples, which are not known.
   brick.fitted = brick.value;
   return brick;
+}
+
+bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
+                                       double noted) const {
+  const double per_voxel = 1 / grid_.voxel_size;
+  const Index base = parent.octant_base(octant);
+  const PointLattice points = lattice(base, parent.level - 1);
+  OctantTrial trial;
+  for (int n = 0; n < 27; ++n) {
+    const auto at = static_cast<std::size_t>(
+        sample_at(2 * (octant & 1) + n % 3, 2 * (octant >> 1 & 1) + n / 3 % 3, 2 * (octant >> 2) + n / 9));
+    trial.value[static_cast<std::size_t>(n)] = static_cast<float>(parent.value[at] * per_voxel);
+    trial.fitted[static_cast<std::size_t>(n)] = static_cast<float>(parent.fitted[at] * per_voxel);
+  }
+  trial.reach = static_cast<float>(reach_ * per_voxel);
+  trial.step = static_cast<float>(step_of(parent.level - 1)) / kQuarters;
+  const Vector first = from_centre(base);
+  Places128 places;
+  for (int n = 0; n < FieldBrick::kSamples; ++n) {
+    const auto at = static_cast<std::size_t>(n);
+    places.x[at] = static_cast<float>(first.x()) + trial.step * static_cast<float>(n % kEdge);
+    places.y[at] = static_cast<float>(first.y()) + trial.step * static_cast<float>(n / kEdge % kEdge);
+    places.z[at] = static_cast<float>(first.z()) + trial.step * static_cast<float>(n / (kEdge * kEdge));
+  }
+  nearest_distances(float_listed_, from, places, trial.distance);
+  for (const std::uint32_t n : from) trial.error = std::max(trial.error, float_listed_[n].error);
+  return bake::surely_interpolates(
+      trial, {tolerance_.error * per_voxel, tolerance_.band_inner * per_voxel, tolerance_.band_outer * per_voxel},
+      noted * per_voxel, [&](std::size_t sample) {
+        const auto n = static_cast<int>(sample);
+        return inside_.inside(points.at(n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)));
+      });
 }
 
 BrickErrors BrickSampler::errors(const FieldBrick& brick) const {
@@ -201,18 +287,6 @@ Vector BrickSampler::place(const FieldBrick& brick, std::size_t sample) const {
   const auto n = static_cast<int>(sample);
   return place({brick.base[0] + n % kEdge * step, brick.base[1] + n / kEdge % kEdge * step,
                 brick.base[2] + n / (kEdge * kEdge) * step});
-}
-
-// Triangles near the voxel brick that a field brick lies in.
-std::span<const std::uint32_t> BrickSampler::listed(const FieldBrick& brick) const {
-  constexpr std::int32_t kSpan = static_cast<std::int32_t>(kBrickEdge) * kQuarters;
-  const std::size_t at = grid_.brick_at(static_cast<std::uint32_t>(brick.base[0] / kSpan),
-                                        static_cast<std::uint32_t>(brick.base[1] / kSpan),
-                                        static_cast<std::uint32_t>(brick.base[2] / kSpan));
-  const std::uint32_t n = field_.set.index[at];
-  if (n == kNoBrick) return {};
-  return std::span(field_.near_triangles)
-      .subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
 }
 
 }  // namespace vps::bake

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <span>
 
+#include "bake/stages/nearest_triangle.h"
 #include "bake/stages/octant_samples.h"
+#include "bake/stages/octant_trial.h"
 #include "bake/stages/sample_field.h"
 
 namespace vps::bake {
-
-inline const double kHalfDiagonal = std::sqrt(0.75);  ///< of a cube whose edge is 1
 
 /// Places are counted in quarter voxels from the centre of voxel (0,0,0), so that they are integers at every level.
 inline constexpr std::int32_t kQuarters = 4;
@@ -44,6 +44,16 @@ struct BrickErrors {
   }
 };
 
+/// Triangles that can be closest to a point of a cube, octant by octant: positions in the list of the voxel brick.
+struct NearTriangles {
+  std::array<std::uint32_t, 9> start{};
+  std::vector<std::uint32_t> positions;
+  [[nodiscard]] std::span<const std::uint32_t> in_octant(int octant) const {
+    const auto n = static_cast<std::size_t>(octant);
+    return std::span(positions).subspan(start[n], start[n + 1] - start[n]);
+  }
+};
+
 /// The inputs of sampling. All must outlive the samplers.
 struct FieldSource {
   const Surface& surface;
@@ -72,8 +82,18 @@ class BrickSampler {
   /// The brick of half the size over an octant of `parent`, with samples between voxel centres.
   /// @param from  triangles that can be closest to its points
   [[nodiscard]] FieldBrick between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const;
-  /// Triangles that can be closest to a point of a brick.
-  [[nodiscard]] std::vector<std::uint32_t> candidates(const FieldBrick& brick) const;
+  /// Whether the parent's interpolation is good enough at all samples of `between` that the parent does not have.
+  /// Computed in float: false where rounding leaves a doubt.
+  /// @param from   as above
+  /// @param noted  an error within the band that is larger than this needs an exact value: false. [m]
+  [[nodiscard]] bool surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
+                                         double noted) const;
+  /// Triangles that can be closest to a point of a brick with samples at the centres of voxels.
+  [[nodiscard]] std::span<const std::uint32_t> near(const FieldBrick& brick);
+  /// Those near a brick's octants. @param from  those near the brick
+  [[nodiscard]] NearTriangles near_octants(const FieldBrick& brick, std::span<const std::uint32_t> from) const {
+    return near_octants(brick.base, FieldBrick::step_of(brick.level) * FieldBrick::kCells, from);
+  }
   [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
 
   [[nodiscard]] Vector place(const FieldBrick& brick, std::size_t sample) const;
@@ -86,9 +106,18 @@ class BrickSampler {
     double reach = 0;  // [m]
   };
   Candidates closest_candidates(std::span<const std::uint32_t> from, const Index& base, std::int32_t edge) const;
+  NearTriangles near_octants(const Index& base, std::int32_t edge, std::span<const std::uint32_t> from) const;
   Vector place(const Index& at) const { return grid_.centre(0, 0, 0) + quarter() * Vector(at[0], at[1], at[2]); }
+  PointLattice lattice(const Index& base, int level) const {
+    return {place(base), quarter() * FieldBrick::step_of(level), FieldBrick::kEdge};
+  }
   std::array<int, 3> place_in_octant(const FieldBrick& brick) const;
-  std::span<const std::uint32_t> listed(const FieldBrick& brick) const;
+  // From the octant's centre. [vx]
+  Vector from_centre(const Index& at) const {
+    return Vector(at[0] - octant_base_[0], at[1] - octant_base_[1], at[2] - octant_base_[2]) / kQuarters -
+           Vector::Constant(kBrickEdge / 2.0);
+  }
+  void list_triangles();
   bool any_in_band() const;
 
   const Surface& surface_;
@@ -98,8 +127,11 @@ class BrickSampler {
   const InsideTest& inside_;
   const FieldTolerance& tolerance_;
   OctantSamples octant_;
-  Index octant_base_{};  // of its sample (0,0,0)
-  const double reach_;   // distances between voxel centres are known up to here. [m]
+  Index octant_base_{};                      // of its sample (0,0,0)
+  std::span<const std::uint32_t> listed_;    // triangles near the octant, once they are needed
+  std::vector<FloatTriangle> float_listed_;  // the same, from the octant's centre, in voxels
+  NearTriangles near_bricks_;                // the same, by bricks of level 0
+  const double reach_;                       // distances between voxel centres are known up to here. [m]
 };
 
 }  // namespace vps::bake

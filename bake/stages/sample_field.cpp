@@ -55,17 +55,16 @@ class BlockSampler {
   std::uint32_t sample_octant(const std::uint32_t (&at)[3]) {
     if (!bricks_.load(at)) return bricks_.is_inside(at) ? kFarInside : kFarOutside;
     FieldBrick brick = bricks_.over_octant();
-    return divide(brick);
+    return divide(brick, {});
   }
 
   // Largest error that interpolation may have where the penetration is v.
   double allowed(double v) const {
     const double band = v > 0 ? tolerance_.band_inner : tolerance_.band_outer;
     const double core = band - kHalfDiagonal * grid_.voxel_size;
-    constexpr double kGrowth = 0.25;
     const double depth = std::abs(v);
     if (depth <= core) return tolerance_.error;
-    return depth <= band ? tolerance_.error + kGrowth * (depth - core) : std::numeric_limits<double>::infinity();
+    return depth <= band ? tolerance_.error + kErrorGrowth * (depth - core) : std::numeric_limits<double>::infinity();
   }
 
   // Whether an octant may hold an error that is large enough to test for.
@@ -93,26 +92,30 @@ class BlockSampler {
     return false;
   }
 
+  // The coarser brick's interpolation at a sample of the finer one.
+  static double interpolate(const FieldBrick& coarse, int octant, int x, int y, int z) {
+    double sum = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const int cx = 2 * (octant & 1) + (x + (corner & 1)) / 2;
+      const int cy = 2 * (octant >> 1 & 1) + (y + (corner >> 1 & 1)) / 2;
+      const int cz = 2 * (octant >> 2) + (z + (corner >> 2)) / 2;
+      sum += coarse.fitted[static_cast<std::size_t>(sample_at(cx, cy, cz))];
+    }
+    return sum / 8;
+  }
+
   // Whether the coarser brick's interpolation is good enough at the finer one's samples. For a finer brick of level 0
   // it also estimates the errors between them.
   bool will_do(const FieldBrick& coarse, int octant, const FieldBrick& fine) {
-    const int low[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
     double worst = 0;
     std::size_t worst_at = 0;
     std::array<double, kSamples> spare;
     for (int z = 0; z < kEdge; ++z) {
       for (int y = 0; y < kEdge; ++y) {
         for (int x = 0; x < kEdge; ++x) {
-          double sum = 0;
-          for (int corner = 0; corner < 8; ++corner) {
-            const int cx = low[0] + (x + (corner & 1)) / 2;
-            const int cy = low[1] + (y + (corner >> 1 & 1)) / 2;
-            const int cz = low[2] + (z + (corner >> 2)) / 2;
-            sum += coarse.fitted[static_cast<std::size_t>(sample_at(cx, cy, cz))];
-          }
           const auto at = static_cast<std::size_t>(sample_at(x, y, z));
           const double truth = fine.value[at];
-          const double error = std::abs(sum / 8 - truth);
+          const double error = std::abs(interpolate(coarse, octant, x, y, z) - truth);
           const double limit = allowed(truth);
           spare[at] = limit - error;
           if (spare[at] < 0) return false;
@@ -126,6 +129,23 @@ class BlockSampler {
     if (fine.level == 0 && !has_room(spare, bricks_.errors(fine))) return false;
     note_error(fine, worst_at, worst);
     return true;
+  }
+
+  // Whether `will_do` would say so of the brick between voxel centres, without the exact samples of that brick.
+  bool will_surely_do(const FieldBrick& coarse, int octant, std::span<const std::uint32_t> near) {
+    for (int z = 0; z < kEdge; z += 2) {
+      for (int y = 0; y < kEdge; y += 2) {
+        for (int x = 0; x < kEdge; x += 2) {
+          const auto at = static_cast<std::size_t>(
+              sample_at(2 * (octant & 1) + x / 2, 2 * (octant >> 1 & 1) + y / 2, 2 * (octant >> 2) + z / 2));
+          // `interpolate` differs from the sample itself by rounding.
+          if (std::abs(coarse.fitted[at] - coarse.value[at]) < (1 - 1e-9) * tolerance_.error) continue;
+          const double error = std::abs(interpolate(coarse, octant, x, y, z) - coarse.value[at]);
+          if (error > allowed(coarse.value[at])) return false;
+        }
+      }
+    }
+    return bricks_.surely_interpolates(coarse, octant, near, block_.worst_error);
   }
 
   void note_error(const FieldBrick& brick, std::size_t sample, double error) {
@@ -154,9 +174,10 @@ class BlockSampler {
   }
 
   // The entry of a brick: its own if it is good enough everywhere, else a node's.
-  std::uint32_t divide(FieldBrick& brick) {
+  // @param near  triangles that can be closest to its points, where some lie between the centres of voxels
+  std::uint32_t divide(FieldBrick& brick, std::span<const std::uint32_t> near) {
     if (brick.level == kFinestLevel) return store(brick);
-    std::vector<std::uint32_t> candidates;
+    NearTriangles near_octants;
     BrickErrors errors;
     if (brick.level <= 0) errors = bricks_.errors(brick);
     const auto node = open_node();
@@ -164,17 +185,24 @@ class BlockSampler {
       std::uint32_t entry = kFarOutside;
       if (brick.level > 0) {
         FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
-        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine);
+        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine, {});
       } else if (is_suspect(brick, octant, errors)) {
-        if (candidates.empty()) candidates = bricks_.candidates(brick);
-        FieldBrick fine = bricks_.between(brick, octant, candidates);
-        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine);
+        if (near_octants.positions.empty()) {
+          near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
+        }
+        entry = divide_octant(brick, octant, near_octants.in_octant(octant));
       } else {
         entry = store(brick);
       }
       block_.nodes[node + static_cast<std::size_t>(octant)] = entry;
     }
     return close_node(node);
+  }
+
+  std::uint32_t divide_octant(FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
+    if (will_surely_do(brick, octant, near)) return store(brick);
+    FieldBrick fine = bricks_.between(brick, octant, near);
+    return will_do(brick, octant, fine) ? store(brick) : divide(fine, near);
   }
 
   std::uint32_t store(FieldBrick& brick) {

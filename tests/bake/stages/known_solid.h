@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "bake/vps_bake.h"
 #include "formats/triangle_mesh.h"
 
 namespace vps::test {
