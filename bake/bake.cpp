@@ -159,11 +159,13 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     const Representations fields = represent(surface, grid, voxels, runs, field, inside, options, planned.lambda);
     describe_voxelmap(grid, voxels, runs, options, planned.lambda, asset.info);
     stages.start("certify");
-    certify_fields(surface, closest, inside, grid, field, fields, options, asset.info);
+    const TriangleTree tree(surface, kFarReach_vx * grid.voxel_size);
+    const Distances distances{closest, tree, tree.error() + 1e-5 * grid.voxel_size};
+    certify_fields(surface, distances, inside, grid, field, fields, options, asset.info);
     pack_voxelmap(grid, field, coarse, fields, asset.sections);
     stages.start("far_field");
     const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
-    pack_far(far_field({surface, closest, inside, grid, coarse}, least, voxels.count), asset.info, asset.sections);
+    pack_far(far_field({surface, distances, inside, grid, coarse}, least, voxels.count), asset.info, asset.sections);
     if (options.scaled) {
       stages.start("fit_planes");
       pack_planes(grid,

@@ -10,7 +10,7 @@
 #include "bake/uniform.h"
 
 namespace vps::bake {
-std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
+std::vector<CertificateSample> certificate_samples(const Distances& distances, const InsideTest& inside,
                                                    const Grid& grid, const BandField& field, double band_inner,
                                                    double band_outer) {
   // Voxels with their centre in the band.
@@ -31,9 +31,12 @@ std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, 
         grid.centre(field.set.bricks[at / kBrickVoxels], static_cast<std::uint32_t>(at % kBrickVoxels));
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
     sample.point = centre + grid.voxel_size * offset;
-    const double distance = closest.distance(sample.point);
     const bool within = inside.inside(sample.point);
-    if (distance > (within ? band_inner : band_outer) - half_diagonal) return;
+    const double limit = (within ? band_inner : band_outer) - half_diagonal;
+    const double about = distances.tree.distance(sample.point, limit + 2 * distances.slack);
+    if (about > limit + distances.slack) return;
+    const double distance = distances.closest.distance(sample.point);
+    if (distance > limit) return;
     sample.penetration = within ? distance : -distance;
     used[n] = 1;
   });
@@ -72,6 +75,14 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
     CertificateSample sample;
     double error;
   };
+  const double slack = truth.distances.slack;
+  // The error at a point, or -1 where the certificate does not cover it.
+  const auto error_at = [&](CertificateSample& at, double distance, double more) {
+    if (distance > std::max(truth.inner, truth.outer) + more || distance < truth.least - more) return -1.0;
+    at.penetration = truth.inside.inside(at.point) ? distance : -distance;
+    if (at.penetration > truth.inner + more || at.penetration < -truth.outer - more) return -1.0;
+    return std::abs(reconstruct(at.point) - at.penetration) + more;
+  };
   std::vector<Place> places;
   places.reserve(samples.size());
   for (const CertificateSample& sample : samples) {
@@ -88,11 +99,10 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
       for (int way = 0; way < 6; ++way) {
         CertificateSample other = best.sample;
         other.point[way / 2] += way % 2 == 0 ? step : -step;
-        const double distance = truth.closest.distance(other.point);
-        if (distance > std::max(truth.inner, truth.outer) || distance < truth.least) continue;
-        other.penetration = truth.inside.inside(other.point) ? distance : -distance;
-        if (other.penetration > truth.inner || other.penetration < -truth.outer) continue;
-        const double error = std::abs(reconstruct(other.point) - other.penetration);
+        const double at_most = std::abs(best.sample.penetration) + step + 2 * slack;
+        const double about = truth.distances.tree.distance(other.point, at_most);
+        if (error_at(other, about, slack) <= best.error) continue;
+        const double error = error_at(other, truth.distances.closest.distance(other.point), 0);
         if (error > best.error) best = {other, error};
       }
     }

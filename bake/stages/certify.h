@@ -7,6 +7,7 @@
 #include "bake/repair/winding.h"
 #include "bake/stages/closest_point.h"
 #include "bake/stages/distance_field.h"
+#include "bake/stages/triangle_tree.h"
 
 namespace vps::bake {
 
@@ -21,10 +22,18 @@ struct CertificateSample {
 /// A stored field as a query sees it: V at a point by Eq. (4) or interpolated. [m]
 using Reconstruction = std::function<double(const Vector&)>;
 
+/// Both ways to the distance of a point. All values of a certificate are of `closest`, which shares no arithmetic with
+/// the field. The tree finds out which points have to be measured.
+struct Distances {
+  const ClosestPoint& closest;
+  const TriangleTree& tree;
+  double slack = 0;  ///< larger than the difference between the two. [m]
+};
+
 /// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end
 /// are left out, because their voxel may lie beyond it.
 /// @param band_inner, band_outer  no wider than the field's. [Units: m]
-[[nodiscard]] std::vector<CertificateSample> certificate_samples(const ClosestPoint& closest, const InsideTest& inside,
+[[nodiscard]] std::vector<CertificateSample> certificate_samples(const Distances& distances, const InsideTest& inside,
                                                                  const Grid& grid, const BandField& field,
                                                                  double band_inner, double band_outer);
 
@@ -34,7 +43,7 @@ using Reconstruction = std::function<double(const Vector&)>;
 
 /// The true penetration of any point.
 struct Truth {
-  const ClosestPoint& closest;
+  const Distances& distances;
   const InsideTest& inside;
   double voxel_size = 0;     ///< [m]
   double inner = 0;          ///< the certificate covers -outer <= V <= inner. [m]

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bake/plan.h"
 #include "bake/uniform.h"
@@ -17,6 +18,8 @@ namespace {
 constexpr double kRange_vx = 11;
 constexpr int kLeastSpacing_vx = 4;
 constexpr int kMostSpacing_vx = 64;
+// The search for the certificate's worst point moves by less than a spacing.
+static_assert(kFarReach_vx > 1.001 * kRange_vx + 2 * kMostSpacing_vx);
 
 // Lower bound of a point's distance, from the coarse layers: docs/bounds.md, "Anywhere". [m]
 double least_distance(const FarSource& from, const Vector& p) {
@@ -37,11 +40,21 @@ double least_distance(const FarSource& from, const Vector& p) {
 }
 
 // V, but -most where the point is outside and farther than that.
-double penetration_down_to(double most, const FarSource& from, const Vector& p) {
+// @param distance_of  distance of a point. [m]
+template <class DistanceOf>
+double penetration_down_to(double most, const FarSource& from, const Vector& p, DistanceOf distance_of) {
   const bool within = from.inside.inside(p);
   if (!within && least_distance(from, p) >= most) return -most;
-  const double distance = from.closest.distance(p);
+  const double distance = distance_of(p);
   return within ? distance : -std::min(distance, most);
+}
+double exact_down_to(double most, const FarSource& from, const Vector& p) {
+  return penetration_down_to(most, from, p, [&](const Vector& at) { return from.distances.closest.distance(at); });
+}
+// The same but for rounding. @param at_most  an upper bound of the distance. [m]
+double fast_down_to(double most, const FarSource& from, const Vector& p, double at_most) {
+  return penetration_down_to(most, from, p,
+                             [&](const Vector& at) { return from.distances.tree.distance(at, at_most); });
 }
 
 // A grid with a spacing of `spacing` voxels, without values.
@@ -63,24 +76,43 @@ std::size_t node_count(const FarField& far) {
   return std::size_t{far.dims[0]} * far.dims[1] * far.dims[2];
 }
 
+Vector node_at(const FarField& far, std::size_t node) {
+  const std::size_t x = node % far.dims[0];
+  const std::size_t y = node / far.dims[0] % far.dims[1];
+  const std::size_t z = node / far.dims[0] / far.dims[1];
+  return far.origin + far.spacing * Vector(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
+}
+
 void sample_nodes(const FarSource& from, FarField& far) {
   // Interpolation near the range must not meet clamped values.
   const double most = far.range + far.spacing;
-  std::vector<double> exact(node_count(far));
+  std::vector<double> sampled(node_count(far));
   tbb::parallel_for(std::size_t{0}, std::size_t{far.dims[1]} * far.dims[2], [&](std::size_t row) {
-    const std::size_t y = row % far.dims[1];
-    const std::size_t z = row / far.dims[1];
-    for (std::size_t x = 0; x < far.dims[0]; ++x) {
-      const Vector cell(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z));
-      exact[row * far.dims[0] + x] = penetration_down_to(most, from, far.origin + far.spacing * cell);
+    double at_most = std::numeric_limits<double>::infinity();
+    for (std::size_t n = row * far.dims[0]; n < (row + 1) * far.dims[0]; ++n) {
+      const double v = sampled[n] = fast_down_to(most, from, node_at(far, n), at_most);
+      // Distances are 1-Lipschitz. The clamped one says nothing.
+      at_most =
+          v > -most ? std::abs(v) + far.spacing + 2 * from.distances.slack : std::numeric_limits<double>::infinity();
     }
   });
-  const double deepest = *std::max_element(exact.begin(), exact.end());
+  // Exact where rounding matters: for the deepest node, which sets the step, and for values between two steps.
+  const double slack = from.distances.slack;
+  const double about = *std::max_element(sampled.begin(), sampled.end());
+  double deepest = from.grid.voxel_size;
+  for (std::size_t n = 0; n < sampled.size(); ++n) {
+    if (sampled[n] >= about - slack) deepest = std::max(deepest, exact_down_to(most, from, node_at(far, n)));
+  }
   far.step_outer = most / kLargestFarValue;
-  far.step_inner = std::max(deepest, from.grid.voxel_size) / kLargestFarValue;
-  far.values.resize(exact.size());
-  std::transform(exact.begin(), exact.end(), far.values.begin(), [&](double v) {
-    return static_cast<std::int8_t>(std::lrint(v / (v > 0 ? far.step_inner : far.step_outer)));
+  far.step_inner = deepest / kLargestFarValue;
+  far.values.resize(sampled.size());
+  tbb::parallel_for(std::size_t{0}, sampled.size(), [&](std::size_t n) {
+    const auto steps = [&](double v) { return v / (v > 0 ? far.step_inner : far.step_outer); };
+    double v = steps(sampled[n]);
+    const double from_half = std::abs(v - std::floor(v) - 0.5);
+    if (from_half * std::min(far.step_inner, far.step_outer) <= slack)
+      v = steps(exact_down_to(most, from, node_at(far, n)));
+    far.values[n] = static_cast<std::int8_t>(std::lrint(v));
   });
 }
 
@@ -94,8 +126,13 @@ void certify_far(const FarSource& from, double least, FarField& far) {
     const Vector part(uniform(counter), uniform(counter + 1), uniform(counter + 2));
     CertificateSample& sample = samples[n];
     sample.point = far.origin + far.spacing * part.cwiseProduct(size);
-    sample.penetration = penetration_down_to(2 * far.range, from, sample.point);
-    used[n] = sample.penetration >= -far.range && std::abs(sample.penetration) >= least ? 1 : 0;
+    const auto is_covered = [&](double v, double slack) {
+      return v >= -far.range - slack && std::abs(v) >= least - slack;
+    };
+    const double about = fast_down_to(2 * far.range, from, sample.point, std::numeric_limits<double>::infinity());
+    if (!is_covered(about, from.distances.slack)) return;
+    sample.penetration = exact_down_to(2 * far.range, from, sample.point);
+    used[n] = is_covered(sample.penetration, 0) ? 1 : 0;
   });
   std::size_t kept = 0;
   for (std::size_t n = 0; n < kTries; ++n) {
@@ -105,7 +142,7 @@ void certify_far(const FarSource& from, double least, FarField& far) {
   const Reconstruction value = [&](const Vector& p) { return far.value(p); };
   far.error = certify(samples, value);
   const double deepest = far.step_inner * kLargestFarValue + far.spacing;
-  find_worst(samples, value, {from.closest, from.inside, far.spacing, deepest, far.range, least, 64}, far.error);
+  find_worst(samples, value, {from.distances, from.inside, far.spacing, deepest, far.range, least, 64}, far.error);
   // Proven: docs/bounds.md, "The far grid".
   far.error.bound = std::sqrt(0.75) * far.spacing + 0.5 * std::max(far.step_inner, far.step_outer);
 }

@@ -25,10 +25,13 @@ struct FarField {
   [[nodiscard]] double value(const Vector& point) const;
 };
 
+/// The grid's nodes and the points of its certificate lie at most this far from the mesh's bounds, along each axis.
+inline constexpr double kFarReach_vx = 160;
+
 /// What the stages before know about distances.
 struct FarSource {
   const Surface& surface;
-  const ClosestPoint& closest;
+  const Distances& distances;
   const InsideTest& inside;
   const Grid& grid;
   const std::vector<std::int16_t>& coarse_layers;

@@ -89,15 +89,15 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   return out;
 }
 
-void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+void certify_fields(const Surface& surface, const Distances& distances, const InsideTest& inside, const Grid& grid,
                     const BandField& field, const Representations& fields, const BakeOptions& options,
                     AssetInfo& info) {
   const double s = grid.voxel_size;
   const std::vector<CertificateSample> samples =
-      certificate_samples(closest, inside, grid, field, options.band_inside * s, options.band_outside * s);
+      certificate_samples(distances, inside, grid, field, options.band_inside * s, options.band_outside * s);
   info.certificate_samples = samples.size();
   const double half_diagonal = std::sqrt(0.75) * s;
-  const Truth truth{closest, inside, s, options.band_inside * s - half_diagonal,
+  const Truth truth{distances, inside, s, options.band_inside * s - half_diagonal,
                     options.band_outside * s - half_diagonal};
   const auto certified = [&](const Reconstruction& reconstruct) {
     FieldCertificate certificate = certify(samples, reconstruct);

@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "bake/stages/bounding_spheres.h"
-#include "bake/stages/closest_point.h"
 #include "bake/stages/far_field.h"
 #include "bake/stages/find_hulls.h"
 #include "bake/stages/sample_field.h"
@@ -30,7 +29,7 @@ struct Representations {
                                         const InsideRuns& runs, const BandField& field, const InsideTest& inside,
                                         const BakeOptions& options, double lambda);
 
-void certify_fields(const Surface& surface, const ClosestPoint& closest, const InsideTest& inside, const Grid& grid,
+void certify_fields(const Surface& surface, const Distances& distances, const InsideTest& inside, const Grid& grid,
                     const BandField& field, const Representations& fields, const BakeOptions& options, AssetInfo& info);
 
 void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,

@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compiled once per instruction set by Highway, chosen at run time. Results differ between instruction sets, but only
+// within the error bound.
+#include "bake/stages/triangle_tree.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "bake/stages/triangle_tree.cpp"
+#include <hwy/foreach_target.h>
+// After foreach_target.h.
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace vps::bake::detail::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+constexpr hn::CappedTag<float, TriangleTree::kWidth> tree_lanes;
+using TreeLanes = hn::Vec<decltype(tree_lanes)>;
+
+HWY_INLINE TreeLanes tree_lanes_at(const float* from) {
+  return hn::Load(tree_lanes, from);
+}
+
+// Squared distances from a node's boxes.
+HWY_INLINE void box_distances(const TriangleTree::Node& node, const float* point, float* squared) {
+  for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
+    TreeLanes sum = hn::Zero(tree_lanes);
+    for (int axis = 0; axis < 3; ++axis) {
+      const TreeLanes p = hn::Set(tree_lanes, point[axis]);
+      const TreeLanes beyond =
+          hn::Max(hn::Sub(tree_lanes_at(node.low[axis] + i), p), hn::Sub(p, tree_lanes_at(node.high[axis] + i)));
+      const TreeLanes outside = hn::Max(beyond, hn::Zero(tree_lanes));
+      sum = hn::MulAdd(outside, outside, sum);
+    }
+    hn::Store(sum, tree_lanes, squared + i);
+  }
+}
+
+// Least squared distance from a leaf's triangles: see `squared_distance` in float_distances.cpp.
+HWY_INLINE float leaf_distance(const TriangleTree::Leaf& leaf, const float* point) {
+  TreeLanes least = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
+  const TreeLanes zero = hn::Zero(tree_lanes);
+  for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
+    const auto value = [&](int n) HWY_ATTR {
+      TreeLanes sum = tree_lanes_at(leaf.linear[n][3] + i);
+      for (int axis = 2; axis >= 0; --axis) {
+        sum = hn::MulAdd(tree_lanes_at(leaf.linear[n][axis] + i), hn::Set(tree_lanes, point[axis]), sum);
+      }
+      return sum;
+    };
+    TreeLanes nearest = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
+    TreeLanes farthest_out = hn::Set(tree_lanes, -std::numeric_limits<float>::infinity());
+    for (int k = 0; k < 3; ++k) {
+      const TreeLanes along = value(1 + k);
+      const TreeLanes out = value(4 + k);
+      const TreeLanes beyond = hn::Sub(along, hn::Min(hn::Max(along, zero), tree_lanes_at(leaf.length[k] + i)));
+      nearest = hn::Min(nearest, hn::MulAdd(beyond, beyond, hn::Mul(out, out)));
+      farthest_out = hn::Max(farthest_out, out);
+    }
+    const TreeLanes height = value(0);
+    least = hn::Min(least, hn::MulAdd(height, height, hn::IfThenZeroElse(hn::Lt(farthest_out, zero), nearest)));
+  }
+  return hn::GetLane(hn::MinOfLanes(tree_lanes, least));
+}
+
+// @return the least squared distance, or `least` if that is less
+float search(const TriangleTree::Node* nodes, std::uint32_t root, const TriangleTree::Leaf* leaves, const float* point,
+             float least) {
+  struct Waiting {
+    float squared;
+    std::uint32_t child;
+  };
+  // A node leaves at most 15 children waiting, and 2^32 triangles make 8 levels.
+  Waiting waiting[8 * TriangleTree::kWidth];
+  std::size_t count = 0;
+  waiting[count++] = {0, root};
+  while (count > 0) {
+    const Waiting next = waiting[--count];
+    if (next.squared >= least) continue;
+    if ((next.child & TriangleTree::kLeaf) != 0) {
+      least = std::min(least, leaf_distance(leaves[next.child - TriangleTree::kLeaf], point));
+      continue;
+    }
+    const TriangleTree::Node& node = nodes[next.child];
+    alignas(64) float squared[TriangleTree::kWidth];
+    box_distances(node, point, squared);
+    const std::size_t first = count;
+    for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
+      if (!(squared[n] < least)) continue;
+      // The nearest comes last, to be the next.
+      std::size_t at = count++;
+      for (; at > first && waiting[at - 1].squared < squared[n]; --at) waiting[at] = waiting[at - 1];
+      waiting[at] = {squared[n], node.child[n]};
+    }
+  }
+  return least;
+}
+
+}  // namespace vps::bake::detail::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vps::bake {
+namespace detail {
+HWY_EXPORT(search);
+
+// Interleaves ten bits of each coordinate: triangles that are near in this order are near in space (Morton 1966).
+std::uint64_t morton_code(const Vector& part) {
+  std::uint64_t code = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto cell = static_cast<std::uint64_t>(std::clamp(part[axis] * 1024, 0.0, 1023.0));
+    for (int bit = 0; bit < 10; ++bit) code |= (cell >> bit & 1) << (3 * bit + axis);
+  }
+  return code;
+}
+
+std::vector<std::uint32_t> morton_order(const Surface& surface) {
+  const double side = (surface.bounds_max - surface.bounds_min).maxCoeff();
+  std::vector<std::uint64_t> keys(surface.triangles.size());
+  for (std::size_t t = 0; t < keys.size(); ++t) {
+    keys[t] = morton_code((surface.corner(t, 0) - surface.bounds_min) / side) << 32 | t;
+  }
+  std::sort(keys.begin(), keys.end());
+  std::vector<std::uint32_t> order(keys.size());
+  std::transform(keys.begin(), keys.end(), order.begin(),
+                 [](std::uint64_t k) { return static_cast<std::uint32_t>(k); });
+  return order;
+}
+
+using Box = Eigen::AlignedBox3f;
+
+// The first triangle fills a leaf that is not full.
+TriangleTree::Leaf make_leaf(const Surface& surface, std::span<const std::uint32_t> triangles, const Vector& centre,
+                             double reach, Box& box, float& error) {
+  TriangleTree::Leaf leaf;
+  for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
+    const std::uint32_t number = triangles[n < triangles.size() ? n : 0];
+    const FloatTriangle t = float_triangle(surface, number, centre, 1, reach);
+    const FloatTriangle::Linear linear[7] = {t.height,     t.along[0],   t.along[1],  t.along[2],
+                                             t.outward[0], t.outward[1], t.outward[2]};
+    for (std::size_t i = 0; i < 7; ++i) {
+      leaf.linear[i][0][n] = linear[i].a;
+      leaf.linear[i][1][n] = linear[i].b;
+      leaf.linear[i][2][n] = linear[i].c;
+      leaf.linear[i][3][n] = linear[i].d;
+    }
+    for (std::size_t k = 0; k < 3; ++k) leaf.length[k][n] = t.length[k];
+    error = std::max(error, t.error);
+    for (int k = 0; k < 3; ++k) box.extend((surface.corner(number, k) - centre).cast<float>().eval());
+  }
+  return leaf;
+}
+
+// Over boxes whose numbers begin at `first`.
+TriangleTree::Node make_node(std::span<const Box> boxes, std::uint32_t first, Box& box) {
+  TriangleTree::Node node;
+  std::fill_n(&node.low[0][0], 3 * TriangleTree::kWidth, std::numeric_limits<float>::infinity());
+  std::fill_n(&node.high[0][0], 3 * TriangleTree::kWidth, std::numeric_limits<float>::infinity());
+  for (std::size_t n = 0; n < boxes.size(); ++n) {
+    for (int axis = 0; axis < 3; ++axis) {
+      node.low[axis][n] = boxes[n].min()[axis];
+      node.high[axis][n] = boxes[n].max()[axis];
+    }
+    node.child[n] = first + static_cast<std::uint32_t>(n);
+    box.extend(boxes[n]);
+  }
+  return node;
+}
+
+}  // namespace detail
+
+// The errors of distances from triangles are bounded by `float_triangle`. With e and B as there, rounding the point and
+// the boxes and the arithmetic of boxes changes distances by less than 10 e B. So a box that is skipped for that holds
+// no triangle that is nearer than the least one by more.
+TriangleTree::TriangleTree(const Surface& surface, double reach)
+    : centre_((surface.bounds_min + surface.bounds_max) / 2) {
+  const std::vector<std::uint32_t> order = detail::morton_order(surface);
+  const double farthest = (surface.bounds_max - surface.bounds_min).maxCoeff() / 2 + reach;
+  const auto parts = [](std::size_t count) { return (count + kWidth - 1) / kWidth; };
+  const auto part = [](auto all, std::size_t n) {
+    return std::span(all).subspan(n * kWidth, std::min(kWidth, all.size() - n * kWidth));
+  };
+  leaves_.resize(parts(order.size()));
+  std::vector<detail::Box> boxes(leaves_.size());
+  std::vector<float> errors(leaves_.size(), 0);
+  tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t n) {
+    leaves_[n] = detail::make_leaf(surface, part(std::span(order), n), centre_, farthest, boxes[n], errors[n]);
+  });
+  error_ = static_cast<double>(*std::max_element(errors.begin(), errors.end())) +
+           10.0 / (1 << 24) * 2 * std::sqrt(3.0) * farthest;
+  // Nodes over the leaves, over those nodes, and so on; the root last.
+  for (std::uint32_t first = kLeaf; first == kLeaf || boxes.size() > 1;) {
+    std::vector<detail::Box> above(parts(boxes.size()));
+    const auto next = static_cast<std::uint32_t>(nodes_.size());
+    for (std::size_t n = 0; n < above.size(); ++n) {
+      nodes_.push_back(detail::make_node(part(std::span<const detail::Box>(boxes), n),
+                                         first + static_cast<std::uint32_t>(n * kWidth), above[n]));
+    }
+    first = next;
+    boxes.swap(above);
+  }
+}
+
+double TriangleTree::distance(const Vector& point, double at_most) const {
+  const Vector at = point - centre_;
+  const float place[3] = {static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z())};
+  using namespace detail;  // Highway's macros take names without a namespace
+  const float least = HWY_DYNAMIC_DISPATCH(search)(nodes_.data(), static_cast<std::uint32_t>(nodes_.size() - 1),
+                                                   leaves_.data(), place, static_cast<float>(at_most * at_most));
+  return std::min(std::sqrt(static_cast<double>(least)), at_most);
+}
+
+}  // namespace vps::bake
+#endif
