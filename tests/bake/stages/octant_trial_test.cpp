@@ -89,7 +89,7 @@ TEST(OctantTrial, BeyondTheBandAnyErrorWillDo) {
 }
 
 TEST(OctantTrial, TrianglesNearAnOctantIncludeTheClosestOfEachOfItsPoints) {
-  const Scene scene(make_torus(0.1, 0.04, 40, 20), 0.004, 3.5);
+  const Scene scene(make_torus(0.1, 0.04, 120, 60), 0.004, 3.5);
   const InsideTest inside(scene.surface, scene.grid);
   const FieldTolerance tolerance{0.1 * 0.004, 2.5 * 0.004, 2.5 * 0.004};
   BrickSampler sampler({scene.surface, scene.grid, scene.runs, scene.field, inside, tolerance});
