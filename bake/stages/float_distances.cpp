@@ -92,19 +92,16 @@ FloatTriangle::Linear linear_from(const Vector& place, const Vector& slope, doub
 // With R = the farthest corner's distance from the centre, B = R + sqrt(3) reach and e = 2^-24, for places within
 // reach:
 // - A linear function has a unit slope and |d| <= R. Rounding its four numbers adds at most e B, three products e B,
-// and
-//   three sums 3 e B: below 6 e B.
+//   and three sums 3 e B: below 6 e B.
 // - `outward` is 8 e B too large on purpose. So a place that is over the face by the test is truly over it, and the
 //   error of `outward` is below 14 e B.
 // - `beyond` depends on `along` and `length` with slopes of 1; with its own rounding its error is at most
 //   6 e B + 2 e B + e B = 9 e B.
 // - The error of a length is at most that of its vector: sqrt(6^2 + 9^2 + 14^2) e B < 18 e B. Squares, sums and the
-// root
-//   add 3 e B: below 21 e B for the distance to each edge, and below 9 e B for that to the plane.
+//   root add 3 e B: below 21 e B for the distance to each edge, and below 9 e B for that to the plane.
 // - A place that is over the face and not by the test is at most 14 e B inside of an edge, in the plane. Its foot on
-// the
-//   nearest edge is not beyond that edge's ends. The two errors of that edge's vector are within 9 e B and 14 e B of
-//   its distance to the plane as before: below 21 e B.
+//   the nearest edge is not beyond that edge's ends. The two errors of that edge's vector are within 9 e B and 14 e B
+//   of its distance to the plane as before: below 21 e B.
 // Edges are rounded once, so the normal of a triangle whose height is at least 1e-4 of its longest edge is accurate to
 // 1e-11: negligible, as is rounding in double. The points of a sliver, with a smaller height, are at most that height
 // from its longest edge, which stands for it: once in each direction, so that no place is over a face.
