@@ -85,6 +85,8 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
   std::vector<Contact> out(64);
   std::vector<float> areas(shell.nodes);
   (void)node_areas(shell, areas);
+  std::vector<FlatPatch> patches;
+  (void)find_flat_patches(shell, patches);
   QueryResult result;
   for (int i = 0; i < 8; ++i) {
     const Pose at = pose(info, random);
@@ -95,6 +97,7 @@ void ask_pair(const PointshellView& shell, const Field& field, const AssetInfo& 
     options.max_tests = i == 1 ? 50 : 0;
     options.weight = i % 4 == 1 ? Weight::per_patch : Weight::per_area;
     options.node_areas = i < 2 ? std::span<const float>(areas) : std::span<const float>();
+    if (i % 4 >= 2) options.flat_patches = patches;
     (void)traverse(shell, field, at, options, scratch, out, result);
     options.cache = &cache;
     (void)traverse(shell, field, at, options, scratch, out, result);

@@ -60,20 +60,21 @@ class FlatNodes {
   }
 
   Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
-    const auto [shallowest, deepest] = std::minmax_element(v.begin(), v.end());
-    const std::size_t at = static_cast<std::size_t>(deepest - v.begin());
+    const auto ends = std::minmax_element(v.begin(), v.end());
+    const float shallowest = *ends.first;
+    const float deepest = *ends.second;
+    const Vec3 deepest_place = places_[static_cast<std::size_t>(ends.second - v.begin())];
     return query_.facts.values.visit([&](const auto& field) {
-      const LinearPart part = linear_part(field, places_[at], d_.unit * *deepest);
+      const LinearPart part = linear_part(field, deepest_place, d_.unit * deepest);
       if (!is_linear(field, part, v)) return Answer::unknown;
       // V may be bent, and points may lie beside the hull.
-      const float most = *deepest + 4 * tolerance_ / d_.unit;
-      const Answer answer = most < -limit_                                  ? Answer::none
-                            : *shallowest < -limit_                         ? Answer::unknown
-                            : !gives_patches_                               ? Answer::given
-                            : take_patch(node, part, *shallowest, *deepest) ? Answer::given
-                                                                            : Answer::unknown;
-      if (answer != Answer::unknown) d_.rejected = std::max(d_.rejected, most);
-      return answer;
+      const float most = deepest + 4 * tolerance_ / d_.unit;
+      if (most >= -limit_) {
+        if (shallowest < -limit_) return Answer::unknown;
+        if (gives_patches_ && !take_patch(node, part, shallowest, deepest)) return Answer::unknown;
+      }
+      d_.rejected = std::max(d_.rejected, most);
+      return most < -limit_ ? Answer::none : Answer::given;
     });
   }
 
