@@ -12,7 +12,7 @@ namespace vps::bake {
 namespace {
 
 constexpr std::size_t kFewestOfFace = 64;
-constexpr std::size_t kFewestPerRimPoint = 4;  // a strip of 8 points across has half as many rim points a length
+constexpr std::size_t kFewestPerRimPoint = 4;  // a strip of 8 points across has 2 of 8 at its rim
 
 class FaceSearch {
  public:
