@@ -69,12 +69,14 @@ class FlatNodes {
       if (!is_linear(field, part, v)) return Answer::unknown;
       // V may be bent, and points may lie beside the hull.
       const float most = deepest + 4 * tolerance_ / d_.unit;
-      if (most >= -limit_) {
+      // The descent's distance: facets of points that are no contacts may reach into the field.
+      const bool is_apart = most < -d_.contact_distance;
+      if (!is_apart) {
         if (shallowest < -limit_) return Answer::unknown;
         if (gives_patches_ && !take_patch(node, part, shallowest, deepest)) return Answer::unknown;
       }
       d_.rejected = std::max(d_.rejected, most);
-      return most < -limit_ ? Answer::none : Answer::given;
+      return is_apart ? Answer::none : Answer::given;
     });
   }
 

@@ -61,13 +61,14 @@ struct FacetRange {
   std::uint32_t first = 0, last = 0;
 };
 
-// Finds the facets of hits, which are in the order of their points.
+// Finds the facets of hits. These are in the order of their points, but for those below flat nodes, which come last.
 class FacetsOfHits {
  public:
   explicit FacetsOfHits(const TraverseQuery& query, HitsAre hits) noexcept
       : points_(query.shell.facet_points),
         count_(query.has_facets && hits == HitsAre::points ? query.shell.facets : 0) {}
   FacetRange next(std::uint32_t point) noexcept {
+    if (at_ > 0 && points_[at_ - 1] >= point) at_ = 0;
     if (at_ < count_ && points_[at_] < point) {
       at_ = static_cast<std::uint32_t>(std::lower_bound(points_ + at_, points_ + count_, point) - points_);
     }

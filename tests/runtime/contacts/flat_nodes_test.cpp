@@ -31,6 +31,12 @@ std::shared_ptr<Asset> body() {
   return baked(make_box({0.06, 0.05, 0.008}), options);
 }
 
+bake::BakeOptions coarse_options() {
+  bake::BakeOptions options;
+  options.voxel_size = 2 * kBodyVoxel;
+  return options;
+}
+
 // Ground of every kind that a face may lie on. Its top is z = 0 near the origin.
 struct Grounds {
   HalfSpaceField plane{{0, 0, 1}, 0};
@@ -281,6 +287,41 @@ TEST(FlatPatches, TheirForceAndTorqueAreThoseOfAllPoints) {
   }
   for (const char* const flat : {"plane", "box", "coarse"}) {
     EXPECT_LT(3 * found[flat].first, found[flat].second) << flat;
+  }
+}
+
+// Points below flat nodes are found last, out of order, and so are their facets.
+TEST(FlatPatches, FacetsStillCount) {
+  const Grounds grounds;
+  for (const std::shared_ptr<Asset>& asset : {body(), baked(make_torus(0.1, 0.05, 8, 6), coarse_options())}) {
+    Queries q(*asset);
+    ASSERT_GT(q.shell.facets, 0U);
+    std::vector<FlatPatch> patches;
+    ASSERT_EQ(find_flat_patches(q.shell, patches), Status::ok);
+    Random random;
+    for (const auto& ground : grounds.all()) {
+      for (int n = 0; n < 60; ++n) {
+        QueryOptions options;
+        options.weight = Weight::per_patch;
+        const Pose pose = n % 2 == 0 ? random_pose(random, 0.08)
+                                     : flat_pose(random, ground.top, random.between(-0.001, 0.001), any_tilt(random));
+        QueryResult full;
+        std::vector<Contact> out(4 * q.contacts.size());
+        ASSERT_EQ(traverse(q.shell, ground.field, pose, options, q.scratch, out, full), Status::ok);
+        double area = 0;
+        double sum = 0;
+        for (std::uint32_t i = 0; i < full.contacts; ++i) {
+          area += double{out[i].area};
+          sum += double{out[i].area} * double{out[i].penetration};
+        }
+        options.flat_patches = patches;
+        QueryResult few;
+        ASSERT_EQ(traverse(q.shell, ground.field, pose, options, q.scratch, out, few), Status::ok);
+        // What docs/bounds.md states.
+        const double f = kHullTolerance * double{q.shell.covering_radius};
+        ASSERT_LE(difference(few.force, full.force), 5 * f * area + double{kPatchNormal} * sum) << ground.name << n;
+      }
+    }
   }
 }
 
