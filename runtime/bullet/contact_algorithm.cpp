@@ -15,6 +15,7 @@
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner_field.h"
+#include "runtime/bullet/refine_contacts.h"
 
 namespace vps::bullet {
 namespace {

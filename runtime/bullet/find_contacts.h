@@ -144,13 +144,4 @@ detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& fo
 /// The contact of one of these rows.
 ManifoldContact contact_of_row(const PointshellView& shell, const FoundContacts& found, std::uint32_t row);
 
-/// Sets the final direction of contacts, along which the shell's body is pushed, and projects their area along it. At
-/// edges and corners the shell's normal is an average of its faces' normals. As a contact normal it pushes sideways,
-/// and in Eq. (4), as evaluated on layers, it gives a wrong penetration. The field's normal is better in both cases.
-/// The shell's is used at the field's edges, and where the field has no normal. Contacts that would stop a body sliding
-/// past an edge are removed.
-/// @param contacts  some of those that were found
-/// @return number of contacts left; they come first
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
-
 }  // namespace vps::bullet

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Zlib
+/// @file Gives contacts their final direction and penetration. Internal. Paper: Sec. 2.3.
+#pragma once
+
+#include "runtime/bullet/find_contacts.h"
+
+namespace vps::bullet {
+
+/// Sets the final direction of contacts, along which the shell's body is pushed, and projects their area along it. At
+/// edges and corners the shell's normal is an average of its faces' normals. As a contact normal it pushes sideways,
+/// and in Eq. (4), as evaluated on layers, it gives a wrong penetration. The field's normal is better in both cases.
+/// The shell's is used at the field's edges, and where the field has no normal. Contacts that would stop a body sliding
+/// past an edge are removed.
+/// @param contacts  some of those that were found
+/// @return number of contacts left; they come first
+std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
+
+/// The same for all contacts with a convex body. Its planes only bound it: its nearest face, edge or corner gives the
+/// contact.
+/// @param reach  largest distance of a contact off the surface, with the margins. [m]
+void finish_polytope(const Pair& pair, const ConvexPlanes& planes, const PolytopeField& field, float reach,
+                     FoundContacts& found);
+
+}  // namespace vps::bullet
