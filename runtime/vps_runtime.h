@@ -259,6 +259,9 @@ struct RevolvedField {
 /// corners make it more accurate.
 struct PolytopeField {
   std::span<const HalfSpaceField> planes;  ///< not copied; a ContactCache must be dropped with them
+  /// Radius by which the edges are rounded: only over the faces is V that of the body. It matters to flat nodes alone,
+  /// which answer where V is linear. [m]
+  float rounding = 0;
 };
 
 /// Refers to a field of any kind: a voxelmap or an analytic field. Each kind converts to it. It does not own the field,

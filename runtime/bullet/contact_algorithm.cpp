@@ -221,7 +221,7 @@ void ShellContacts::fill_regular(const Pair& pair, const FoundContacts& found, b
       detail::choose_four(rows_of(shell, found), manifolds_.previous(), alike_penetration(pair), chosen);
   remember_choice(found, {chosen.data(), count}, *memory_);
   for (std::size_t i = 0; i < count; ++i) few[i] = contact_of_row(shell, found, chosen[i]);
-  std::span<ManifoldContact> left(few.data(), refine(pair, found, {few.data(), count}));
+  std::span<ManifoldContact> left(few.data(), refine(pair, *memory_, found, {few.data(), count}));
   left = left.first(move_between_samples(pair, found, *memory_, left));
   manifolds_.replace(pair, left, found, result);
 }
@@ -235,7 +235,7 @@ void ShellContacts::fill_springs(const Pair& pair, const FoundContacts& found, b
   for (std::size_t i = 0; i < found.contacts.size(); ++i) {
     if (found.contacts[i].penetration >= 0) pressing.push_back(with_feature(found, i));
   }
-  pressing.resize(refine(pair, found, pressing));
+  pressing.resize(refine(pair, *memory_, found, pressing));
   // The reduction ignores features but keeps `point`: it holds the contact's index in `pressing` here.
   all.assign(pressing.begin(), pressing.end());
   for (std::size_t i = 0; i < all.size(); ++i) all[i].point = static_cast<std::uint32_t>(i);
@@ -260,7 +260,7 @@ void ShellContacts::fill_segments(const Pair& pair, std::uint32_t level, const F
   thread_local std::vector<ManifoldContact> contacts;
   contacts.clear();
   for (std::size_t i = 0; i < found.contacts.size(); ++i) contacts.push_back(with_feature(found, i));
-  contacts.resize(refine(pair, found, contacts));
+  contacts.resize(refine(pair, *memory_, found, contacts));
   thread_local std::vector<ManifoldContact> few;
   few.clear();
   for (const SegmentPoint& kept :

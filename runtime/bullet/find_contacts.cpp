@@ -109,20 +109,36 @@ struct FieldQuery {
   bool chooses = false;  // few contacts for a manifold
 };
 
-// Whether the points in contact need nothing before some are chosen. Contacts of hulls are finished first, and those
-// with round bodies are seeds of others.
-constexpr bool has_hits_only(const PolytopeField&) {
+// Whether the points in contact need nothing but their depth before some are chosen. Those of bodies without faces have
+// none, and those with round bodies are seeds of others.
+bool has_hits_only(const PolytopeField&, const ConvexPlanes& planes) {
+  return planes.has_faces();
+}
+constexpr bool has_hits_only(const SphereField&, const ConvexPlanes&) {
   return false;
 }
-constexpr bool has_hits_only(const SphereField&) {
-  return false;
-}
-bool has_hits_only(const RevolvedField& field) {
+bool has_hits_only(const RevolvedField& field, const ConvexPlanes&) {
   return field.profile != RevolvedField::Profile::capsule;
 }
 template <class Field>
-constexpr bool has_hits_only(const Field&) {
+constexpr bool has_hits_only(const Field&, const ConvexPlanes&) {
   return true;
+}
+
+// Gives hits the V of the body where its planes only bound it, and removes those that are no contacts.
+template <class Field>
+void keep_hits(const FieldQuery&, const Field&, detail::ContactRows&) {}
+void keep_hits(const FieldQuery& query, const PolytopeField&, detail::ContactRows& hits) {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < hits.count; ++i) {
+    const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
+    const float v = query.memory.planes.penetration(place, hits.penetration[i]);
+    if (!(v >= -query.options.contact_distance)) continue;
+    for (float* const row : hits.position) row[kept] = row[i];
+    hits.feature[kept] = hits.feature[i];
+    hits.penetration[kept++] = v;
+  }
+  hits.count = kept;
 }
 
 // Whether a choice of contacts holds: the pair stands still. No others are sought then, unless one has left.
@@ -146,10 +162,14 @@ Status find_rows(const FieldQuery& query, const Field& field, const Pose& pose, 
     std::transform(known.begin(), known.end(), points.begin(), [](const ContactPlace& place) { return place.feature; });
     const Status status = detail::find_hits_of({points.data(), known.size()}, shell, field, pose, query.options,
                                                query.space.scratch, found.hits);
+    keep_hits(query, field, found.hits);
     found.are_known = found.hits.count == known.size();
     if (status != Status::ok || found.are_known) return status;
   }
-  return detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits, found.most);
+  const Status status =
+      detail::find_hits(shell, field, pose, query.options, query.space.scratch, found.hits, found.most);
+  keep_hits(query, field, found.hits);
+  return status;
 }
 
 // @param frame  pose of the field's frame in its shape's frame
@@ -161,7 +181,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
   found.frame = pair.field.world * frame;
   QueryOptions options = query.options;
-  if (query.chooses && has_hits_only(field)) {
+  if (query.chooses && has_hits_only(field, query.memory.planes)) {
     found.shell_to_frame = pose;
     return find_rows(query, field, pose, found);
   }
@@ -262,7 +282,7 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
   return on_partner(*pair.field.shape, from, query.memory.planes, [&](const auto& field, const btTransform& frame) {
     const Status status = find_in_field(query, field, frame, found);
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
-      if (status == Status::ok)
+      if (status == Status::ok && !(query.chooses && query.memory.planes.has_faces()))
         finish_polytope(pair, query.memory.planes, field, query.options.contact_distance, found);
     }
     // Springs act on the areas of points.

@@ -133,7 +133,7 @@ struct FoundContacts {
 /// Finds the contacts of a pair. With segments, it tests the points in contact in the last step again, except on
 /// triangle meshes: a node may then have more than one contact.
 /// @param options  of the query; this function sets the cache and adds the margins
-/// @param found    has hits unless the contacts are of segments or springs, or need to be finished first
+/// @param found    has hits unless the contacts are of segments or springs, or of a round body
 Status find_contacts(const Pair& pair, QueryOptions options, PairMemory& memory, FoundContacts& found);
 
 /// Remembers the hits and the contacts with triangles among the rows that were chosen.

@@ -78,8 +78,8 @@ bool settle(const Field& field, float beside, Vec3 into_shell, Contact& contact)
 
 // @return number of contacts left; they come first
 template <class Field>
-std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundContacts& found,
-                            std::span<ManifoldContact> contacts) {
+std::size_t refine_analytic(const Pair& pair, const Field& field, const ConvexPlanes& planes,
+                            const FoundContacts& found, std::span<ManifoldContact> contacts) {
   const float alike = alike_faces(pair);
   [[maybe_unused]] const float margin = margin_of(pair);
   const auto is_none = [&](Contact& contact) {
@@ -91,6 +91,12 @@ std::size_t refine_analytic(const Pair& pair, const Field& field, const FoundCon
       contact.penetration -= margin;
       has_face = contact.penetration >= 0 && face_shell(faces_of(field), alike, contact);
       contact.penetration += margin;
+    }
+    if constexpr (std::is_same_v<Field, PolytopeField>) {
+      contact.penetration = detail::value_at(field, contact.position);
+      planes.finish(contact, alike);
+      contact.penetration += margin;
+      has_face = true;
     }
     if (!has_face) contact.inward_normal = detail::normal_at(field, contact.position);
     return settle(field, alike, into_shell, contact);
@@ -159,13 +165,13 @@ void finish_polytope(const Pair& pair, const ConvexPlanes& planes, const Polytop
   found.refined = FoundContacts::Refined::all;
 }
 
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts) {
+std::size_t refine(const Pair& pair, PairMemory& memory, const FoundContacts& found,
+                   std::span<ManifoldContact> contacts) {
   if (found.refined == FoundContacts::Refined::all) return contacts.size();
   if (pair.field.vps == nullptr) {
     std::size_t left = contacts.size();
-    ConvexPlanes unused;
-    (void)on_partner(*pair.field.shape, btVector3(0, 0, 0), unused, [&](const auto& field, const btTransform&) {
-      left = refine_analytic(pair, field, found, contacts);
+    (void)on_partner(*pair.field.shape, btVector3(0, 0, 0), memory.planes, [&](const auto& field, const btTransform&) {
+      left = refine_analytic(pair, field, memory.planes, found, contacts);
       return Status::ok;
     });
     return left;

@@ -13,7 +13,8 @@ namespace vps::bullet {
 /// past an edge are removed.
 /// @param contacts  some of those that were found
 /// @return number of contacts left; they come first
-std::size_t refine(const Pair& pair, const FoundContacts& found, std::span<ManifoldContact> contacts);
+std::size_t refine(const Pair& pair, PairMemory& memory, const FoundContacts& found,
+                   std::span<ManifoldContact> contacts);
 
 /// The same for all contacts with a convex body. Its planes only bound it: its nearest face, edge or corner gives the
 /// contact.

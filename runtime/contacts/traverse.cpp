@@ -2,6 +2,8 @@
 // Hierarchical and segmented traverse of the point-sphere tree. Paper: Algorithm 1 (Sec. 2.3) and Sec. 2.4.
 // Checks a query and calls the parts in contacts/traverse/.
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <type_traits>
@@ -46,6 +48,11 @@ FieldFacts facts_of(const Analytic& field) noexcept {
 std::uint64_t id_of(const VoxelmapView& map) noexcept {
   return detail::field_id(map);
 }
+std::uint64_t id_of(const PolytopeField& solid) noexcept {
+  const std::array<std::uint64_t, 3> parts{reinterpret_cast<std::uintptr_t>(solid.planes.data()), solid.planes.size(),
+                                           std::bit_cast<std::uint32_t>(solid.rounding)};
+  return detail::field_id(std::as_bytes(std::span(parts)));
+}
 template <class Analytic>
 std::uint64_t id_of(const Analytic& field) noexcept {
   return detail::field_id(std::as_bytes(std::span(&field, 1)));
@@ -80,6 +87,11 @@ bool takes_patches(const TraverseQuery& query) noexcept {
   const QueryOptions& options = query.options;
   return !options.flat_patches.empty() && options.weight != Weight::per_point && options.segment_level == 0 &&
          options.level == 0 && !options.leaves_faces;
+}
+
+// Whether only the deepest contacts of segments are wanted.
+bool takes_deepest(const TraverseQuery& query) noexcept {
+  return query.options.segment_level > 0 && !query.has_facets && !query.options.leaves_faces;
 }
 
 // Upper bound of the true V of all points, less the field's error.
@@ -219,6 +231,7 @@ Status detail::traverse_contacts(const PointshellView& shell, FieldRef field, co
   return query_field(shell, field, shell_to_field, options, scratch, out, result, [&](TraverseQuery& query) {
     query.has_sums = false;
     if (takes_patches(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::patches);
+    if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);
     return sum_contacts(query);
   });
 }
@@ -241,6 +254,7 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
                              options.contact_distance / unit};
     query.descent.moving = &moving;
     query.has_sums = false;
+    if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);
     return sum_contacts(query);
   };
   return query_field(shell, field, shell_to_field, farthest, scratch, out, result, run);
@@ -275,7 +289,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
-    stop_at_flat_nodes(query, scratch, FlatNodesGive::corners);
+    stop_at_flat_nodes(query, scratch, detail::FlatNodesGive::corners);
     find(query);
     if (query.options.leaves_faces) leave_faces(query);
     hits.count = d.hit_count;

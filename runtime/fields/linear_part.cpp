@@ -163,6 +163,15 @@ LinearPart linear_part(const VoxelmapView& map, Vec3 place, float v) noexcept {
   return {place, {slope(0), slope(1), slope(2)}, v};
 }
 
+bool is_linear_between(const PolytopeField& solid, const LinearPart& part, std::span<const Vec3> places,
+                       float tolerance, std::uint32_t) noexcept {
+  // A face of the core, the body without its rounding, is convex: the feet of all places between lie on it.
+  return !(solid.rounding > 0) || std::all_of(places.begin(), places.end(), [&](Vec3 p) {
+    const Vec3 foot = p + (solid.rounding - part.at(p)) * part.slope;
+    return value_at(solid, foot) >= solid.rounding - tolerance;
+  });
+}
+
 bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places, float tolerance,
                        std::uint32_t most) noexcept {
   const Vec3 normal = normal_of(places);

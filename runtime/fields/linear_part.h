@@ -31,6 +31,9 @@ template <class Analytic>
 bool is_linear_between(const Analytic&, const LinearPart&, std::span<const Vec3>, float, std::uint32_t) noexcept {
   return true;
 }
+/// Over the faces of a rounded body, V is that of the planes.
+bool is_linear_between(const PolytopeField& solid, const LinearPart& part, std::span<const Vec3> places,
+                       float tolerance, std::uint32_t most) noexcept;
 /// @param places  in a plane
 /// @param most    samples that may be looked at; if more are needed, the answer is false
 bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places, float tolerance,

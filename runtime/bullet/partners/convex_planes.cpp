@@ -150,7 +150,7 @@ PolytopeField ConvexPlanes::of(const btConvexShape& shape, const btVector3& from
       corners_ != fingerprint(shape)) {
     build(shape);
   }
-  if (has_faces()) return {planes_};
+  if (has_faces()) return {planes_, static_cast<float>(margin_)};
   Contact nearest;
   nearest.position = to_vec3(from);
   if (find_nearest(nearest)) planes_.back() = touching(shape, nearest.inward_normal);
@@ -219,18 +219,30 @@ bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
   return true;
 }
 
-void ConvexPlanes::finish(Contact& contact, float alike) const {
-  const PolytopeField all{planes_};
+bool ConvexPlanes::is_exact(const Contact& contact, Vec3 out) const {
+  using detail::operator+;
+  using detail::operator*;
+  if (!has_faces()) return false;  // the planes give only a bound
   const auto margin = static_cast<float>(margin_);
   const float to_core = contact.penetration - margin;
-  const Vec3 p = contact.position;
-  const Vec3 out = detail::normal_at(all, p);
-  const Vec3 below{p.x + to_core * out.x, p.y + to_core * out.y, p.z + to_core * out.z};
-  // Inside the core, and where the nearest place lies on a face, a face's plane is exact. Planes round a body without
-  // faces give only a bound.
-  const bool known = has_faces() && (to_core >= 0 || detail::value_at(all, below) >= margin + 1e-5F * to_core);
-  if (!known && find_nearest(contact)) return;
-  if (to_core >= 0 && face_shell({planes_.data(), faces_}, alike, contact)) return;
+  if (to_core >= 0) return true;
+  const Vec3 below = contact.position + to_core * out;
+  return detail::value_at(PolytopeField{planes_}, below) >= margin + 1e-5F * to_core;  // on a face
+}
+
+float ConvexPlanes::penetration(Vec3 place, float bound) const {
+  Contact contact;
+  contact.position = place;
+  contact.penetration = bound;
+  if (!is_exact(contact, detail::normal_at(PolytopeField{planes_}, place))) (void)find_nearest(contact);
+  return contact.penetration;
+}
+
+void ConvexPlanes::finish(Contact& contact, float alike) const {
+  const Vec3 out = detail::normal_at(PolytopeField{planes_}, contact.position);
+  if (!is_exact(contact, out) && find_nearest(contact)) return;
+  if (contact.penetration >= static_cast<float>(margin_) && face_shell({planes_.data(), faces_}, alike, contact))
+    return;
   contact.inward_normal = out;
 }
 

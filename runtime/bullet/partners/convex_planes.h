@@ -23,8 +23,12 @@ class ConvexPlanes {
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
   [[nodiscard]] bool has_faces() const { return faces_ > 0; }
 
-  /// Sets penetration and direction of a contact with the shape of the last call of `of`. Outside the core (the shape
-  /// without its margin) they come from the nearest place on it. Inside, they come from a face: of several that are
+  /// V at a place. Outside the core (the shape without its margin) it is that of the nearest place on it.
+  /// @param bound  V of the planes there. [m]
+  [[nodiscard]] float penetration(Vec3 place, float bound) const;
+
+  /// Sets penetration and direction of a contact with the shape of the last call of `of`. Outside the core they come
+  /// from the nearest place on it. Inside, they come from a face: of several that are
   /// equally near, from the one that most faces the shell. Inside the core of a body without faces, they come from the
   /// planes.
   /// @param contact  shape's frame; its inward_normal is the shell's on entry, and the direction on return
@@ -33,6 +37,8 @@ class ConvexPlanes {
 
  private:
   void build(const btConvexShape& shape);
+  // Whether the planes' V at a contact is that of the shape. `out` is the nearest plane's normal.
+  [[nodiscard]] bool is_exact(const Contact& contact, Vec3 out) const;
   // Sets penetration and direction of a contact outside the core, from the place nearest to its position: by the faces,
   // or by GJK where there are none.
   bool find_nearest(Contact& contact) const;

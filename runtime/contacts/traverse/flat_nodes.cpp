@@ -3,6 +3,8 @@
 // a face costs its rim, not its area. Beyond Algorithm 1 (Sec. 2.3). Proofs: docs/bounds.md, "Flat nodes".
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <utility>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/fields/linear_part.h"
@@ -24,7 +26,7 @@ class FlatNodes {
         shell_(query.shell),
         tolerance_(static_cast<float>(kHullTolerance) * query.shell.feature_covering_radius),
         limit_(query.options.contact_distance / query.descent.unit),
-        gives_patches_(query.flat_nodes_give == FlatNodesGive::patches) {}
+        gives_(query.flat_nodes_give) {}
 
   Answer ask(std::uint32_t node) noexcept {
     count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
@@ -36,12 +38,14 @@ class FlatNodes {
     const std::uint32_t first = d_.hit_count;
     test_corners(node);
     const Answer answer = answer_for(node, {d_.penetrations + first, count_});
-    if (answer != Answer::given || gives_patches_) d_.hit_count = first;
+    if (answer != Answer::given || gives_ == FlatNodesGive::patches) d_.hit_count = first;
+    if (answer == Answer::given && gives_ == FlatNodesGive::deepest) keep_deepest(first);
     return answer;
   }
 
  private:
   static constexpr std::uint32_t kMostCorners = 64;
+  static constexpr float kBeside = 4;  // V may be bent, and points may lie beside the hull. [tolerances]
 
   // Adds all corners to the hits, however far they are from the surface.
   void test_corners(std::uint32_t node) noexcept {
@@ -52,31 +56,67 @@ class FlatNodes {
       for (std::size_t axis = 0; axis < 3; ++axis) codes_[axis][i] = shell_.position[axis][corners[i]];
       places_[i] = query_.transform.apply(point_position(shell_, corners[i]));
     }
-    const float wanted = d_.contact_distance;
-    d_.contact_distance = std::numeric_limits<float>::max();
+    const float wanted = std::exchange(d_.contact_distance, std::numeric_limits<float>::max());
+    const MovingShell* const moving = std::exchange(d_.moving, nullptr);
     query_.field.test_list(
         d_, {{codes_[0].data(), codes_[1].data(), codes_[2].data()}, points_.data(), leaves_.data(), count_});
     d_.contact_distance = wanted;
+    d_.moving = moving;
+  }
+
+  // Of hits from `first` on, keeps the deepest.
+  void keep_deepest(std::uint32_t first) noexcept {
+    const float* const v = d_.penetrations;
+    const auto deepest = static_cast<std::uint32_t>(std::max_element(v + first, v + d_.hit_count) - v);
+    d_.hits[first] = d_.hits[deepest];
+    d_.leaves[first] = d_.leaves[deepest];
+    d_.penetrations[first] = d_.penetrations[deepest];
+    d_.hit_count = first + 1;
+  }
+
+  // Largest distance off the surface at which a corner is a hit. In the field's unit.
+  [[nodiscard]] float reach_of(std::size_t corner) const noexcept {
+    if (d_.moving == nullptr) return limit_;
+    const Affine& ways = d_.moving->point_ways;
+    const float code[3] = {codes_[0][corner], codes_[1][corner], codes_[2][corner]};
+    float squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      float way = ways.translation[axis];
+      for (int k = 0; k < 3; ++k) way += ways.rotation[3 * axis + k] * code[k];
+      squared += way * way;
+    }
+    return d_.moving->near + std::sqrt(squared);
+  }
+
+  // Whether no point below is a hit.
+  [[nodiscard]] bool is_apart(std::span<const float> v, float most) const noexcept {
+    // The descent's distance: facets of points that are no contacts may reach into the field.
+    if (d_.moving == nullptr) return most < -d_.contact_distance;
+    // The sum of V and the length of the way is convex.
+    const float more = (1 + d_.moving->turn) * kBeside * tolerance_ / d_.unit;
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      if (!(v[i] + reach_of(i) + more < 0)) return false;
+    }
+    return true;
   }
 
   Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
     const auto ends = std::minmax_element(v.begin(), v.end());
     const float shallowest = *ends.first;
     const float deepest = *ends.second;
-    const Vec3 deepest_place = places_[static_cast<std::size_t>(ends.second - v.begin())];
+    const auto at = static_cast<std::size_t>(ends.second - v.begin());
     return query_.facts.values.visit([&](const auto& field) {
-      const LinearPart part = linear_part(field, deepest_place, d_.unit * deepest);
+      const LinearPart part = linear_part(field, places_[at], d_.unit * deepest);
       if (!is_linear(field, part, v)) return Answer::unknown;
-      // V may be bent, and points may lie beside the hull.
-      const float most = deepest + 4 * tolerance_ / d_.unit;
-      // The descent's distance: facets of points that are no contacts may reach into the field.
-      const bool is_apart = most < -d_.contact_distance;
-      if (!is_apart) {
-        if (shallowest < -limit_) return Answer::unknown;
-        if (gives_patches_ && !take_patch(node, part, shallowest, deepest)) return Answer::unknown;
+      const float most = deepest + kBeside * tolerance_ / d_.unit;
+      const bool apart = is_apart(v, most);
+      if (!apart) {
+        const bool touches = gives_ == FlatNodesGive::deepest ? deepest >= -reach_of(at) : shallowest >= -limit_;
+        if (!touches) return Answer::unknown;
+        if (gives_ == FlatNodesGive::patches && !take_patch(node, part, shallowest, deepest)) return Answer::unknown;
       }
       d_.rejected = std::max(d_.rejected, most);
-      return is_apart ? Answer::none : Answer::given;
+      return apart ? Answer::none : Answer::given;
     });
   }
 
@@ -116,7 +156,7 @@ class FlatNodes {
   const PointshellView& shell_;
   const float tolerance_;  // of the hull, and of V from a linear function. [m]
   const float limit_;      // contact distance, in the field's unit
-  const bool gives_patches_;
+  const FlatNodesGive gives_;
   std::uint32_t count_ = 0, most_samples_ = 0;
   std::array<Vec3, kMostCorners> places_;  // of the corners, field's frame. [m]
   std::array<std::array<float, kMostCorners + kLanePadding>, 3> codes_{};

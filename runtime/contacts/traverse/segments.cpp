@@ -2,22 +2,34 @@
 // Segmented traverse, Sec. 2.4 of the paper: the clusters of the segmentation level are found once, and Algorithm 1
 // then keeps the deepest point of each.
 #include <algorithm>
+#include <utility>
 
 #include "runtime/contacts/traverse/traverse_query.h"
 
 namespace vps::detail {
 namespace {
 
-// Takes hits [first, last) of the descent as those of one segment.
+// Takes hits [first, last) of the descent as those of one segment, which may have a contact already.
 void take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first, std::uint32_t last) noexcept {
+  Contact* const begin = query.out.data();
+  Contact* const end = begin + std::min<std::size_t>(query.result.contacts, query.out.size());
+  Contact* const at =
+      std::lower_bound(begin, end, node, [](const Contact& one, std::uint32_t wanted) { return one.node < wanted; });
+  const bool is_known = at != end && at->node == node;
+  const float before = is_known ? at->penetration : kNothingTested;
   Contact deepest;
-  deepest.penetration = kNothingTested;
+  deepest.penetration = before;
   query.segment = &deepest;
   take_hits(query, HitsAre::points, first, last);
   query.segment = nullptr;
-  if (!(deepest.penetration > kNothingTested)) return;
+  if (!(deepest.penetration > before)) return;
   deepest.node = node;
+  if (is_known) {
+    *at = deepest;
+    return;
+  }
   write_contact(query, deepest);
+  if (end != begin + query.out.size()) std::rotate(at, end, end + 1);
 }
 
 // Without a budget all segments, entries [first, last) of the queue, go down together.
@@ -25,12 +37,18 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
   Descent& d = query.descent;
   d.last_node = query.shell.nodes;
   query.field.descend(d);
-  std::uint32_t hit = 0;
-  for (std::uint32_t segment = first; segment < last; ++segment) {
-    const std::uint32_t begin = hit;
-    const std::uint32_t end = points_below(query.shell, d.queue[segment]).end;
-    hit = static_cast<std::uint32_t>(std::lower_bound(d.hits + hit, d.hits + d.hit_count, end) - d.hits);
-    if (hit > begin) take_segment(query, d.queue[segment], begin, hit);
+  ask_flat_nodes(query, d.flat_count);
+  const std::span<const std::uint32_t> segments(d.queue + first, last - first);
+  // Hits are in tree order, but for those of flat nodes, which come last.
+  for (std::uint32_t hit = 0; hit < d.hit_count;) {
+    const std::uint32_t begin = hit++;
+    const auto segment = std::partition_point(segments.begin(), segments.end(), [&](std::uint32_t node) {
+      return points_below(query.shell, node).end <= d.hits[begin];
+    });
+    if (segment == segments.end()) continue;  // in a forged asset
+    const PointRange range = points_below(query.shell, *segment);
+    while (hit < d.hit_count && d.hits[hit] >= range.begin && d.hits[hit] < range.end) ++hit;
+    take_segment(query, *segment, begin, hit);
   }
   d.hit_count = 0;
   sharpen_distance(query, 0, d.begin);
@@ -64,7 +82,9 @@ void traverse_segments(TraverseQuery& query) noexcept {
   Descent& d = query.descent;
   const std::uint32_t level = query.options.segment_level < shell.levels ? query.options.segment_level : shell.levels;
   if (!query.field.touches(d, 0)) return;
+  std::uint32_t* const flats = std::exchange(d.flats, nullptr);  // above the segments no node is set aside
   query.result.complete = descend_in_blocks(query, 0, 0, shell.level_offsets[level - 1]);
+  d.flats = flats;
   const std::uint32_t first = d.begin;
   const std::uint32_t last = d.end;
   if (!query.budget.limited()) return traverse_together(query, first, last);

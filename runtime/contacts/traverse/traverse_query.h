@@ -55,9 +55,11 @@ float greatest_penetration(const VoxelmapView& map) noexcept;
 /// V before any point was tested.
 inline constexpr float kNothingTested = std::numeric_limits<float>::lowest();
 
-/// What stands for the points of a flat node that lies wholly in a contact where the field is linear.
+/// What stands for the points of a flat node that lies in a contact where the field is linear: wholly, but for
+/// segments.
 enum class FlatNodesGive : std::uint8_t {
   corners,  ///< hits: for the choice of a manifold's contacts
+  deepest,  ///< a hit, the deepest corner: for the segment that the node is in
   patches   ///< contacts of QueryOptions::flat_patches: for force and torque
 };
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "runtime/contacts/find_hits.h"
+#include "runtime/contacts/traverse/traverse_query.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_contacts.h"
 #include "tests/support/baked.h"
@@ -192,6 +193,77 @@ TEST(FlatNodes, TheirCornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
   }
   EXPECT_LT(found["fine"].first, found["fine"].second);
   for (const auto& [name, counts] : found) EXPECT_GT(counts.first, 500U) << name;
+}
+
+// The deepest hits of the segments of a moving body, from all points.
+std::map<std::uint32_t, float> deepest_of_segments(const Queries& q, FieldRef field, const Pose& pose,
+                                                   const detail::RelativeMotion& motion, std::uint32_t level,
+                                                   float distance) {
+  using detail::operator+;
+  const detail::Transform to_field(pose);
+  std::map<std::uint32_t, float> deepest;
+  for (std::uint32_t node = q.shell.level_offsets[level - 1]; node < q.shell.level_offsets[level]; ++node) {
+    const detail::PointRange below = detail::points_below(q.shell, node);
+    for (std::uint32_t point = below.begin; point < below.end; ++point) {
+      const Vec3 p = to_field.apply(point_position(q.shell, point));
+      const float way = detail::length(motion.shift + detail::cross(motion.turn, p));
+      const float v = penetration(field, p, to_field.rotate(point_inward_normal(q.shell, point)));
+      if (!(v >= -(distance + way))) continue;
+      const auto [at, is_new] = deepest.try_emplace(node, v);
+      at->second = std::max(at->second, v);
+    }
+  }
+  return deepest;
+}
+
+TEST(FlatNodes, TheDeepestCornerAnswersForItsSegment) {
+  const Grounds grounds;
+  Queries q(*body());
+  Random random;
+  PointshellView without = q.shell;
+  without.hull_offsets = nullptr;
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> tested;  // points, with flat nodes and without
+  for (const auto& ground : grounds.all()) {
+    for (int n = 0; n < 100; ++n) {
+      const Pose pose = n % 10 == 9 ? random_pose(random, 0.05)
+                                    : flat_pose(random, ground.top, random.between(-0.004, 0.002), any_tilt(random));
+      const auto part = [&](double most) { return static_cast<float>(random.between(-most, most)); };
+      const detail::RelativeMotion motion{{part(0.001), part(0.001), n % 3 == 0 ? 0 : -0.003F + part(0.003)},
+                                          {part(0.05), part(0.05), part(0.05)}};
+      QueryOptions options;
+      options.contact_distance = kTouching;
+      options.segment_level = std::min(2U + static_cast<std::uint32_t>(n) % 3, q.shell.levels - 1);
+      const auto ahead = [&](const PointshellView& shell) {
+        QueryResult result;
+        EXPECT_EQ(detail::traverse_ahead(shell, ground.field, pose, options, motion, q.scratch, q.contacts, result),
+                  Status::ok);
+        return result;
+      };
+      tested[ground.name].second += ahead(without).points_tested;
+      const QueryResult result = ahead(q.shell);
+      tested[ground.name].first += result.points_tested;
+      std::map<std::uint32_t, float> found;
+      for (std::uint32_t i = 0; i < result.contacts; ++i) {
+        EXPECT_TRUE(i == 0 || q.contacts[i - 1].node < q.contacts[i].node);
+        found[q.contacts[i].node] = q.contacts[i].penetration;
+      }
+      // Where a hit begins, rounding decides.
+      const float rounding = q.bent + 1e-5F;
+      const auto least =
+          deepest_of_segments(q, ground.field, pose, motion, options.segment_level, kTouching - rounding);
+      const auto most = deepest_of_segments(q, ground.field, pose, motion, options.segment_level, kTouching + rounding);
+      for (const auto& [node, v] : least) {
+        ASSERT_TRUE(found.contains(node)) << ground.name << n;
+        ASSERT_GE(found[node], v - q.bent) << ground.name << n;
+      }
+      for (const auto& [node, v] : found) {
+        ASSERT_TRUE(most.contains(node)) << ground.name << n;
+        ASSERT_LE(v, most.at(node) + 1e-5F * static_cast<float>(kBodyVoxel) + 1e-7F) << ground.name << n;
+      }
+    }
+  }
+  for (const char* const flat : {"plane", "box", "post"})
+    EXPECT_LT(2 * tested[flat].first, tested[flat].second) << flat;
 }
 
 bool same_rows(const detail::ContactRows& a, const detail::ContactRows& b) {
