@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "runtime/fields/linear_brick.h"
+
 namespace vps::detail {
 namespace {
 
@@ -90,9 +92,22 @@ class SampleCheck {
       last[axis] = std::min(static_cast<std::uint32_t>((high - brick) / h), kCells - 1);
       origin[axis] = brick;
     }
+    // As much as to test some points.
+    constexpr std::uint32_t kCost = 16;
+    if (left_ < kCost) return false;
+    left_ -= kCost;
     const float reach = sheet_.reach(0.5F * h);
     const float step = h > 1 ? 2 * map_.lambda : map_.lambda;
     const std::size_t samples = octree::first_sample(entry);
+    LineOverBrick wanted{linear_at(origin), {}};
+    LineOverBrick height{sheet_.height(origin), {}};
+    for (int axis = 0; axis < 3; ++axis) {
+      wanted.slope[axis] = h * sheet_.slope[axis];
+      height.slope[axis] = h * sheet_.normal[axis];
+    }
+    // The corners of all cells that the sheet may meet.
+    const float near = 1.001F * sheet_.reach(h);
+    if (is_linear_brick(map_, samples, step, wanted, sheet_.tolerance, height, near)) return true;
     bool checked[kFieldStride] = {};  // corners are shared
     for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
       for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
@@ -106,17 +121,19 @@ class SampleCheck {
                 octree::sample_in_brick(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
             if (checked[at]) continue;
             checked[at] = true;
-            if (left_ == 0) return false;
-            --left_;
-            const float linear = sheet_.at_origin + sheet_.slope[0] * (low[0] + h * static_cast<float>(corner & 1)) +
-                                 sheet_.slope[1] * (low[1] + h * static_cast<float>(corner >> 1 & 1)) +
-                                 sheet_.slope[2] * (low[2] + h * static_cast<float>(corner >> 2));
-            if (!(std::abs(step * static_cast<float>(code(samples + at)) - linear) <= sheet_.tolerance)) return false;
+            const float place[3] = {low[0] + h * static_cast<float>(corner & 1),
+                                    low[1] + h * static_cast<float>(corner >> 1 & 1),
+                                    low[2] + h * static_cast<float>(corner >> 2)};
+            if (!(std::abs(step * static_cast<float>(code(samples + at)) - linear_at(place)) <= sheet_.tolerance))
+              return false;
           }
         }
       }
     }
     return true;
+  }
+  [[nodiscard]] float linear_at(const float (&p)[3]) const {
+    return sheet_.at_origin + sheet_.slope[0] * p[0] + sheet_.slope[1] * p[1] + sheet_.slope[2] * p[2];
   }
   [[nodiscard]] int code(std::size_t sample) const {
     return map_.element == ElementType::i8 ? static_cast<const std::int8_t*>(map_.values)[sample]
@@ -125,7 +142,7 @@ class SampleCheck {
 
   const VoxelmapView& map_;
   const Sheet& sheet_;
-  std::uint32_t left_;  // samples that may be looked at
+  std::uint32_t left_;  // tests of points that may be spent
 };
 
 // Unit normal of places in a plane; zero if they lie on a line.

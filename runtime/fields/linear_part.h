@@ -35,7 +35,7 @@ bool is_linear_between(const Analytic&, const LinearPart&, std::span<const Vec3>
 bool is_linear_between(const PolytopeField& solid, const LinearPart& part, std::span<const Vec3> places,
                        float tolerance, std::uint32_t most) noexcept;
 /// @param places  in a plane
-/// @param most    samples that may be looked at; if more are needed, the answer is false
+/// @param most    tests of points that a check may cost; if it costs more, the answer is false
 bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::span<const Vec3> places, float tolerance,
                        std::uint32_t most) noexcept;
 

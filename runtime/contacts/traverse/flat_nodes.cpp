@@ -34,7 +34,7 @@ class FlatNodes {
     const std::uint32_t points = below.end - below.begin;
     // A forged asset must not give more hits than there are points.
     if (count_ > kMostCorners || count_ > points) return Answer::unknown;
-    most_samples_ = 4 * points;  // more cost as much as the points
+    most_tests_ = 4 * points;
     const std::uint32_t first = d_.hit_count;
     test_corners(node);
     const Answer answer = answer_for(node, {d_.penetrations + first, count_});
@@ -125,7 +125,7 @@ class FlatNodes {
     for (std::uint32_t i = 0; i < count_; ++i) {
       if (!(std::abs(d_.unit * v[i] - part.at(places_[i])) <= tolerance_)) return false;
     }
-    return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_samples_);
+    return is_linear_between(field, part, {places_.data(), count_}, tolerance_, most_tests_);
   }
 
   // Writes the contacts of a node's patch. @return false without a patch, and where a force begins within the node
@@ -157,7 +157,7 @@ class FlatNodes {
   const float tolerance_;  // of the hull, and of V from a linear function. [m]
   const float limit_;      // contact distance, in the field's unit
   const FlatNodesGive gives_;
-  std::uint32_t count_ = 0, most_samples_ = 0;
+  std::uint32_t count_ = 0, most_tests_ = 0;
   std::array<Vec3, kMostCorners> places_;  // of the corners, field's frame. [m]
   std::array<std::array<float, kMostCorners + kLanePadding>, 3> codes_{};
   std::array<std::uint32_t, kMostCorners + kLanePadding> points_{}, leaves_{};

@@ -103,8 +103,17 @@ Ground box_ground() {
   return {"box", std::make_shared<btBoxShape>(btVector3(1, 1, btScalar(0.1))), {0, 0, btScalar(-0.1)}};
 }
 
+// The same box as a hull, rounded by Bullet's default margin.
+Ground hull_ground() {
+  auto hull = std::make_shared<btConvexHullShape>();
+  for (int i = 0; i < 8; ++i)
+    hull->addPoint({btScalar(i & 1 ? 1 : -1), btScalar(i & 2 ? 1 : -1), btScalar(i & 4 ? 0 : -1)});
+  return {"hull", hull, {0, 0, -hull->getMargin()}};
+}
+
 std::vector<Ground> grounds_of(Bodies& bodies, double points) {
   return {box_ground(),
+          hull_ground(),
           {"plane", std::make_shared<btStaticPlaneShape>(btVector3(0, 0, 1), btScalar(0))},
           {"baked slab", bodies.slab(points), {0, 0, btScalar(-kSlabHalf[2])}}};
 }

@@ -45,15 +45,24 @@ struct Grounds {
   BoxField ledge{{0.2F, 0.015F, 0.05F}};  // narrower: the face lies across it
   RevolvedField post{RevolvedField::Profile::cylinder, 0.03F, 0.05F, 0};
   SphereField ball{0.05F};
-  VoxelmapView coarse, fine, round;
+  VoxelmapView coarse, fine, round, boss;
   std::vector<std::shared_ptr<Asset>> assets;
 
   Grounds() {
     assets = {ground(make_box({0.12, 0.12, 0.02}), 0.004), ground(make_box({0.09, 0.08, 0.02}), kBodyVoxel),
-              ground(make_torus(0.06, 0.03, 60, 30), 0.002)};
-    for (const auto& [view, asset] : {std::pair{&coarse, &assets[0]}, {&fine, &assets[1]}, {&round, &assets[2]}}) {
+              ground(make_torus(0.06, 0.03, 60, 30), 0.002), ground(with_boss(), kBodyVoxel)};
+    for (const auto& [view, asset] :
+         {std::pair{&coarse, &assets[0]}, {&fine, &assets[1]}, {&round, &assets[2]}, {&boss, &assets[3]}}) {
       EXPECT_EQ((*asset)->voxelmap(*view), Status::ok);
     }
+  }
+  // A disc whose flat top has a small boss in the middle.
+  static TriangleMesh with_boss() {
+    const auto circle = [](double radius) { return [=](double) { return radius; }; };
+    return samples::make_skin(
+        {samples::make_ring(60, -0.02, circle(0.09)), samples::make_ring(60, 0.02, circle(0.09)),
+         samples::make_ring(60, 0.02, circle(0.004)), samples::make_ring(60, 0.0206, circle(0.003))},
+        false);
   }
   static std::shared_ptr<Asset> ground(const TriangleMesh& mesh, double voxel_size) {
     bake::BakeOptions options;
@@ -67,8 +76,9 @@ struct Grounds {
     double top;  // z of its surface in its own frame. [m]
   };
   [[nodiscard]] std::vector<Ground> all() const {
-    return {{"plane", plane, 0},  {"box", box, 0.05},       {"ledge", ledge, 0.05}, {"post", post, 0.05},
-            {"ball", ball, 0.05}, {"coarse", coarse, 0.02}, {"fine", fine, 0.02},   {"round", round, 0.03}};
+    return {{"plane", plane, 0},  {"box", box, 0.05},     {"ledge", ledge, 0.05},
+            {"post", post, 0.05}, {"ball", ball, 0.05},   {"coarse", coarse, 0.02},
+            {"fine", fine, 0.02}, {"round", round, 0.03}, {"boss", boss, 0.02}};
   }
 };
 
@@ -262,8 +272,7 @@ TEST(FlatNodes, TheDeepestCornerAnswersForItsSegment) {
       }
     }
   }
-  for (const char* const flat : {"plane", "box", "post"})
-    EXPECT_LT(2 * tested[flat].first, tested[flat].second) << flat;
+  for (const char* const flat : {"plane", "box"}) EXPECT_LT(5 * tested[flat].first, tested[flat].second) << flat;
 }
 
 bool same_rows(const detail::ContactRows& a, const detail::ContactRows& b) {

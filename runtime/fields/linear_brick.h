@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Zlib
+/// @file Whether all samples of a brick follow a linear function: the inner loop of is_linear_between. Internal.
+#pragma once
+
+#include <cstddef>
+
+#include "formats/octree.h"
+#include "runtime/vps_runtime.h"
+
+namespace vps::detail {
+
+/// A linear function of the place over the samples of a brick.
+struct LineOverBrick {
+  float first = 0;   ///< at the first sample
+  float slope[3]{};  ///< from sample to sample, along the axes
+};
+
+/// Whether |V - wanted| <= tolerance at every sample of a brick near a plane. Where rounding would decide it is false.
+/// @param sample  number of the brick's first one in map.values
+/// @param step    takes the samples' codes to V. [m]
+/// @param wanted  [m]
+/// @param height  above the plane. [vx]
+/// @param near    largest height of the samples that count. [vx]
+bool is_linear_brick(const VoxelmapView& map, std::size_t sample, float step, const LineOverBrick& wanted,
+                     float tolerance, const LineOverBrick& height, float near) noexcept;
+
+}  // namespace vps::detail
