@@ -96,6 +96,12 @@ void wrap(Mesh& mesh, double voxel_size, RepairOutcome& outcome) {
                   place(sheets.place), left == 1 ? "it" : "them", left == 1 ? "it" : "them"));
 }
 
+[[noreturn]] void refuse_union(std::size_t open) {
+  refuse(
+      fmt::format("uniting the shells that cross left {} open edge{}; unite them in the modeller, or use --repair wrap",
+                  open, plural(open)));
+}
+
 void note_dropped(const OpenSheets& sheets, std::vector<std::string>& notes) {
   if (sheets.dropped == 0) return;
   notes.push_back(fmt::format("{} open surface{} inside a solid: dropped, as {} no volume", sheets.dropped,
@@ -235,6 +241,7 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
   close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome);
   warn_of_large_filling(outcome);
   note_shells(resolve_shells(mesh, self_intersections(mesh)), notes);
+  if (const std::size_t open = count_unbalanced(mesh); open > 0) refuse_union(open);
   drop_flat(mesh, cleaned.collapsed);
   if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
   if (cleaned.duplicates > 0) notes.push_back(fmt::format("dropped {} duplicate triangles", cleaned.duplicates));

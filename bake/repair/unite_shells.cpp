@@ -7,11 +7,13 @@
 #define CGAL_NO_CDT_2_WARNING
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/Unique_hash_map.h>
 #include <CGAL/intersections.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <unordered_map>
 
@@ -55,7 +57,8 @@ struct PositionHash {
 // The pieces of all triangles, on joined vertices.
 class CutMesh : public Mesh {
  public:
-  void add(const std::array<std::array<double, 3>, 3>& corners, std::uint32_t origin) {
+  // @return whether it was added
+  bool add(const std::array<std::array<double, 3>, 3>& corners, std::uint32_t origin) {
     Triangle t{};
     for (std::size_t k = 0; k < 3; ++k) {
       const auto [it, fresh] = numbers_.try_emplace(corners[k], static_cast<std::uint32_t>(vertices.size()));
@@ -63,12 +66,14 @@ class CutMesh : public Mesh {
       t[k] = it->second;
     }
     // Rounding may have made it collapse; the surface stays closed without it.
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
     triangles.push_back(t);
     origins.push_back(origin);
+    return true;
   }
 
-  std::vector<std::uint32_t> origins;  // the triangle that each piece was cut from
+  std::vector<std::uint32_t> origins;                               // the triangle that each piece was cut from
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;  // pieces of one triangle between which no cut lies
 
  private:
   std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers_;
@@ -98,15 +103,31 @@ class Cutter {
         cells.insert_constraint(p, q);
       }
     }
-    for (auto face = cells.finite_faces_begin(); face != cells.finite_faces_end(); ++face) {
+    CGAL::Unique_hash_map<Delaunay::Face_handle, std::uint32_t> number;
+    std::uint32_t count = 0;
+    for (const Delaunay::Face_handle face : cells.finite_face_handles()) number[face] = count++;
+    DisjointSets patches(count);
+    for (const Delaunay::Edge& edge : cells.finite_edges()) {
+      const Delaunay::Face_handle other = edge.first->neighbor(edge.second);
+      if (!cells.is_constrained(edge) && !cells.is_infinite(edge.first) && !cells.is_infinite(other)) {
+        patches.join(number[edge.first], number[other]);
+      }
+    }
+    std::vector<std::uint32_t> first(count, kNone);  // piece of each patch
+    for (const Delaunay::Face_handle face : cells.finite_face_handles()) {
       std::array<std::array<double, 3>, 3> corners{};
       for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = lift(face->vertex(k)->point());
       if (flip_) std::swap(corners[1], corners[2]);
-      out.add(corners, origin);
+      if (!out.add(corners, origin)) continue;
+      const auto piece = static_cast<std::uint32_t>(out.triangles.size() - 1);
+      std::uint32_t& known = first[patches.find(number[face])];
+      if (known != kNone) out.neighbours.emplace_back(known, piece);
+      known = piece;
     }
   }
 
  private:
+  static constexpr std::uint32_t kNone = ~0U;
   [[nodiscard]] Point2 project(const Point3& p) const { return {p[u_], p[v_]}; }
 
   [[nodiscard]] std::array<double, 3> lift(const Point2& p) const {
@@ -152,19 +173,20 @@ class Crossings {
   std::array<Along, 3> along_;
 };
 
+enum class Verdict : std::uint8_t { keep, drop, unclear };
+
 // Decides whether a piece is kept, from the winding numbers on both sides of it and the sheets that coincide with it.
 class Classifier {
  public:
   Classifier(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& coplanar)
       : crossings_(mesh), coplanar_(coplanar) {}
 
-  enum class Verdict { keep, drop, unclear };
-
   Verdict judge(const Vector& point, const Vector& normal, std::uint32_t origin) {
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
     const Crossings::Along& along = crossings_.along(axis);
     const Vector p = Crossings::turned(point, axis);
+    const Point3 place = on_plane(p, along.mesh, origin);
     const std::vector<std::uint32_t>& flat = coplanar_[origin];
     struct Sheet {
       std::uint32_t triangle;
@@ -175,7 +197,7 @@ class Classifier {
     along.lines->for_each_crossing(p, [&](std::uint32_t t, int crossing) {
       if (t == origin || std::binary_search(flat.begin(), flat.end(), t)) {
         sheets.push_back({t, crossing});
-      } else if (crossing_is_beyond(p, along.mesh, t)) {
+      } else if (is_beyond(place, along.mesh, t, crossing)) {
         far -= crossing;
       }
     });
@@ -197,10 +219,93 @@ class Classifier {
   [[nodiscard]] int least_winding() const { return least_; }
 
  private:
+  static std::array<Point3, 3> corners(const Mesh& mesh, std::uint32_t t) {
+    const auto exact = [&](int k) {
+      const Vector& v = mesh.corner(t, k);
+      return Point3(v.x(), v.y(), v.z());
+    };
+    return {exact(0), exact(1), exact(2)};
+  }
+  // Where the line through a point parallel to x meets a triangle's plane. Sheets may be closer to each other than a
+  // rounded point is to either.
+  static Point3 on_plane(const Vector& p, const Mesh& mesh, std::uint32_t t) {
+    const auto [a, b, c] = corners(mesh, t);
+    const Exact::Plane_3 plane(a, b, c);
+    return {-(plane.d() + plane.b() * p.y() + plane.c() * p.z()) / plane.a(), p.y(), p.z()};
+  }
+  // Whether that line meets another triangle at a greater x.
+  static bool is_beyond(const Point3& place, const Mesh& mesh, std::uint32_t t, int crossing) {
+    const auto [a, b, c] = corners(mesh, t);
+    const CGAL::Orientation side = CGAL::orientation(a, b, c, place);
+    return side != CGAL::ZERO && (side == CGAL::POSITIVE) != (crossing < 0);
+  }
+
   Crossings crossings_;
   const std::vector<std::vector<std::uint32_t>>& coplanar_;
   int least_ = 0;
 };
+
+// Whether rounding may move a piece's centre across the surface beside it.
+bool is_thin(const Mesh& pieces, std::uint32_t piece) {
+  const Vector a = pieces.corner(piece, 0);
+  const Vector b = pieces.corner(piece, 1);
+  const Vector c = pieces.corner(piece, 2);
+  const double size = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
+  const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  constexpr double kRoundings = 1024;
+  const double height = pieces.area_normal(piece).norm() / longest;
+  return !(height > kRoundings * std::numeric_limits<double>::epsilon() * size);
+}
+
+// Keeps the patches without a verdict that close the surface of those that are kept.
+// @param verdicts  of the pieces
+void close_with_thin_patches(std::span<const EdgeUse> uses, DisjointSets& sets, std::vector<Verdict>& verdicts) {
+  struct Side {
+    std::uint32_t patch, edge;
+    int sign;
+  };
+  std::vector<Side> sides;   // of patches without a verdict
+  std::vector<int> balance;  // of the kept pieces at each edge
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    int sum = 0;
+    for (const EdgeUse& use : edge) {
+      const int sign = use.forward != 0 ? 1 : -1;
+      if (verdicts[use.triangle] == Verdict::keep) sum += sign;
+      if (verdicts[use.triangle] == Verdict::unclear) {
+        sides.push_back({sets.find(use.triangle), static_cast<std::uint32_t>(balance.size()), sign});
+      }
+    }
+    balance.push_back(sum);
+  });
+  std::sort(sides.begin(), sides.end(),
+            [](const Side& a, const Side& b) { return std::pair(a.patch, a.edge) < std::pair(b.patch, b.edge); });
+  std::vector<std::uint8_t> kept(verdicts.size(), 0);
+  // Each turn makes the sum of the absolute balances smaller.
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (auto first = sides.begin(); first != sides.end();) {
+      const std::uint32_t patch = first->patch;
+      const auto last = std::find_if(first, sides.end(), [&](const Side& side) { return side.patch != patch; });
+      const int turn = kept[patch] != 0 ? -1 : 1;
+      int gain = 0;
+      for (auto side = first; side != last;) {
+        const std::uint32_t edge = side->edge;
+        int change = 0;
+        for (; side != last && side->edge == edge; ++side) change += turn * side->sign;
+        gain += std::abs(balance[edge]) - std::abs(balance[edge] + change);
+      }
+      if (gain > 0) {
+        for (auto side = first; side != last; ++side) balance[side->edge] += turn * side->sign;
+        kept[patch] ^= 1;
+        changed = true;
+      }
+      first = last;
+    }
+  }
+  for (std::uint32_t t = 0; t < verdicts.size(); ++t) {
+    if (verdicts[t] == Verdict::unclear) verdicts[t] = kept[sets.find(t)] != 0 ? Verdict::keep : Verdict::drop;
+  }
+}
 
 }  // namespace
 
@@ -236,9 +341,10 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
   }
 
   CutMesh pieces;
+  std::vector<std::uint8_t> whole(all.size());
   for (std::uint32_t t = 0; t < all.size(); ++t) {
-    if (flat[t] != 0) continue;
     std::sort(coplanar[t].begin(), coplanar[t].end());
+    whole[t] = cuts[t].empty() && flat[t] == 0;
     if (cuts[t].empty()) {
       std::array<std::array<double, 3>, 3> same{};
       for (std::size_t k = 0; k < 3; ++k) {
@@ -252,11 +358,14 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
     }
   }
 
-  // A patch ends only where more than two pieces meet, and nothing crosses it. So it is kept or dropped as a whole.
+  // A patch is kept or dropped as a whole. Within a triangle it ends at cuts; across an edge it goes on where a whole
+  // triangle ends, as no cut lies on the edge then. Equal positions elsewhere may be due to rounding.
   DisjointSets sets(pieces.triangles.size());
+  for (const auto& [a, b] : pieces.neighbours) sets.join(a, b);
   const std::vector<EdgeUse> uses = sorted_edges(pieces.triangles);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    if (edge.size() == 2) sets.join(edge[0].triangle, edge[1].triangle);
+    const auto is_whole = [&](const EdgeUse& use) { return whole[pieces.origins[use.triangle]] != 0; };
+    if (edge.size() == 2 && (is_whole(edge[0]) || is_whole(edge[1]))) sets.join(edge[0].triangle, edge[1].triangle);
   });
   // A patch is judged at the centre of its largest piece, where the centre's rounding matters least.
   std::vector<std::uint32_t> by_area(pieces.triangles.size());
@@ -267,20 +376,21 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
   }
   std::sort(by_area.begin(), by_area.end(),
             [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
-  using Verdict = Classifier::Verdict;
   Classifier classifier(mesh, coplanar);
   std::vector<Verdict> verdicts(by_area.size(), Verdict::unclear);
   for (const std::uint32_t t : by_area) {
     Verdict& verdict = verdicts[sets.find(t)];
-    if (verdict != Verdict::unclear) continue;
+    if (verdict != Verdict::unclear || is_thin(pieces, t)) continue;
     const Vector centre = (pieces.corner(t, 0) + pieces.corner(t, 1) + pieces.corner(t, 2)) / 3;
     verdict = classifier.judge(centre, mesh.area_normal(pieces.origins[t]), pieces.origins[t]);
   }
+  for (std::uint32_t t = 0; t < by_area.size(); ++t) verdicts[t] = verdicts[sets.find(t)];
+  close_with_thin_patches(uses, sets, verdicts);
 
   UnitedShells united;
   united.least_winding = classifier.least_winding();
   for (std::uint32_t t = 0; t < pieces.triangles.size(); ++t) {
-    if (verdicts[sets.find(t)] == Verdict::keep) united.mesh.triangles.push_back(pieces.triangles[t]);
+    if (verdicts[t] == Verdict::keep) united.mesh.triangles.push_back(pieces.triangles[t]);
   }
   united.mesh.vertices = std::move(pieces.vertices);
   drop_unused_vertices(united.mesh);

@@ -11,7 +11,7 @@ namespace vps::test {
 using namespace bake;
 namespace {
 
-constexpr std::size_t kAllVoxels = 10'000'000;
+constexpr std::size_t kEveryVoxel = 10'000'000;
 
 // With vertices on voxel corners its edges are diagonals of voxel faces. With powers of two the lattice is exact.
 TriangleMesh octahedron(double radius, const std::array<double, 3>& centre) {
@@ -82,7 +82,7 @@ TEST(LatticeExactness, CentresWhoseDepthRoundsToZeroHaveTheirSide) {
   TriangleMesh mesh;
   mesh.vertices = {{1.5, 0.7, 1.0}, {1.0, 2.1, 0.9}, {0, 1.0, 2.0}, {2.4, 1.5, 1.5}};
   mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const Effort effort{12, kAllVoxels, 0};
+  const Effort effort{12, kEveryVoxel, 0};
   const Subject subject(Truth::side, effort, mesh);
   EXPECT_GT(std::count(subject.scene.field.penetration.begin(), subject.scene.field.penetration.end(), 0.0), 0);
   expect_distances(subject);
@@ -102,7 +102,7 @@ TEST(FoldExactness, AFoldIsNoPartOfTheSurface) {
   EXPECT_FALSE(bounds_solid(mesh, {0.5625, 0, 0.5}, 1));
   EXPECT_TRUE(bounds_solid(mesh, {0.5, 0, 0.5}, 1));
   EXPECT_TRUE(bounds_solid(mesh, {0, 0, 0.5}, 1));
-  const Effort effort{20, kAllVoxels, 100'000};
+  const Effort effort{20, kEveryVoxel, 100'000};
   const Subject subject(Truth::winding, effort, mesh);
   EXPECT_EQ(subject.scene.surface.bounds_max.x(), 0.5);
   expect_distances(subject);
