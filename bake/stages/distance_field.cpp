@@ -110,9 +110,8 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     nearest.squared.fill(band * band * (1 + 1e-9));
     nearest.triangle.fill(-1);
     const PointLattice points{grid.centre(lists.set.bricks[n], 0), grid.voxel_size};
-    for (std::size_t i = lists.start[n]; i < lists.start[n + 1]; ++i) {
-      offer_triangle(surface, lists.triangles[i], points, band, nearest);
-    }
+    const auto near = std::span(lists.triangles).subspan(lists.start[n], lists.start[n + 1] - lists.start[n]);
+    offer_triangles(surface, near, points, band, nearest);
     result.holds_band = false;
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
       const bool within = test_bit(inside[n], voxel);
@@ -146,7 +145,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   field.near_start.push_back(0);
   std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
   // Works in parts, so that not all results are held twice.
-  constexpr std::size_t kPart = 4096;
+  constexpr std::size_t kPart = 256;
   std::vector<Result> results(std::min(candidates, kPart));
   for (std::size_t first = 0; first < candidates; first += kPart) {
     const std::size_t end = std::min(first + kPart, candidates);

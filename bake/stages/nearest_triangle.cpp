@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Compiled once per instruction set by Highway, chosen at run time.
+// Candidate lists carried down from a brick to its octants and to blocks of 2x2x2 points, eight cubes or points at
+// once. Compiled once per instruction set by Highway, chosen at run time.
 #include "bake/stages/nearest_triangle.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bake/stages/nearest_triangle.cpp"
@@ -27,10 +30,18 @@ struct Facet {
   Vector3 outward[3];  // in the triangle's plane, normal to the edge
   double inverse_squared[3];
   Vector3 normal;  // unit
+  double number;   // of the triangle
+  double low[2];   // least y and z of points within the band
+  double high[2];  // and the largest
+  double middle;   // height of the middle of rows along x, without its y and z parts
+  double reach;    // and its largest value for rows within the band
+  double sure;     // squared distance up to which a row needs no test
+  bool sliver;     // too thin for its distances to be trusted
 };
 
-struct RowRange {
-  int first[2], last[2];  // y, z
+// Eight points or centres of cubes, x fastest, relative to the lattice's first point.
+struct Eight {
+  alignas(64) double x[8], y[8], z[8];
 };
 
 }  // namespace vps::bake::detail
@@ -40,51 +51,89 @@ HWY_BEFORE_NAMESPACE();
 namespace vps::bake::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
+constexpr hn::CappedTag<double, 8> lanes_of_8;
+using Lanes = hn::Vec<decltype(lanes_of_8)>;
+
+HWY_INLINE Lanes set(double value) {
+  return hn::Set(lanes_of_8, value);
+}
+
+struct PlaceLanes {
+  Lanes x, y, z;
+};
+
 // Takes the distance to the triangle's plane over its face, and elsewhere the distance to its nearest edge.
-void offer_rows(const Facet& f, const RowRange& rows, double step, double reach, double number, double* squared,
-                double* triangle) {
-  const hn::CappedTag<double, kBrickEdge> d;
-  using V = hn::Vec<decltype(d)>;
-  const auto lanes = static_cast<int>(hn::Lanes(d));
-  const V zero = hn::Zero(d);
-  const V one = hn::Set(d, 1.0);
-  const V number_v = hn::Set(d, number);
-  for (int z = rows.first[1]; z <= rows.last[1]; ++z) {
-    for (int y = rows.first[0]; y <= rows.last[0]; ++y) {
-      // Skips a row that stays farther from the triangle's plane than the band.
-      const double middle = ((kBrickEdge - 1) / 2.0 * step - f.corner[0].x) * f.normal.x +
-                            (y * step - f.corner[0].y) * f.normal.y + (z * step - f.corner[0].z) * f.normal.z;
-      if (std::abs(middle) > reach) continue;
-      const int row = (z * static_cast<int>(kBrickEdge) + y) * static_cast<int>(kBrickEdge);
-      for (int x = 0; x < static_cast<int>(kBrickEdge); x += lanes) {
-        const V px = hn::Mul(hn::Iota(d, static_cast<double>(x)), hn::Set(d, step));
-        V nearest = hn::Set(d, std::numeric_limits<double>::infinity());
-        V farthest_out = hn::Set(d, -std::numeric_limits<double>::infinity());
-        for (int k = 0; k < 3; ++k) {
-          const V dx = hn::Sub(px, hn::Set(d, f.corner[k].x));
-          const double dy = y * step - f.corner[k].y;
-          const double dz = z * step - f.corner[k].z;
-          const double edge_yz = dy * f.edge[k].y + dz * f.edge[k].z;
-          const double out_yz = dy * f.outward[k].y + dz * f.outward[k].z;
-          const V along = hn::Mul(hn::Add(hn::Mul(dx, hn::Set(d, f.edge[k].x)), hn::Set(d, edge_yz)),
-                                  hn::Set(d, f.inverse_squared[k]));
-          const V at = hn::Min(hn::Max(along, zero), one);
-          const V ex = hn::Sub(dx, hn::Mul(at, hn::Set(d, f.edge[k].x)));
-          const V ey = hn::Sub(hn::Set(d, dy), hn::Mul(at, hn::Set(d, f.edge[k].y)));
-          const V ez = hn::Sub(hn::Set(d, dz), hn::Mul(at, hn::Set(d, f.edge[k].z)));
-          nearest = hn::Min(nearest, hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez)));
-          farthest_out = hn::Max(farthest_out, hn::Add(hn::Mul(dx, hn::Set(d, f.outward[k].x)), hn::Set(d, out_yz)));
-        }
-        const double height_yz = (y * step - f.corner[0].y) * f.normal.y + (z * step - f.corner[0].z) * f.normal.z;
-        const V height =
-            hn::Add(hn::Mul(hn::Sub(px, hn::Set(d, f.corner[0].x)), hn::Set(d, f.normal.x)), hn::Set(d, height_yz));
-        const V distance = hn::IfThenElse(hn::Lt(farthest_out, zero), hn::Mul(height, height), nearest);
-        const V before = hn::Load(d, squared + row + x);
-        const auto nearer = hn::Lt(distance, before);
-        hn::Store(hn::IfThenElse(nearer, distance, before), d, squared + row + x);
-        hn::Store(hn::IfThenElse(nearer, number_v, hn::Load(d, triangle + row + x)), d, triangle + row + x);
-      }
+HWY_INLINE Lanes squared_distance(const Facet& f, const PlaceLanes& p) {
+  Lanes nearest = set(std::numeric_limits<double>::infinity());
+  Lanes farthest_out = set(-std::numeric_limits<double>::infinity());
+  for (int k = 0; k < 3; ++k) {
+    const Lanes dx = hn::Sub(p.x, set(f.corner[k].x));
+    const Lanes dy = hn::Sub(p.y, set(f.corner[k].y));
+    const Lanes dz = hn::Sub(p.z, set(f.corner[k].z));
+    const auto dot = [&](const Vector3& v) {
+      return hn::Add(hn::Mul(dx, set(v.x)), hn::Add(hn::Mul(dy, set(v.y)), hn::Mul(dz, set(v.z))));
+    };
+    const Lanes along = hn::Mul(dot(f.edge[k]), set(f.inverse_squared[k]));
+    const Lanes at = hn::Min(hn::Max(along, hn::Zero(lanes_of_8)), set(1.0));
+    const Lanes ex = hn::Sub(dx, hn::Mul(at, set(f.edge[k].x)));
+    const Lanes ey = hn::Sub(dy, hn::Mul(at, set(f.edge[k].y)));
+    const Lanes ez = hn::Sub(dz, hn::Mul(at, set(f.edge[k].z)));
+    nearest = hn::Min(nearest, hn::Add(hn::Add(hn::Mul(ex, ex), hn::Mul(ey, ey)), hn::Mul(ez, ez)));
+    farthest_out = hn::Max(farthest_out, dot(f.outward[k]));
+  }
+  const Lanes y = hn::Mul(hn::Sub(p.y, set(f.corner[0].y)), set(f.normal.y));
+  const Lanes z = hn::Mul(hn::Sub(p.z, set(f.corner[0].z)), set(f.normal.z));
+  const Lanes height = hn::Add(hn::Mul(hn::Sub(p.x, set(f.corner[0].x)), set(f.normal.x)), hn::Add(y, z));
+  return hn::IfThenElse(hn::Lt(farthest_out, hn::Zero(lanes_of_8)), hn::Mul(height, height), nearest);
+}
+
+HWY_INLINE PlaceLanes places_at(const Eight& points, std::size_t i) {
+  return {hn::Load(lanes_of_8, points.x + i), hn::Load(lanes_of_8, points.y + i), hn::Load(lanes_of_8, points.z + i)};
+}
+
+void cube_distances(const Facet* facets, std::span<const std::uint32_t> chosen, const Eight& centres,
+                    std::array<double, 8>* squared) {
+  for (std::size_t i = 0; i < 8; i += hn::Lanes(lanes_of_8)) {
+    const PlaceLanes p = places_at(centres, i);
+    for (std::size_t n = 0; n < chosen.size(); ++n) {
+      hn::StoreU(squared_distance(facets[chosen[n]], p), lanes_of_8, squared[n].data() + i);
     }
+  }
+}
+
+// Points in rows along x that may be within the band. Other points have no say in what a row offers.
+HWY_INLINE hn::Mask<decltype(lanes_of_8)> in_rows(const Facet& f, const PlaceLanes& p, double step) {
+  const auto within = [&](const Lanes& at, double low, double high) {
+    const Lanes row = hn::Round(hn::Div(at, set(step)));
+    return hn::And(hn::Ge(row, hn::Ceil(hn::Div(set(low), set(step)))),
+                   hn::Le(row, hn::Floor(hn::Div(set(high), set(step)))));
+  };
+  const Lanes y = hn::Mul(hn::Sub(p.y, set(f.corner[0].y)), set(f.normal.y));
+  const Lanes z = hn::Mul(hn::Sub(p.z, set(f.corner[0].z)), set(f.normal.z));
+  const Lanes middle = hn::Abs(hn::Add(hn::Add(set(f.middle), y), z));
+  return hn::And(hn::Le(middle, set(f.reach)),
+                 hn::And(within(p.y, f.low[0], f.high[0]), within(p.z, f.low[1], f.high[1])));
+}
+
+// Offers the chosen facets to eight points.
+void offer_to_points(const Facet* facets, std::span<const std::uint32_t> chosen, const Eight& points, double step,
+                     double* squared, double* triangle) {
+  for (std::size_t i = 0; i < 8; i += hn::Lanes(lanes_of_8)) {
+    const PlaceLanes p = places_at(points, i);
+    Lanes least = hn::Load(lanes_of_8, squared + i);
+    Lanes winner = hn::Load(lanes_of_8, triangle + i);
+    for (const std::uint32_t n : chosen) {
+      const Facet& f = facets[n];
+      const Lanes distance = squared_distance(f, p);
+      auto nearer = hn::Lt(distance, least);
+      if (!hn::AllFalse(lanes_of_8, hn::And(nearer, hn::Gt(distance, set(f.sure))))) {
+        nearer = hn::And(nearer, in_rows(f, p, step));
+      }
+      least = hn::IfThenElse(nearer, distance, least);
+      winner = hn::IfThenElse(nearer, set(f.number), winner);
+    }
+    hn::Store(least, lanes_of_8, squared + i);
+    hn::Store(winner, lanes_of_8, triangle + i);
   }
 }
 
@@ -94,36 +143,161 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::bake {
 namespace detail {
-HWY_EXPORT(offer_rows);
-}
+HWY_EXPORT(cube_distances);
+HWY_EXPORT(offer_to_points);
 
-void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
-                    NearestTriangles& nearest) {
-  const double s = points.step;
-  const Vector& origin = points.first;
-  const auto plain = [](const Vector& v) { return detail::Vector3{v.x(), v.y(), v.z()}; };
-  detail::Facet facet{};
+// With a height of at least this part of the longest edge, the unit normal is accurate to 1e-11, and so is a distance
+// relative to the coordinates. These are below 1e6 steps. So a distance is accurate to 1e-5 steps.
+constexpr double kSliver = 1e-4;
+constexpr double kSlack = 1e-4;  // in steps; more than twice that error
+
+Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points, double band) {
+  const Vector& a = surface.corner(t, 0);
+  const Vector& b = surface.corner(t, 1);
+  const Vector& c = surface.corner(t, 2);
+  const auto plain = [](const Vector& v) { return Vector3{v.x(), v.y(), v.z()}; };
+  Facet facet{};
+  for (int k = 0; k < 3; ++k) facet.corner[k] = plain(surface.corner(t, k) - points.first);
+  const Vector edge[3] = {b - a, c - b, a - c};
+  double longest = 0;
   for (int k = 0; k < 3; ++k) {
-    const Vector edge = surface.corner(t, (k + 1) % 3) - surface.corner(t, k);
-    facet.corner[k] = plain(surface.corner(t, k) - origin);
-    facet.edge[k] = plain(edge);
-    facet.outward[k] = plain(edge.cross(surface.normals[t]));
-    facet.inverse_squared[k] = 1 / edge.squaredNorm();
+    const double squared = edge[k].squaredNorm();
+    facet.edge[k] = plain(edge[k]);
+    facet.outward[k] = plain(edge[k].cross(surface.normals[t]));
+    facet.inverse_squared[k] = 1 / squared;
+    longest = std::max(longest, squared);
   }
   facet.normal = plain(surface.normals[t]);
-  detail::RowRange rows{};
-  for (int axis = 1; axis < 3; ++axis) {
-    const auto [low, high] =
-        std::minmax({surface.corner(t, 0)[axis], surface.corner(t, 1)[axis], surface.corner(t, 2)[axis]});
-    const double first = std::ceil((low - origin[axis] - band) / s);
-    const double last = std::floor((high - origin[axis] + band) / s);
-    rows.first[axis - 1] = static_cast<int>(std::clamp(first, 0.0, double{kBrickEdge}));
-    rows.last[axis - 1] = static_cast<int>(std::clamp(last, -1.0, points.edge - 1.0));
+  facet.number = static_cast<double>(t);
+  const Vector low = a.cwiseMin(b).cwiseMin(c) - points.first;
+  const Vector high = a.cwiseMax(b).cwiseMax(c) - points.first;
+  for (int k = 0; k < 2; ++k) {
+    facet.low[k] = low[k + 1] - band;
+    facet.high[k] = high[k + 1] + band;
   }
-  const double reach = (band + std::abs(facet.normal.x) * ((kBrickEdge - 1) / 2.0) * s) * (1 + 1e-9);
-  using namespace detail;  // Highway's macros take names without a namespace
-  HWY_DYNAMIC_DISPATCH(offer_rows)
-  (facet, rows, s, reach, static_cast<double>(t), nearest.squared.data(), nearest.triangle.data());
+  constexpr double kMiddle = (kBrickEdge - 1) / 2.0;
+  facet.middle = (kMiddle * points.step - facet.corner[0].x) * facet.normal.x;
+  facet.reach = (band + std::abs(facet.normal.x) * kMiddle * points.step) * (1 + 1e-9);
+  facet.sliver = !(edge[0].cross(edge[1]).squaredNorm() > kSliver * kSliver * longest * longest);
+  const double sure = band - kSlack * points.step;
+  facet.sure = facet.sliver || sure < 0 ? -1 : sure * sure;
+  return facet;
+}
+
+// Candidates of each of a cube's eight parts.
+struct Parts {
+  std::vector<std::array<double, 8>> squared;  // distances of the cube's candidates from the parts' centres
+  std::vector<std::uint32_t> numbers;          // of facets; each part has room for all of the cube's candidates
+  std::array<std::size_t, 8> count{};
+
+  explicit Parts(std::size_t most) : squared(most), numbers(8 * most) {}
+};
+
+// The search in one lattice.
+class Search {
+ public:
+  Search(std::span<const Facet> facets, const PointLattice& points, double band, NearestTriangles& nearest)
+      : facets_(facets), points_(points), band_(band), nearest_(nearest) {}
+
+  void offer_all() {
+    std::vector<std::uint32_t> all(facets_.size());
+    std::iota(all.begin(), all.end(), 0U);
+    offer(all, {0, 0, 0}, kBrickEdge);
+  }
+
+ private:
+  // Offers facets to the points of a cube. @param first  its lowest point. @param edge  points along an axis
+  void offer(std::span<const std::uint32_t> facets, const std::array<int, 3>& first, int edge);
+  void sift(std::span<const std::uint32_t> from, const std::array<int, 3>& first, int half, Parts& parts) const;
+  void offer_to_block(std::span<const std::uint32_t> facets, const std::array<int, 3>& first);
+  // The eight points or centres at `first` and `first` + spacing along each axis.
+  [[nodiscard]] Eight eight_at(const std::array<double, 3>& first, double spacing) const;
+
+  std::span<const Facet> facets_;
+  const PointLattice& points_;
+  const double band_;
+  NearestTriangles& nearest_;
+  Parts octants_{facets_.size()};
+  Parts blocks_{facets_.size()};
+};
+
+Eight Search::eight_at(const std::array<double, 3>& first, double spacing) const {
+  Eight out;
+  for (std::size_t n = 0; n < 8; ++n) {
+    out.x[n] = (first[0] + spacing * static_cast<double>(n & 1)) * points_.step;
+    out.y[n] = (first[1] + spacing * static_cast<double>(n >> 1 & 1)) * points_.step;
+    out.z[n] = (first[2] + spacing * static_cast<double>(n >> 2)) * points_.step;
+  }
+  return out;
+}
+
+// Keeps for each of eight cubes the facets that can be nearest to one of its points: those whose distance to its centre
+// is at most the least one and the cube's diameter, and at most the band and its radius.
+void Search::sift(std::span<const std::uint32_t> from, const std::array<int, 3>& first, int half, Parts& parts) const {
+  const double middle = (half - 1) / 2.0;
+  const double radius = std::sqrt(3.0) * middle * points_.step;
+  const double slack = kSlack * points_.step;
+  HWY_DYNAMIC_DISPATCH(cube_distances)
+  (facets_.data(), from, eight_at({first[0] + middle, first[1] + middle, first[2] + middle}, half),
+   parts.squared.data());
+  for (std::size_t part = 0; part < 8; ++part) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      if (!facets_[from[i]].sliver) least = std::min(least, parts.squared[i][part]);
+    }
+    const double limit = std::min(std::sqrt(least) + 2 * radius, band_ + radius) + slack;
+    std::uint32_t* const numbers = parts.numbers.data() + part * facets_.size();
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      numbers[count] = from[i];
+      count += static_cast<std::size_t>((parts.squared[i][part] <= limit * limit) | facets_[from[i]].sliver);
+    }
+    parts.count[part] = count;
+  }
+}
+
+void Search::offer_to_block(std::span<const std::uint32_t> facets, const std::array<int, 3>& first) {
+  const Eight points = eight_at({double(first[0]), double(first[1]), double(first[2])}, 1);
+  alignas(64) double squared[8];
+  alignas(64) double triangle[8];
+  const auto number = [&](int n) {
+    constexpr auto kRow = static_cast<int>(kBrickEdge);
+    return static_cast<std::size_t>(((first[2] + (n >> 2)) * kRow + first[1] + (n >> 1 & 1)) * kRow + first[0] +
+                                    (n & 1));
+  };
+  for (int n = 0; n < 8; ++n) {
+    squared[n] = nearest_.squared[number(n)];
+    triangle[n] = nearest_.triangle[number(n)];
+  }
+  HWY_DYNAMIC_DISPATCH(offer_to_points)(facets_.data(), facets, points, points_.step, squared, triangle);
+  for (int n = 0; n < 8; ++n) {
+    nearest_.squared[number(n)] = squared[n];
+    nearest_.triangle[number(n)] = triangle[n];
+  }
+}
+
+void Search::offer(std::span<const std::uint32_t> facets, const std::array<int, 3>& first, int edge) {
+  if (facets.empty()) return;
+  if (edge == 2) return offer_to_block(facets, first);
+  const int half = edge / 2;
+  Parts& parts = edge == kBrickEdge ? octants_ : blocks_;
+  sift(facets, first, half, parts);
+  for (int part = 0; part < 8; ++part) {
+    const std::array<int, 3> at = {first[0] + half * (part & 1), first[1] + half * (part >> 1 & 1),
+                                   first[2] + half * (part >> 2)};
+    if (std::max({at[0], at[1], at[2]}) >= points_.edge) continue;
+    const auto n = static_cast<std::size_t>(part);
+    offer({parts.numbers.data() + n * facets_.size(), parts.count[n]}, at, half);
+  }
+}
+}  // namespace detail
+
+void offer_triangles(const Surface& surface, std::span<const std::uint32_t> triangles, const PointLattice& points,
+                     double band, NearestTriangles& nearest) {
+  std::vector<detail::Facet> facets;
+  facets.reserve(triangles.size());
+  for (const std::uint32_t t : triangles) facets.push_back(detail::facet_of(surface, t, points, band));
+  detail::Search(facets, points, band, nearest).offer_all();
 }
 
 }  // namespace vps::bake

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The innermost loop of the distance field, vectorized. Internal to bake.
+/// @file The nearest triangles of the points of a lattice, vectorized. Internal to bake.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <span>
 
 #include "bake/grid.h"
 
@@ -24,10 +26,11 @@ struct NearestTriangles {
   alignas(64) std::array<double, kBrickVoxels> triangle;
 };
 
-/// Offers triangle `t` to the points of a lattice that may lie within `band` of it. Each point keeps the nearest
-/// triangle, and the earliest among equals. Results do not depend on the machine's vector instructions, because every
-/// operation is rounded by itself.
-void offer_triangle(const Surface& surface, std::size_t t, const PointLattice& points, double band,
-                    NearestTriangles& nearest);
+/// Offers triangles to the points of a lattice that may lie within `band` of them. Each point keeps the nearest
+/// triangle, and the earliest in the list among equals. Results do not depend on the machine's vector instructions,
+/// because every operation is rounded by itself.
+/// @pre distances of points and triangles are below a million steps
+void offer_triangles(const Surface& surface, std::span<const std::uint32_t> triangles, const PointLattice& points,
+                     double band, NearestTriangles& nearest);
 
 }  // namespace vps::bake

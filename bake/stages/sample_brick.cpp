@@ -183,9 +183,7 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
   NearestTriangles nearest;
   nearest.squared.fill(candidates.reach * candidates.reach);
   nearest.triangle.fill(-1);
-  for (const std::uint32_t t : candidates.triangles) {
-    offer_triangle(surface_, t, points, candidates.reach, nearest);
-  }
+  offer_triangles(surface_, candidates.triangles, points, candidates.reach, nearest);
   for (int z = 0; z < kEdge; ++z) {
     for (int y = 0; y < kEdge; ++y) {
       for (int x = 0; x < kEdge; ++x) {
