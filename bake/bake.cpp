@@ -2,13 +2,16 @@
 // The bake as a list of its stages. Paper: Sec. 2.1.
 #include <fmt/format.h>
 
-#include <chrono>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
+#include <optional>
 
 #include "bake/extent.h"
 #include "bake/plan.h"
 #include "bake/repair/check.h"
+#include "bake/stage_graph.h"
 #include "bake/stages/bounding_spheres.h"
 #include "bake/stages/certify.h"
 #include "bake/stages/cluster_points.h"
@@ -25,32 +28,6 @@
 
 namespace vps::bake {
 namespace {
-
-// Reports the start of each stage and records its duration when the next one starts.
-class Stages {
- public:
-  Stages(const BakeOptions& options, std::vector<StageTime>& times, double total)
-      : options_(options), times_(times), total_(total) {}
-  void start(const char* stage) {
-    stop();
-    if (options_.progress) options_.progress(stage, done_++ / total_);
-    times_.push_back({stage, 0});
-    begin_ = std::chrono::steady_clock::now();
-  }
-  void stop() {
-    if (times_.empty()) return;
-    if (times_.back().seconds == 0) {
-      times_.back().seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
-    }
-  }
-
- private:
-  const BakeOptions& options_;
-  std::vector<StageTime>& times_;
-  const double total_;
-  double done_ = 0;
-  std::chrono::steady_clock::time_point begin_;
-};
 
 void describe_mesh(const Surface& surface, AssetInfo& info) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -122,72 +99,106 @@ ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
 
 BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakedAsset asset;
-  Stages stages(asked, asset.times, 5 + (asked.voxelmap ? 5 : 0) + (asked.pointshell ? 3 : 0));
-
-  stages.start("check");
   BakeOptions options = asked;
-  options.voxel_size = plan_bake(mesh, asked).voxel_size;  // a skin or thickness must not change it
-  RepairOutcome outcome;
-  const Surface surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
-  asset.repair = outcome.used;
-  asset.filled_share = outcome.filled_share;
-  asset.notes = std::move(outcome.notes);
-  const GridPlan planned = plan_grid(extent_of(surface), options);
+  Surface surface;
+  GridPlan planned;
   const Grid& grid = planned.grid;
-  describe_mesh(surface, asset.info);
+  StageGraph stages(options.progress);
 
-  stages.start("voxelize");
-  const SurfaceVoxels voxels = voxelize(surface, grid);
-  stages.start("fill_layers");
-  const InsideRuns runs = fill_inside(surface, grid);
-  stages.start("distance_field");
-  // One voxel wider than the band, because cells at the band's end have corners beyond it.
-  const BandField field = distance_field(surface, grid, runs, (options.band_inside + 1) * grid.voxel_size,
-                                         (options.band_outside + 1) * grid.voxel_size);
-  asset.info.voxel_size = grid.voxel_size;
-  stages.start("thin_walls");
-  const ClosestPoint closest(surface);
-  constexpr std::size_t kWallSamples = 20000;
-  warn_of_thin_walls(find_thin_walls(surface, closest, grid, runs, field, spread_points(surface, kWallSamples)),
-                     grid.voxel_size, asset.notes);
+  const auto check = stages.add("check", {}, [&] {
+    options.voxel_size = plan_bake(mesh, asked).voxel_size;  // a skin or thickness must not change it
+    RepairOutcome outcome;
+    surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
+    asset.repair = outcome.used;
+    asset.filled_share = outcome.filled_share;
+    asset.notes = std::move(outcome.notes);
+    planned = plan_grid(extent_of(surface), options);
+    asset.info.voxel_size = grid.voxel_size;
+  });
+  const auto described = stages.add("describe", {check}, [&] { describe_mesh(surface, asset.info); });
 
+  SurfaceVoxels voxels;
+  const auto voxelized = stages.add("voxelize", {check}, [&] { voxels = voxelize(surface, grid); });
+  InsideRuns runs;
+  const auto filled = stages.add("fill_layers", {check}, [&] { runs = fill_inside(surface, grid); });
+  BandField field;
+  const auto measured = stages.add("distance_field", {filled}, [&] {
+    // One voxel wider than the band, because cells at the band's end have corners beyond it.
+    field = distance_field(surface, grid, runs, (options.band_inside + 1) * grid.voxel_size,
+                           (options.band_outside + 1) * grid.voxel_size);
+  });
+  std::optional<ClosestPoint> closest;
+  const auto indexed = stages.add("closest_point", {check}, [&] { closest.emplace(surface); });
+  const auto walls_found = stages.add("thin_walls", {measured, indexed}, [&] {
+    constexpr std::size_t kWallSamples = 20000;
+    warn_of_thin_walls(find_thin_walls(surface, *closest, grid, runs, field, spread_points(surface, kWallSamples)),
+                       grid.voxel_size, asset.notes);
+  });
+
+  std::vector<std::int16_t> coarse;
+  std::optional<InsideTest> inside;
+  std::optional<TriangleTree> tree;
+  const auto distances = [&] { return Distances{*closest, *tree, tree->error() + 1e-5 * grid.voxel_size}; };
+  Representations fields;
+  FarField far;
+  std::vector<std::uint32_t> planes;
+  auto last_of_map = measured;
   if (options.voxelmap) {
-    stages.start("coarse_layers");
-    const std::vector<std::int16_t> coarse = coarse_layers(grid, voxels, runs);
-    stages.start("sample_field");
-    const InsideTest inside(surface, grid);
-    const Representations fields = represent(surface, grid, voxels, runs, field, inside, options, planned.lambda);
-    describe_voxelmap(grid, voxels, runs, options, planned.lambda, asset.info);
-    stages.start("certify");
-    const TriangleTree tree(surface, kFarReach_vx * grid.voxel_size);
-    const Distances distances{closest, tree, tree.error() + 1e-5 * grid.voxel_size};
-    certify_fields(surface, distances, inside, grid, field, fields, options, asset.info);
-    pack_voxelmap(grid, field, coarse, fields, asset.sections);
-    stages.start("far_field");
-    const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
-    pack_far(far_field({surface, distances, inside, grid, coarse}, least, voxels.count), asset.info, asset.sections);
+    const auto layered =
+        stages.add("coarse_layers", {voxelized, filled}, [&] { coarse = coarse_layers(grid, voxels, runs); });
+    const auto sided = stages.add("inside_test", {check}, [&] { inside.emplace(surface, grid); });
+    const auto fielded = stages.add("sample_field", {voxelized, measured, sided}, [&] {
+      fields = represent(surface, grid, voxels, runs, field, *inside, options, planned.lambda);
+      describe_voxelmap(grid, voxels, runs, options, planned.lambda, asset.info);
+    });
+    const auto treed =
+        stages.add("triangle_tree", {fielded}, [&] { tree.emplace(surface, kFarReach_vx * grid.voxel_size); });
+    const auto certified = stages.add("certify", {fielded, indexed, treed, layered}, [&] {
+      certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
+      pack_voxelmap(grid, field, coarse, fields, asset.sections);
+    });
+    const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, indexed, treed}, [&] {
+      const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
+      far = far_field({surface, distances(), *inside, grid, coarse}, least, voxels.count);
+    });
+    last_of_map = stages.add("free_trees", {certified, far_sampled, walls_found}, [&] {
+      inside.reset();
+      closest.reset();
+      tree.reset();
+    });
     if (options.scaled) {
-      stages.start("fit_planes");
-      pack_planes(grid,
-                  fit_planes({surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer,
-                              asset.info.scaled_error.bound}),
-                  asset.sections);
+      stages.add("fit_planes", {certified}, [&] {
+        planes = fit_planes({surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer,
+                             asset.info.scaled_error.bound});
+      });
     }
   }
+
+  Pointshell shell;
+  PointTree point_tree;
+  std::vector<SectionData> shell_sections;
   if (options.pointshell) {
-    stages.start("sample_pointshell");
-    const Pointshell shell =
-        sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
-    stages.start("cluster_points");
-    const PointTree tree = cluster_points(shell.positions, shell.faces, surface.area, options.branching);
-    stages.start("bounding_spheres");
-    describe_pointshell(shell, tree, options.branching, asset.info);
-    const std::vector<Point3f> points = tree_points(shell, tree, asset.info);
-    pack_pointshell(shell, tree, bounding_spheres(tree, points), asset.info, asset.sections);
-    pack_hulls(find_hulls(tree, points, kHullTolerance * shell.feature_covering_radius), asset.sections);
+    // Side by side with the samples of the field, or with the trees, it would raise the peak of memory.
+    const auto sampled = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
+      shell =
+          sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
+    });
+    const auto clustered = stages.add("cluster_points", {sampled}, [&] {
+      point_tree = cluster_points(shell.positions, shell.faces, surface.area, options.branching);
+    });
+    stages.add("bounding_spheres", {clustered, described}, [&] {
+      describe_pointshell(shell, point_tree, options.branching, asset.info);
+      const std::vector<Point3f> points = tree_points(shell, point_tree, asset.info);
+      pack_pointshell(shell, point_tree, bounding_spheres(point_tree, points), asset.info, shell_sections);
+      pack_hulls(find_hulls(point_tree, points, kHullTolerance * shell.feature_covering_radius), shell_sections);
+    });
   }
-  stages.stop();
-  if (options.progress) options.progress("done", 1);
+
+  stages.run();
+  asset.times = stages.times();
+  if (options.voxelmap) pack_far(far, asset.info, asset.sections);
+  if (options.voxelmap && options.scaled) pack_planes(grid, planes, asset.sections);
+  std::move(shell_sections.begin(), shell_sections.end(), std::back_inserter(asset.sections));
   return asset;
 }
 

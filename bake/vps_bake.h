@@ -49,7 +49,8 @@ struct BakeOptions {
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;
-  /// Called at the start of each stage with the fraction done (0 to 1).
+  /// Called at the start of each stage with the fraction of stages started before (0 to 1). From any thread, by one at
+  /// a time.
   std::function<void(const char* stage, double fraction)> progress;
 
   /// Chooses a step of s/50 or finer with which the band fills the range of 8 or 16 bits. The coarsest bricks use twice
@@ -67,10 +68,11 @@ struct BakePlan {
   std::size_t predicted_asset_bytes = 0;   ///< upper estimate of the file's size: 1.2 to 4 times the real size
 };
 
-/// Seconds spent per stage, in order.
+/// Time from a stage's start to its end. Stages of a bake run side by side where they can.
 struct StageTime {
   std::string stage;
   double seconds = 0;
+  bool critical = true;  ///< on the longest path of stages that need each other: more processors cannot hide it
 };
 
 struct BakedAsset {
@@ -141,8 +143,9 @@ struct ClosedMesh {
 /// Closes a mesh as `bake` does. @throw BakeError
 [[nodiscard]] ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 
-/// The whole bake: check, voxelize, fill_layers, distance_field, thin_walls, coarse_layers, sample_field, certify,
-/// far_field, sample_pointshell, cluster_points, bounding_spheres. The output is identical for any number of threads.
+/// The whole bake: check, then voxelize, fill_layers, distance_field, thin_walls, coarse_layers, sample_field, certify,
+/// far_field, fit_planes, and sample_pointshell, cluster_points, bounding_spheres. The output is identical for any
+/// number of threads.
 /// @throw BakeError
 [[nodiscard]] BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& options);
 

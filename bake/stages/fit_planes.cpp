@@ -374,9 +374,9 @@ class Fitter {
   [[nodiscard]] CellPlane far_plane(const Index3& cell) const {
     const int layer = from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])];
     if (layer > 0) return {{}, kLargestHeight, false};
-    constexpr double kReach = (kHalf + 0.5) * 1.7320508075688774;  // the brick begins half a voxel before the cell
+    constexpr double kFarthest = (kHalf + 0.5) * 1.7320508075688774;  // the brick begins half a voxel before the cell
     CellPlane plane;
-    set_height(std::min(layer + kReach, -kUnseen), plane);
+    set_height(std::min(layer + kFarthest, -kUnseen), plane);
     return plane;
   }
 

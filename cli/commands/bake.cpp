@@ -74,7 +74,10 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   j["repair"] = describe(run.report.repair);
   j["filled_share"] = run.report.filled_share;
   j["notes"] = run.report.notes;
-  for (const bake::StageTime& time : run.times) j["seconds"][time.stage] = time.seconds;
+  for (const bake::StageTime& time : run.times) {
+    j["seconds"][time.stage] = time.seconds;
+    if (time.critical) j["critical_path"].push_back(time.stage);
+  }
   fmt::print("{}", to_text(j));
 }
 

@@ -42,6 +42,11 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
   EXPECT_EQ(baked["pointshell"]["position_origin"].size(), 3U);
   for (const char* step : {"position_step", "area_step"}) EXPECT_GT(baked["pointshell"][step], 0) << step;
   EXPECT_GT(baked["seconds"]["distance_field"], 0);
+  const auto& path = baked["critical_path"];
+  ASSERT_GE(path.size(), 5U);
+  EXPECT_EQ(path.front(), "import");
+  EXPECT_EQ(path.back(), "write");
+  for (const auto& stage : path) EXPECT_TRUE(baked["seconds"].contains(stage.get<std::string>())) << stage;
   EXPECT_GE(baked["plan"]["predicted_memory_bytes"], baked["bytes"].get<std::size_t>() / 10);
   for (const char* field : {"layers", "scaled", "real"}) EXPECT_GT(baked["certificate"][field]["max"], 0) << field;
   const Outcome info = vpsbake(folder, "info --json gear.vps.hdf");
