@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Finds pairs of overlapping boxes, then tests them with CGAL's exact predicates.
+// Tests triangles with overlapping boxes by CGAL's exact predicates.
 #include "bake/repair/self_intersections.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/box_intersection_d.h>
 #include <CGAL/intersections.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <mutex>
 
 namespace vps::bake {
 namespace {
 
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Point = Kernel::Point_3;
-using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, std::uint32_t>;
 
 class MeetTest {
  public:
@@ -85,33 +85,25 @@ class MeetTest {
 }  // namespace
 
 std::vector<TrianglePair> self_intersections(const Mesh& mesh) {
-  std::vector<Box> boxes;
-  boxes.reserve(mesh.triangles.size());
-  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
-    const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
-    boxes.emplace_back(CGAL::Bbox_3(low.x(), low.y(), low.z(), high.x(), high.y(), high.z()), t);
-  }
   const MeetTest test(mesh);
+  const BoxPairs boxes(mesh);
   std::vector<TrianglePair> pairs;
-  std::vector<TrianglePair> candidates;
-  std::vector<std::uint8_t> meets;
-  const auto sift = [&] {
-    meets.resize(candidates.size());
-    tbb::parallel_for(std::size_t{0}, candidates.size(),
-                      [&](std::size_t i) { meets[i] = test.meet(candidates[i].first, candidates[i].second); });
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (meets[i] != 0) pairs.push_back(candidates[i]);
-    }
-    candidates.clear();
-  };
-  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
-    // Long triangles can give millions of overlapping boxes, so pairs are tested in batches.
-    constexpr std::size_t kBatch = 1 << 20;
-    if (candidates.size() == kBatch) sift();
-    candidates.emplace_back(std::min(a.info(), b.info()), std::max(a.info(), b.info()));
-  });
-  sift();
+  std::mutex adding;
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, boxes.parts()), [&](const tbb::blocked_range<std::size_t>& parts) {
+        // Long triangles can give millions of overlapping boxes, so pairs are tested part by part.
+        std::vector<TrianglePair> found;
+        std::size_t kept = 0;
+        for (std::size_t part = parts.begin(); part < parts.end(); ++part) {
+          boxes.find(part, found);
+          const auto apart = [&](const TrianglePair& pair) { return !test.meet(pair.first, pair.second); };
+          found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(kept), found.end(), apart),
+                      found.end());
+          kept = found.size();
+        }
+        const std::scoped_lock lock(adding);
+        pairs.insert(pairs.end(), found.begin(), found.end());
+      });
   std::sort(pairs.begin(), pairs.end());
   return pairs;
 }

@@ -24,19 +24,30 @@ Pieces number_pieces(DisjointSets& sets, std::size_t triangles) {
 }  // namespace
 
 std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
-  std::vector<EdgeUse> uses;
-  uses.reserve(3 * triangles.size());
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::uint32_t from = triangles[t][k];
-      const std::uint32_t to = triangles[t][(k + 1) % 3];
-      uses.push_back(
-          {std::uint64_t{std::min(from, to)} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0});
+  // Counted by the smaller vertex first: few edges remain to be compared.
+  std::vector<std::uint32_t> start(1, 0);
+  const auto for_each_use = [&](auto visit) {
+    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+      for (std::size_t k = 0; k < 3; ++k) visit(t, triangles[t][k], triangles[t][(k + 1) % 3]);
     }
-  }
-  std::sort(uses.begin(), uses.end(), [](const EdgeUse& a, const EdgeUse& b) {
-    return std::tie(a.key, a.triangle, a.forward) < std::tie(b.key, b.triangle, b.forward);
+  };
+  for_each_use([&](std::uint32_t, std::uint32_t from, std::uint32_t to) {
+    const std::size_t low = std::min(from, to);
+    if (start.size() < low + 2) start.resize(low + 2, 0);
+    ++start[low + 1];
   });
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
+  std::vector<EdgeUse> uses(3 * triangles.size());
+  for_each_use([&](std::uint32_t t, std::uint32_t from, std::uint32_t to) {
+    const std::uint32_t low = std::min(from, to);
+    uses[next[low]++] = {std::uint64_t{low} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0};
+  });
+  for (std::size_t v = 0; v + 1 < start.size(); ++v) {
+    std::sort(uses.begin() + start[v], uses.begin() + start[v + 1], [](const EdgeUse& a, const EdgeUse& b) {
+      return std::tie(a.key, a.triangle, a.forward) < std::tie(b.key, b.triangle, b.forward);
+    });
+  }
   return uses;
 }
 

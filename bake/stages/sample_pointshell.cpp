@@ -13,6 +13,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "bake/repair/topology.h"
 #include "bake/stages/find_faces.h"
 #include "bake/stages/surface_blocks.h"
 #include "bake/stages/thin_faces.h"
@@ -179,40 +180,21 @@ Sample* Sampler::offer(Block& home, const Vector& p, const Vector& normal) {
 
 // Samples sharp edges from one end to the other. Vertices come first where one sharp edge ends, or three and more meet.
 void Sampler::sample_features() {
-  struct Side {
-    std::uint64_t key;
-    std::uint32_t triangle;
-  };
-  std::vector<Side> sides;
-  for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
-    const Triangle& v = surface_.triangles[t];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [lo, hi] = std::minmax(v[k], v[(k + 1) % 3]);
-      sides.push_back({std::uint64_t{lo} << 32 | hi, t});
-    }
-  }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.key < b.key; });
-
   struct SharpEdge {
     std::uint32_t from, to, triangle;
   };
   std::vector<SharpEdge> sharp;
   std::vector<std::uint8_t> sharp_ends(surface_.vertices.size(), 0);
-  for (std::size_t i = 0; i < sides.size();) {
-    std::size_t end = i;
-    bool is_sharp = false;
-    for (; end < sides.size() && sides[end].key == sides[i].key; ++end) {
-      is_sharp = is_sharp || surface_.normals[sides[end].triangle].dot(surface_.normals[sides[i].triangle]) < kSharp;
+  for_each_edge(sorted_edges(surface_.triangles), [&](std::span<const EdgeUse> edge) {
+    const Vector& normal = surface_.normals[edge.front().triangle];
+    if (std::none_of(edge.begin(), edge.end(),
+                     [&](const EdgeUse& use) { return surface_.normals[use.triangle].dot(normal) < kSharp; })) {
+      return;
     }
-    if (is_sharp) {
-      const auto from = static_cast<std::uint32_t>(sides[i].key >> 32);
-      const auto to = static_cast<std::uint32_t>(sides[i].key);
-      sharp.push_back({from, to, sides[i].triangle});
-      for (const std::uint32_t v : {from, to})
-        sharp_ends[v] = static_cast<std::uint8_t>(std::min(255, sharp_ends[v] + 1));
-    }
-    i = end;
-  }
+    sharp.push_back({edge.front().low(), edge.front().high(), edge.front().triangle});
+    for (const std::uint32_t v : {edge.front().low(), edge.front().high()})
+      sharp_ends[v] = static_cast<std::uint8_t>(std::min(255, sharp_ends[v] + 1));
+  });
   // Two sharp edges at a vertex pass through it. One, or three and more, end there.
   for (const SharpEdge& e : sharp) {
     for (const std::uint32_t v : {e.from, e.to}) {

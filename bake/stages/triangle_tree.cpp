@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/morton.h"
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bake/stages/triangle_tree.cpp"
 #include <hwy/foreach_target.h>
@@ -108,29 +110,6 @@ namespace vps::bake {
 namespace detail {
 HWY_EXPORT(search);
 
-// Interleaves ten bits of each coordinate: triangles that are near in this order are near in space (Morton 1966).
-std::uint64_t morton_code(const Vector& part) {
-  std::uint64_t code = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const auto cell = static_cast<std::uint64_t>(std::clamp(part[axis] * 1024, 0.0, 1023.0));
-    for (int bit = 0; bit < 10; ++bit) code |= (cell >> bit & 1) << (3 * bit + axis);
-  }
-  return code;
-}
-
-std::vector<std::uint32_t> morton_order(const Surface& surface) {
-  const double side = (surface.bounds_max - surface.bounds_min).maxCoeff();
-  std::vector<std::uint64_t> keys(surface.triangles.size());
-  for (std::size_t t = 0; t < keys.size(); ++t) {
-    keys[t] = morton_code((surface.corner(t, 0) - surface.bounds_min) / side) << 32 | t;
-  }
-  std::sort(keys.begin(), keys.end());
-  std::vector<std::uint32_t> order(keys.size());
-  std::transform(keys.begin(), keys.end(), order.begin(),
-                 [](std::uint64_t k) { return static_cast<std::uint32_t>(k); });
-  return order;
-}
-
 using Box = Eigen::AlignedBox3f;
 
 // The first triangle fills a leaf that is not full.
@@ -178,7 +157,8 @@ TriangleTree::Node make_node(std::span<const Box> boxes, std::uint32_t first, Bo
 // no triangle that is nearer than the least one by more.
 TriangleTree::TriangleTree(const Surface& surface, double reach)
     : centre_((surface.bounds_min + surface.bounds_max) / 2) {
-  const std::vector<std::uint32_t> order = detail::morton_order(surface);
+  const std::vector<std::uint32_t> order =
+      morton_order(surface, surface.bounds_min, (surface.bounds_max - surface.bounds_min).maxCoeff());
   const double farthest = (surface.bounds_max - surface.bounds_min).maxCoeff() / 2 + reach;
   const auto parts = [](std::size_t count) { return (count + kWidth - 1) / kWidth; };
   const auto part = [](auto all, std::size_t n) {

@@ -62,6 +62,7 @@ TEST(StageGraph, ProgressRisesToOneWithOneCallForEachStage) {
   ASSERT_EQ(fractions.size(), 10U);
   EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
   EXPECT_EQ(fractions.front(), 0);
+  EXPECT_DOUBLE_EQ(fractions[8], 8.0 / 9);
   EXPECT_EQ(fractions.back(), 1);
   EXPECT_EQ(last, "done");
 }
