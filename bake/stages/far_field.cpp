@@ -39,11 +39,27 @@ double least_distance(const FarSource& from, const Vector& p) {
   return std::hypot((p - nearest).norm(), inner);
 }
 
+// Whether a point is inside. A brick's coarse layer decides farther from the surface than the brick's centre is from
+// the point: docs/bounds.md, "Coarse layers".
+bool is_inside(const FarSource& from, const Vector& p) {
+  const Grid& grid = from.grid;
+  const Vector at = (p - grid.origin) / (kBrickEdge * grid.voxel_size);
+  std::uint32_t brick[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(at[axis] >= 0 && at[axis] < grid.brick_dims[static_cast<std::size_t>(axis)])) return from.inside.inside(p);
+    brick[axis] = static_cast<std::uint32_t>(at[axis]);
+  }
+  const int layer = from.coarse_layers[grid.brick_at(brick[0], brick[1], brick[2])];
+  const Vector from_centre = at - Vector(brick[0] + 0.5, brick[1] + 0.5, brick[2] + 0.5);
+  if (std::abs(layer) > kBrickEdge * from_centre.norm() + 1e-6) return layer > 0;
+  return from.inside.inside(p);
+}
+
 // V, but -most where the point is outside and farther than that.
 // @param distance_of  distance of a point. [m]
 template <class DistanceOf>
 double penetration_down_to(double most, const FarSource& from, const Vector& p, DistanceOf distance_of) {
-  const bool within = from.inside.inside(p);
+  const bool within = is_inside(from, p);
   if (!within && least_distance(from, p) >= most) return -most;
   const double distance = distance_of(p);
   return within ? distance : -std::min(distance, most);
