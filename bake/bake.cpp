@@ -156,6 +156,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     const auto certified = stages.add("certify", {fielded, indexed, treed, layered}, [&] {
       certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
       pack_voxelmap(grid, field, coarse, fields, asset.sections);
+      if (!options.scaled) fields = {};  // frees memory for sample_pointshell
     });
     const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, indexed, treed}, [&] {
       const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
@@ -170,6 +171,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       stages.add("fit_planes", {certified}, [&] {
         planes = fit_planes({surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer,
                              asset.info.scaled_error.bound});
+        fields = {};  // as above
       });
     }
   }

@@ -250,7 +250,7 @@ void Search::sift(std::span<const std::uint32_t> from, const std::array<int, 3>&
     std::size_t count = 0;
     for (std::size_t i = 0; i < from.size(); ++i) {
       numbers[count] = from[i];
-      count += static_cast<std::size_t>((parts.squared[i][part] <= limit * limit) | facets_[from[i]].sliver);
+      count += static_cast<std::size_t>(parts.squared[i][part] <= limit * limit || facets_[from[i]].sliver);
     }
     parts.count[part] = count;
   }
