@@ -1,81 +1,14 @@
 // SPDX-License-Identifier: Zlib
-// Checks the ranges of the header's scalars, the section table (kinds, types, shapes, places), and that each part is
-// complete.
+// Checks the header's scalars, the section table (kinds, types, shapes, places), and that each part is complete.
 #include "formats/check_directory.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
-#include "formats/quantize.h"
+#include "formats/check_info.h"
 
 namespace vps::detail {
 namespace {
-
-constexpr std::uint64_t kMaxCount = 0xFFFFFFFEu;  // indices are u32, and one value means "none"
-constexpr std::uint32_t kMaxLevels = 64;
-
-template <class... T>
-bool all_finite(const T&... values) noexcept {
-  return (std::isfinite(values) && ...);
-}
-template <std::size_t N>
-bool all_finite(const std::array<double, N>& values) noexcept {
-  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
-}
-
-bool certificate_is_good(const FieldCertificate& c) noexcept {
-  return all_finite(c.max, c.rms, c.p99, c.bound) && all_finite(c.worst_at) && c.max >= 0 && c.rms >= 0 && c.p99 >= 0 &&
-         c.bound >= c.max;
-}
-
-bool mesh_facts_are_good(const AssetInfo& info) noexcept {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!(info.bounds_min[axis] <= info.bounds_max[axis])) return false;
-  }
-  return all_finite(info.bounds_min) && all_finite(info.bounds_max) && all_finite(info.centre_of_mass) &&
-         all_finite(info.inertia) && all_finite(info.volume, info.surface_area) && info.surface_area >= 0 &&
-         certificate_is_good(info.layers_error) && certificate_is_good(info.scaled_error) &&
-         certificate_is_good(info.real_error) && certificate_is_good(info.far_error) && info.generator.back() == '\0';
-}
-
-bool grid_is_good(const AssetInfo& info) noexcept {
-  if (!(info.voxel_size > 0 && std::isfinite(info.voxel_size))) return false;
-  const bool has_map = info.dims[0] != 0 || info.dims[1] != 0 || info.dims[2] != 0;
-  if (!has_map) return true;
-  for (const std::uint32_t dim : info.dims) {
-    if (dim == 0 || dim % kBrickEdge != 0 || dim > 1u << 20) return false;
-  }
-  return all_finite(info.origin) && all_finite(info.lambda, info.band_inner, info.band_outer) && info.lambda > 0 &&
-         info.band_inner > 0 && info.band_outer > 0;
-}
-
-// Every code decodes to a finite float. NaN fails both comparisons.
-bool scale_is_good(double origin, double step) noexcept {
-  return step > 0 && std::abs(origin) + kLargestCode * step <= std::numeric_limits<float>::max() / 2;
-}
-
-bool shell_is_good(const AssetInfo& info) noexcept {
-  if (info.points == 0) return info.levels == 0;
-  return info.points <= kMaxCount && info.levels >= 1 && info.levels <= kMaxLevels && info.branching >= 2 &&
-         all_finite(info.spacing, info.covering_radius) && all_finite(info.normal_error_mean, info.normal_error_max) &&
-         info.spacing > 0 && info.covering_radius >= 0 && info.feature_covering_radius >= 0 &&
-         info.feature_covering_radius <= info.covering_radius && scale_is_good(0, info.area_step) &&
-         std::all_of(info.position_origin.begin(), info.position_origin.end(),
-                     [&](double origin) { return scale_is_good(origin, info.position_step); });
-}
-
-// Either there is no far grid, or its values can be used.
-bool far_is_good(const AssetInfo& info) noexcept {
-  if (info.far_spacing == 0) {
-    return info.far_origin == std::array<double, 3>{} && info.far_step_inner == 0 && info.far_step_outer == 0 &&
-           info.far_range == 0 && info.far_error.bound == 0;
-  }
-  return std::all_of(info.far_origin.begin(), info.far_origin.end(),
-                     [&](double origin) { return scale_is_good(origin, info.far_spacing); }) &&
-         scale_is_good(0, info.far_step_inner) && scale_is_good(0, info.far_step_outer) && info.far_range > 0 &&
-         info.far_range <= kLargestFarValue * info.far_step_outer;
-}
 
 // The layout that a kind must have. A shape entry of 0 is a count that is checked elsewhere.
 struct Layout {
@@ -214,9 +147,13 @@ Status check_voxelmap(const Directory& directory) noexcept {
     }
     if (roots != nullptr && roots->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;
   }
+  // One code of `scaled` is a part of a voxel, and its range holds the band.
+  const double voxel_size = directory.info.voxel_size;
+  if (scaled != nullptr && !(directory.info.lambda >= 0x1p-16 * voxel_size && directory.info.lambda <= voxel_size / 2))
+    return Status::bad_info;
   // The vector kernels read coarse layers in words of two: the last word must lie in the file.
   if ((coarse->offset + coarse->bytes + 3) / 4 * 4 > directory.file_bytes) return Status::bad_section;
-  if (layers != nullptr && layers->shape[0] > kMaxCount) return Status::bad_section;
+  if (layers != nullptr && layers->shape[0] > kMostCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
   std::uint64_t bricks = 0;
   if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
@@ -252,7 +189,7 @@ Status check_pointshell(const Directory& directory) noexcept {
       if (section != nullptr) return Status::bad_info;
     } else if (section == nullptr) {
       return Status::missing_section;
-    } else if (section->shape[part.axis] != part.count || part.count > kMaxCount) {
+    } else if (section->shape[part.axis] != part.count || part.count > kMostCount) {
       return Status::bad_section;
     }
   }
@@ -267,7 +204,7 @@ Status check_pointshell(const Directory& directory) noexcept {
     if (one == nullptr && other == nullptr) return Status::ok;
     if (info.points == 0) return Status::bad_info;
     if (one == nullptr || other == nullptr) return Status::missing_section;
-    return fit(one->shape[0], other->shape[0]) && other->shape[0] <= kMaxCount ? Status::ok : Status::bad_section;
+    return fit(one->shape[0], other->shape[0]) && other->shape[0] <= kMostCount ? Status::ok : Status::bad_section;
   };
   const Status status = check_pair(SectionKind::facet_points, SectionKind::facet_corners,
                                    [](std::uint64_t points, std::uint64_t corners) { return points == corners; });
@@ -280,8 +217,7 @@ Status check_pointshell(const Directory& directory) noexcept {
 
 Status check_directory(const Directory& directory) noexcept {
   const AssetInfo& info = directory.info;
-  if (!mesh_facts_are_good(info) || !grid_is_good(info) || !far_is_good(info) || !shell_is_good(info))
-    return Status::bad_info;
+  if (!info_is_good(info)) return Status::bad_info;
   if (info.dims[0] == 0 && info.points == 0) return Status::bad_info;
   if (const Status status = check_table(directory); status != Status::ok) return status;
   if (const Status status = check_voxelmap(directory); status != Status::ok) return status;

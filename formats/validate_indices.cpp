@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: Zlib
-// Checks every index stored in the sections, and the floats of the spheres. After this no query can leave the mapping.
-// Loops are plain and without early exits, so that compilers vectorize them: this runs at every open.
+// Checks every index stored in the sections, the widths of the tree and the floats of the spheres. After this no query
+// can leave the mapping. Loops are plain and without early exits, so that compilers vectorize them: this runs at every
+// open.
 #include <algorithm>
 #include <bit>
 
-#include "formats/vps_format.h"
+#include "formats/check_info.h"
 
 namespace vps {
 namespace {
+
+// A node has at most this many times as many children as the branching says. On average it has one times as many; the
+// most that were seen are two times.
+constexpr std::uint64_t kMostChildren = 16;
 
 static_assert(std::endian::native == std::endian::little, "assets are mapped as they lie in the file");
 
@@ -18,11 +23,11 @@ std::span<const T> section(std::span<const std::byte> file, const Directory& dir
   return {reinterpret_cast<const T*>(file.data() + s->offset), s->bytes / sizeof(T)};
 }
 
-bool all_finite(std::span<const float> values) noexcept {
-  // The exponent of infinities and NaNs is all ones.
-  std::uint32_t bad = 0;
-  for (const float v : values) bad |= (std::bit_cast<std::uint32_t>(v) & 0x7F800000u) == 0x7F800000u;
-  return bad == 0;
+// False for NaN. Without their signs, floats are ordered as their bits.
+bool all_within(std::span<const float> values, double farthest) noexcept {
+  std::uint32_t largest = 0;
+  for (const float v : values) largest = std::max(largest, std::bit_cast<std::uint32_t>(v) & 0x7FFFFFFFu);
+  return largest <= std::bit_cast<std::uint32_t>(static_cast<float>(farthest));
 }
 
 bool none_negative(std::span<const float> values) noexcept {
@@ -57,7 +62,8 @@ Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::u
 
 // Children of a level follow each other without gaps: every node but the root has one parent, every point one leaf.
 Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::uint32_t> children,
-                  std::uint64_t points) noexcept {
+                  const AssetInfo& info) noexcept {
+  const std::uint64_t most = kMostChildren * info.branching;
   const std::size_t levels = offsets.size() - 1;
   const std::uint64_t nodes = children.size() / 2;
   if (offsets[0] != 0 || offsets[1] != 1 || offsets[levels] != nodes) return Status::bad_index;
@@ -68,10 +74,11 @@ Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::u
     const bool leaf = level + 1 == levels;
     std::uint64_t next = leaf ? 0 : offsets[level + 1];
     for (std::size_t node = offsets[level]; node < offsets[level + 1]; ++node) {
-      if (children[2 * node] != next || children[2 * node + 1] == 0) return Status::bad_index;
-      next += children[2 * node + 1];
+      const std::uint64_t count = children[2 * node + 1];
+      if (children[2 * node] != next || count == 0 || count > most) return Status::bad_index;
+      next += count;
     }
-    if (next != (leaf ? points : offsets[level + 2])) return Status::bad_index;
+    if (next != (leaf ? info.points : offsets[level + 2])) return Status::bad_index;
   }
   return Status::ok;
 }
@@ -104,7 +111,7 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
   if (directory.info.points == 0 || !overlap(use, Use::pointshell)) return Status::ok;
   const std::uint64_t points = directory.info.points;
   const Status status = check_tree(section<std::uint32_t>(file, directory, SectionKind::level_offsets),
-                                   section<std::uint32_t>(file, directory, SectionKind::children), points);
+                                   section<std::uint32_t>(file, directory, SectionKind::children), directory.info);
   if (status != Status::ok) return status;
   if (!all_below(section<std::uint32_t>(file, directory, SectionKind::parent_points), points)) return Status::bad_index;
   if (directory.find(SectionKind::facet_points) != nullptr) {
@@ -120,7 +127,8 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
     }
   }
   const auto spheres = section<float>(file, directory, SectionKind::spheres);
-  const bool good = all_finite(spheres) && none_negative(spheres.subspan(spheres.size() / 4 * 3));
+  const bool good = all_within(spheres, detail::longest_length(directory.info)) &&
+                    none_negative(spheres.subspan(spheres.size() / 4 * 3));
   return good ? Status::ok : Status::bad_index;
 }
 

@@ -8,47 +8,12 @@
 #include <string>
 
 #include "formats/vps_format.h"
-#include "tests/formats/tiny_asset.h"
-#include "tests/support/temporary_folder.h"
+#include "tests/formats/asset_bytes.h"
 
 namespace vps::test {
 namespace {
 
-// The bytes of an asset, aligned to 64 bytes.
-class Bytes {
- public:
-  explicit Bytes(const TinyAsset& tiny) {
-    const TemporaryFolder folder;
-    write_asset(folder / "tiny.vps.hdf", tiny.info, tiny.sections);
-    const std::string text = read_file(folder / "tiny.vps.hdf");
-    storage_.resize(text.size() + 64);
-    base_ = (64 - reinterpret_cast<std::uintptr_t>(storage_.data()) % 64) % 64;
-    size_ = text.size();
-    std::memcpy(storage_.data() + base_, text.data(), text.size());
-  }
-  std::span<std::byte> all() { return {storage_.data() + base_, size_}; }
-  std::span<std::byte, kUserBlockBytes> header() { return all().first<kUserBlockBytes>(); }
-  Directory directory() {
-    Directory d;
-    EXPECT_EQ(decode_directory(all(), d), Status::ok);
-    return d;
-  }
-  // Writes a changed directory with a correct hash and returns the decoder's status.
-  Status with(const Directory& changed) {
-    encode_directory(changed, header());
-    Directory d;
-    return decode_directory(all(), d);
-  }
-
- private:
-  std::vector<std::byte> storage_;
-  std::size_t base_ = 0;
-  std::size_t size_ = 0;
-};
-
-Section& find(Directory& directory, SectionKind kind) {
-  return const_cast<Section&>(*directory.find(kind));
-}
+using Bytes = AssetBytes;
 
 TEST(Directory, EveryFieldSurvivesARoundTrip) {
   const TinyAsset tiny;

@@ -39,7 +39,7 @@ struct TinyAsset {
     info.mesh_hash = 0x0123456789ABCDEFull;
     info.volume = 0.15;
     info.centre_of_mass = {0.375, 0.75, 1.875};
-    info.inertia = {0.1, 0.2, 0.3, 0.01, 0.02, 0.03};
+    info.inertia = {0.005, 0.02, 0.025, 0.001, 0.002, 0.003};
     info.spacing = 0.18;
     info.covering_radius = 0.2;
     info.normal_error_mean = 0.01;

@@ -145,7 +145,7 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
       {"field real", [](AssetInfo& info, auto&) { info.real_error.bound = info.real_error.max /= 4; }},
       {"field layers", [](AssetInfo& info, auto&) { info.layers_error.bound = info.layers_error.max /= 2; }},
       {"covering", [](AssetInfo& info, auto&) { info.covering_radius /= 2; }},
-      {"mass", [](AssetInfo& info, auto&) { info.volume *= 1.01; }},
+      {"mass", [](AssetInfo& info, auto&) { info.volume *= 0.99; }},
       {"areas", [](AssetInfo& info, auto&) { info.area_step *= 1.01; }},
       {"spheres",
        [](AssetInfo&, auto& sections) {
@@ -230,7 +230,7 @@ TEST_F(Validate, AnOpenMeshIsToldOfAsTheMeshAfterTheOtherChecks) {
 
 TEST_F(Validate, TheDirectoryAndHdf5HaveToAgree) {
   const std::string bytes = read_file(folder_ / "a.vps.hdf");
-  write_file(folder_ / "forged.vps.hdf", with_directory(bytes, [](Directory& d) { d.info.volume *= 2; }));
+  write_file(folder_ / "forged.vps.hdf", with_directory(bytes, [](Directory& d) { d.info.volume /= 2; }));
   EXPECT_EQ(check_forged().at("hdf5"), "failed");
   Outcome run = vpsbake(folder_, "validate forged.vps.hdf");
   EXPECT_NE(run.out.find("the attribute volume is not the directory's"), std::string::npos) << run.out;
