@@ -135,6 +135,11 @@ class March {
   const double tolerance_;
 };
 
+// A ray crosses each plane between the finest cells once. Twice as many steps leave room for edges and corners.
+std::uint32_t most_steps_in(const VoxelmapView& map) noexcept {
+  return 8 * (map.dims[0] + map.dims[1] + map.dims[2]) + 16;
+}
+
 bool is_valid(const Ray& ray) noexcept {
   constexpr float kFarthest = 1e6F;
   constexpr float kOffUnit = 1e-3F;
@@ -160,14 +165,21 @@ Status cast_ray(const VoxelmapView& map, const Ray& ray, const RayOptions& optio
     grid.direction[axis] = direction[axis];
     grid.clip(axis, 0, map.dims[axis] - 1, way, end);
   }
-  // Distances count from where the ray enters the grid: short ones are rounded less.
+  if (!(way <= end)) return Status::ok;
+  // Distances count from where the ray enters the grid: short ones are rounded less. The place of a far ray may be
+  // rounded by more than a voxel, and must lie in the grid in spite of that.
   const double before = way;
-  for (int axis = 0; axis < 3; ++axis) grid.origin[axis] = grid.at(axis, before);
   end -= before;
   way = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double top = map.dims[axis] - 1;
+    grid.origin[axis] = std::clamp(grid.at(axis, before), 0.0, top);
+    grid.clip(axis, 0, top, way, end);
+  }
   constexpr double kFinest = 1e-6;
   const March march(map, grid, std::max<double>(options.tolerance_vx, kFinest));
-  while (way <= end) {
+  const std::uint32_t most_steps = most_steps_in(map);
+  while (way <= end && result.steps < most_steps) {
     ++result.steps;
     if (!march.step(way, end)) continue;
     result.hit = true;

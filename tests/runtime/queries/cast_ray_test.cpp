@@ -147,6 +147,37 @@ TEST(CastRay, EndsAtItsLargestDistanceAndStartsInside) {
   }
 }
 
+// Seen from so far, a voxel is smaller than the rounding of a ray's place.
+TEST(CastRay, AFarRayTakesNoMoreStepsThanTheGridHasCells) {
+  const std::vector<std::uint32_t> roots(64, kFarOutside);
+  VoxelmapView empty;
+  empty.field = Field::scaled;
+  empty.element = ElementType::i8;
+  empty.field_roots = roots.data();
+  for (int axis = 0; axis < 3; ++axis) {
+    empty.dims[axis] = 64;
+    empty.root_dims[axis] = 4;
+  }
+  empty.voxel_size = 1e-10F;
+  Random random;
+  for (int n = 0; n < 200; ++n) {
+    const auto r = random.rotation();
+    const Ray ray{{},
+                  {static_cast<float>(r[0]), static_cast<float>(r[1]), static_cast<float>(r[2])},
+                  std::numeric_limits<float>::infinity()};
+    // The middle of the grid lies on the ray.
+    const double size = std::hypot(ray.direction.x, ray.direction.y, ray.direction.z);
+    const double direction[3] = {ray.direction.x / size, ray.direction.y / size, ray.direction.z / size};
+    for (int axis = 0; axis < 3; ++axis) {
+      empty.origin[axis] = 1e6 * direction[axis] - 32 * double{empty.voxel_size};
+    }
+    RayHit hit;
+    ASSERT_EQ(cast_ray(empty, ray, {}, hit), Status::ok);
+    ASSERT_FALSE(hit.hit);
+    ASSERT_LT(hit.steps, 20U) << n;
+  }
+}
+
 TEST(CastRay, BadUseGetsAStatus) {
   const auto asset = baked(make_box({0.1, 0.1, 0.1}), all_fields(0.01));
   VoxelmapView map;
