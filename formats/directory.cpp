@@ -244,6 +244,8 @@ const char* describe(Status status) noexcept {
       return "the buffer for contacts was too small; pass a larger one";
     case Status::bad_argument:
       return "an argument is outside its documented range";
+    case Status::no_memory:
+      return "there is not enough memory; free some or use a smaller asset";
   }
   return "unknown status";
 }

@@ -55,6 +55,7 @@ enum class Status : std::uint8_t {
   bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
   output_full,      ///< the caller's buffer was too small; the result says how many there were
   bad_argument,     ///< an argument is outside its documented range
+  no_memory,        ///< working memory could not grow
 };
 
 /// One sentence without a full stop, for messages. Never null.

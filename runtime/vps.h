@@ -46,7 +46,7 @@ enum {
   vps_bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
   vps_output_full,      ///< the buffer was too small; the result says how many contacts there were
   vps_bad_argument,     ///< an argument is outside its documented range
-  vps_no_memory = 1000  ///< C only: an allocation failed
+  vps_no_memory = 1000  ///< an allocation failed
 };
 
 /// One sentence without a full stop, for messages. Never NULL, for any number.

@@ -405,7 +405,8 @@ struct QueryResult {
   bool complete = true;  ///< false: a budget ran out; `delta_bound` holds for unvisited points, too
 };
 
-/// Working memory of one thread. Grows on first use with a shell, never afterwards.
+/// Working memory of one thread. Grows on first use with a shell, never afterwards. A query whose working memory cannot
+/// grow returns `no_memory`; `reserve` throws std::bad_alloc.
 struct Scratch {
   std::vector<std::uint32_t> queue, hits, leaves, flats;
   std::vector<float> penetrations, bounds, positions[3];

@@ -132,9 +132,9 @@ VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
 }  // namespace
 
 const char* vps_status_text(VpsStatus status) {
-  if (status == vps_no_memory) return "an allocation failed";
-  // Numbers outside the range of Status must not wrap round to another status.
-  return vps::describe(static_cast<vps::Status>(status < 0 || status > 255 ? 255 : status));
+  if (status == vps_no_memory) return vps::describe(vps::Status::no_memory);
+  // Numbers that are no VpsStatus must not become another status.
+  return vps::describe(static_cast<vps::Status>(status < 0 || status > vps_bad_argument ? 255 : status));
 }
 
 VpsStatus vps_asset_open(const char* path, VpsAsset** asset) {

@@ -34,7 +34,7 @@ struct VpsContactCache {
 namespace vps::c {
 
 inline VpsStatus to_c(vps::Status status) {
-  return static_cast<VpsStatus>(status);
+  return status == vps::Status::no_memory ? VpsStatus{vps_no_memory} : static_cast<VpsStatus>(status);
 }
 
 inline bool is_finite(const float* v) {

@@ -8,6 +8,7 @@
 
 #include "runtime/contacts/six.h"
 #include "runtime/fields/penetration.h"
+#include "runtime/grow.h"
 #include "runtime/vps_contacts.h"
 
 namespace vps {
@@ -198,8 +199,11 @@ Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Cont
   result = {};
   if (kept.empty() || !is_finite(centre)) return Status::bad_argument;
   if (all.empty()) return Status::ok;
-  if (scratch.distances.size() < all.size()) scratch.distances.resize(all.size());
-  if (scratch.nearest.size() < all.size()) scratch.nearest.resize(all.size());
+  const auto grow = [&] {
+    if (scratch.distances.size() < all.size()) scratch.distances.resize(all.size());
+    if (scratch.nearest.size() < all.size()) scratch.nearest.resize(all.size());
+  };
+  if (const Status status = try_to_grow(grow); status != Status::ok) return status;
   const Sums wanted(all, centre);
   result.kept = choose(all, kept, scratch);
   const std::span<Contact> few = kept.first(result.kept);

@@ -10,6 +10,7 @@
 
 #include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/traverse/traverse_query.h"
+#include "runtime/grow.h"
 
 namespace vps {
 namespace {
@@ -171,7 +172,9 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       facts.frame = frame;
       facts.error = error;
       if (options.cache != nullptr) facts.id = id_of(kind);
-      scratch.reserve(shell);
+      if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) {
+        return status;
+      }
       TraverseQuery query(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within,
                           scratch, out, result);
       return run(query);
@@ -280,7 +283,9 @@ void leave_faces(TraverseQuery& query) noexcept {
 template <class Find>
 Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
                  Scratch& scratch, detail::ContactRows& hits, float& most, const Find& find) noexcept {
-  scratch.reserve(shell);
+  hits = {};
+  most = kUnknown;
+  if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) return status;
   hits = {{scratch.positions[0].data(), scratch.positions[1].data(), scratch.positions[2].data()},
           scratch.penetrations.data(),
           scratch.hits.data()};

@@ -5,6 +5,7 @@
 #include <exception>
 #include <thread>
 
+#include "runtime/grow.h"
 #include "runtime/vps_contacts.h"
 
 namespace vps {
@@ -71,7 +72,10 @@ Status traverse_batch(std::span<const PairQuery> queries, std::span<PairAnswer> 
   // More workers than pairs would have nothing to do.
   const auto workers =
       static_cast<std::uint32_t>(std::min<std::size_t>(executor.workers, std::max<std::size_t>(queries.size(), 1)));
-  if (scratch.workers.size() < workers) scratch.workers.resize(workers);
+  const auto grow = [&] {
+    if (scratch.workers.size() < workers) scratch.workers.resize(workers);
+  };
+  if (const Status status = detail::try_to_grow(grow); status != Status::ok) return status;
   BatchWork batch(queries, answers, scratch.workers);
   if (executor.run == nullptr || workers == 1) {
     BatchWork::work(&batch, 0);

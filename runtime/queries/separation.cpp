@@ -5,6 +5,7 @@
 #include <type_traits>
 
 #include "runtime/fields/analytic_fields.h"
+#include "runtime/grow.h"
 #include "runtime/queries/find_deepest.h"
 #include "runtime/vps_queries.h"
 
@@ -152,7 +153,7 @@ template <class Field, class KernelField>
 Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field, const Frame& frame,
             const Pose& kernel_pose, float error, SeparationResult& result) noexcept {
   const PointshellView& shell = query.shell;
-  query.scratch.reserve(shell);
+  if (const Status status = try_to_grow([&] { query.scratch.reserve(shell); }); status != Status::ok) return status;
   const auto unit = static_cast<float>(frame.unit);
   DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
   // V may be too large at a point, and too small at the centre of its sphere.

@@ -430,13 +430,13 @@ TEST(Validate, EveryCodeOfAPointIsAValue) {
 
 TEST(Describe, EveryStatusHasASentence) {
   std::set<std::string> sentences;
-  for (int i = 0; i <= static_cast<int>(Status::bad_argument); ++i) {
+  for (int i = 0; i <= static_cast<int>(Status::no_memory); ++i) {
     const std::string text = describe(static_cast<Status>(i));
     EXPECT_NE(text, "unknown status");
     EXPECT_NE(text.back(), '.');
     sentences.insert(text);
   }
-  EXPECT_EQ(sentences.size(), static_cast<std::size_t>(Status::bad_argument) + 1);
+  EXPECT_EQ(sentences.size(), static_cast<std::size_t>(Status::no_memory) + 1);
   EXPECT_STREQ(describe(static_cast<Status>(200)), "unknown status");
 }
 

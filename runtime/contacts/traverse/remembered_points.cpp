@@ -7,12 +7,14 @@
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"
+#include "runtime/grow.h"
 
 namespace vps::detail {
 namespace {
 
-void remember_hits(const TraverseQuery& query, ContactCache& cache) noexcept {
+void remember_hits(const TraverseQuery& query, ContactCache& cache) {
   const Descent& d = query.descent;
+  cache.flats.assign(d.flats, d.flats + d.flat_count);
   const std::size_t count = d.hit_count;
   cache.points.assign(d.hits, d.hits + count);
   cache.leaves.assign(d.leaves, d.leaves + count);
@@ -88,9 +90,9 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   d.contact_distance = static_cast<float>(reach / d.unit);
   if (query.field.touches(d, 0)) (void)descend_in_blocks(query, 0, 0, shell.nodes);
   d.contact_distance = wanted;
-  remember_hits(query, cache);
-  cache.flats.assign(d.flats, d.flats + d.flat_count);
-  cache.reach = reach;
+  // Without memory for a list there is none.
+  const bool is_remembered = try_to_grow([&] { remember_hits(query, cache); }) == Status::ok;
+  cache.reach = is_remembered ? reach : 0;
   drop_hits_below(-wanted, d);
   ask_flat_nodes(query, d.flat_count);
   return d.end;

@@ -349,7 +349,7 @@ TEST(CInterface, KnowsEveryStatus) {
   for (VpsStatus status = vps_ok; status <= vps_bad_argument; ++status) {
     EXPECT_STREQ(vps_status_text(status), describe(static_cast<Status>(status)));
   }
-  EXPECT_STREQ(vps_status_text(vps_no_memory), "an allocation failed");
+  EXPECT_STREQ(vps_status_text(vps_no_memory), describe(Status::no_memory));
   for (const VpsStatus unknown : {vps_bad_argument + 1, 255, 256, -1, INT32_MAX, INT32_MIN}) {
     EXPECT_STREQ(vps_status_text(unknown), "unknown status") << "a status that runtime/vps.h does not have";
   }
