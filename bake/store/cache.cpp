@@ -25,6 +25,8 @@ using detail::entry_file;
 using detail::kAssetEnding;
 using detail::kReportEnding;
 
+constexpr std::uintmax_t kMostReportBytes = std::uintmax_t{1} << 24;
+
 std::string hash_line(const std::string& text) {
   return fmt::format("{:016x}\n", hash_bytes(std::as_bytes(std::span(text))));
 }
@@ -67,7 +69,11 @@ Status detail::open_entry(const fs::path& cache, const CacheKey& key, Asset& ass
 }
 
 bool detail::read_report(const fs::path& cache, const CacheKey& key, BakeReport& report) {
-  std::ifstream file(entry_file(cache, key, kReportEnding), std::ios::binary);
+  const fs::path path = entry_file(cache, key, kReportEnding);
+  std::error_code failed;
+  // A device, to which a link may lead, has no size and no end.
+  if (fs::file_size(path, failed) > kMostReportBytes || failed) return false;
+  std::ifstream file(path, std::ios::binary);
   std::string hash;
   std::getline(file, hash);
   const std::string text{std::istreambuf_iterator<char>(file), {}};

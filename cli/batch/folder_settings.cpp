@@ -6,9 +6,13 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <fstream>
+#include <iterator>
 #include <sstream>
+#include <system_error>
 
 #include "cli/tools/nearest_name.h"
+#include "cli/tools/toml_keys.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -17,6 +21,16 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path& file, const toml::source_region& place, const std::string& reason) {
   throw BatchError(fmt::format("{}:{}", file.string(), place.begin.line), reason);
+}
+
+std::string settings_text(const fs::path& file) {
+  std::error_code failed;
+  std::ifstream stream;
+  if (fs::is_regular_file(file, failed)) stream.open(file, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.is_open() || !stream)
+    throw BatchError(file.string(), "it cannot be read; check its name and rights", kIo);
+  return text;
 }
 
 // The text of an option's value, which may be a text, a number, or a list of texts.
@@ -116,12 +130,15 @@ FileSettings read_entry(const fs::path& file, const toml::table& table, Settings
 }  // namespace
 
 FolderSettings read_folder_settings(const fs::path& file, SettingsKind kind, const OptionReader& reader) {
+  const std::string text = settings_text(file);
+  if (const int line = line_of_deep_key(text); line > 0) {
+    throw BatchError(fmt::format("{}:{}", file.string(), line),
+                     fmt::format("a key has more than {} parts; keys here have one", kMostKeyParts));
+  }
   toml::table table;
   try {
-    table = toml::parse_file(file.string());
+    table = toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
-    if (error.source().begin.line == 0)
-      throw BatchError(file.string(), "it cannot be read; check its name and rights", kIo);
     refuse(file, error.source(), fmt::format("this is not TOML: {}; correct the line", error.description()));
   }
   FolderSettings out;

@@ -19,6 +19,7 @@
 #include "cli/terminal/progress.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/field_surface.h"
 #include "cli/tools/output_file.h"
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -170,6 +171,8 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
   } catch (const bake::BakeError& error) {
     return fail(kBadInput, mesh, error.what());
   } catch (const lab::MeasureError& error) {
+    return fail(kBadInput, mesh, error.what());
+  } catch (const FieldSurfaceError& error) {
     return fail(kBadInput, mesh, error.what());
   } catch (const WriteError& error) {
     return fail(kIo, mesh, error.what());

@@ -10,6 +10,7 @@
 #include "cli/scene/scene.h"
 #include "cli/scene/toml_table.h"
 #include "cli/terminal/units.h"
+#include "cli/tools/toml_keys.h"
 
 namespace vps::cli {
 namespace {
@@ -205,9 +206,14 @@ void read_body(Table table, const std::string& file, Scene& scene) {
 
 Scene read_toml(const fs::path& path) {
   const std::string file = path.string();
+  const std::string text = read_text(path);
+  if (const int line = line_of_deep_key(text); line > 0) {
+    throw SceneError({file, line},
+                     fmt::format("a key has more than {} parts; those of a scene have one or two", kMostKeyParts));
+  }
   toml::table root;
   try {
-    root = toml::parse(read_text(path), file);
+    root = toml::parse(text, file);
   } catch (const toml::parse_error& error) {
     throw SceneError({file, static_cast<int>(error.source().begin.line)},
                      fmt::format("this is not TOML: {}", error.description()));

@@ -13,9 +13,13 @@
 namespace vps::cli {
 namespace {
 
-constexpr std::int64_t kBlock = 16;  // cells along a block's edge
-constexpr double kMostSteps = 1024;  // along the longest side
-constexpr std::size_t kEdges = 12;   // of a cell, numbered 4 axis + index among the four along that axis
+constexpr std::int64_t kBlock = 16;            // cells along a block's edge
+constexpr double kMostSteps = 1024;            // along the longest side
+constexpr double kMostCells = (1 << 21) - 2;   // along an axis: `key` has 21 bits for each
+constexpr double kMostBlocks = 1 << 26;        // 5 seconds
+constexpr std::size_t kMostNear = 1 << 17;     // blocks near the surface: a minute
+constexpr std::size_t kMostCrossed = 1 << 23;  // cells with a part of the surface: 2 GB
+constexpr std::size_t kEdges = 12;             // of a cell, numbered 4 axis + index among the four along that axis
 
 using Index = std::array<std::int64_t, 3>;
 using Point = std::array<double, 3>;
@@ -36,14 +40,19 @@ struct CellSheets {
 class SurfaceNets {
  public:
   SurfaceNets(const VoxelmapView& map, double step) : map_(map), step_(step) {
+    double blocks = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // All is outside beyond the mesh's bounds, except with layers: voxels that touch the surface reach farther.
       const double margin = 1.5 * step + 2 * double(map.voxel_size);
       const double low = double(map.bounds_min[axis]) - margin;
       const double length = double(map.bounds_max[axis]) + margin - low;
       origin_[axis] = low;
-      blocks_[axis] = static_cast<std::int64_t>(std::ceil(length / step / kBlock));
+      const double along = std::ceil(length / step / kBlock);
+      if (!(along * kBlock <= kMostCells)) refuse_size();
+      blocks_[axis] = static_cast<std::int64_t>(along);
+      blocks *= along;
     }
+    if (!(blocks <= kMostBlocks)) refuse_size();
   }
 
   FieldSurface run() {
@@ -77,11 +86,16 @@ class SurfaceNets {
     return std::uint64_t(i[2] + 1) << 42 | std::uint64_t(i[1] + 1) << 21 | std::uint64_t(i[0] + 1);
   }
 
+  [[noreturn]] static void refuse_size() {
+    throw FieldSurfaceError("its surface has too many cells of this size; choose a larger --step or larger voxels");
+  }
+
   void visit_block(const Index& low) {
     // |V| exceeds the distance by at most the field's error.
     const Point middle = place({low[0] + kBlock / 2, low[1] + kBlock / 2, low[2] + kBlock / 2});
     const double reach = std::sqrt(3.0) / 2 * kBlock * step_ + double(map_.error) + 2 * double(map_.voxel_size);
     if (std::abs(value(middle)) > reach) return;
+    if (++near_ > kMostNear) refuse_size();
     constexpr std::int64_t kSide = kBlock + 1;
     values_.resize(static_cast<std::size_t>(kSide * kSide * kSide));
     for (std::int64_t n = 0; n < kSide * kSide * kSide; ++n) {
@@ -122,6 +136,7 @@ class SurfaceNets {
         if (c == 0) crossings_.push_back({cell, axis, (inside & 1) != 0});
       }
     }
+    if (cells_.size() == kMostCrossed) refuse_size();
     cells_[key(cell)] = {static_cast<std::uint32_t>(surface_.mesh.vertices.size()), sheet};
     for (std::size_t s = 0; s < count; ++s) {
       for (double& part : sum[s]) part /= crossed[s];
@@ -198,7 +213,9 @@ class SurfaceNets {
       cell[u] -= kRound[i][0];
       cell[v] -= kRound[i][1];
       const auto found = cells_.find(key(cell));
-      if (found == cells_.end()) throw std::logic_error("a surface that ends at a block");
+      if (found == cells_.end()) {
+        throw FieldSurfaceError("the field is not that of a solid: its surface has an end; bake the asset again");
+      }
       const std::size_t lower = std::size_t(kRound[i][0]) << u | std::size_t(kRound[i][1]) << v;
       corner[i] = found->second.first_vertex + found->second.sheet[edge_from(lower, crossing.axis)];
     }
@@ -229,6 +246,7 @@ class SurfaceNets {
   const double step_;
   Point origin_{};
   Index blocks_{};
+  std::size_t near_ = 0;  // blocks near the surface
   std::vector<double> values_;
   std::vector<Crossing> crossings_;
   std::unordered_map<std::uint64_t, CellSheets> cells_;

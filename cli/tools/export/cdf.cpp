@@ -3,6 +3,7 @@
 // nodes at the eight corners and at the thirds of the twelve edges.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -58,11 +59,13 @@ class Cells {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double low = double(map.bounds_min[axis]), high = double(map.bounds_max[axis]);
       const double margin = reach_ + step_;
-      cells_[axis] = static_cast<std::int64_t>(std::ceil((high - low + 2 * margin) / step_));
-      origin_[axis] = (low + high) / 2 - step_ * double(cells_[axis]) / 2;
-      corners *= double(cells_[axis] + 1);
+      const double cells = std::ceil((high - low + 2 * margin) / step_);
+      origin_[axis] = (low + high) / 2 - step_ * cells / 2;
+      corners *= cells + 1;
+      // More do not fit an integer, and are refused below.
+      cells_[axis] = static_cast<std::int64_t>(std::min(cells, kMostCorners));
     }
-    if (corners > kMostCorners) {
+    if (!(corners <= kMostCorners)) {
       throw ExportError(fmt::format("{:.3g} cells are too many for this format; choose --step {} or larger voxels",
                                     corners, bake::format_length(step_ * std::cbrt(corners / kMostCorners))));
     }

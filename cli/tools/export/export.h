@@ -23,6 +23,7 @@ struct ExportError : std::runtime_error {
 [[nodiscard]] std::string to_json_text(const std::string& path, const Asset& asset);
 
 /// The surface V = 0 as OBJ. @param step  edge of the cells of its grid. [Limits: value >= voxel_size / 4] [m]
+/// @throw ExportError where no cell has a part of the surface in it; FieldSurfaceError
 [[nodiscard]] std::string to_obj(const VoxelmapView& map, double step);
 
 struct CdfOptions {

@@ -107,5 +107,17 @@ TEST(FieldSurface, AStepFinerThanTheSamplesIsRefused) {
   EXPECT_THROW((void)cli::make_field_surface(view_of(*asset), std::nan("")), std::invalid_argument);
 }
 
+TEST(FieldSurface, MoreCellsThanAnyoneNeedsAreRefused) {
+  const auto asset = baked(make_box({0.02, 0.02, 0.02}), all_fields(0.002));
+  VoxelmapView map = view_of(*asset);
+  for (const float half : {20.0F, 1e4F, 1e30F}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      map.bounds_min[axis] = -half;
+      map.bounds_max[axis] = half;
+    }
+    EXPECT_THROW((void)cli::make_field_surface(map, 0.002), cli::FieldSurfaceError) << half;
+  }
+}
+
 }  // namespace
 }  // namespace vps::test
