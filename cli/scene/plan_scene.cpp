@@ -7,7 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <map>
-#include <numeric>
+#include <queue>
 #include <tuple>
 
 #include "bake/quantity_text.h"
@@ -41,34 +41,6 @@ bool is_mesh(const SceneShape& shape) {
   return shape.solid == Solid::mesh;
 }
 
-bool masks_allow(const SceneBody& a, const SceneBody& b) {
-  return (a.group & b.mask) != 0 && (b.group & a.mask) != 0;
-}
-
-void find_pairs(const Scene& scene, ScenePlan& plan) {
-  const std::set<std::pair<std::size_t, std::size_t>> joined = [&] {
-    std::set<std::pair<std::size_t, std::size_t>> pairs;
-    for (const auto& [a, b] : scene.joined) pairs.insert(std::minmax(a, b));
-    return pairs;
-  }();
-  plan.partners.resize(scene.bodies.size());
-  for (std::size_t a = 0; a < scene.bodies.size(); ++a) {
-    for (std::size_t b = a + 1; b < scene.bodies.size(); ++b) {
-      const SceneBody& first = scene.bodies[a];
-      const SceneBody& second = scene.bodies[b];
-      if (!masks_allow(first, second)) continue;
-      const bool moves = first.motion == Motion::dynamic || second.motion == Motion::dynamic;
-      if (moves && joined.count({a, b}) == 0) {
-        plan.meeting.emplace(a, b);
-        plan.partners[a].push_back(b);
-        plan.partners[b].push_back(a);
-      } else if (first.motion != Motion::fixed || second.motion != Motion::fixed) {
-        plan.apart.emplace_back(a, b);  // Bullet never collides two static bodies
-      }
-    }
-  }
-}
-
 [[noreturn]] void refuse_wish(const Wish& wish, const std::string& reason) {
   throw SceneError(wish.place, reason);
 }
@@ -98,8 +70,8 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
   bool meets = false;
   for (const PlannedShape& shape : plan.shapes) {
     if (shape.asset != asset) continue;
-    meets = meets || !plan.partners[shape.body].empty();
-    for (const std::size_t other : plan.partners[shape.body]) {
+    meets = meets || plan.meeting.partners(shape.body) > 0;
+    plan.meeting.for_each_partner(shape.body, [&](std::size_t other) {
       const SceneBody& a = scene.bodies[shape.body];
       const SceneBody& b = scene.bodies[other];
       const auto speed = [&](const SceneBody& body) {
@@ -109,7 +81,8 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
       };
       travel = std::max(travel, scene.step * (speed(a) + speed(b)) / options.voxel_size);
       bounces = bounces || a.restitution * b.restitution > 0;
-    }
+      return known;  // else the defaults count
+    });
   }
   if (!known || !meets) return;
   const bake::BakeOptions defaults;
@@ -122,11 +95,11 @@ void choose_bands(const Scene& scene, const ScenePlan& plan, std::size_t asset, 
 // Calls visit(first, second) for the shapes of each pair of bodies that can meet.
 template <class Visit>
 void for_each_pair(ScenePlan& plan, const Visit& visit) {
-  for (const auto& [a, b] : plan.meeting) {
+  plan.meeting.for_each_pair([&](std::size_t a, std::size_t b) {
     for (std::size_t i = plan.first_shape[a]; i < plan.first_shape[a + 1]; ++i) {
       for (std::size_t j = plan.first_shape[b]; j < plan.first_shape[b + 1]; ++j) visit(plan.shapes[i], plan.shapes[j]);
     }
-  }
+  });
 }
 
 ShellSide side_of(const ScenePlan& plan, const PlannedShape& shape) {
@@ -213,26 +186,33 @@ void list_assets(const Scene& scene, const std::vector<SceneMesh>& meshes, doubl
   plan.first_shape.push_back(plan.shapes.size());
 }
 
+// The slowest pairs, as many as can touch at once.
 double estimate_step(ScenePlan& plan) {
-  std::vector<double> pairs;
-  std::set<std::size_t> bodies;
+  // Smallest first. Of more pairs than all bodies can have at once, only the slowest are kept.
+  std::priority_queue<double, std::vector<double>, std::greater<>> pairs;
+  const std::size_t bodies_of_scene = plan.first_shape.size() - 1;
+  const std::size_t most = kNeighbours * bodies_of_scene / 2;
+  std::vector<bool> touches(bodies_of_scene, false);
   for_each_pair(plan, [&](const PlannedShape& a, const PlannedShape& b) {
     const bool first = a.asset != PlannedShape::kNone;
     const bool second = b.asset != PlannedShape::kNone;
     if (!first && !second) return;
     const bool shell_is_first = !second || (first && gives_pointshell(side_of(plan, a), side_of(plan, b)));
     const double root = std::sqrt(static_cast<double>(side_of(plan, shell_is_first ? a : b).points));
-    pairs.push_back(first && second ? kPair + kPairPerRootPoint * root : kPrimitive + kPrimitivePerRootPoint * root);
-    bodies.insert({a.body, b.body});
+    pairs.push(first && second ? kPair + kPairPerRootPoint * root : kPrimitive + kPrimitivePerRootPoint * root);
+    if (pairs.size() > most) pairs.pop();
+    touches[a.body] = touches[b.body] = true;
   });
-  std::sort(pairs.begin(), pairs.end(), std::greater<>());
-  const std::size_t at_once = std::min(pairs.size(), kNeighbours * bodies.size() / 2);
-  return std::accumulate(pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(at_once), 0.0);
+  const auto bodies = static_cast<std::size_t>(std::count(touches.begin(), touches.end(), true));
+  while (pairs.size() > kNeighbours * bodies / 2) pairs.pop();
+  double sum = 0;
+  for (; !pairs.empty(); pairs.pop()) sum += pairs.top();
+  return sum;
 }
 
-ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, double resolution) {
+ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, const Meeting& meeting, double resolution) {
   ScenePlan plan;
-  find_pairs(scene, plan);
+  plan.meeting = meeting;
   list_assets(scene, meshes, resolution, plan);
   for (std::size_t i = 0; i < plan.assets.size(); ++i) {
     PlannedAsset& asset = plan.assets[i];
@@ -277,9 +257,10 @@ ScenePlan plan_scene(const Scene& scene, const std::vector<SceneMesh>& meshes) {
       for (const SceneShape& shape : body.shapes) is_free = is_free || (is_mesh(shape) && shape.voxel_size == 0);
     }
   }
+  const Meeting meeting(scene);
   constexpr double kCoarser = 1.25;
   for (double resolution = kUsualResolution;; resolution = std::max(kLeastResolution, resolution / kCoarser)) {
-    ScenePlan plan = plan_at(scene, meshes, resolution);
+    ScenePlan plan = plan_at(scene, meshes, meeting, resolution);
     const bool fits_memory = scene.memory.value == 0 || static_cast<double>(plan.bytes) <= scene.memory.value;
     const bool fits_time = scene.time.value == 0 || plan.seconds_per_step <= scene.time.value;
     if (fits_memory && fits_time) return plan;

@@ -2,12 +2,11 @@
 /// @file Plans a scene: which bodies can meet, which part each shape uses, and how fine it is. Bakes nothing.
 #pragma once
 
-#include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bake/vps_bake.h"
+#include "cli/scene/meeting.h"
 #include "cli/scene/scene.h"
 #include "cli/scene/scene_mesh.h"
 
@@ -42,11 +41,9 @@ struct ScenePlan {
   std::vector<PlannedAsset> assets;
   std::vector<PlannedShape> shapes;      ///< of all bodies, in their order
   std::vector<std::size_t> first_shape;  ///< index of each body's first shape, then the number of all shapes
-  std::set<std::pair<std::size_t, std::size_t>> meeting;   ///< pairs of bodies that can meet, the smaller index first
-  std::vector<std::pair<std::size_t, std::size_t>> apart;  ///< pairs that Bullet would collide and must not
-  double seconds_per_step = 0;                             ///< estimated narrowphase. [s]
-  std::size_t bytes = 0;                                   ///< predicted, of all assets
-  std::vector<std::vector<std::size_t>> partners;          ///< for each body, the bodies that it can meet
+  Meeting meeting;
+  double seconds_per_step = 0;  ///< estimated narrowphase. [s]
+  std::size_t bytes = 0;        ///< predicted, of all assets
 };
 
 /// @throw SceneError naming the line of a wish that cannot be met

@@ -80,12 +80,29 @@ std::vector<std::size_t> users_of(const ScenePlan& plan, std::size_t asset) {
   return bodies;
 }
 
-std::string names_of(const Scene& scene, const std::vector<std::size_t>& bodies) {
+// The first bodies that a body can meet.
+std::vector<std::size_t> first_partners(const SceneReport& report, std::size_t body, std::size_t most) {
+  std::vector<std::size_t> partners;
+  report.plan.meeting.for_each_partner(body, [&](std::size_t other) {
+    partners.push_back(other);
+    return partners.size() < most;
+  });
+  return partners;
+}
+
+// In large scenes all names would be too many: their number grows with the square of the bodies'.
+std::size_t most_listed(const Scene& scene) {
+  constexpr std::size_t kLargeScene = 1000;
+  return scene.bodies.size() > kLargeScene ? 100 : kLargeScene;
+}
+
+std::string partner_names(const SceneReport& report, std::size_t body) {
   constexpr std::size_t kMost = 4;
   std::string names;
-  for (std::size_t i = 0; i < std::min(kMost, bodies.size()); ++i)
-    names += (i == 0 ? "" : ", ") + scene.bodies[bodies[i]].name;
-  return bodies.size() > kMost ? fmt::format("{} and {} more", names, bodies.size() - kMost) : names;
+  for (const std::size_t other : first_partners(report, body, kMost))
+    names += (names.empty() ? "" : ", ") + report.scene.bodies[other].name;
+  const std::size_t count = report.plan.meeting.partners(body);
+  return count > kMost ? fmt::format("{} and {} more", names, count - kMost) : names;
 }
 
 std::string left_out_to_text(const bake::BakeOptions& options) {
@@ -218,7 +235,7 @@ Json asset_to_json(const SceneReport& report, std::size_t i) {
 
 double reached_error(const ScenePlan& plan, const std::vector<BakedPart>& baked) {
   double worst = 0;
-  for (const auto& [a, b] : plan.meeting) {
+  plan.meeting.for_each_pair([&](std::size_t a, std::size_t b) {
     for (std::size_t i = plan.first_shape[a]; i < plan.first_shape[a + 1]; ++i) {
       for (std::size_t j = plan.first_shape[b]; j < plan.first_shape[b + 1]; ++j) {
         const PlannedShape* const pair[] = {&plan.shapes[i], &plan.shapes[j]};
@@ -233,7 +250,7 @@ double reached_error(const ScenePlan& plan, const std::vector<BakedPart>& baked)
         }
       }
     }
-  }
+  });
   return worst;
 }
 
@@ -244,7 +261,7 @@ Json to_json(const SceneReport& report) {
   Json json = {{"scene", report.scene_file},
                {"manifest", report.manifest.empty() ? Json() : Json(report.manifest)},
                {"pairs", scene.bodies.size() * (scene.bodies.size() - 1) / 2},
-               {"pairs_that_meet", plan.meeting.size()},
+               {"pairs_that_meet", plan.meeting.pairs()},
                {"step", scene.step},
                {"planned", cost_to_json(totals.planned)},
                {"ordinary", cost_to_json(totals.ordinary)},
@@ -258,7 +275,8 @@ Json to_json(const SceneReport& report) {
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     Json body = {
         {"name", scene.bodies[b].name}, {"type", motion_name(scene.bodies[b].motion)}, {"meets", Json::array()}};
-    for (const std::size_t other : plan.partners[b]) body["meets"].push_back(scene.bodies[other].name);
+    for (const std::size_t other : first_partners(report, b, most_listed(scene)))
+      body["meets"].push_back(scene.bodies[other].name);
     for (std::size_t i = plan.first_shape[b]; i < plan.first_shape[b + 1]; ++i) {
       const PlannedShape& shape = plan.shapes[i];
       const bool own = shape.asset == PlannedShape::kNone;
@@ -289,15 +307,14 @@ std::string to_text(const SceneReport& report) {
     for (const std::string& note : report.baked[i].notes)
       text += fmt::format("note: {}: {}\n", plan.assets[i].file, note);
   }
-  if (plan.meeting.empty()) {
+  if (plan.meeting.pairs() == 0) {
     text += "note: no two bodies can meet, so nothing is baked; name what else is there in a TOML (docs/scene.md)\n";
   }
   const std::size_t count = scene.bodies.size();
   text += fmt::format("{}: {} {}, {} of {} pairs can meet, steps of {:.3g} ms\n", report.scene_file, count,
-                      count == 1 ? "body" : "bodies", plan.meeting.size(), count * (count - 1) / 2, 1e3 * scene.step);
+                      count == 1 ? "body" : "bodies", plan.meeting.pairs(), count * (count - 1) / 2, 1e3 * scene.step);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    const std::string partners =
-        plan.partners[b].empty() ? "meets nobody" : "meets " + names_of(scene, plan.partners[b]);
+    const std::string partners = plan.meeting.partners(b) == 0 ? "meets nobody" : "meets " + partner_names(report, b);
     text += fmt::format("{} ({}) {}\n", scene.bodies[b].name, motion_name(scene.bodies[b].motion), partners);
     for (std::size_t i = plan.first_shape[b]; i < plan.first_shape[b + 1]; ++i) {
       text += shape_to_text(report, plan.shapes[i]);

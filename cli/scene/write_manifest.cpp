@@ -95,7 +95,7 @@ Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const
   manifest["bodies"] = Json::array();
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const SceneBody& body = scene.bodies[b];
-    Json json = body_to_json(body, !plan.partners[b].empty() || overlap(body.keep, Use::everything));
+    Json json = body_to_json(body, plan.meeting.partners(b) > 0 || overlap(body.keep, Use::everything));
     json["shapes"] = Json::array();
     for (std::size_t i = plan.first_shape[b]; i < plan.first_shape[b + 1]; ++i) {
       const PlannedShape& planned = plan.shapes[i];
@@ -114,7 +114,8 @@ Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const
     manifest["bodies"].push_back(json);
   }
   manifest["apart"] = Json::array();
-  for (const auto& [a, b] : plan.apart) manifest["apart"].push_back({scene.bodies[a].name, scene.bodies[b].name});
+  for (const auto& [a, b] : plan.meeting.apart())
+    manifest["apart"].push_back({scene.bodies[a].name, scene.bodies[b].name});
   return manifest;
 }
 

@@ -54,7 +54,8 @@ Values settings_of(const Asset& asset) {
 Values facts_of(const Asset& asset) {
   Values values;
   const nlohmann::ordered_json facts = info_to_json(asset.info()).flatten();
-  for (const auto& [path, value] : facts.items()) values[path.substr(1)] = value.dump();
+  for (const auto& [path, value] : facts.items())
+    values[path.substr(1)] = value.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
   return values;
 }
 

@@ -83,6 +83,17 @@ TEST(HostileInput, AssetsWithAbsurdScalarsAreRefusedByEveryCommand) {
   }
 }
 
+TEST(HostileInput, AGeneratorThatIsNoUtf8IsCompared) {
+  const TemporaryFolder folder;
+  const std::string bytes = file_baked(folder, sample("cube") + " --voxel 10mm");
+  write_file(folder / "a.vps.hdf", bytes);
+  write_file(folder / "b.vps.hdf", bytes);
+  change_info(folder / "b.vps.hdf", [](AssetInfo& info) { info.generator = {'\xFF', '\x01'}; });
+  const Outcome run = vpsbake(folder, "compare a.vps.hdf b.vps.hdf");
+  EXPECT_NE(run.code, 4) << run.err;
+  EXPECT_EQ(run.err.find("internal error"), std::string::npos) << run.err;
+}
+
 TEST(HostileInput, ACdfThatReachesFartherThanItsCellsCanBeCountedIsRefused) {
   const TemporaryFolder folder;
   write_file(folder / "a.vps.hdf", file_baked(folder, sample("cube") + " --voxel 10mm"));
@@ -91,6 +102,21 @@ TEST(HostileInput, ACdfThatReachesFartherThanItsCellsCanBeCountedIsRefused) {
                    "cells are too many for this format");
   }
 }
+
+#ifndef VPS_SANITIZE  // sanitizers need all addresses
+// Pairs grow with the square of the bodies.
+TEST(HostileInput, ASceneOfManyBodiesIsPlannedInLittleMemory) {
+  const TemporaryFolder folder;
+  std::string text;
+  for (int i = 0; i < 8000; ++i)
+    text += "[[body]]\nname = \"" + std::to_string(i) + "\"\nshape = \"sphere\"\nradius = \"1cm\"\nmass = \"1g\"\n";
+  write_file(folder / "scene.toml", text);
+  const std::string limited = "ulimit -v 2000000; exec " VPSBAKE " scene scene.toml --dry-run >out.txt 2>err.txt";
+  EXPECT_EQ(std::system(("cd " + folder.path().string() + " && " + limited).c_str()), 0)
+      << read_file(folder / "err.txt");
+  EXPECT_NE(read_file(folder / "out.txt").find("31996000 of 31996000 pairs can meet"), std::string::npos);
+}
+#endif
 
 TEST(HostileInput, AReportOfTheCacheThatHasNoEndIsNoReport) {
   const TemporaryFolder folder;
