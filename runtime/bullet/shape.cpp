@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -226,9 +227,24 @@ void Shape::getBoundingSphere(btVector3& centre, btScalar& radius) const {
   radius = (to - from).length() / 2 + getMargin();
 }
 
+// In double: moments at unit density and densities alone may be beyond floats.
+std::array<double, 3> Shape::moments_of(double mass) const {
+  // Of a rod this much thinner than long, the integral has no digit of its least moment, not even its sign. Bullet
+  // takes 0 for a body that does not turn, and cannot invert what floats hold only in part.
+  constexpr double kLeastShare = 1e-9;
+  constexpr double kLeast = 16 * double{std::numeric_limits<float>::min()};
+  const double largest = std::max({moments_[0], moments_[1], moments_[2]});
+  std::array<double, 3> moments{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double moment = mass * (std::max(moments_[axis], kLeastShare * largest) / info_.volume);
+    moments[axis] = moment < kLeast ? 0 : moment;
+  }
+  return moments;
+}
+
 void Shape::calculateLocalInertia(btScalar mass, btVector3& inertia) const {
   const double density = static_cast<double>(mass) / info_.volume;
-  inertia = static_cast<btScalar>(density) * vector3(moments_);
+  inertia = vector3(moments_of(static_cast<double>(mass)));
   // Aerogel has 1 kg/m^3, osmium 22,600. A density far outside this range means mixed units of mass and size.
   if (mass > 0 && (density < 0.05 || density > 1e6)) {
     double size = 0;

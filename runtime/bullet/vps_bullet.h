@@ -150,6 +150,8 @@ class Shape final : public btConcaveShape {
   void look_for_first_step(const btTransform& transform) const;
   void set_scale(btScalar scale);
   void find_patches();
+  /// Moments about the shape's axes, for a mass. [kg m^2]
+  std::array<double, 3> moments_of(double mass) const;
 
   std::shared_ptr<const Asset> asset_;
   const Part part_;

@@ -136,7 +136,9 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
   if (!octree::is_brick(cell.entry)) return normal_beyond(map, point);
   // A distance field has slope 1 except on its ridges. Clamped samples make it less.
   const Vec3 fall = sampled_fall(map, cell);
-  const float slope = length(fall);
+  // Stored gradients were not checked: those that are no numbers have none.
+  const float stored = length(fall);
+  const float slope = std::isfinite(stored) ? stored : 0;
   constexpr float kWhole = 0.9F;
   if (slope > kWhole) return (1 / slope) * fall;
   const float v = interpolate(map, cell);

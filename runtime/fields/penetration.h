@@ -116,9 +116,16 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
   return cell;
 }
 
+/// A value of `real` as a float. No one has checked it: what is no length of an asset counts as far outside, or far
+/// inside. [m]
+inline float real_value(double stored) noexcept {
+  constexpr double kLongest = 1e15;
+  return static_cast<float>(stored > -kLongest ? std::min(stored, kLongest) : -kLongest);
+}
+
 /// A sample of `scaled` or `real`. [m]
 inline float sample_value(const VoxelmapView& map, const FieldCell& cell, std::size_t at) noexcept {
-  if (map.field == Field::real) return map.scale * static_cast<float>(static_cast<const double*>(map.values)[at]);
+  if (map.field == Field::real) return map.scale * real_value(static_cast<const double*>(map.values)[at]);
   const std::int32_t value = map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
                                                             : static_cast<const std::int16_t*>(map.values)[at];
   return static_cast<float>(value) * (cell.edge > map.voxel_size ? 2 * map.lambda : map.lambda);

@@ -30,6 +30,18 @@ TEST(Shape, BoundsAndInertiaAreThoseOfTheBody) {
   EXPECT_NEAR(inertia.z(), 2 * (0.1 * 0.1 + 0.08 * 0.08) / 12, 1e-7);
 }
 
+// The moments at unit density are below floats.
+TEST(Shape, ABodyOfATenthOfANanometreHasInertia) {
+  const double edge = 1e-10;
+  const bullet::Shape shape(baked_at(make_box({edge / 2, edge / 2, edge / 2}), edge / 10));
+  btVector3 inertia;
+  shape.calculateLocalInertia(1, inertia);
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(double(inertia[axis]) / (edge * edge / 6), 1, 1e-5);
+  // Too small for Bullet to invert: such a body does not turn.
+  shape.calculateLocalInertia(btScalar(1e-20), inertia);
+  EXPECT_TRUE(inertia.isZero());
+}
+
 TEST(Shape, SitsInASlotThatBulletTreatsAsConcaveAndCastsNowhere) {
   const bullet::Shape shape(baked_at(make_sphere(0.05, 3), 0.01));
   EXPECT_EQ(shape.getShapeType(), FAST_CONCAVE_MESH_PROXYTYPE);
