@@ -8,6 +8,7 @@ PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
 # Only for `make fuzz`.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
+FUZZ_FIRST ?= 0
 # The meshes for measuring the accuracy of queries: closed, manifold, wound outward.
 ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
   bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
@@ -144,11 +145,13 @@ paper: deps $(BUNNY)
 corpus: all
 	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/corpus.md
 
-# Runs libFuzzer on opening and querying assets, for FUZZ_SECONDS; keeps its findings in build/fuzz.
+# Runs libFuzzer on opening and querying assets, for FUZZ_SECONDS, and keeps its findings in build/fuzz. Before that, asks everything
+# about damaged assets for as long, with the machine's widest vectors and without sanitizers; FUZZ_FIRST is the first mutant's number.
 fuzz: PACKAGES += $(FUZZ_PACKAGES)
 fuzz: deps
 	cmake --preset dev
-	cmake --build --preset dev -j $(JOBS) --target write_seeds
+	cmake --build --preset dev -j $(JOBS) --target write_seeds fuzz_native
+	build/dev/tests/fuzz/fuzz_native $(FUZZ_SECONDS) $(FUZZ_FIRST)
 	cmake --preset fuzz
 	cmake --build --preset fuzz -j $(JOBS)
 	build/dev/tests/fuzz/write_seeds build/fuzz/seeds

@@ -9,12 +9,10 @@
 
 namespace vps::test {
 
-/// Sets only the hash of the header. With a wrong hash nearly every changed file would be refused at once.
-void seal_header(std::span<std::byte> file);
-
-/// Opens the bytes in memory and runs every kind of query, at points and poses that depend on the bytes.
+/// Opens the bytes in memory and runs every kind of query, at points, poses and scales that depend on the bytes.
 /// @param file  aligned to Asset::kMemoryAlignment
 /// @return the status of Asset::open
+/// @throw WrongAnswer for an answer with the status ok that is no number
 Status ask_asset(std::span<const std::byte> file);
 
 }  // namespace vps::test

@@ -39,6 +39,7 @@ inline std::vector<Seed> seeds() {
   add("voxelmap", box, 0.02).pointshell = false;
   add("pointshell", torus, 0.02).voxelmap = false;
   add("binary_tree", box, 0.02).branching = 2;
+  add("thin_faces", samples::make_box({0.1, 0.08, 0.06}), 0.004).thin_faces = 4;  // flat nodes too
   return out;
 }
 
