@@ -77,10 +77,10 @@ struct RayOptions {
 
 struct RayHit {
   bool hit = false;
-  float distance = 0;   ///< from the ray's origin. [m]
-  Vec3 position;        ///< map frame. [m]
-  Vec3 outward_normal;  ///< there, unit; zero where the field has none. [-]
-  std::uint32_t steps = 0;
+  float distance = 0;       ///< from the ray's origin. [m]
+  Vec3 position;            ///< map frame. [m]
+  Vec3 outward_normal;      ///< there, unit; zero where the field has none. [-]
+  std::uint32_t steps = 0;  ///< [Limits: value <= 16 + 8 (sum of the dims)]
 };
 
 /// Finds the first place along a ray where V >= 0. The distance is 0 for a ray that starts inside. The first root of
