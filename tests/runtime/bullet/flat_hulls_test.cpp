@@ -16,6 +16,7 @@ namespace vps::test {
 namespace {
 
 constexpr double kHalfPlate = 0.008;  // of the thickness. [m]
+constexpr float kRounding = 1e-6F;    // of V at a distance of kRounded. [m]
 constexpr float kRounded = 0.04F;     // Bullet's default. [m]
 
 // A hull that is a rounded box, and its exact V.
@@ -80,7 +81,7 @@ TEST(FlatHulls, CornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
         const Vec3 p = to_hull.apply(point_position(shell, point));
         const float v = ground.v(p);
         by_point[point] = v;
-        if (v < -touching) continue;
+        if (v < -touching + kRounding) continue;
         everywhere.push_back(p);
         deepest = std::max(deepest, v);
       }
@@ -89,7 +90,7 @@ TEST(FlatHulls, CornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
       std::vector<Vec3> places;
       float deepest_hit = -1;
       for (std::uint32_t i = 0; i < found.hits.count; ++i) {
-        ASSERT_NEAR(found.hits.penetration[i], by_point[found.hits.feature[i]], 1e-6) << n;
+        ASSERT_NEAR(found.hits.penetration[i], by_point[found.hits.feature[i]], kRounding) << n;
         deepest_hit = std::max(deepest_hit, found.hits.penetration[i]);
         places.push_back({found.hits.position[0][i], found.hits.position[1][i], found.hits.position[2][i]});
       }
