@@ -272,7 +272,7 @@ TEST(FlatNodes, TheDeepestCornerAnswersForItsSegment) {
       }
     }
   }
-  for (const char* const flat : {"plane", "box"}) EXPECT_LT(5 * tested[flat].first, tested[flat].second) << flat;
+  for (const char* const flat : {"plane", "box"}) EXPECT_LT(3 * tested[flat].first, tested[flat].second) << flat;
 }
 
 bool same_rows(const detail::ContactRows& a, const detail::ContactRows& b) {
