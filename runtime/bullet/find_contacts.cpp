@@ -282,8 +282,10 @@ Status find_on_partner(const FieldQuery& query, FoundContacts& found) {
   return on_partner(*pair.field.shape, from, query.memory.planes, [&](const auto& field, const btTransform& frame) {
     const Status status = find_in_field(query, field, frame, found);
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(field)>, PolytopeField>) {
-      if (status == Status::ok && !(query.chooses && query.memory.planes.has_faces()))
+      const bool has_hits = query.chooses && has_hits_only(field, query.memory.planes);
+      if (status == Status::ok && !has_hits) {
         finish_polytope(pair, query.memory.planes, field, query.options.contact_distance, found);
+      }
     }
     // Springs act on the areas of points.
     if (status != Status::ok || pair.shell.vps->segment_level() > 0 || foundation_of(pair).stiffness > 0) {
