@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 
 namespace vps::detail {
 namespace {
@@ -26,6 +27,7 @@ constexpr float kLeft = 0.2F;       // way that may be left after the last step
 constexpr float kWorse = 0.01F;     // by so much the gap may grow in a step
 constexpr float kWorst_vx = 0.05F;  // by so much a contact may become shallower
 constexpr float kMoved = 0.02F;
+constexpr float kOff = 0.05F;  // from the shell's surface, at the end of a step
 constexpr int kNewtonSteps = 2;
 
 // Directions across a contact's normal.
@@ -46,24 +48,49 @@ struct Neighbourhood {
   Plane plane;
   float ring;  // [m]
 
-  void push_centre_and_ring(Places& places) const {
-    places.push(at);
+  void push_ring(Places& places) const {
     for (std::size_t i = 0; i < kRing; ++i) places.push(at + ring * (kCosine[i] * plane.u + kSine[i] * plane.v));
   }
 };
 
-// Values at the centre and on the ring, or along two axes. [rings]
-using Row = std::array<float, kRing + 1>;
+// Two directions across each other in the plane.
+using Axes = std::array<Vec3, 2>;
 
-// A quadratic in a plane, fitted by least squares to its values at the centre and on the ring.
-struct Quadratic {
-  float u = 0, v = 0;            // slope
-  float uu = 0, uv = 0, vv = 0;  // second derivatives
-  float residual = 0;            // root of the sum of squares, on the ring
+// Values at the centre and along two axes: at a ring and at half a ring, to both sides. [rings]
+struct Cross {
+  static constexpr std::size_t kPlaces = 9;
+  float centre;
+  float at[2][4];  // 1, -1, 1/2, -1/2
 
-  explicit Quadratic(const Row& values) {
-    const float* const ring = values.data() + 1;
-    float mean = 0;
+  static void push(const Neighbourhood& near, const Axes& axes, Places& places) {
+    places.push(near.at);
+    for (const Vec3& axis : axes) {
+      for (const float way : {1.0F, -1.0F, 0.5F, -0.5F}) places.push(near.at + way * near.ring * axis);
+    }
+  }
+  // How much the function grows to a place on an axis: by a parabola through the values on that side.
+  [[nodiscard]] float growth(std::size_t axis, float to) const {
+    const float* const side = at[axis] + (to < 0 ? 1 : 0);
+    const float whole = side[0] - centre;
+    const float half = side[2] - centre;
+    const float t = std::abs(to);
+    return t * (4 * half - whole + 2 * t * (whole - 2 * half));
+  }
+};
+
+// A function on the ring, fitted by least squares up to the second harmonic, and the axes of its curvature.
+struct RingFit {
+  Axes axes;
+  float mean = 0;
+  float slope[2];            // along the axes
+  float spread;              // of the curvatures along the axes
+  bool is_parabola = false;  // the fit holds
+
+  RingFit() = default;
+  // @param ring  values. [rings]
+  RingFit(const Plane& plane, const float* ring) {
+    float u = 0;
+    float v = 0;
     float cosine2 = 0;
     float sine2 = 0;
     for (std::size_t i = 0; i < kRing; ++i) {
@@ -73,10 +100,6 @@ struct Quadratic {
       cosine2 += ring[i] * (kCosine[i] * kCosine[i] - kSine[i] * kSine[i]);
       sine2 += ring[i] * 2 * kCosine[i] * kSine[i];
     }
-    const float trace = 4 * (mean - values[0]);
-    uu = (trace + cosine2) / 2;
-    vv = (trace - cosine2) / 2;
-    uv = sine2 / 2;
     float squares = 0;
     for (std::size_t i = 0; i < kRing; ++i) {
       const float c = kCosine[i];
@@ -84,88 +107,70 @@ struct Quadratic {
       const float off = mean + u * c + v * s + cosine2 / 4 * (c * c - s * s) + sine2 / 2 * c * s - ring[i];
       squares += off * off;
     }
-    residual = std::sqrt(squares);
+    is_parabola = squares <= kEdge * kEdge;
+    // Half of the angle of (cosine2, sine2).
+    spread = std::sqrt(cosine2 * cosine2 + sine2 * sine2);
+    float cosine = 1;
+    float sine = 0;
+    if (spread > 0) {
+      const float larger = std::sqrt((1 + std::abs(cosine2) / spread) / 2);
+      const float smaller = std::abs(sine2) / (2 * spread * larger);
+      cosine = cosine2 < 0 ? smaller : larger;
+      sine = std::copysign(cosine2 < 0 ? larger : smaller, sine2);
+    }
+    axes = {cosine * plane.u + sine * plane.v, cosine * plane.v - sine * plane.u};
+    slope[0] = u * cosine + v * sine;
+    slope[1] = v * cosine - u * sine;
   }
 };
 
-// A function along one axis of the plane.
+// A function along one axis.
 struct Along {
-  Vec3 axis;
   float slope = 0, curvature = 0;
   bool smooth = false;
 };
+using AlongBoth = std::array<Along, 2>;
 
-// A function along the principal axes of its curvature.
-struct Axes {
-  std::array<Along, 2> both;
-  float centre = 0;
-  bool is_parabola = false;  // the quadratic fits
-
-  Axes() = default;
-  // @param values  at the centre and on the ring
-  Axes(const Neighbourhood& near, const Row& values) : centre(values[0]) {
-    const Quadratic q(values);
-    is_parabola = q.residual <= kEdge;
-    // Half of the angle of (d, uv).
-    const float d = (q.uu - q.vv) / 2;
-    const float size = std::sqrt(d * d + q.uv * q.uv);
-    float cosine = 1;
-    float sine = 0;
-    if (size > 0) {
-      const float larger = std::sqrt((1 + std::abs(d) / size) / 2);
-      const float smaller = std::abs(q.uv) / (2 * size * larger);
-      cosine = d < 0 ? smaller : larger;
-      sine = std::copysign(d < 0 ? larger : smaller, q.uv);
+// @param fit  averages more values than the cross, and is used where it holds; null: none
+AlongBoth along(const Cross& cross, const RingFit* fit) {
+  const bool has_fit = fit != nullptr && fit->is_parabola;
+  AlongBoth both;
+  for (std::size_t i = 0; i < both.size(); ++i) {
+    const float* const at = cross.at[i];
+    Along& a = both[i];
+    if (has_fit) {
+      a.slope = fit->slope[i];
+      a.curvature = 2 * (fit->mean - cross.centre) + (i == 0 ? 0.5F : -0.5F) * fit->spread;
+    } else {
+      a.slope = (at[0] - at[1]) / 2;
+      a.curvature = at[0] + at[1] - 2 * cross.centre;
     }
-    const float axes[2][2] = {{cosine, sine}, {-sine, cosine}};
-    for (std::size_t i = 0; i < 2; ++i) {
-      const auto [u, v] = axes[i];
-      both[i].axis = u * near.plane.u + v * near.plane.v;
-      both[i].slope = q.u * u + q.v * v;
-      both[i].curvature = q.uu * u * u + 2 * q.uv * u * v + q.vv * v * v;
-    }
+    // An edge between half the ring and the ring changes the slope.
+    const float half = at[2] - at[3];
+    a.smooth = std::abs(a.slope - half) < kBend + 0.25F * std::abs(half);
+    if (!a.smooth) a.slope = half;
   }
-
-  static constexpr std::size_t kPlaces = 8;
-  void push_places(const Neighbourhood& near, Places& places) const {
-    for (const Along& a : both) {
-      for (const float way : {1.0F, -1.0F, 0.5F, -0.5F}) places.push(near.at + way * near.ring * a.axis);
-    }
-  }
-  // @param along  values at these places
-  void finish(const float* along) {
-    for (std::size_t i = 0; i < 2; ++i) {
-      Along& a = both[i];
-      const float* const at = along + 4 * i;
-      // An edge that the ring crosses along one axis spoils the fit along the other.
-      if (!is_parabola) {
-        a.slope = (at[0] - at[1]) / 2;
-        a.curvature = at[0] + at[1] - 2 * centre;
-      }
-      // An edge between half the ring and the ring changes the slope.
-      const float half = at[2] - at[3];
-      a.smooth = std::abs(a.slope - half) < kBend + 0.25F * std::abs(half);
-      if (!a.smooth) a.slope = half;
-    }
-  }
-};
+  return both;
+}
 
 // Step to the least gap along the axes on which it is a parabola, and the slope of the others.
 struct Step {
-  Vec3 way;
+  float way[2] = {};             // along the axes. [rings]
   std::array<Vec3, 2> slopes{};  // along the other axes, if the gap has a slope there
+
+  [[nodiscard]] float length() const { return std::sqrt(way[0] * way[0] + way[1] * way[1]); }
 };
 
-Step newton(const std::array<Along, 2>& gap) {
+Step newton(const AlongBoth& gap, const Axes& axes) {
   Step step;
   for (std::size_t i = 0; i < gap.size(); ++i) {
     const Along& along = gap[i];
     if (along.curvature > kSharp) continue;
     const bool is_parabola = along.smooth && along.curvature > 0;
-    if ((!is_parabola || along.curvature < kFlat) && std::abs(along.slope) > kSlope) step.slopes[i] = along.axis;
+    if ((!is_parabola || along.curvature < kFlat) && std::abs(along.slope) > kSlope) step.slopes[i] = axes[i];
     if (!is_parabola) continue;
     const float flat = (kFlat / along.curvature) * (kFlat / along.curvature);
-    step.way = step.way - along.slope / (along.curvature * (1 + flat * flat)) * along.axis;
+    step.way[i] = -along.slope / (along.curvature * (1 + flat * flat));
   }
   return step;
 }
@@ -186,26 +191,39 @@ bool is_round(const FieldAtPlaces& body, const Neighbourhood& near, Vec3 normal,
   return curvature > kFlat && std::abs(curvature / 4 - half) < kBend + 0.25F * half;
 }
 
-// A place, and the distances from both bodies around it. [rings]
+// A place, and the distances from both bodies there and along the axes. The gap is their sum.
 struct Around {
   Neighbourhood near;
-  Row shell, field, gap;  // gap: the sum of both
+  Cross shell, field;
+
+  [[nodiscard]] float gap() const { return shell.centre + field.centre; }
+  [[nodiscard]] Cross gaps() const {
+    Cross sum{gap(), {}};
+    for (std::size_t i = 0; i < 2; ++i) {
+      for (std::size_t k = 0; k < 4; ++k) sum.at[i][k] = shell.at[i][k] + field.at[i][k];
+    }
+    return sum;
+  }
 };
 
 // A contact on its way.
 struct Way {
   Slider* slider;
   Vec3 start, normal;
+  RingFit fit;          // of the gap at the start
   Around here, beyond;  // where it is, and where the next step leads
   float start_field, off_shell;
   Step step;
   bool is_capped, is_least;  // least: the contact's own place, against the fit
+
+  // By how much a place is too far from the shell's body. Along the normal the gap does not change.
+  [[nodiscard]] float too_far(const Around& place) const { return place.shell.centre - off_shell; }
 };
 
 // Ways that are looked up together: the same number of places for each, in their order.
 class Group {
  public:
-  static constexpr std::size_t kMost = Places::kMost / (kRing + 1);
+  static constexpr std::size_t kMost = Places::kMost / Cross::kPlaces;
 
   explicit Group(const TouchingBodies& bodies) : b_(&bodies) {}
   void push(Way& way) { ways_[count_++] = &way; }
@@ -213,6 +231,40 @@ class Group {
   [[nodiscard]] Way* const* begin() const { return ways_.data(); }
   [[nodiscard]] Way* const* end() const { return ways_.data() + count_; }
 
+  // Fits the gap on the ring of each way.
+  void fit_rings() const {
+    Places places;
+    for (const Way* const way : *this) way->here.near.push_ring(places);
+    Values gap;
+    Values of_field;
+    shell(places, gap);
+    field(places, of_field);
+    for (std::uint32_t i = 0; i < places.count; ++i) gap[i] += of_field[i];
+    const float* ring = gap.data();
+    for (Way* const way : *this) {
+      way->fit = RingFit(way->here.near.plane, ring);
+      ring += kRing;
+    }
+  }
+
+  // Looks along the axes at one of the ways' places.
+  void look_around(Around Way::*where) const {
+    Places places;
+    for (const Way* const way : *this) Cross::push((way->*where).near, way->fit.axes, places);
+    Values of_shell;
+    Values of_field;
+    shell(places, of_shell);
+    field(places, of_field);
+    static_assert(sizeof(Cross) == Cross::kPlaces * sizeof(float));
+    std::size_t from = 0;
+    for (Way* const way : *this) {
+      std::memcpy(&(way->*where).shell, &of_shell[from], sizeof(Cross));
+      std::memcpy(&(way->*where).field, &of_field[from], sizeof(Cross));
+      from += Cross::kPlaces;
+    }
+  }
+
+ private:
   // Distances of the places from the shell's body. [rings]
   void shell(const Places& places, Values& out) const {
     b_->shell.penetrations(places, out);
@@ -235,102 +287,60 @@ class Group {
     }
   }
 
-  // Fills one of the ways' surroundings.
-  void look_around(Around Way::*where) const {
-    Places places;
-    for (const Way* const way : *this) (way->*where).near.push_centre_and_ring(places);
-    Values of_shell;
-    Values of_field;
-    shell(places, of_shell);
-    field(places, of_field);
-    std::size_t from = 0;
-    for (Way* const way : *this) {
-      Around& around = way->*where;
-      for (std::size_t i = 0; i <= kRing; ++i, ++from) {
-        around.shell[i] = of_shell[from];
-        around.field[i] = of_field[from];
-        around.gap[i] = of_shell[from] + of_field[from];
-      }
-    }
-  }
-
- private:
   const TouchingBodies* b_;
   std::array<Way*, kMost> ways_{};
   std::size_t count_ = 0;
 };
 
-using AxesOfAll = std::array<Axes, Group::kMost>;
-
-// @param of       what is known around the ways
-// @param look_up  writes the same at places. [rings]
-template <class LookUp>
-AxesOfAll principal_axes(const Group& ways, Row Around::*of, const LookUp& look_up) {
-  AxesOfAll all;
-  Places places;
-  std::size_t i = 0;
-  for (const Way* const way : ways) {
-    all[i] = Axes(way->here.near, way->here.*of);
-    all[i++].push_places(way->here.near, places);
-  }
-  Values values;
-  look_up(places, values);
-  for (std::size_t k = 0; k < i; ++k) all[k].finish(values.data() + k * Axes::kPlaces);
-  return all;
-}
-
 // Finds the step of each way. @return the ways whose step is worth taking
 Group find_steps(const TouchingBodies& bodies, const Group& ways, bool is_first) {
-  const AxesOfAll axes = principal_axes(ways, &Around::gap, [&](const Places& places, Values& out) {
-    Values of_field;
-    ways.shell(places, out);
-    ways.field(places, of_field);
-    for (std::uint32_t i = 0; i < places.count; ++i) out[i] += of_field[i];
-  });
   Group going(bodies);
-  std::size_t i = 0;
   for (Way* const way : ways) {
-    const std::array<Along, 2>& both = axes[i++].both;
-    way->step = newton(both);
+    const AlongBoth gap = along(way->here.gaps(), is_first ? &way->fit : nullptr);
+    way->step = newton(gap, way->fit.axes);
     // Fields round edges off. Elsewhere the depth must not depend on the sample.
     const auto is_sharp = [](const Along& along) { return along.curvature > kSharp; };
-    if (is_first && std::any_of(both.begin(), both.end(), is_sharp)) way->off_shell = way->here.shell[0];
-    if (length(way->step.way) >= kMoved) going.push(*way);
+    if (is_first && std::any_of(gap.begin(), gap.end(), is_sharp)) way->off_shell = way->here.shell.centre;
+    if (way->step.length() >= kMoved) going.push(*way);
   }
   return going;
 }
 
+// Where a step leads: along the axes, at most a ring from the start, and back to the shell's surface.
+Vec3 end_of_step(Way& way) {
+  const auto& [at, plane, ring] = way.here.near;
+  const Axes& axes = way.fit.axes;
+  Vec3 to = at + ring * (way.step.way[0] * axes[0] + way.step.way[1] * axes[1]);
+  const float whole = length(to - way.start);
+  way.is_capped = whole > ring;
+  if (way.is_capped) to = way.start + (ring / whole) * (to - way.start);
+  float too_far = way.too_far(way.here);
+  for (std::size_t i = 0; i < axes.size(); ++i) too_far += way.here.shell.growth(i, dot(to - at, axes[i]) / ring);
+  return to + ring * too_far * way.normal;
+}
+
 // Takes the steps. @return the ways on which the gap did not grow
 Group take_steps(const TouchingBodies& bodies, const Group& ways, bool is_first) {
-  for (Way* const way : ways) {
-    const Neighbourhood& from = way->here.near;
-    Vec3 next = from.at + from.ring * way->step.way;
-    const float whole = length(next - way->start);
-    way->is_capped = whole > from.ring;
-    if (way->is_capped) next = way->start + (from.ring / whole) * (next - way->start);
-    way->beyond.near = {next, from.plane, from.ring};
-  }
-  // Back to the shell's surface.
-  for (int k = 0; k < 2; ++k) {
-    Places places;
-    for (const Way* const way : ways) places.push(way->beyond.near.at);
-    Values apart;
-    ways.shell(places, apart);
-    std::size_t i = 0;
-    for (Way* const way : ways) {
-      Neighbourhood& near = way->beyond.near;
-      near.at = near.at + near.ring * (apart[i++] - way->off_shell) * way->normal;
-    }
-  }
   Group near(bodies);
   for (Way* const way : ways) {
+    way->beyond.near = way->here.near;
+    way->beyond.near.at = end_of_step(*way);
     if (length(way->beyond.near.at - way->start) < 2 * way->beyond.near.ring) near.push(*way);
   }
   if (near.empty()) return near;
   near.look_around(&Way::beyond);
+  const auto is_off = [](const Way& way) { return !(std::abs(way.too_far(way.beyond)) <= kOff); };
+  Group again(bodies);
+  for (Way* const way : near) {
+    if (!is_off(*way)) continue;
+    Neighbourhood& beyond = way->beyond.near;
+    beyond.at = beyond.at + beyond.ring * way->too_far(way->beyond) * way->normal;
+    again.push(*way);
+  }
+  if (!again.empty()) again.look_around(&Way::beyond);
   Group going(bodies);
   for (Way* const way : near) {
-    if (way->beyond.gap[0] <= way->here.gap[0] + kWorse) {
+    if (way->beyond.gap() <= way->here.gap() + kWorse && !is_off(*way)) {
       way->here = way->beyond;
       going.push(*way);
     } else {
@@ -340,43 +350,35 @@ Group take_steps(const TouchingBodies& bodies, const Group& ways, bool is_first)
   return going;
 }
 
-// Sets the results of the ways.
-void arrive(const TouchingBodies& bodies, const Group& ways) {
-  Group moved(bodies);
-  for (Way* const way : ways) {
-    const Neighbourhood& near = way->here.near;
-    Slide& slide = *way->slider->slide;
-    slide = Slide::stayed;
-    if (!is_finite(way->step.way)) continue;
-    bool is_sloping = !way->is_least && (way->is_capped || length(way->step.way) > kLeft);
-    // Where one of the bodies is round, they do not meet at a place that slopes, but farther on.
-    for (const Vec3& across : way->step.slopes) {
-      is_sloping = is_sloping || (dot(across, across) > 0 && (is_round(bodies.shell, near, way->normal, across) ||
-                                                              is_round(bodies.field, near, way->normal, across)));
-    }
-    if (!(length(near.at - way->start) > kMoved * near.ring)) {
-      if (is_sloping) slide = Slide::sloping;
-      continue;
-    }
-    const float gain = near.ring * (way->start_field - way->here.field[0]);
-    // The shell's own distances are too rough there.
-    if (gain < -kWorst_vx * bodies.voxel_size) continue;
-    slide = is_sloping ? Slide::sloping : Slide::arrived;
-    way->slider->contact->penetration += gain;
-    way->slider->contact->position = near.at;
-    moved.push(*way);
+// Sets the result of a way.
+void arrive(const TouchingBodies& bodies, const Way& way) {
+  const Neighbourhood& near = way.here.near;
+  Slide& slide = *way.slider->slide;
+  slide = Slide::stayed;
+  if (!std::isfinite(way.step.length())) return;
+  bool is_sloping = !way.is_least && (way.is_capped || way.step.length() > kLeft);
+  // Where one of the bodies is round, they do not meet at a place that slopes, but farther on.
+  for (const Vec3& across : way.step.slopes) {
+    is_sloping = is_sloping || (dot(across, across) > 0 && (is_round(bodies.shell, near, way.normal, across) ||
+                                                            is_round(bodies.field, near, way.normal, across)));
   }
-  if (moved.empty()) return;
-  const AxesOfAll axes =
-      principal_axes(moved, &Around::field, [&](const Places& places, Values& out) { moved.field(places, out); });
-  std::size_t i = 0;
-  for (const Way* const way : moved) {
-    Vec3& normal = way->slider->contact->inward_normal;
-    for (const Along& along : axes[i++].both) {
-      if (along.smooth && std::abs(along.curvature) < kSharp) normal = normal - along.slope * along.axis;
-    }
-    normal = (1 / length(normal)) * normal;
+  if (!(length(near.at - way.start) > kMoved * near.ring)) {
+    if (is_sloping) slide = Slide::sloping;
+    return;
   }
+  const float gain = near.ring * (way.start_field - (way.here.gap() - way.off_shell));
+  // The shell's own distances are too rough there.
+  if (gain < -kWorst_vx * bodies.voxel_size) return;
+  slide = is_sloping ? Slide::sloping : Slide::arrived;
+  Contact& contact = *way.slider->contact;
+  contact.penetration += gain;
+  contact.position = near.at + near.ring * way.too_far(way.here) * way.normal;
+  const AlongBoth field = along(way.here.field, nullptr);
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    if (!field[i].smooth || std::abs(field[i].curvature) >= kSharp) continue;
+    contact.inward_normal = contact.inward_normal - field[i].slope * way.fit.axes[i];
+  }
+  contact.inward_normal = (1 / length(contact.inward_normal)) * contact.inward_normal;
 }
 
 }  // namespace
@@ -397,14 +399,15 @@ void slide_to_deepest(const TouchingBodies& bodies, std::span<Slider> sliders) n
       way.is_capped = way.is_least = false;
       all.push(way);
     }
+    all.fit_rings();
     all.look_around(&Way::here);
-    for (Way* const way : all) way->start_field = way->here.field[0];
+    for (Way* const way : all) way->start_field = way->here.field.centre;
     Group going = find_steps(bodies, all, true);
     for (int i = 0; i < kNewtonSteps && !going.empty(); ++i) {
       going = take_steps(bodies, going, i == 0);
       if (!going.empty()) going = find_steps(bodies, going, false);
     }
-    arrive(bodies, all);
+    for (const Way* const way : all) arrive(bodies, *way);
   }
 }
 
@@ -415,19 +418,19 @@ bool is_steep(const TouchingBodies& bodies, const Contact& contact) noexcept {
     bodies.shell.penetrations(places, out);
     for (std::uint32_t i = 0; i < places.count; ++i) out[i] /= -near.ring;
   };
-  Places around;
-  near.push_centre_and_ring(around);
   Values values;
-  look_up(around, values);
-  Row row;
-  std::copy_n(values.begin(), row.size(), row.begin());
-  Axes axes(near, row);
+  Places ring;
+  near.push_ring(ring);
+  look_up(ring, values);
+  const RingFit fit(near.plane, values.data());
   Places places;
-  axes.push_places(near, places);
+  Cross::push(near, fit.axes, places);
   look_up(places, values);
-  axes.finish(values.data());
-  return std::any_of(axes.both.begin(), axes.both.end(),
-                     [](const Along& along) { return along.curvature < kSharp && std::abs(along.slope) > kSteep; });
+  Cross cross;
+  std::memcpy(&cross, values.data(), sizeof(cross));
+  const AlongBoth both = along(cross, &fit);
+  return std::any_of(both.begin(), both.end(),
+                     [](const Along& one) { return one.curvature < kSharp && std::abs(one.slope) > kSteep; });
 }
 
 }  // namespace vps::detail
