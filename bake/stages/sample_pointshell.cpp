@@ -109,6 +109,7 @@ class PieceCells {
   std::vector<Candidate> candidates_;
   std::vector<Place> cell_;
   std::vector<Place> clipped_;
+  std::vector<double> excess_;  // of the corners
 };
 
 const std::vector<Place>& PieceCells::cell(const Candidate& of) {
@@ -118,24 +119,31 @@ const std::vector<Place>& PieceCells::cell(const Candidate& of) {
     const double third = of.squared[2] - other.squared[2];
     const double slope[2] = {of.squared[0] - other.squared[0] - third, of.squared[1] - other.squared[1] - third};
     if (third < 0 && third + slope[0] < 0 && third + slope[1] < 0) continue;
-    const auto excess = [&](const Place& p) { return third + p[0] * slope[0] + p[1] * slope[1]; };
+    // Places equally far from both belong to the first.
+    const auto inside = [&](double e) { return e < 0 || (e == 0 && &of < &other); };
+    const std::size_t count = cell_.size();
+    excess_.resize(count);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      excess_[i] = third + cell_[i][0] * slope[0] + cell_[i][1] * slope[1];
+      kept += inside(excess_[i]) ? 1 : 0;
+    }
+    if (kept == count) continue;
     clipped_.clear();
-    double before = excess(cell_.back());
-    for (std::size_t i = 0; i < cell_.size(); ++i) {
+    for (std::size_t i = 0; i < count && kept > 0; ++i) {
+      const std::size_t previous = i == 0 ? count - 1 : i - 1;
+      const double before = excess_[previous];
+      const double here = excess_[i];
       const Place& p = cell_[i];
-      const double here = excess(p);
-      // Places equally far from both belong to the first.
-      const auto inside = [&](double e) { return e < 0 || (e == 0 && &of < &other); };
       if (inside(before) != inside(here)) {
-        const Place& q = i == 0 ? cell_.back() : cell_[i - 1];
+        const Place& q = cell_[previous];
         const double t = before / (before - here);
         clipped_.push_back({q[0] + t * (p[0] - q[0]), q[1] + t * (p[1] - q[1])});
       }
       if (inside(here)) clipped_.push_back(p);
-      before = here;
     }
     cell_.swap(clipped_);
-    if (cell_.empty()) break;
+    if (kept == 0) break;
   }
   return cell_;
 }
@@ -315,6 +323,12 @@ void Sampler::measure_areas() {
   });
 }
 
+Eigen::AlignedBox3d box_of(const Piece& piece) {
+  Eigen::AlignedBox3d box;
+  for (const Vector& corner : piece) box.extend(corner);
+  return box;
+}
+
 // Collects the cells that are folded.
 void Sampler::find_folds() {
   const auto mark = [](Block& block) {
@@ -325,10 +339,19 @@ void Sampler::find_folds() {
   };
   blocks_.for_each_block(mark);
   blocks_.for_each_block([&](Block& block) {
-    const auto has_folds = [](const Block* b) { return b != nullptr && b->has_folds; };
-    if (std::none_of(block.around.begin(), block.around.end(), has_folds)) return;
-    PieceCells cells(blocks_, 1.01 * covering_);
+    std::vector<Vector> folded;
+    for (const Block* const b : block.around) {
+      if (b == nullptr || !b->has_folds) continue;
+      for (const Sample& s : b->samples) {
+        if (s.cell != nullptr) folded.push_back(s.position);
+      }
+    }
+    const double reach = 1.01 * covering_;
+    PieceCells cells(blocks_, reach);
     for (const Patch& patch : block.patches) {
+      const Eigen::AlignedBox3d box = box_of(patch.piece);
+      const auto is_near = [&](const Vector& p) { return box.squaredExteriorDistance(p) < reach * reach; };
+      if (std::none_of(folded.begin(), folded.end(), is_near)) continue;
       const Vector& normal = surface_.normals[patch.triangle];
       cells.start(block, patch.piece, normal);
       for (const Candidate& c : cells.candidates()) {
