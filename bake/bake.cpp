@@ -142,6 +142,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   Representations fields;
   FarField far;
   std::vector<std::uint32_t> planes;
+  auto certified = measured;
   auto last_of_map = measured;
   if (options.voxelmap) {
     const auto layered =
@@ -153,10 +154,13 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     });
     const auto treed =
         stages.add("triangle_tree", {fielded}, [&] { tree.emplace(surface, kFarReach_vx * grid.voxel_size); });
-    const auto certified = stages.add("certify", {fielded, indexed, treed, layered}, [&] {
+    certified = stages.add("certify", {fielded, indexed, treed, layered}, [&] {
       certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
       pack_voxelmap(grid, field, coarse, fields, asset.sections);
-      if (!options.scaled) fields = {};  // frees memory for sample_pointshell
+      // Frees memory for sample_pointshell. fit_planes needs the scaled field.
+      fields.layers = {};
+      fields.tree.penetration = {};
+      fields.tree.gradient = {};
     });
     const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, indexed, treed}, [&] {
       const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
@@ -167,21 +171,15 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       closest.reset();
       tree.reset();
     });
-    if (options.scaled) {
-      stages.add("fit_planes", {certified}, [&] {
-        planes = fit_planes({surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer,
-                             asset.info.scaled_error.bound});
-        fields = {};  // as above
-      });
-    }
   }
 
   Pointshell shell;
   PointTree point_tree;
   std::vector<SectionData> shell_sections;
+  auto last_in_parallel = certified;
   if (options.pointshell) {
     // Side by side with the samples of the field, or with the trees, it would raise the peak of memory.
-    const auto sampled = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
+    const auto sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
       shell =
           sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
     });
@@ -193,6 +191,13 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       const std::vector<Point3f> points = tree_points(shell, point_tree, asset.info);
       pack_pointshell(shell, point_tree, bounding_spheres(point_tree, points), asset.info, shell_sections);
       pack_hulls(find_hulls(point_tree, points, kHullTolerance * shell.feature_covering_radius), shell_sections);
+    });
+  }
+  if (options.voxelmap && options.scaled) {
+    // Beside the clusters, which only one thread makes.
+    stages.add("fit_planes", {certified, last_in_parallel}, [&] {
+      planes = fit_planes(
+          {surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer, asset.info.scaled_error.bound});
     });
   }
 
