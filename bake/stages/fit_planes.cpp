@@ -333,7 +333,7 @@ class Fitter {
     if (inside.size() == 1 && inside[0].volume() == box.volume()) return {{}, kLargestHeight, false};
     const Vector* nearest = nullptr;
     double closest = std::numeric_limits<double>::max();
-    parts_.for_each_around(cell, [&](const SurfacePart& part) {
+    const auto find_nearest = [&](const SurfacePart& part) {
       if (part.box.squaredExteriorDistance(centre) >= closest) return;
       for (const Vector& q : part.corners) {
         const double squared = (q - centre).squaredNorm();
@@ -341,7 +341,8 @@ class Fitter {
         closest = squared;
         nearest = &q;
       }
-    });
+    };
+    if (may_see_surface(cell)) parts_.for_each_around(cell, find_nearest);
     if (nearest == nullptr && values.empty()) return far_plane(cell);
     // Deep inside.
     if (nearest == nullptr && !inside.empty()) return {{}, kLargestHeight, false};
@@ -368,6 +369,12 @@ class Fitter {
   static void set_height(double height, CellPlane& plane) {
     const double code = std::ceil((height + kMargin) * kHeightSteps);
     plane.height = static_cast<int>(std::clamp(code, double{-kLargestHeight}, double{kLargestHeight}));
+  }
+
+  // Whether there may be surface up to `kAround` cells away. From the coarse layers: docs/bounds.md.
+  [[nodiscard]] bool may_see_surface(const Index3& cell) const {
+    constexpr double kSeen = (kUnseen + kHalf + 0.5) * 1.7320508075688774;  // half a voxel as below
+    return std::abs(from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])]) <= kSeen;
   }
 
   // From the coarse layers: docs/bounds.md. |c| - |P - C| <= |V(P)| for any P.

@@ -2,7 +2,10 @@
 // Surface voxelization by the Separating Axis Theorem. Paper: Sec. 2.1.1.
 #include "bake/stages/voxelize.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -31,6 +34,40 @@ void triangle_box(const Surface& surface, const Grid& grid, std::size_t t, doubl
   const Vector high = surface.corner(t, 0).cwiseMax(surface.corner(t, 1)).cwiseMax(surface.corner(t, 2));
   for (int axis = 0; axis < 3; ++axis) box[axis] = voxel_range(grid, axis, low[axis], high[axis], slack);
 }
+
+// The cubes whose centres are so near to a triangle's plane that they may touch it. The others certainly fail the exact
+// test.
+class PlaneSlab {
+ public:
+  PlaneSlab(const Surface& surface, std::size_t t, double edge, double slack)
+      : edge_(edge), normal_(surface.normals[t]), corner_(surface.corner(t, 0)) {
+    double longest = 0;
+    for (int k = 0; k < 3; ++k)
+      longest = std::max(longest, (surface.corner(t, k) - surface.corner(t, (k + 1) % 3)).squaredNorm());
+    // The normal of a sliver is too inexact.
+    constexpr double kSliver = 1e-4;
+    const bool sliver = !(surface.area_normal(t).norm() > kSliver * longest);
+    reach_ = sliver ? std::numeric_limits<double>::infinity() : (0.5 * normal_.lpNorm<1>() + 1e-3) * edge + 8 * slack;
+  }
+
+  /// @param first  centre of a row's first cube
+  /// @return the first cube in the slab, and the end of these
+  [[nodiscard]] std::array<std::uint32_t, 2> in_row(const Vector& first, std::uint32_t count) const {
+    const double height = normal_.dot(first - corner_);
+    const double rise = normal_.x() * edge_;
+    if (std::abs(rise) < 1e-9 * edge_) return {0, std::abs(height) <= reach_ ? count : 0};
+    const double at[2] = {(-reach_ - height) / rise, (reach_ - height) / rise};
+    const auto clamped = [&](double i) {
+      return static_cast<std::uint32_t>(std::clamp(i, 0.0, static_cast<double>(count)));
+    };
+    return {clamped(std::ceil(std::min(at[0], at[1]))), clamped(std::floor(std::max(at[0], at[1])) + 1)};
+  }
+
+ private:
+  double edge_;
+  Vector normal_, corner_;
+  double reach_;
+};
 
 }  // namespace
 
@@ -88,39 +125,50 @@ SurfaceVoxels voxelize(const Surface& surface, const Grid& grid) {
   const double slack = rounding_slack(grid);
   const double s = grid.voxel_size;
   std::vector<std::uint8_t> touched(grid.brick_count(), 0);
-  VoxelRange box[3];
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+  // Threads may write to one byte, or one word of a mask, at the same time. Their order changes nothing.
+  tbb::parallel_for(std::size_t{0}, surface.triangles.size(), [&](std::size_t t) {
+    VoxelRange box[3];
     triangle_box(surface, grid, t, slack, box);
     for_each_brick(grid, box, [&](std::size_t at, const Index3& b, const Index3&, const Index3&) {
-      if (touched[at] != 0) return;
+      const std::atomic_ref<std::uint8_t> flag(touched[at]);
+      if (flag.load(std::memory_order_relaxed) != 0) return;
       const Vector centre = grid.origin + s * kBrickEdge * Vector(b[0] + 0.5, b[1] + 0.5, b[2] + 0.5);
-      touched[at] = triangle_touches_cube(centre, s * kBrickEdge / 2, surface.corner(t, 0), surface.corner(t, 1),
-                                          surface.corner(t, 2), slack + 1e-9 * s);
+      if (triangle_touches_cube(centre, s * kBrickEdge / 2, surface.corner(t, 0), surface.corner(t, 1),
+                                surface.corner(t, 2), slack + 1e-9 * s)) {
+        flag.store(1, std::memory_order_relaxed);
+      }
     });
-  }
+  });
 
   SurfaceVoxels voxels;
   voxels.set = BrickSet::from_flags(grid, touched);
   voxels.masks.assign(voxels.set.bricks.size(), BrickMask{});
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+  tbb::parallel_for(std::size_t{0}, surface.triangles.size(), [&](std::size_t t) {
+    VoxelRange box[3];
     triangle_box(surface, grid, t, slack, box);
+    const PlaneSlab slab(surface, t, s, slack);
     for_each_brick(grid, box, [&](std::size_t at, const Index3&, const Index3& lo, const Index3& hi) {
       const std::uint32_t brick = voxels.set.index[at];
       if (brick == kNoBrick) return;
       for (std::uint32_t k = lo[2]; k <= hi[2]; ++k) {
+        const std::atomic_ref<std::uint64_t> word(voxels.masks[brick][k % kBrickEdge]);
         for (std::uint32_t j = lo[1]; j <= hi[1]; ++j) {
-          for (std::uint32_t i = lo[0]; i <= hi[0]; ++i) {
-            const std::uint32_t voxel = voxel_in_brick(i, j, k);
-            if (test_bit(voxels.masks[brick], voxel)) continue;
+          const Vector first = grid.centre(lo[0], j, k);
+          const auto [begin, end] = slab.in_row(first, hi[0] - lo[0] + 1);
+          for (std::uint32_t i = lo[0] + begin; i < lo[0] + end; ++i) {
+            const std::uint64_t bit = std::uint64_t{1} << voxel_in_brick(i, j, k) % 64;
+            if ((word.load(std::memory_order_relaxed) & bit) != 0) continue;
             if (triangle_touches_cube(grid.centre(i, j, k), s / 2, surface.corner(t, 0), surface.corner(t, 1),
                                       surface.corner(t, 2), slack)) {
-              set_bit(voxels.masks[brick], voxel);
-              ++voxels.count;
+              word.fetch_or(bit, std::memory_order_relaxed);
             }
           }
         }
       }
     });
+  });
+  for (const BrickMask& mask : voxels.masks) {
+    for (const std::uint64_t word : mask) voxels.count += static_cast<std::uint64_t>(std::popcount(word));
   }
   return voxels;
 }
