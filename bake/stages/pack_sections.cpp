@@ -27,6 +27,7 @@ SectionData section(SectionKind kind, ElementType element, std::vector<std::uint
   SectionData data{kind, element, std::move(shape), {}};
   data.bytes.resize(values.size() * sizeof(T));
   std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
+  data.hash = hash_bytes(data.bytes);  // here beside other stages
   return data;
 }
 

@@ -67,7 +67,8 @@ class SilentErrors {
 /// checksum (HDF5 1.10).
 class MemoryFile {
  public:
-  MemoryFile() = default;
+  /// @param expected  size of the file, about. [bytes]
+  explicit MemoryFile(std::size_t expected = 0) { bytes_.reserve(expected); }
   MemoryFile(const MemoryFile&) = delete;
   MemoryFile& operator=(const MemoryFile&) = delete;
 

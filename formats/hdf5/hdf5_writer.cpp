@@ -170,7 +170,7 @@ Section write_section(hid_t file, const SectionData& data) {
     count *= data.shape[axis];
   }
   section.bytes = data.bytes.size();
-  section.hash = hash_bytes(data.bytes);
+  section.hash = data.hash ? *data.hash : hash_bytes(data.bytes);
   if (count * element_bytes(data.element) != section.bytes || section.bytes == 0) {
     throw WriteError(std::string("the size of ") + name.path + " is wrong; this is a defect, please report it");
   }
@@ -201,12 +201,17 @@ Section write_section(hid_t file, const SectionData& data) {
   return section;
 }
 
+// Without it the file is copied whenever it grows. [bytes]
+constexpr std::size_t kRoomForMetadata = 1 << 16;
+
 // The bytes of the file.
 std::vector<std::byte> encode(const AssetInfo& info, std::span<const SectionData> sections) {
   if (sections.size() > kMaxSections) throw WriteError("too many sections; this is a defect, please report it");
   const std::lock_guard lock(detail::one_at_a_time);
   const detail::SilentErrors silent;
-  MemoryFile memory;
+  std::size_t room = kRoomForMetadata;
+  for (const SectionData& section : sections) room += section.bytes.size() + kSectionAlignment;
+  MemoryFile memory(room);
   Directory directory;
   directory.info = info;
   {

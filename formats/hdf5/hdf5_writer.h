@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -19,6 +20,7 @@ struct SectionData {
   ElementType element{};
   std::vector<std::uint64_t> shape;
   std::vector<std::byte> bytes;
+  std::optional<std::uint64_t> hash = {};  ///< of the bytes, if known: `hash_bytes`
 };
 
 struct WriteError : std::runtime_error {
