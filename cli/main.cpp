@@ -47,6 +47,11 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->group("Output");
   app.add_flag("--dry-run", arguments.dry_run, "Read the mesh, say what would be baked, and write nothing")
       ->group("Output");
+  add_text_option(
+      app, "--dry-run-above", [&](const std::string& text) { arguments.dry_run_above = parse_size(text); },
+      "The same if it would need more memory than this; for batches")
+      ->option_text("SIZE")
+      ->group("");
 }
 
 CLI::Option* set_version_flag(CLI::App& app) {

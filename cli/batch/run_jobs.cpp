@@ -59,6 +59,9 @@ std::size_t import_memory(const fs::path& mesh, const ImportOptions& limits) {
   return std::min(kProgram + kPerByte * static_cast<std::size_t>(bytes), kProgram + limits.memory_limit_bytes);
 }
 
+// Memory that is set aside for a bake whose plan is unknown. [bytes]
+constexpr std::size_t kSmallBake = 250'000'000;
+
 class Runner {
  public:
   Runner(const std::vector<Job>& jobs, const RunOptions& options, const Observer& observer,
@@ -285,18 +288,26 @@ class Runner {
     if (!options_.dry_run) {
       if (std::string refusal = prepare(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
     }
-    std::vector<std::string> words = words_for(job);
+    const std::vector<std::string> words = words_for(job);
+    std::vector<std::string> bake_words = words;
+    if (!options_.cache.empty() && options_.cache_bytes > 0)
+      bake_words.insert(bake_words.begin(), fmt::format("--cache-size={}B", options_.cache_bytes));
+    bake_words.insert(bake_words.begin(), options_.cache.empty() ? "--no-cache" : "--cache=" + options_.cache);
     std::size_t predicted = options_.memory_bytes;
     // A bake that runs alone refuses by itself what does not fit. The memory of a search for the voxel size is unknown
     // before the search.
     const bool alone = options_.jobs == 1 || searches(job);
     if (options_.dry_run || !alone) {
-      std::vector<std::string> plan = words;
-      plan.insert(plan.begin(), "--dry-run");
       const std::size_t bytes = alone ? options_.memory_bytes : import_memory(job.mesh, job.settings.import);
-      const MemoryBudget::Share share(budget_, bytes);
+      // Most bakes are small. These need no plan before: they end with one if they are not small after all.
+      const std::size_t small = std::min<std::size_t>(kSmallBake, options_.memory_bytes / options_.jobs);
+      const bool at_once = !options_.dry_run && bytes <= small;
+      std::vector<std::string> plan = at_once ? bake_words : words;
+      plan.insert(plan.begin(), at_once ? fmt::format("--dry-run-above={}B", small) : "--dry-run");
+      const MemoryBudget::Share share(budget_, at_once ? small : bytes);
       const auto said = ask(job, plan, result);
       if (!said) return result;
+      if (said->contains("bytes")) return baked(*said, std::move(result));
       predicted = said->at("plan").at("predicted_memory_bytes");
       if (options_.dry_run) {
         result.state = State::would_bake;
@@ -305,15 +316,15 @@ class Runner {
         return result;
       }
     }
-    if (!options_.cache.empty() && options_.cache_bytes > 0)
-      words.insert(words.begin(), fmt::format("--cache-size={}B", options_.cache_bytes));
-    words.insert(words.begin(), options_.cache.empty() ? "--no-cache" : "--cache=" + options_.cache);
     const MemoryBudget::Share share(budget_, predicted);
-    const auto said = ask(job, words, result);
-    if (!said) return result;
-    result.state = said->at("cache") == "hit" ? State::cached : State::baked;
-    result.bytes = said->at("bytes");
-    result.notes = said->at("notes").get<std::vector<std::string>>();
+    const auto said = ask(job, bake_words, result);
+    return said ? baked(*said, std::move(result)) : result;
+  }
+
+  static JobResult baked(const Json& said, JobResult result) {
+    result.state = said.at("cache") == "hit" ? State::cached : State::baked;
+    result.bytes = said.at("bytes");
+    result.notes = said.at("notes").get<std::vector<std::string>>();
     if (!result.key.empty()) return result;
     return failure(kBadInput, "its buffers cannot be told, nor when it is up to date; export it again, as UTF-8");
   }

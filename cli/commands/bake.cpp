@@ -108,9 +108,7 @@ int deliver(BakeRun& run, const Asset& asset) {
   return kOk;
 }
 
-int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
-  run.progress.show("import", 0);
-  const bake::BakePlan plan = bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings);
+int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
   run.progress.clear();
   if (run.arguments.json) {
     nlohmann::ordered_json j = {{"output", run.output.string()}, {"voxel_size", plan.voxel_size}};
@@ -124,6 +122,16 @@ int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   return kOk;
 }
 
+int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
+  run.progress.show("import", 0);
+  return print_dry_run(run, bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings));
+}
+
+// Ends a bake that becomes a dry run.
+struct DryRun {
+  bake::BakePlan plan;
+};
+
 // Refuses an unusable output. Called before the bake, so that no time is lost.
 void check_output(const BakeRun& run) {
   if (const std::string reason = asset_refusal(run.output); !reason.empty()) throw WriteError(reason);
@@ -133,8 +141,11 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
   const BakeArguments& arguments = run.arguments;
   const bake::AssetCache folder(arguments.cache, arguments.cache_bytes);
   const bake::AssetCache* const cache = arguments.cache.empty() ? nullptr : &folder;
-  const bake::BakeHooks hooks = {[&] { check_output(run); },
-                                 [&](const bake::BakePlan& plan) { print_plan(run, plan); }};
+  const auto planned = [&](const bake::BakePlan& plan) {
+    if (plan.predicted_memory_bytes > arguments.dry_run_above) throw DryRun{plan};
+    print_plan(run, plan);
+  };
+  const bake::BakeHooks hooks = {[&] { check_output(run); }, planned};
   const bake::StoredAsset stored = bake::bake_stored(arguments.mesh, settings, cache, hooks);
   run.report = stored.report;
   run.times = stored.times;
@@ -155,6 +166,8 @@ int bake_file(const BakeArguments& arguments) {
   if (arguments.dry_run) return plan_file(run, settings);
   try {
     return bake_output(run, settings);
+  } catch (const DryRun& dry) {
+    return print_dry_run(run, dry.plan);
   } catch (const WriteError& error) {
     run.progress.clear();
     return fail(kIo, run.output.string(), error.what());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,8 +27,9 @@ struct BakeArguments {
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
   std::string depfile;          ///< to write for make or ninja; empty: none
   bool json = false;
-  bool dry_run = false;  ///< bake nothing, print what would be baked
-  unsigned threads = 0;  ///< 0: all cores
+  bool dry_run = false;                                                 ///< bake nothing, print what would be baked
+  std::size_t dry_run_above = std::numeric_limits<std::size_t>::max();  ///< the same if it would need more [bytes]
+  unsigned threads = 0;                                                 ///< 0: all cores
 };
 
 /// Reads the mesh in metres. @throw ImportError

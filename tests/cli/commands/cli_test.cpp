@@ -57,6 +57,20 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
   EXPECT_EQ(read["sections"].size(), 22U) << "the record is one, the hulls of flat nodes are two";
 }
 
+TEST(Cli, ABakeForABatchEndsWithAPlanIfItNeedsMoreMemoryThanSaid) {
+  const TemporaryFolder folder;
+  const std::string bake = sample("cube") + " --voxel 10mm -o cube.vps.hdf --json --dry-run-above ";
+  const Outcome planned = vpsbake(folder, bake + "1MB");
+  ASSERT_EQ(planned.code, 0) << planned.err;
+  const auto plan = nlohmann::json::parse(planned.out);
+  EXPECT_GT(plan["plan"]["predicted_memory_bytes"], 1'000'000);
+  EXPECT_FALSE(plan.contains("bytes"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "cube.vps.hdf"));
+  const Outcome baked = vpsbake(folder, bake + "1GB");
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_EQ(nlohmann::json::parse(baked.out)["bytes"], std::filesystem::file_size(folder / "cube.vps.hdf"));
+}
+
 TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {
   const TemporaryFolder folder;
   const std::string mesh = sample("cube");  // 0.1 units wide
