@@ -2,7 +2,6 @@
 // The only source that includes CGAL's readers.
 #include "formats/mesh/polygon_soup_reader.h"
 
-#include <CGAL/IO/OBJ.h>
 #include <CGAL/IO/OFF.h>
 #include <CGAL/IO/PLY.h>
 #include <CGAL/IO/STL.h>
@@ -12,6 +11,7 @@
 #include <locale>
 #include <sstream>
 
+#include "formats/mesh/read_obj.h"
 #include "formats/mesh/tidy.h"
 #include "formats/mesh/triangulate.h"
 
@@ -30,24 +30,20 @@ std::string read_bytes(const std::string& path) {
   return bytes;
 }
 
-std::uint64_t tidy(std::string& bytes, const std::string& extension) {
-  if (extension == "obj") return tidy_obj(bytes);
+void tidy(std::string& bytes, const std::string& extension) {
   if (extension == "off") tidy_off(bytes);
   if (extension == "ply") tidy_ply(bytes);
   if (extension == "stl") tidy_stl(bytes);
-  return 0;
 }
 
 bool read(std::istream& in, const std::string& extension, std::vector<Point>& points, std::vector<Polygon>& polygons) {
   const auto quiet = CGAL::parameters::verbose(false);
-  // This reader fails on a file without faces, which gets a better message later.
-  if (extension == "obj") return CGAL::IO::read_OBJ(in, points, polygons, quiet) || polygons.empty();
   if (extension == "off") return CGAL::IO::read_OFF(in, points, polygons, quiet);
   if (extension == "ply") return CGAL::IO::read_PLY(in, points, polygons, quiet);
   return CGAL::IO::read_STL(in, points, polygons, quiet);
 }
 
-void add_polygon(const Polygon& polygon, const std::vector<Point>& points, RawMesh& out) {
+void add_polygon(const Polygon& polygon, RawMesh& out) {
   if (polygon.size() < 3) {
     ++out.skipped_primitives;
     return;
@@ -55,13 +51,24 @@ void add_polygon(const Polygon& polygon, const std::vector<Point>& points, RawMe
   std::vector<std::array<double, 3>> corners;
   corners.reserve(polygon.size());
   for (const std::size_t index : polygon) {
-    if (index >= points.size()) throw ReadError("a face refers to a vertex that is not there");
+    if (index >= out.vertices.size()) throw ReadError("a face refers to a vertex that is not there");
     corners.push_back(out.vertices[index]);
   }
   for (const auto& [a, b, c] : triangulate_polygon(corners)) {
     out.triangles.push_back({static_cast<std::uint32_t>(polygon[a]), static_cast<std::uint32_t>(polygon[b]),
                              static_cast<std::uint32_t>(polygon[c])});
   }
+}
+
+RawMesh to_raw_mesh(PolygonSoup&& soup) {
+  constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
+  if (soup.vertices.size() > kMaxVertices) throw ReadError("more than 2^32 vertices");
+  RawMesh raw;
+  raw.vertices = std::move(soup.vertices);
+  raw.skipped_primitives = soup.skipped_primitives;
+  raw.triangles.reserve(soup.polygons.size());
+  for (const Polygon& polygon : soup.polygons) add_polygon(polygon, raw);
+  return raw;
 }
 
 }  // namespace
@@ -71,18 +78,15 @@ RawMesh read_polygon_soup(const std::string& path, const std::string& extension)
   // other code is affected.
   std::locale::global(std::locale::classic());
   std::string bytes = read_bytes(path);
-  RawMesh raw;
-  raw.skipped_primitives = tidy(bytes, extension);
+  if (extension == "obj") return to_raw_mesh(read_obj(bytes));
+  tidy(bytes, extension);
   std::istringstream in(std::move(bytes));
   std::vector<Point> points;
-  std::vector<Polygon> polygons;
-  const bool complete = read(in, extension, points, polygons);
-  constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
-  if (points.size() > kMaxVertices) throw ReadError("more than 2^32 vertices");
-  raw.vertices.reserve(points.size());
-  for (const Point& p : points) raw.vertices.push_back({p.x(), p.y(), p.z()});
-  raw.triangles.reserve(polygons.size());
-  for (const Polygon& polygon : polygons) add_polygon(polygon, points, raw);
+  PolygonSoup soup;
+  const bool complete = read(in, extension, points, soup.polygons);
+  soup.vertices.reserve(points.size());
+  for (const Point& p : points) soup.vertices.push_back({p.x(), p.y(), p.z()});
+  RawMesh raw = to_raw_mesh(std::move(soup));
   // Checked last, because a wrong index is the usual reason and has a message of its own.
   if (!complete) throw ReadError("a part of the file cannot be read");
   return raw;

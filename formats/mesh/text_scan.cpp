@@ -9,13 +9,20 @@
 #include "formats/mesh/tidy.h"
 
 namespace vps {
+namespace {
 
-NumberKind number_kind(std::string_view word) {
+NumberKind parse_number(std::string_view word, double& value) {
   if (word.starts_with('+') && !word.starts_with("+-")) word.remove_prefix(1);
-  double value = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::invalid_argument || end != word.data() + word.size()) return NumberKind::none;
   return error == std::errc() && std::isfinite(value) ? NumberKind::finite : NumberKind::not_finite;
+}
+
+}  // namespace
+
+NumberKind number_kind(std::string_view word) {
+  double value = 0;
+  return parse_number(word, value);
 }
 
 std::string in_quotes(std::string_view word) {
@@ -56,15 +63,17 @@ bool LineScan::next_with_content() {
   return false;
 }
 
-void check_number(std::string_view word, const LineScan& at) {
-  switch (number_kind(word)) {
+double check_number(std::string_view word, const LineScan& at) {
+  double value = 0;
+  switch (parse_number(word, value)) {
     case NumberKind::finite:
-      return;
+      break;
     case NumberKind::not_finite:
       throw NeedsAssimp(at.place() + in_quotes(word) + " is not a finite number");
     case NumberKind::none:
       throw ReadError(at.place() + (word.empty() ? "a number is missing" : in_quotes(word) + " is no number"));
   }
+  return value;
 }
 
 }  // namespace vps

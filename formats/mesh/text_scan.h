@@ -67,8 +67,8 @@ class LineScan {
   std::size_t at_ = 0, number_ = 0;
 };
 
-/// Checks a coordinate.
+/// @return a coordinate
 /// @throw ReadError when the word is no number, NeedsAssimp when it is not finite, because CGAL stops there
-void check_number(std::string_view word, const LineScan& at);
+double check_number(std::string_view word, const LineScan& at);
 
 }  // namespace vps

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "formats/mesh/read_obj.h"
+
 #include <algorithm>
 #include <limits>
+#include <string_view>
 
 #include "formats/mesh/raw_mesh.h"
 #include "formats/mesh/text_scan.h"
@@ -17,10 +20,6 @@ constexpr std::string_view kWithoutPolygons[] = {
     "end",    "bsp",   "bzp",      "cdc",      "cdp",        "res",      "surf_1", "surf_2", "q0_1",   "q0_2",
     "q1_1",   "q1_2",  "curv2d_1", "curv2d_2", "shadow_obj", "trace_obj"};
 
-void blank(std::string& text, std::string_view part) {
-  std::fill_n(text.begin() + (part.data() - text.data()), part.size(), ' ');
-}
-
 // A backslash at the end of a line continues the line, except in a comment, where a path may end with one.
 void join_continued_lines(std::string& text) {
   bool comment = false;
@@ -31,9 +30,9 @@ void join_continued_lines(std::string& text) {
   }
 }
 
-void check_vertex(std::string_view rest, const LineScan& at, std::string& text) {
-  for (int axis = 0; axis < 3; ++axis) check_number(take_word(rest), at);
-  const std::string_view attributes = rest;
+std::array<double, 3> read_vertex(std::string_view rest, const LineScan& at) {
+  std::array<double, 3> position{};
+  for (double& x : position) x = check_number(take_word(rest), at);
   int more = 0;
   std::string_view last;
   for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) last = word, ++more;
@@ -42,12 +41,14 @@ void check_vertex(std::string_view rest, const LineScan& at, std::string& text) 
   if (weight != 1) throw NeedsAssimp(at.place() + "the vertex has the weight " + in_quotes(last));
   // Three or four more are a colour.
   if (more == 2 || more > 4) throw ReadError(at.place() + "a vertex of " + std::to_string(3 + more) + " numbers");
-  blank(text, attributes);
+  return position;
 }
 
 // v, v/vt, v//vn, v/vt/vn: only the first number is used, but all must be valid.
-void check_corner(std::string_view word, const LineScan& at) {
+// @param vertices  before the face; a negative number counts back from there
+std::size_t read_corner(std::string_view word, std::size_t vertices, const LineScan& at) {
   std::string_view rest = word;
+  std::int64_t vertex = 0;
   for (int part = 0; part < 3; ++part) {
     const std::size_t slash = std::min(rest.find('/'), rest.size());
     const std::string_view number = rest.substr(0, slash);
@@ -57,7 +58,9 @@ void check_corner(std::string_view word, const LineScan& at) {
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     if (part == 0 && (*index == 0 || *index > kMost || *index < -kMost))
       throw ReadError(at.place() + "a face refers to vertex " + in_quotes(number) + ", which is not there");
-    if (slash == rest.size()) return;
+    if (part == 0) vertex = *index;
+    if (slash == rest.size())
+      return static_cast<std::size_t>(vertex > 0 ? vertex - 1 : static_cast<std::int64_t>(vertices) + vertex);
     rest.remove_prefix(slash + 1);
   }
   throw ReadError(at.place() + in_quotes(word) + " is no corner of a face");
@@ -65,34 +68,28 @@ void check_corner(std::string_view word, const LineScan& at) {
 
 }  // namespace
 
-std::uint64_t tidy_obj(std::string& text) {
+PolygonSoup read_obj(std::string& text) {
   unify_line_ends(text);
   join_continued_lines(text);
-  std::uint64_t skipped = 0;
+  PolygonSoup soup;
   LineScan lines(text);
   while (lines.next()) {
-    const std::string_view line = lines.line();
-    const std::size_t comment = std::min(line.find('#'), line.size());
-    blank(text, line.substr(comment));
-    std::string_view rest = line.substr(0, comment);
+    std::string_view rest = lines.line().substr(0, lines.line().find('#'));
     const std::string_view keyword = take_word(rest);
     if (keyword == "v") {
-      check_vertex(rest, lines, text);
+      soup.vertices.push_back(read_vertex(rest, lines));
     } else if (keyword == "f") {
-      for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) check_corner(word, lines);
+      std::vector<std::size_t>& polygon = soup.polygons.emplace_back();
+      for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest))
+        polygon.push_back(read_corner(word, soup.vertices.size(), lines));
     } else if (keyword == "l" || keyword == "p") {
-      ++skipped;
-      blank(text, line);
-    } else if (std::find(std::begin(kWithoutPolygons), std::end(kWithoutPolygons), keyword) !=
-               std::end(kWithoutPolygons)) {
-      blank(text, line);
-    } else if (!keyword.empty()) {
+      ++soup.skipped_primitives;
+    } else if (!keyword.empty() && std::find(std::begin(kWithoutPolygons), std::end(kWithoutPolygons), keyword) ==
+                                       std::end(kWithoutPolygons)) {
       throw NeedsAssimp(lines.place() + "unknown word " + in_quotes(keyword));
     }
   }
-  // CGAL reads a tab as a part of the corner.
-  std::replace_if(text.begin(), text.end(), is_blank, ' ');
-  return skipped;
+  return soup;
 }
 
 }  // namespace vps
