@@ -10,6 +10,14 @@
 #include "bake/uniform.h"
 
 namespace vps::bake {
+
+double Distances::exact(const Vector& point, double about) const {
+  thread_local std::vector<std::uint32_t> near;
+  near.clear();
+  tree.find_within(point, about + slack, near);
+  return closest.distance(point, near);
+}
+
 std::vector<CertificateSample> certificate_samples(const Distances& distances, const InsideTest& inside,
                                                    const Grid& grid, const BandField& field, double band_inner,
                                                    double band_outer) {
@@ -35,7 +43,7 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
     const double limit = (within ? band_inner : band_outer) - half_diagonal;
     const double about = distances.tree.distance(sample.point, limit + 2 * distances.slack);
     if (about > limit + distances.slack) return;
-    const double distance = distances.closest.distance(sample.point);
+    const double distance = distances.exact(sample.point, about);
     if (distance > limit) return;
     sample.penetration = within ? distance : -distance;
     used[n] = 1;
@@ -102,7 +110,7 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
         const double at_most = std::abs(best.sample.penetration) + step + 2 * slack;
         const double about = truth.distances.tree.distance(other.point, at_most);
         if (error_at(other, about, slack) <= best.error) continue;
-        const double error = error_at(other, truth.distances.closest.distance(other.point), 0);
+        const double error = error_at(other, truth.distances.exact(other.point, about), 0);
         if (error > best.error) best = {other, error};
       }
     }

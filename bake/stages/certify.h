@@ -23,11 +23,14 @@ struct CertificateSample {
 using Reconstruction = std::function<double(const Vector&)>;
 
 /// Both ways to the distance of a point. All values of a certificate are of `closest`, which shares no arithmetic with
-/// the field. The tree finds out which points have to be measured.
+/// the field. The tree finds out which points have to be measured, and which triangles may be the nearest.
 struct Distances {
   const ClosestPoint& closest;
   const TriangleTree& tree;
   double slack = 0;  ///< larger than the difference between the two. [m]
+
+  /// @param about  of the tree, or an upper bound of the distance. [m]
+  [[nodiscard]] double exact(const Vector& point, double about) const;
 };
 
 /// Points spread evenly over a band, the same for every run. Points within a voxel's half diagonal of the band's end

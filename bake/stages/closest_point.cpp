@@ -46,6 +46,16 @@ double ClosestPoint::distance(const Vector& point) const {
   return std::sqrt(tree_->tree.squared_distance(point3(point)));
 }
 
+double ClosestPoint::distance(const Vector& point, std::span<const std::uint32_t> among) const {
+  const Kernel::Point_3 from = point3(point);
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t t : among) {
+    const Kernel::Point_3 nearest = Kernel().construct_projected_point_3_object()(tree_->triangles[t], from);
+    least = std::min(least, CGAL::squared_distance(from, nearest));
+  }
+  return std::sqrt(least);
+}
+
 ClosestPoint::Hit ClosestPoint::along_ray(const Vector& from, const Vector& direction) const {
   const Kernel::Ray_3 ray(point3(from), Kernel::Vector_3(direction.x(), direction.y(), direction.z()));
   const auto found = tree_->tree.first_intersection(ray);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 
 #include "bake/geometry.h"
 
@@ -21,6 +22,8 @@ class ClosestPoint {
 
   /// Unsigned distance. Safe from several threads. [m]
   [[nodiscard]] double distance(const Vector& point) const;
+  /// The same if only these triangles may be the nearest. Infinite without any.
+  [[nodiscard]] double distance(const Vector& point, std::span<const std::uint32_t> among) const;
 
   struct Hit {
     double distance = std::numeric_limits<double>::infinity();  ///< [m]

@@ -65,7 +65,8 @@ double penetration_down_to(double most, const FarSource& from, const Vector& p, 
   return within ? distance : -std::min(distance, most);
 }
 double exact_down_to(double most, const FarSource& from, const Vector& p) {
-  return penetration_down_to(most, from, p, [&](const Vector& at) { return from.distances.closest.distance(at); });
+  return penetration_down_to(
+      most, from, p, [&](const Vector& at) { return from.distances.exact(at, from.distances.tree.distance(at)); });
 }
 // The same but for rounding. @param at_most  an upper bound of the distance. [m]
 double fast_down_to(double most, const FarSource& from, const Vector& p, double at_most) {

@@ -42,29 +42,33 @@ HWY_INLINE void box_distances(const TriangleTree::Node& node, const float* point
   }
 }
 
-// Least squared distance from a leaf's triangles: see `squared_distance` in float_distances.cpp.
-HWY_INLINE float leaf_distance(const TriangleTree::Leaf& leaf, const float* point) {
-  TreeLanes least = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
+// Squared distances from some of a leaf's triangles: see `squared_distance` in float_distances.cpp.
+HWY_INLINE TreeLanes leaf_distances(const TriangleTree::Leaf& leaf, const float* point, std::size_t i) {
   const TreeLanes zero = hn::Zero(tree_lanes);
-  for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
-    const auto value = [&](int n) HWY_ATTR {
-      TreeLanes sum = tree_lanes_at(leaf.linear[n][3] + i);
-      for (int axis = 2; axis >= 0; --axis) {
-        sum = hn::MulAdd(tree_lanes_at(leaf.linear[n][axis] + i), hn::Set(tree_lanes, point[axis]), sum);
-      }
-      return sum;
-    };
-    TreeLanes nearest = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
-    TreeLanes farthest_out = hn::Set(tree_lanes, -std::numeric_limits<float>::infinity());
-    for (int k = 0; k < 3; ++k) {
-      const TreeLanes along = value(1 + k);
-      const TreeLanes out = value(4 + k);
-      const TreeLanes beyond = hn::Sub(along, hn::Min(hn::Max(along, zero), tree_lanes_at(leaf.length[k] + i)));
-      nearest = hn::Min(nearest, hn::MulAdd(beyond, beyond, hn::Mul(out, out)));
-      farthest_out = hn::Max(farthest_out, out);
+  const auto value = [&](int n) HWY_ATTR {
+    TreeLanes sum = tree_lanes_at(leaf.linear[n][3] + i);
+    for (int axis = 2; axis >= 0; --axis) {
+      sum = hn::MulAdd(tree_lanes_at(leaf.linear[n][axis] + i), hn::Set(tree_lanes, point[axis]), sum);
     }
-    const TreeLanes height = value(0);
-    least = hn::Min(least, hn::MulAdd(height, height, hn::IfThenZeroElse(hn::Lt(farthest_out, zero), nearest)));
+    return sum;
+  };
+  TreeLanes nearest = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
+  TreeLanes farthest_out = hn::Set(tree_lanes, -std::numeric_limits<float>::infinity());
+  for (int k = 0; k < 3; ++k) {
+    const TreeLanes along = value(1 + k);
+    const TreeLanes out = value(4 + k);
+    const TreeLanes beyond = hn::Sub(along, hn::Min(hn::Max(along, zero), tree_lanes_at(leaf.length[k] + i)));
+    nearest = hn::Min(nearest, hn::MulAdd(beyond, beyond, hn::Mul(out, out)));
+    farthest_out = hn::Max(farthest_out, out);
+  }
+  const TreeLanes height = value(0);
+  return hn::MulAdd(height, height, hn::IfThenZeroElse(hn::Lt(farthest_out, zero), nearest));
+}
+
+HWY_INLINE float least_of_leaf(const TriangleTree::Leaf& leaf, const float* point) {
+  TreeLanes least = hn::Set(tree_lanes, std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
+    least = hn::Min(least, leaf_distances(leaf, point, i));
   }
   return hn::GetLane(hn::MinOfLanes(tree_lanes, least));
 }
@@ -84,7 +88,7 @@ float search(const TriangleTree::Node* nodes, std::uint32_t root, const Triangle
     const Waiting next = waiting[--count];
     if (next.squared >= least) continue;
     if ((next.child & TriangleTree::kLeaf) != 0) {
-      least = std::min(least, leaf_distance(leaves[next.child - TriangleTree::kLeaf], point));
+      least = std::min(least, least_of_leaf(leaves[next.child - TriangleTree::kLeaf], point));
       continue;
     }
     const TriangleTree::Node& node = nodes[next.child];
@@ -102,6 +106,32 @@ float search(const TriangleTree::Node* nodes, std::uint32_t root, const Triangle
   return least;
 }
 
+// Appends the positions in all leaves of the triangles within a distance.
+void find_near(const TriangleTree::Node* nodes, std::uint32_t root, const TriangleTree::Leaf* leaves,
+               const float* point, float most, std::vector<std::uint32_t>& found) {
+  std::uint32_t waiting[8 * TriangleTree::kWidth];
+  std::size_t count = 0;
+  waiting[count++] = root;
+  while (count > 0) {
+    const std::uint32_t next = waiting[--count];
+    alignas(64) float squared[TriangleTree::kWidth];
+    if ((next & TriangleTree::kLeaf) != 0) {
+      const std::size_t number = next - TriangleTree::kLeaf;
+      for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
+        hn::Store(leaf_distances(leaves[number], point, i), tree_lanes, squared + i);
+      }
+      for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
+        if (squared[n] <= most) found.push_back(static_cast<std::uint32_t>(number * TriangleTree::kWidth + n));
+      }
+      continue;
+    }
+    box_distances(nodes[next], point, squared);
+    for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
+      if (squared[n] <= most) waiting[count++] = nodes[next].child[n];
+    }
+  }
+}
+
 }  // namespace vps::bake::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -109,6 +139,7 @@ HWY_AFTER_NAMESPACE();
 namespace vps::bake {
 namespace detail {
 HWY_EXPORT(search);
+HWY_EXPORT(find_near);
 
 using Box = Eigen::AlignedBox3f;
 
@@ -157,18 +188,17 @@ TriangleTree::Node make_node(std::span<const Box> boxes, std::uint32_t first, Bo
 // no triangle that is nearer than the least one by more.
 TriangleTree::TriangleTree(const Surface& surface, double reach)
     : centre_((surface.bounds_min + surface.bounds_max) / 2) {
-  const std::vector<std::uint32_t> order =
-      morton_order(surface, surface.bounds_min, (surface.bounds_max - surface.bounds_min).maxCoeff());
+  order_ = morton_order(surface, surface.bounds_min, (surface.bounds_max - surface.bounds_min).maxCoeff());
   const double farthest = (surface.bounds_max - surface.bounds_min).maxCoeff() / 2 + reach;
   const auto parts = [](std::size_t count) { return (count + kWidth - 1) / kWidth; };
   const auto part = [](auto all, std::size_t n) {
     return std::span(all).subspan(n * kWidth, std::min(kWidth, all.size() - n * kWidth));
   };
-  leaves_.resize(parts(order.size()));
+  leaves_.resize(parts(order_.size()));
   std::vector<detail::Box> boxes(leaves_.size());
   std::vector<float> errors(leaves_.size(), 0);
   tbb::parallel_for(std::size_t{0}, leaves_.size(), [&](std::size_t n) {
-    leaves_[n] = detail::make_leaf(surface, part(std::span(order), n), centre_, farthest, boxes[n], errors[n]);
+    leaves_[n] = detail::make_leaf(surface, part(std::span(order_), n), centre_, farthest, boxes[n], errors[n]);
   });
   error_ = static_cast<double>(*std::max_element(errors.begin(), errors.end())) +
            10.0 / (1 << 24) * 2 * std::sqrt(3.0) * farthest;
@@ -192,6 +222,24 @@ double TriangleTree::distance(const Vector& point, double at_most) const {
   const float least = HWY_DYNAMIC_DISPATCH(search)(nodes_.data(), static_cast<std::uint32_t>(nodes_.size() - 1),
                                                    leaves_.data(), place, static_cast<float>(at_most * at_most));
   return std::min(std::sqrt(static_cast<double>(least)), at_most);
+}
+
+// A triangle within reach has a float distance of at most reach + error.
+void TriangleTree::find_within(const Vector& point, double reach, std::vector<std::uint32_t>& triangles) const {
+  const Vector at = point - centre_;
+  const float place[3] = {static_cast<float>(at.x()), static_cast<float>(at.y()), static_cast<float>(at.z())};
+  const double most = reach + error_;
+  const std::size_t first = triangles.size();
+  using namespace detail;  // Highway's macros take names without a namespace
+  HWY_DYNAMIC_DISPATCH(find_near)
+  (nodes_.data(), static_cast<std::uint32_t>(nodes_.size() - 1), leaves_.data(), place,
+   static_cast<float>(most * most * (1 + 1e-6)), triangles);
+  // A leaf that is not full repeats its first triangle.
+  std::size_t kept = first;
+  for (std::size_t n = first; n < triangles.size(); ++n) {
+    if (triangles[n] < order_.size()) triangles[kept++] = order_[triangles[n]];
+  }
+  triangles.resize(kept);
 }
 
 }  // namespace vps::bake

@@ -20,6 +20,8 @@ class TriangleTree {
 
   /// The distance from the surface or `at_most`, whichever is less. Safe from several threads. [m]
   [[nodiscard]] double distance(const Vector& point, double at_most = std::numeric_limits<double>::infinity()) const;
+  /// Appends the triangles that are no farther than `reach`, and perhaps some that are farther by twice the error.
+  void find_within(const Vector& point, double reach, std::vector<std::uint32_t>& triangles) const;
   [[nodiscard]] double error() const { return error_; }  ///< bound of the distances' error. [m]
 
   /// The children of a node, or the triangles of a leaf.
@@ -39,7 +41,8 @@ class TriangleTree {
  private:
   Vector centre_ = Vector::Zero();
   double error_ = 0;
-  std::vector<Node> nodes_;  // the root last
+  std::vector<std::uint32_t> order_;  // triangles of the leaves, 16 each
+  std::vector<Node> nodes_;           // the root last
   std::vector<Leaf> leaves_;
 };
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/bake/scene.h"
@@ -13,14 +14,27 @@ namespace vps::test {
 using namespace bake;
 namespace {
 
-double exact_distance(const Surface& surface, const Vector& p) {
-  double squared = std::numeric_limits<double>::infinity();
+std::vector<double> exact_distances(const Surface& surface, const Vector& p) {
+  std::vector<double> distances;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    squared = std::min(
-        squared,
-        (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).squaredNorm());
+    distances.push_back(
+        (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm());
   }
-  return std::sqrt(squared);
+  return distances;
+}
+
+// All triangles within reach are found, and no other that is farther by more than the tree's error.
+void expect_all_within(const TriangleTree& tree, const Vector& p, double reach, const std::vector<double>& exact) {
+  std::vector<std::uint32_t> found;
+  tree.find_within(p, reach, found);
+  std::vector<std::uint8_t> is_found(exact.size(), 0);
+  for (const std::uint32_t t : found) {
+    ASSERT_LT(t, exact.size());
+    ASSERT_EQ(is_found[t], 0) << "twice";
+    is_found[t] = 1;
+    ASSERT_LE(exact[t], (reach + 2 * tree.error()) * (1 + 1e-6));
+  }
+  for (std::size_t t = 0; t < exact.size(); ++t) ASSERT_TRUE(is_found[t] != 0 || exact[t] > reach) << t;
 }
 
 void expect_bounded(const TriangleMesh& mesh) {
@@ -33,10 +47,12 @@ void expect_bounded(const TriangleMesh& mesh) {
   double worst = 0;
   for (int n = 0; n < 1000; ++n) {
     const Vector p = low + size.cwiseProduct(Vector(random.next(), random.next(), random.next()));
-    const double exact = exact_distance(surface, p);
+    const std::vector<double> distances = exact_distances(surface, p);
+    const double exact = *std::min_element(distances.begin(), distances.end());
     worst = std::max(worst, std::abs(tree.distance(p) - exact));
     ASSERT_NEAR(tree.distance(p, exact / 2), exact / 2, tree.error());
     ASSERT_NEAR(tree.distance(p, exact + 2 * tree.error()), exact, tree.error());
+    for (const double reach_here : {exact, 1.5 * exact}) expect_all_within(tree, p, reach_here, distances);
   }
   EXPECT_LE(worst, tree.error());
   EXPECT_GT(worst, tree.error() / 200) << "a bound that is far from reached would be a waste";
