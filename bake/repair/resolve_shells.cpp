@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "bake/grid.h"
@@ -38,12 +39,24 @@ void turn(Mesh& mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
+// Takes time in the size of the part alone: a mesh may have thousands of shells.
 Mesh part_of(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  std::vector<std::uint32_t> used;
+  used.reserve(3 * triangles.size());
+  for (const std::uint32_t t : triangles) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  const auto number = [&](std::uint32_t v) {
+    return static_cast<std::uint32_t>(std::lower_bound(used.begin(), used.end(), v) - used.begin());
+  };
   Mesh part;
-  part.vertices = mesh.vertices;
+  part.vertices.reserve(used.size());
+  for (const std::uint32_t v : used) part.vertices.push_back(mesh.vertices[v]);
   part.triangles.reserve(triangles.size());
-  for (const std::uint32_t t : triangles) part.triangles.push_back(mesh.triangles[t]);
-  drop_unused_vertices(part);
+  for (const std::uint32_t t : triangles) {
+    const auto& [a, b, c] = mesh.triangles[t];
+    part.triangles.push_back({number(a), number(b), number(c)});
+  }
   return part;
 }
 
@@ -56,44 +69,24 @@ void append(Mesh& mesh, const Mesh& part) {
 // Shells that meet, directly or through others.
 struct Group {
   std::vector<std::uint32_t> shells;
-  std::vector<TrianglePair> pairs;  // triangles of the whole mesh
+  std::vector<TrianglePair> pairs;  // of the group's triangles, numbered in the order of its shells
 };
 
-// Unites the shells of a group. Turns shells of negative volume first if all have one, or if some winding number would
-// be negative otherwise.
-Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& shells, const Group& group,
+Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& shells, Group& group,
                  ShellCounts& counts) {
   std::vector<std::uint32_t> triangles;
-  std::vector<std::uint32_t> number(mesh.triangles.size(), kNoBrick);
-  std::vector<std::uint8_t> inverted(mesh.triangles.size(), 0);
+  std::vector<std::uint8_t> inward;
   std::uint32_t inside_out = 0;
   for (const std::uint32_t shell : group.shells) {
     const bool turned = signed_volume6(part_of(mesh, shells[shell])) < 0;
     inside_out += turned;
-    for (const std::uint32_t t : shells[shell]) {
-      number[t] = static_cast<std::uint32_t>(triangles.size());
-      triangles.push_back(t);
-      inverted[t] = turned;
-    }
+    triangles.insert(triangles.end(), shells[shell].begin(), shells[shell].end());
+    inward.resize(triangles.size(), turned);
   }
-  std::vector<TrianglePair> pairs;
-  pairs.reserve(group.pairs.size());
-  for (const auto& [a, b] : group.pairs) {
-    pairs.emplace_back(std::min(number[a], number[b]), std::max(number[a], number[b]));
-  }
-  std::sort(pairs.begin(), pairs.end());
-  const Mesh part = part_of(mesh, triangles);
-  if (inside_out < group.shells.size()) {
-    UnitedShells united = unite_shells(part, pairs);
-    // If no winding number is negative, an inward shell is a cavity that touches the wall around it.
-    if (united.least_winding >= 0 || inside_out == 0) return united.mesh;
-  }
-  counts.inverted += inside_out;
-  Mesh righted = part;
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (inverted[triangles[i]] != 0) std::swap(righted.triangles[i][1], righted.triangles[i][2]);
-  }
-  return unite_shells(righted, pairs).mesh;
+  std::sort(group.pairs.begin(), group.pairs.end());
+  UnitedShells united = unite_shells(part_of(mesh, triangles), group.pairs, inward);
+  if (united.righted) counts.inverted += inside_out;
+  return std::move(united.mesh);
 }
 
 // A point of the mesh that no other group shares: the middle of its largest triangle.
@@ -118,11 +111,12 @@ class Nesting {
   }
 
   [[nodiscard]] std::uint32_t depth(std::uint32_t group, const Vector& point) const {
-    std::vector<int> winding(of_triangle_.back() + 1, 0);
+    std::map<std::uint32_t, int> winding;  // of the groups that the line crosses
     lines_->for_each_crossing(point, [&](std::uint32_t t, int crossing) {
       if (of_triangle_[t] != group && crossing_is_beyond(point, all_, t)) winding[of_triangle_[t]] -= crossing;
     });
-    return static_cast<std::uint32_t>(std::count_if(winding.begin(), winding.end(), [](int w) { return w != 0; }));
+    return static_cast<std::uint32_t>(
+        std::count_if(winding.begin(), winding.end(), [](const auto& w) { return w.second != 0; }));
   }
 
  private:
@@ -157,10 +151,19 @@ ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs) {
   }
   std::vector<Group> groups(pieces.count);
   for (std::uint32_t s = 0; s < pieces.count; ++s) groups[sets.find(s)].shells.push_back(s);
-  for (const auto& pair : pairs) groups[sets.find(pieces.of_triangle[pair.first])].pairs.push_back(pair);
+  std::vector<std::uint32_t> number(mesh.triangles.size());
+  for (const Group& group : groups) {
+    std::uint32_t next = 0;
+    for (const std::uint32_t s : group.shells) {
+      for (const std::uint32_t t : shells[s]) number[t] = next++;
+    }
+  }
+  for (const auto& [a, b] : pairs) {
+    groups[sets.find(pieces.of_triangle[a])].pairs.emplace_back(std::minmax(number[a], number[b]));
+  }
 
   std::vector<Mesh> solids;
-  for (const Group& group : groups) {
+  for (Group& group : groups) {
     if (group.shells.empty()) continue;
     Mesh solid;
     if (group.pairs.empty()) {

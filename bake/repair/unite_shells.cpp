@@ -9,6 +9,7 @@
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
 #include <CGAL/Unique_hash_map.h>
 #include <CGAL/intersections.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -43,40 +44,58 @@ struct CollectCuts {
   }
 };
 
-// Equal exact points must round to equal doubles. CGAL's to_double of a lazy number depends on how it was computed.
+using Position = std::array<double, 3>;
+
+// Equal exact numbers must round to equal doubles. CGAL's to_double of a lazy number depends on how it was computed.
 double rounded(const Exact::FT& x) {
-  return CGAL::to_double(CGAL::exact(x));
+  const auto [low, high] = CGAL::to_interval(x);
+  return low == high ? low + 0.0 : CGAL::to_double(CGAL::exact(x));  // -0 and 0 are one position
 }
 
 struct PositionHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
+  std::size_t operator()(const Position& p) const {
     return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
   }
+};
+
+// The pieces of one triangle.
+struct TrianglePieces {
+  std::vector<Position> vertices;
+  std::vector<Triangle> triangles;
+  std::vector<std::uint32_t> regions;  // of each piece; cuts lie between regions, none within one
 };
 
 // The pieces of all triangles, on joined vertices.
 class CutMesh : public Mesh {
  public:
-  // @return whether it was added
-  bool add(const std::array<std::array<double, 3>, 3>& corners, std::uint32_t origin) {
-    Triangle t{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto [it, fresh] = numbers_.try_emplace(corners[k], static_cast<std::uint32_t>(vertices.size()));
-      if (fresh) vertices.emplace_back(corners[k][0], corners[k][1], corners[k][2]);
-      t[k] = it->second;
+  void add(const TrianglePieces& pieces, std::uint32_t origin) {
+    constexpr std::uint32_t kNone = ~0U;
+    std::vector<std::uint32_t> numbers;
+    for (const Position& p : pieces.vertices) {
+      const auto [it, fresh] = numbers_.try_emplace(p, static_cast<std::uint32_t>(vertices.size()));
+      if (fresh) vertices.emplace_back(p[0], p[1], p[2]);
+      numbers.push_back(it->second);
     }
-    // Rounding may have made it collapse; the surface stays closed without it.
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
-    triangles.push_back(t);
-    origins.push_back(origin);
-    return true;
+    std::vector<std::uint32_t> last(pieces.triangles.size(), kNone);  // piece of each region
+    for (std::size_t i = 0; i < pieces.triangles.size(); ++i) {
+      const auto& [a, b, c] = pieces.triangles[i];
+      const Triangle t = {numbers[a], numbers[b], numbers[c]};
+      // Rounding may have made it collapse; the surface stays closed without it.
+      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
+      const auto piece = static_cast<std::uint32_t>(triangles.size());
+      std::uint32_t& known = last[pieces.regions[i]];
+      if (known != kNone) neighbours.emplace_back(known, piece);
+      known = piece;
+      triangles.push_back(t);
+      origins.push_back(origin);
+    }
   }
 
   std::vector<std::uint32_t> origins;                               // the triangle that each piece was cut from
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;  // pieces of one triangle between which no cut lies
 
  private:
-  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers_;
+  std::unordered_map<Position, std::uint32_t, PositionHash> numbers_;
 };
 
 // Cuts one triangle in the coordinate plane that it faces most.
@@ -88,61 +107,70 @@ class Cutter {
     u_ = (drop_ + 1) % 3;
     v_ = (drop_ + 2) % 3;
     flip_ = normal[drop_] < 0;
-    plane_ = Exact::Plane_3(corners[0], corners[1], corners[2]);
   }
 
-  void cut(const Cuts& cuts, std::uint32_t origin, CutMesh& out) const {
-    Delaunay cells;
-    for (int k = 0; k < 3; ++k) cells.insert_constraint(project(corners_[k]), project(corners_[(k + 1) % 3]));
-    for (const auto& [a, b] : cuts) {
-      const Point2 p = project(a);
-      const Point2 q = project(b);
-      if (p == q) {
-        cells.insert(p);
-      } else {
-        cells.insert_constraint(p, q);
-      }
-    }
+  [[nodiscard]] TrianglePieces cut(const Cuts& cuts) {
+    for (std::size_t k = 0; k < 3; ++k) add(corners_[k], corners_[(k + 1) % 3]);
+    for (const auto& [a, b] : cuts) add(a, b);
     CGAL::Unique_hash_map<Delaunay::Face_handle, std::uint32_t> number;
     std::uint32_t count = 0;
-    for (const Delaunay::Face_handle face : cells.finite_face_handles()) number[face] = count++;
-    DisjointSets patches(count);
-    for (const Delaunay::Edge& edge : cells.finite_edges()) {
+    for (const Delaunay::Face_handle face : cells_.finite_face_handles()) number[face] = count++;
+    DisjointSets regions(count);
+    for (const Delaunay::Edge& edge : cells_.finite_edges()) {
       const Delaunay::Face_handle other = edge.first->neighbor(edge.second);
-      if (!cells.is_constrained(edge) && !cells.is_infinite(edge.first) && !cells.is_infinite(other)) {
-        patches.join(number[edge.first], number[other]);
+      if (!cells_.is_constrained(edge) && !cells_.is_infinite(edge.first) && !cells_.is_infinite(other)) {
+        regions.join(number[edge.first], number[other]);
       }
     }
-    std::vector<std::uint32_t> first(count, kNone);  // piece of each patch
-    for (const Delaunay::Face_handle face : cells.finite_face_handles()) {
-      std::array<std::array<double, 3>, 3> corners{};
-      for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = lift(face->vertex(k)->point());
+    TrianglePieces pieces;
+    std::unordered_map<Delaunay::Vertex_handle, std::uint32_t, CGAL::Handle_hash_function> vertex_number;
+    for (const Delaunay::Face_handle face : cells_.finite_face_handles()) {
+      std::array<Delaunay::Vertex_handle, 3> corners = {face->vertex(0), face->vertex(1), face->vertex(2)};
       if (flip_) std::swap(corners[1], corners[2]);
-      if (!out.add(corners, origin)) continue;
-      const auto piece = static_cast<std::uint32_t>(out.triangles.size() - 1);
-      std::uint32_t& known = first[patches.find(number[face])];
-      if (known != kNone) out.neighbours.emplace_back(known, piece);
-      known = piece;
+      Triangle& t = pieces.triangles.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k) {
+        const auto next = static_cast<std::uint32_t>(pieces.vertices.size());
+        const auto [it, fresh] = vertex_number.try_emplace(corners[k], next);
+        if (fresh) pieces.vertices.push_back(position_of(corners[k]));
+        t[k] = it->second;
+      }
+      pieces.regions.push_back(regions.find(number[face]));
     }
+    return pieces;
   }
 
  private:
-  static constexpr std::uint32_t kNone = ~0U;
-  [[nodiscard]] Point2 project(const Point3& p) const { return {p[u_], p[v_]}; }
+  void add(const Point3& a, const Point3& b) {
+    const Delaunay::Vertex_handle from = add(a);
+    const Delaunay::Vertex_handle to = add(b);
+    if (from != to) cells_.insert_constraint(from, to);
+  }
 
-  [[nodiscard]] std::array<double, 3> lift(const Point2& p) const {
-    const Exact::FT n[3] = {plane_.a(), plane_.b(), plane_.c()};
-    std::array<double, 3> out{};
+  Delaunay::Vertex_handle add(const Point3& p) {
+    const Delaunay::Vertex_handle vertex = cells_.insert({p[u_], p[v_]});
+    given_.insert({vertex, p});
+    return vertex;
+  }
+
+  // Points that were given are evaluated once for all triangles that they cut. Where cuts cross, the plane decides.
+  [[nodiscard]] Position position_of(Delaunay::Vertex_handle vertex) const {
+    const auto it = given_.find(vertex);
+    if (it != given_.end()) return {rounded(it->second.x()), rounded(it->second.y()), rounded(it->second.z())};
+    const Exact::Plane_3 plane(corners_[0], corners_[1], corners_[2]);
+    const Exact::FT n[3] = {plane.a(), plane.b(), plane.c()};
+    const Point2& p = vertex->point();
+    Position out{};
     out[static_cast<std::size_t>(u_)] = rounded(p.x());
     out[static_cast<std::size_t>(v_)] = rounded(p.y());
-    out[static_cast<std::size_t>(drop_)] = rounded(-(plane_.d() + n[u_] * p.x() + n[v_] * p.y()) / n[drop_]);
+    out[static_cast<std::size_t>(drop_)] = rounded(-(plane.d() + n[u_] * p.x() + n[v_] * p.y()) / n[drop_]);
     return out;
   }
 
   std::array<Point3, 3> corners_;
-  Exact::Plane_3 plane_;
   int drop_ = 0, u_ = 1, v_ = 2;
   bool flip_ = false;
+  Delaunay cells_;
+  std::unordered_map<Delaunay::Vertex_handle, Point3, CGAL::Handle_hash_function> given_;
 };
 
 // Crossings along any of the three axes. The axes are permuted cyclically until the wanted one is x.
@@ -307,14 +335,19 @@ void close_with_thin_patches(std::span<const EdgeUse> uses, DisjointSets& sets, 
   }
 }
 
-}  // namespace
+// All triangles of a mesh, cut where others meet them.
+struct CutShells {
+  CutMesh pieces;
+  std::vector<std::uint8_t> whole;                   // per triangle: neither cut nor flat
+  std::vector<std::vector<std::uint32_t>> coplanar;  // per triangle: those that meet it in its plane, in rising order
+};
 
-UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
+CutShells cut_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
   const std::vector<Triangle>& all = mesh.triangles;
   std::vector<Point3> exact;
   exact.reserve(mesh.vertices.size());
   for (const Vector& v : mesh.vertices) exact.emplace_back(v.x(), v.y(), v.z());
-  const auto corners = [&](std::uint32_t t) {
+  const auto corners = [&](std::size_t t) {
     return std::array<Point3, 3>{exact[all[t][0]], exact[all[t][1]], exact[all[t][2]]};
   };
   // A triangle without area has no plane to be cut in, and bounds nothing.
@@ -324,15 +357,16 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
     flat[t] = CGAL::collinear(a, b, c) || mesh.area_normal(t).isZero(0);
   }
 
+  CutShells result;
   std::vector<Cuts> cuts(all.size());
-  std::vector<std::vector<std::uint32_t>> coplanar(all.size());
+  result.coplanar.resize(all.size());
   for (const auto& [i, j] : pairs) {
     if (flat[i] != 0 || flat[j] != 0) continue;
     const auto [a, b, c] = corners(i);
     const auto [d, e, f] = corners(j);
     if (CGAL::coplanar(a, b, c, d) && CGAL::coplanar(a, b, c, e) && CGAL::coplanar(a, b, c, f)) {
-      coplanar[i].push_back(j);
-      coplanar[j].push_back(i);
+      result.coplanar[i].push_back(j);
+      result.coplanar[j].push_back(i);
     }
     const auto common = CGAL::intersection(Exact::Triangle_3(a, b, c), Exact::Triangle_3(d, e, f));
     if (!common) continue;
@@ -340,31 +374,39 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
     boost::apply_visitor(CollectCuts{cuts[j]}, *common);
   }
 
-  CutMesh pieces;
-  std::vector<std::uint8_t> whole(all.size());
+  std::vector<TrianglePieces> cut(all.size());
+  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t t) {
+    if (!cuts[t].empty()) cut[t] = Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t]);
+  });
+  result.whole.resize(all.size());
   for (std::uint32_t t = 0; t < all.size(); ++t) {
-    std::sort(coplanar[t].begin(), coplanar[t].end());
-    whole[t] = cuts[t].empty() && flat[t] == 0;
+    std::sort(result.coplanar[t].begin(), result.coplanar[t].end());
+    result.whole[t] = cuts[t].empty() && flat[t] == 0;
     if (cuts[t].empty()) {
-      std::array<std::array<double, 3>, 3> same{};
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector& v = mesh.vertices[all[t][k]];
-        same[k] = {v.x(), v.y(), v.z()};
+      for (int k = 0; k < 3; ++k) {
+        const Vector& v = mesh.corner(t, k);
+        cut[t].vertices.push_back({v.x(), v.y(), v.z()});
       }
-      pieces.add(same, t);
-    } else {
-      Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t], t, pieces);
-      cuts[t] = {};
+      cut[t].triangles = {{0, 1, 2}};
+      cut[t].regions = {0};
     }
+    result.pieces.add(cut[t], t);
+    cut[t] = {};
   }
+  return result;
+}
 
+// Boundary of the points with a winding number above 0.
+// @param least  set to the least winding number beside a piece
+Mesh outer_boundary(const Mesh& mesh, const CutShells& cut, int& least) {
+  const CutMesh& pieces = cut.pieces;
   // A patch is kept or dropped as a whole. Within a triangle it ends at cuts; across an edge it goes on where a whole
   // triangle ends, as no cut lies on the edge then. Equal positions elsewhere may be due to rounding.
   DisjointSets sets(pieces.triangles.size());
   for (const auto& [a, b] : pieces.neighbours) sets.join(a, b);
   const std::vector<EdgeUse> uses = sorted_edges(pieces.triangles);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    const auto is_whole = [&](const EdgeUse& use) { return whole[pieces.origins[use.triangle]] != 0; };
+    const auto is_whole = [&](const EdgeUse& use) { return cut.whole[pieces.origins[use.triangle]] != 0; };
     if (edge.size() == 2 && (is_whole(edge[0]) || is_whole(edge[1]))) sets.join(edge[0].triangle, edge[1].triangle);
   });
   // A patch is judged at the centre of its largest piece, where the centre's rounding matters least.
@@ -376,7 +418,7 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
   }
   std::sort(by_area.begin(), by_area.end(),
             [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
-  Classifier classifier(mesh, coplanar);
+  Classifier classifier(mesh, cut.coplanar);
   std::vector<Verdict> verdicts(by_area.size(), Verdict::unclear);
   for (const std::uint32_t t : by_area) {
     Verdict& verdict = verdicts[sets.find(t)];
@@ -387,14 +429,36 @@ UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pai
   for (std::uint32_t t = 0; t < by_area.size(); ++t) verdicts[t] = verdicts[sets.find(t)];
   close_with_thin_patches(uses, sets, verdicts);
 
-  UnitedShells united;
-  united.least_winding = classifier.least_winding();
+  least = classifier.least_winding();
+  Mesh boundary;
   for (std::uint32_t t = 0; t < pieces.triangles.size(); ++t) {
-    if (verdicts[t] == Verdict::keep) united.mesh.triangles.push_back(pieces.triangles[t]);
+    if (verdicts[t] == Verdict::keep) boundary.triangles.push_back(pieces.triangles[t]);
   }
-  united.mesh.vertices = std::move(pieces.vertices);
-  drop_unused_vertices(united.mesh);
-  return united;
+  boundary.vertices = pieces.vertices;
+  drop_unused_vertices(boundary);
+  return boundary;
+}
+
+}  // namespace
+
+UnitedShells unite_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs,
+                          const std::vector<std::uint8_t>& inward) {
+  CutShells cut = cut_shells(mesh, pairs);
+  int least = 0;
+  if (std::find(inward.begin(), inward.end(), 0) != inward.end()) {
+    Mesh boundary = outer_boundary(mesh, cut, least);
+    // If no winding number is negative, an inward shell is a cavity that touches the wall around it.
+    if (least >= 0 || std::find(inward.begin(), inward.end(), 1) == inward.end()) return {std::move(boundary), false};
+  }
+  Mesh righted = mesh;
+  for (std::uint32_t t = 0; t < inward.size(); ++t) {
+    if (inward[t] != 0) std::swap(righted.triangles[t][1], righted.triangles[t][2]);
+  }
+  for (std::uint32_t piece = 0; piece < cut.pieces.origins.size(); ++piece) {
+    Triangle& t = cut.pieces.triangles[piece];
+    if (inward[cut.pieces.origins[piece]] != 0) std::swap(t[1], t[2]);
+  }
+  return {outer_boundary(righted, cut, least), true};
 }
 
 }  // namespace vps::bake
