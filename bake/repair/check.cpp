@@ -12,6 +12,7 @@
 #include "bake/quantity_text.h"
 #include "bake/repair/clean_mesh.h"
 #include "bake/repair/close_mesh.h"
+#include "bake/repair/far_vertices.h"
 #include "bake/repair/open_sheets.h"
 #include "bake/repair/orient_mesh.h"
 #include "bake/repair/resolve_shells.h"
@@ -73,39 +74,89 @@ void wrap(Mesh& mesh, double voxel_size, RepairOutcome& outcome) {
                   holes.filled, plural(holes.filled), format_length(offset), format_length(alpha)));
 }
 
+// A mesh that the allowed repairs do not close. Others may.
+struct NotClosed : BakeError {
+  NotClosed(const std::string& reason, std::string remedy_in)
+      : BakeError("check", reason), remedy(std::move(remedy_in)) {}
+  std::string remedy;  // beside repairs
+};
+
 [[noreturn]] void refuse_leak(const FilledHoles& holes, const RepairSettings& settings) {
-  std::string message =
-      fmt::format("the mesh is open: it leaks through {} hole{}, the longest border of {} at {}", holes.left,
-                  plural(holes.left), format_length(holes.longest_border), place(holes.place));
-  if (settings.repair == Repair::automatic) {
-    message += "; close it there, or use --repair fill, --repair wrap, or --open-surface thicken=2mm for a sheet";
-  } else {
-    message += "; close it there or let --repair do more";
-  }
-  refuse(message);
+  std::string reason = fmt::format(
+      "the mesh is open: it leaks through {} hole{}, the longest border of {} at {}, up to {} wide", holes.left,
+      plural(holes.left), format_length(holes.longest_border), place(holes.place), format_length(holes.widest));
+  if (settings.repair != Repair::automatic) throw NotClosed(reason, "close it there");
+  if (settings.voxel_size == 0) throw NotClosed(reason, "give --voxel or --resolution to close holes up to a voxel");
+  throw NotClosed(fmt::format("{}, more than a voxel of {}", reason, format_length(settings.voxel_size)),
+                  "close it there");
 }
 
 [[noreturn]] void refuse_sheets(const OpenSheets& sheets) {
   const std::uint32_t left = sheets.crossing + sheets.outside;
-  refuse(
-      fmt::format("the mesh is open: beside closed surfaces it has {} open one{} that bound{} no volume, one {} at {}; "
-                  "remove {}, make {} solid with --open-surface thicken=2mm, or use --repair fill for a body with "
-                  "holes",
+  throw NotClosed(
+      fmt::format("the mesh is open: beside closed surfaces it has {} open one{} that bound{} no volume, "
+                  "one {} at {}",
                   left, plural(left), left == 1 ? "s" : "",
                   sheets.crossing > 0 ? "that crosses or touches a closed one" : "outside of the closed ones",
-                  place(sheets.place), left == 1 ? "it" : "them", left == 1 ? "it" : "them"));
+                  place(sheets.place)),
+      left == 1 ? "remove it" : "remove them");
 }
 
 [[noreturn]] void refuse_union(std::size_t open) {
+  throw NotClosed(fmt::format("uniting the shells that cross left {} open edge{}", open, plural(open)),
+                  "unite them in the modeller");
+}
+
+// A vertex that an export misplaced makes the mesh so large that the rest of it vanishes in a voxel.
+void refuse_far_vertices(const Mesh& mesh, double voxel_size) {
+  const FarVertices far = find_far_vertices(mesh, voxel_size);
+  if (far.count == 0) return;
+  const bool one = far.count == 1;
   refuse(
-      fmt::format("uniting the shells that cross left {} open edge{}; unite them in the modeller, or use --repair wrap",
-                  open, plural(open)));
+      fmt::format("{} at {}{} up to {} from all others, which lie within {} of each other and would vanish in one "
+                  "voxel; correct {}, or choose smaller voxels",
+                  one ? "a vertex" : fmt::format("{} vertices, one", far.count), place(far.place),
+                  one ? " lies" : ", lie", format_length(far.distance), format_length(far.core), one ? "it" : "them"));
 }
 
 void note_dropped(const OpenSheets& sheets, std::vector<std::string>& notes) {
   if (sheets.dropped == 0) return;
   notes.push_back(fmt::format("{} open surface{} inside a solid: dropped, as {} no volume", sheets.dropped,
                               plural(sheets.dropped), sheets.dropped == 1 ? "it bounds" : "they bound"));
+}
+
+// Tolerances that do not depend on the voxel size, then the voxel size: a mesh that closes within one of the first
+// closes to the same surface with all larger voxels.
+std::vector<double> stitch_tolerances(double longest_side, double voxel_size) {
+  std::vector<double> tolerances;
+  for (double t = 4e-6 * longest_side; t < voxel_size; t *= 4) tolerances.push_back(t);
+  tolerances.push_back(voxel_size);
+  return tolerances;
+}
+
+// Merges vertices first: splitting edges within too small a tolerance leaves slivers that no larger one closes.
+// @param note  set when something changed
+// @return whether the mesh is closed
+bool stitch(Mesh& mesh, const std::vector<double>& tolerances, std::string& note) {
+  for (const bool splits : {false, true}) {
+    Mesh work = mesh;
+    std::size_t changes = 0;
+    bool closed = false;
+    double within = 0;
+    for (std::size_t i = 0; i < tolerances.size() && !closed && !work.triangles.empty(); ++i) {
+      const std::size_t more = splits ? stitch_borders(work, tolerances[i]) : merge_borders(work, tolerances[i]);
+      if (more == 0) continue;
+      changes += more;
+      within = tolerances[i];
+      closed = closed_after_tidying(work);
+    }
+    if (changes == 0 || work.triangles.empty() || !(closed || splits)) continue;
+    note = fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(within), changes);
+    if (closed) note += "; voxels smaller than that leave them open";
+    mesh = std::move(work);
+    return closed;
+  }
+  return false;
 }
 
 // Applies the repairs from the least invasive to the most, each on top of the ones before, until only sheets inside
@@ -135,18 +186,13 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     if (closed_after_tidying(work)) return done();
   }
   if (allowed(Repair::stitch) && settings.voxel_size > 0) {
-    std::size_t changes = 0;
-    for (const double part : {0.001, 0.01, 0.1, 1.0}) {
-      const double tolerance = part * settings.voxel_size;
-      changes += stitch_borders(work, tolerance);
-      if (work.triangles.empty()) break;
-      if (changes > 0) {
-        outcome.used = Repair::stitch;
-        note = fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(tolerance), changes);
-      }
-      if (closed_after_tidying(work)) return done();
+    std::string sewed;
+    const bool closed = stitch(work, stitch_tolerances(longest_side, settings.voxel_size), sewed);
+    if (!sewed.empty()) {
+      outcome.used = Repair::stitch;
+      note = std::move(sewed);
     }
-    if (work.triangles.empty()) work = mesh;
+    if (closed) return done();
   }
   // `automatic` only fills holes of at most a voxel's width, which the grid cannot distinguish from a crack.
   const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()
@@ -159,13 +205,14 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     note = fmt::format("repair fill: closed {} hole{}, {:.2g} % of the surface", holes.filled, plural(holes.filled),
                        100 * outcome.filled_share);
   }
-  if (!closed_after_tidying(work)) {
+  // A filled mesh is closed. Tidying could open it again where a patch lies on a lone triangle.
+  if (count_unbalanced(work) > 0 && !closed_after_tidying(work)) {
     const OpenSheets sheets = drop_enclosed_sheets(work);
     note_dropped(sheets, outcome.notes);
     if (holes.left > 0 && sheets.crossing + sheets.outside > 0) refuse_sheets(sheets);
     if (holes.left > 0 && sheets.dropped == 0) refuse_leak(holes, settings);
     if (count_unbalanced(work) > 0) {
-      refuse("the mesh has no consistent inside; make the winding of its triangles consistent or use --repair wrap");
+      throw NotClosed("the mesh has no consistent inside", "make the winding of its triangles consistent");
     }
   }
   done();
@@ -215,14 +262,14 @@ void note_shells(const ShellCounts& counts, std::vector<std::string>& notes) {
   if (counts.flat > 0) notes.push_back(fmt::format("{} without volume: dropped", shells(counts.flat)));
 }
 
-}  // namespace
-
-Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
+// @throw NotClosed, or BakeError when no repair helps
+Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
   std::vector<std::string>& notes = outcome.notes;
   const Extent extent = measure_extent(input);
   CleanCounts cleaned;
   Mesh mesh = join_vertices(input, cleaned);
   if (mesh.triangles.empty()) refuse("the mesh has no triangle with an area; check the export");
+  refuse_far_vertices(mesh, settings.voxel_size);
   drop_duplicates(mesh, cleaned);
   if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
   if (count_unbalanced(mesh) > 0) {
@@ -252,10 +299,50 @@ Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, Re
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
     volume6 += (surface.corner(t, 0) - middle).dot(surface.area_normal(t));
   }
-  if (!(volume6 > 1e-12 * surface.area * (surface.bounds_max - surface.bounds_min).maxCoeff())) {
-    refuse("the mesh encloses no volume; give it thickness");
+  // Rounding makes errors of about 1e-16 of these products, and readers refuse an asset without a certain volume.
+  const double longest = (surface.bounds_max - surface.bounds_min).maxCoeff();
+  constexpr double kLeastShare = 1e-12;
+  if (!(volume6 > kLeastShare * longest * std::max(surface.area, longest * longest))) {
+    refuse("the mesh encloses no volume, or so little that rounding hides it; give it thickness");
   }
   return surface;
+}
+
+// The options that close a mesh after all. `fill` and less are tried, as they fail where the shells that they close
+// cannot be united. Wraps and thickened sheets are closed by construction.
+std::string advise_options(const TriangleMesh& input, const RepairSettings& settings) {
+  std::vector<std::string> options;
+  const auto closes = [&](Repair repair) {
+    RepairSettings more = settings;
+    more.repair = repair;
+    RepairOutcome ignored;
+    try {
+      (void)closed_surface(input, more, ignored);
+      return true;
+    } catch (const BakeError&) {
+      return false;
+    }
+  };
+  for (const Repair repair : {Repair::weld, Repair::stitch, Repair::fill}) {
+    const bool is_more = repair > settings.repair || (settings.repair == Repair::automatic && repair == Repair::fill);
+    if (!options.empty() || !is_more || !closes(repair)) continue;
+    options.push_back(fmt::format("--repair {}", describe(repair)));
+  }
+  if (settings.repair != Repair::wrap) options.emplace_back("--repair wrap");
+  if (settings.sheet_thickness == 0) options.emplace_back("--open-surface thicken=2mm for a sheet");
+  if (options.size() > 1) options.back() = "or " + options.back();
+  return fmt::format("{}", fmt::join(options, options.size() > 2 ? ", " : " "));
+}
+
+}  // namespace
+
+Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
+  try {
+    return closed_surface(input, settings, outcome);
+  } catch (const NotClosed& open) {
+    const std::string options = advise_options(input, settings);
+    refuse(fmt::format("{}; {}{}{}", open.what(), open.remedy, options.empty() ? "" : ", or use ", options));
+  }
 }
 
 }  // namespace vps::bake

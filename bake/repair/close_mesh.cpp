@@ -214,8 +214,12 @@ std::size_t weld_vertices(Mesh& mesh, double tolerance) {
   return merge(mesh, all, tolerance);
 }
 
+std::size_t merge_borders(Mesh& mesh, double tolerance) {
+  return merge(mesh, find_open_edges(mesh).vertices, tolerance);
+}
+
 std::size_t stitch_borders(Mesh& mesh, double tolerance) {
-  std::size_t changes = merge(mesh, find_open_edges(mesh).vertices, tolerance);
+  std::size_t changes = merge_borders(mesh, tolerance);
   // Splitting one edge of a triangle leaves its others to the next pass.
   for (int pass = 0; pass < 8; ++pass) {
     const std::size_t splits = split_open_edges(mesh, tolerance);
@@ -248,6 +252,7 @@ FilledHoles fill_holes(Mesh& mesh, double widest) {
     for (const auto& [a, b, c] : patch) width = std::max(width, least_height(border[a], border[b], border[c]));
     if (width > widest) {
       ++result.left;
+      result.widest = std::max(result.widest, width);
       if (length > result.longest_border) {
         result.longest_border = length;
         result.place = border.front();

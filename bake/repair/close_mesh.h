@@ -11,15 +11,19 @@ namespace vps::bake {
 /// Merges each vertex with the nearest earlier one within the tolerance. @return number of vertices merged
 std::size_t weld_vertices(Mesh& mesh, double tolerance);
 
-/// Joins open edges. Merges vertices of open edges within the tolerance, then splits an open edge where such a vertex
-/// lies within the tolerance of it. @return number of vertices merged and edges split
+/// Merges each vertex of an open edge with the nearest earlier one within the tolerance. @return number merged
+std::size_t merge_borders(Mesh& mesh, double tolerance);
+
+/// Joins open edges: merges borders, then splits an open edge where a vertex of another lies within the tolerance of
+/// it. @return number of vertices merged and edges split
 std::size_t stitch_borders(Mesh& mesh, double tolerance);
 
 struct FilledHoles {
   std::size_t filled = 0;
   std::size_t left = 0;           ///< holes that stay open
   double area = 0;                ///< of the patches. [m^2]
-  double longest_border = 0;      ///< of the holes that stay open. [m]
+  double widest = 0;              ///< width of the holes that stay open. [m]
+  double longest_border = 0;      ///< of these holes. [m]
   Vector place = Vector::Zero();  ///< a point of that border
 };
 

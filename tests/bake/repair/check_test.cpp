@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <limits>
 
 #include "bake/stages/mass_properties.h"
@@ -85,6 +87,52 @@ TEST(Check, NothingAndFlatThingsAreRefused) {
   flat.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   flat.triangles = {{0, 1, 2}, {0, 2, 1}};
   EXPECT_NE(refusal(flat).find("the mesh is open"), std::string::npos);
+}
+
+TEST(Check, AMisplacedVertexIsRefusedWithItsPlace) {
+  for (TriangleMesh mesh : {make_box({1, 1, 1}), make_sphere(1, 4)}) {
+    mesh.vertices[3][1] = 1e7;
+    for (const double voxel_size : {0.0, 1e7 / 160}) {
+      const std::string said = refusal(mesh, {Repair::automatic, voxel_size, 0});
+      EXPECT_NE(said.find("a vertex at ("), std::string::npos) << said;
+      EXPECT_NE(said.find("1e+07, "), std::string::npos) << said;
+      EXPECT_NE(said.find("lies up to 1e+04 km from all others"), std::string::npos) << said;
+    }
+  }
+}
+
+TEST(Check, ASmallPartOfManyTrianglesBesideALargeOneIsNotMisplaced) {
+  const TriangleMesh scene = joined(make_box({1000, 1, 1}), make_sphere(0.5, 4));
+  EXPECT_EQ(refusal(scene, {Repair::automatic, 20, 0}), "");
+}
+
+TEST(Check, SliversHaveARightVolumeOrNone) {
+  int refused = 0;
+  for (int n = 4; n < 48; ++n) {
+    const double t = std::pow(10, -n / 4.0);
+    for (const Vector& half : {Vector(0.5, t, t), Vector(0.5, 0.5, t)}) {
+      // Along an axis, where rounding is harmless, and across all three.
+      for (const double angle : {0.0, 0.6}) {
+        const Eigen::AngleAxisd pose(angle, Vector(0.3, -0.5, 0.8).normalized());
+        TriangleMesh mesh = make_box({half.x(), half.y(), half.z()});
+        for (auto& v : mesh.vertices) {
+          const Vector p = pose * Vector(v[0], v[1], v[2]);
+          v = {p.x(), p.y(), p.z()};
+        }
+        RepairOutcome outcome;
+        try {
+          const Surface surface = check_mesh(mesh, {}, outcome);
+          const double volume = mass_properties(surface).volume;
+          EXPECT_NEAR(volume, 8 * half.prod(), 0.01 * volume) << t << ' ' << angle;
+        } catch (const BakeError& error) {
+          EXPECT_NE(std::string(error.what()).find("encloses no volume"), std::string::npos) << error.what();
+          EXPECT_LT(half.prod(), 1e-12);
+          ++refused;
+        }
+      }
+    }
+  }
+  EXPECT_GT(refused, 0);
 }
 
 TEST(Check, IndicesPastTheEndAreRefused) {

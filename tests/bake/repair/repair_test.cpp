@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <optional>
 
 #include "bake/repair/check.h"
 #include "bake/repair/self_intersections.h"
@@ -111,6 +112,21 @@ TEST(Repair, CracksBelowAVoxelAreStitched) {
             std::string::npos);
 }
 
+TEST(Repair, CracksCloseToTheSameSurfaceForAllLargerVoxels) {
+  const double right = mass_properties(checked(make_sphere(1, 3))).volume;
+  const TriangleMesh soup = shaken(make_sphere(1, 3), 0.0005);
+  std::optional<double> volume;
+  for (const double voxels : {32, 96, 160, 400}) {
+    const Repaired r = repaired(soup, with(Repair::automatic, 2 / voxels));
+    EXPECT_EQ(r.outcome.used, Repair::stitch);
+    ASSERT_EQ(r.outcome.notes.size(), 1U) << voxels;
+    EXPECT_NE(r.outcome.notes[0].find("; voxels smaller than that leave them open"), std::string::npos);
+    EXPECT_EQ(r.volume, volume.value_or(r.volume)) << voxels;
+    EXPECT_NEAR(r.volume, right, 1e-3);
+    volume = r.volume;
+  }
+}
+
 TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
   // A box whose top has a vertex in the middle of one edge. The adjacent side face lacks this vertex.
   TriangleMesh mesh = make_box({1, 1, 1});
@@ -135,6 +151,45 @@ TEST(Repair, AHoleBelowAVoxelIsFilledAndAWiderOneIsNot) {
   EXPECT_EQ(filled.outcome.used, Repair::fill);
   EXPECT_TRUE(is_closed(filled.surface));
   EXPECT_NEAR(filled.volume, mass_properties(checked(make_sphere(1, 3))).volume, 0.1);
+}
+
+TEST(Repair, FillingClosesASolidBesideTrianglesThatBoundNothing) {
+  // Each lone triangle is filled by its own back.
+  TriangleMesh mesh = joined(without(make_box({1, 1, 1}), 0, 1), make_sheet(3, 3, {0.1, 0, 0.2}));
+  for (int n = 0; n < 9; ++n) mesh = joined(mesh, without(make_sheet(0.5, 1, {0.3 * n - 1, 0.1 * n, 0.2 * n}), 0, 1));
+  const Repaired r = repaired(mesh, with(Repair::fill));
+  EXPECT_EQ(r.outcome.used, Repair::fill);
+  EXPECT_TRUE(is_closed(r.surface));
+  EXPECT_NEAR(r.volume, 8, 1e-9);
+}
+
+TEST(Repair, OnlyRepairsThatWorkAreAdvised) {
+  const auto advised = [](const std::string& said) {
+    std::vector<std::string> options;
+    for (const char* option :
+         {"--repair weld", "--repair stitch", "--repair fill", "--repair wrap", "--open-surface"}) {
+      if (said.find(option, said.find(';')) != std::string::npos) options.emplace_back(option);
+    }
+    return options;
+  };
+  using Options = std::vector<std::string>;
+  const TriangleMesh open_box = without(make_box({1, 1, 1}), 0, 1);
+  const TriangleMesh sheet = make_sheet(1, 1, {0, 0, 0});
+  EXPECT_EQ(advised(repair_refusal(open_box, with(Repair::automatic))),
+            (Options{"--repair fill", "--repair wrap", "--open-surface"}));
+  EXPECT_EQ(advised(repair_refusal(sheet, with(Repair::automatic))), (Options{"--repair wrap", "--open-surface"}));
+  EXPECT_EQ(advised(repair_refusal(shaken(make_sphere(1, 2), 0.004), with(Repair::none))),
+            (Options{"--repair stitch", "--repair wrap", "--open-surface"}));
+  EXPECT_EQ(advised(repair_refusal(shaken(make_box({1, 1, 1}), 1e-7), with(Repair::none))),
+            (Options{"--repair weld", "--repair wrap", "--open-surface"}));
+}
+
+TEST(Repair, ARefusalSaysHowWideTheHoleIs) {
+  const TriangleMesh open_box = without(make_box({1, 1, 1}), 0, 1);
+  const std::string wide = repair_refusal(open_box, with(Repair::automatic));
+  EXPECT_NE(wide.find("up to 1.414 m wide, more than a voxel of 50 mm; close it there"), std::string::npos) << wide;
+  const std::string unknown = repair_refusal(open_box, with(Repair::automatic, 0));
+  EXPECT_NE(unknown.find("up to 1.414 m wide; give --voxel or --resolution"), std::string::npos) << unknown;
 }
 
 TEST(Repair, WrapClosesWhatNothingElseDoes) {

@@ -161,8 +161,7 @@ TEST(Extremes, DuplicateAndOppositeFacesDoNotCount) {
     SCOPED_TRACE("a sheet inside");
     expect_right(with(both_sides(0.2)), 0.05);
   }
-  EXPECT_NE(refusal(with(both_sides(0.45)).mesh, all_fields(0.05)).find("with --open-surface thicken="),
-            std::string::npos);
+  EXPECT_NE(refusal(with(both_sides(0.45)).mesh, all_fields(0.05)).find("--open-surface thicken="), std::string::npos);
 }
 
 // A prism whose rings have pairs of vertices `gap` apart: its sides contain triangles of aspect 1 / gap.
