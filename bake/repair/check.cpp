@@ -134,29 +134,35 @@ std::vector<double> stitch_tolerances(double longest_side, double voxel_size) {
   return tolerances;
 }
 
-// Merges vertices first: splitting edges within too small a tolerance leaves slivers that no larger one closes.
+// Tries each tolerance without splitting edges first: where vertices match, splits leave slivers.
 // @param note  set when something changed
 // @return whether the mesh is closed
 bool stitch(Mesh& mesh, const std::vector<double>& tolerances, std::string& note) {
-  for (const bool splits : {false, true}) {
-    Mesh work = mesh;
+  struct Attempt {
+    std::size_t (*join)(Mesh&, double);
+    Mesh mesh;
     std::size_t changes = 0;
-    bool closed = false;
     double within = 0;
-    for (std::size_t i = 0; i < tolerances.size() && !closed && !work.triangles.empty(); ++i) {
-      const std::size_t more = splits ? stitch_borders(work, tolerances[i]) : merge_borders(work, tolerances[i]);
-      if (more == 0) continue;
-      changes += more;
-      within = tolerances[i];
-      closed = closed_after_tidying(work);
+  };
+  Attempt attempts[] = {{merge_borders, mesh}, {stitch_borders, mesh}};
+  bool closed = false;
+  const Attempt* best = &attempts[1];
+  for (const double tolerance : tolerances) {
+    for (Attempt& attempt : attempts) {
+      const std::size_t changes = closed ? 0 : attempt.join(attempt.mesh, tolerance);
+      if (changes == 0) continue;
+      attempt.changes += changes;
+      attempt.within = tolerance;
+      closed = !attempt.mesh.triangles.empty() && closed_after_tidying(attempt.mesh);
+      if (closed) best = &attempt;
     }
-    if (changes == 0 || work.triangles.empty() || !(closed || splits)) continue;
-    note = fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(within), changes);
-    if (closed) note += "; voxels smaller than that leave them open";
-    mesh = std::move(work);
-    return closed;
   }
-  return false;
+  if (best->changes == 0 || best->mesh.triangles.empty()) return false;
+  note =
+      fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(best->within), best->changes);
+  if (closed) note += "; voxels smaller than that leave them open";
+  mesh = best->mesh;
+  return closed;
 }
 
 // Applies the repairs from the least invasive to the most, each on top of the ones before, until only sheets inside

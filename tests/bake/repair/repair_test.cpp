@@ -139,6 +139,8 @@ TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
   EXPECT_EQ(r.outcome.used, Repair::stitch);
   EXPECT_NEAR(r.volume, 8, 0.01);
   EXPECT_TRUE(is_closed(r.surface));
+  // Larger voxels would allow to merge it with a corner instead.
+  EXPECT_EQ(repaired(mesh, with(Repair::automatic, 1.5)).volume, r.volume);
 }
 
 TEST(Repair, AHoleBelowAVoxelIsFilledAndAWiderOneIsNot) {
