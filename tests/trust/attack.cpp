@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Searches the worst case of every promise on meshes with many options. Prints one JSON object per line and body;
+// names broken promises on stderr, and exits with 1 if there are any.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "formats/mesh/mesh_import.h"
+#include "tests/trust/promises.h"
+
+namespace {
+
+using namespace vps;
+using namespace vps::test;
+
+struct Options {
+  std::string name;
+  bake::BakeOptions bake;
+};
+
+bake::BakeOptions everything(std::uint32_t resolution) {
+  bake::BakeOptions options;
+  options.resolution = resolution;
+  options.layers = options.scaled = options.real = true;
+  return options;
+}
+
+// Each setting at its ends, the others as they are by default.
+std::vector<Options> all_options(std::uint32_t resolution) {
+  std::vector<Options> all;
+  const auto add = [&](const char* name, auto change) {
+    all.push_back({name, everything(resolution)});
+    change(all.back().bake);
+  };
+  add("default", [](auto&) {});
+  add("wide bands", [](auto& o) { o.band_inside = o.band_outside = 8; });
+  add("narrow bands", [](auto& o) { o.band_inside = o.band_outside = 2; });
+  add("unequal bands, thin faces", [](auto& o) {
+    o.band_inside = 2;
+    o.band_outside = 6;
+    o.thin_faces = 4;
+    o.alpha = 0.7;
+  });
+  add("field error 1, alpha 4", [](auto& o) {
+    o.field_error = 1;
+    o.alpha = 4;
+    o.band_inside = 6;
+  });
+  add("field error 0.01, branching 2", [](auto& o) {
+    o.field_error = 0.01;
+    o.branching = 2;
+  });
+  return all;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Searches the worst case of every promise");
+  std::vector<std::string> meshes;
+  std::string only;
+  std::uint32_t resolution = 40;
+  std::size_t most_options = 99;
+  double seconds = 1e9;
+  lab::ClimbOptions climb;
+  app.add_option("meshes", meshes)->required();
+  app.add_option("--resolution", resolution);
+  app.add_option("--options", most_options, "how many of the settings");
+  app.add_option("--only", only, "the promises whose names begin so");
+  app.add_option("--starts", climb.starts);
+  app.add_option("--climbs", climb.climbs);
+  app.add_option("--steps", climb.steps);
+  app.add_option("--seed", climb.seed);
+  app.add_option("--seconds", seconds, "no body is begun afterwards");
+  CLI11_PARSE(app, argc, argv);
+  const auto begin = std::chrono::steady_clock::now();
+  int broken = 0;
+  for (const std::string& file : meshes) {
+    for (std::size_t n = 0; n < std::min(most_options, all_options(resolution).size()); ++n) {
+      const Options options = all_options(resolution)[n];
+      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > seconds) continue;
+      nlohmann::ordered_json line = {{"mesh", file.substr(file.rfind('/') + 1)}, {"options", options.name}};
+      try {
+        const Subject subject(bake::closed_mesh(import_mesh(file), options.bake).mesh, options.bake);
+        for (const Promise& promise : promises()) {
+          if (promise.name.compare(0, only.size(), only) != 0) continue;
+          lab::ClimbOptions effort = climb;
+          effort.starts = std::max(1, int(promise.effort * climb.starts));
+          const Found found = promise.attack(subject, effort);
+          if (found.measured == 0) continue;
+          line["found"][promise.name] = {
+              {"measured", found.measured}, {"worst", found.worst}, {"started", found.started}};
+          if (found.worst > most_of(promise.measure)) {
+            ++broken;
+            fmt::print(stderr, "{}, {}: {} is broken: {:.4f} (random places: {:.4f})\n", file, options.name,
+                       promise.name, found.worst, found.started);
+          }
+        }
+      } catch (const std::exception& error) {
+        line["skipped"] = error.what();
+      }
+      fmt::print("{}\n", line.dump());
+      std::fflush(stdout);
+    }
+  }
+  fmt::print(stderr, "{} broken\n", broken);
+  return broken > 0 ? 1 : 0;
+}
