@@ -49,7 +49,7 @@ all: deps
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
-# Makes the packages vpsbake and libvps-dev for this release of Debian in build/packages, and checks them with lintian.
+# Makes the packages vpsbake, libvps0 and libvps-dev for this release of Debian in build/packages, and checks them with lintian.
 deb: PACKAGES += $(DEB_PACKAGES)
 deb: deps
 	cmake --preset deb

@@ -13,8 +13,8 @@
 /// Every function that can fail returns a status; none throws. NULL where a pointer is needed, numbers that are not
 /// finite and values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay
 /// as they were. Closed handles are not detected. Any number of threads may read an asset and its views; only one
-/// thread at a time may use a scratch. Link the static library with a C++ linker, or with the output of
-/// `pkg-config --libs vps`.
+/// thread at a time may use a scratch or a batch. Link libvps.so (`pkg-config --libs vps-shared`), or the static
+/// library with a C++ linker or the output of `pkg-config --libs vps`.
 #pragma once
 
 #include <stddef.h>
@@ -447,6 +447,73 @@ typedef struct VpsClosestPoint {
 /// @param options  NULL: 0.01 voxels, 256 steps
 VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,
                             VpsClosestPoint* result);
+
+// Batches: many elements in one call, over threads. Each element gets the answer of the single call, bit for bit, for
+// any number of threads.
+
+/// The caller's array: element i starts i * stride bytes after `first`. Any stride is allowed, 0 and negative ones too.
+/// Floats and structs need no alignment. Nothing is copied.
+typedef struct VpsConstArray {
+  const void* first;
+  ptrdiff_t stride;  ///< [bytes]
+} VpsConstArray;
+/// The same, to be written: elements do not overlap, so |stride| is at least the element's size.
+typedef struct VpsArray {
+  void* first;
+  ptrdiff_t stride;  ///< [bytes]
+} VpsArray;
+
+/// Threads of batches with their working memory. Threads start with each batch and end with it.
+typedef struct VpsBatch VpsBatch;
+/// @param threads  0: as many as the machine has; 1: the caller's alone. [Limits: value <= 1024]
+VpsStatus vps_batch_create(uint32_t threads, VpsBatch** batch);
+/// NULL is allowed.
+VpsStatus vps_batch_destroy(VpsBatch* batch);
+
+// Common to the batches below. An element that its single call refuses, such as a point that is not finite, keeps its
+// former answer. All others are answered. The status is that of the first element refused.
+/// Index of the first element that the last batch refused; its count when it refused none.
+VpsStatus vps_batch_refused(const VpsBatch* batch, size_t* index);
+
+/// vps_penetration of many points.
+/// @param points          3 floats each. [m]
+/// @param inward_normals  3 floats each; {NULL, 0} is allowed unless the field is `vps_field_layers`. [-]
+/// @param penetrations    a float each. [m]
+VpsStatus vps_penetration_batch(VpsBatch* batch, VpsFieldRef field, size_t count, VpsConstArray points,
+                                VpsConstArray inward_normals, VpsArray penetrations);
+/// vps_outward_normal of many points.
+/// @param normals  3 floats each. [-]
+VpsStatus vps_outward_normal_batch(VpsBatch* batch, VpsFieldRef field, size_t count, VpsConstArray points,
+                                   VpsArray normals);
+/// vps_closest_point of many points.
+/// @param results  a VpsClosestPoint each
+VpsStatus vps_closest_point_batch(VpsBatch* batch, const VpsVoxelmap* map, size_t count, VpsConstArray points,
+                                  const VpsClosestPointOptions* options, VpsArray results);
+
+/// Rays as arrays of their parts, see VpsRay.
+typedef struct VpsRays {
+  VpsConstArray origins;        ///< 3 floats each. [m]
+  VpsConstArray directions;     ///< 3 floats each. [-]
+  VpsConstArray max_distances;  ///< a float each; {NULL, 0}: no limit. [m]
+} VpsRays;
+/// vps_cast_ray of many rays.
+/// @param hits  a VpsRayHit each
+VpsStatus vps_cast_ray_batch(VpsBatch* batch, const VpsVoxelmap* map, size_t count, const VpsRays* rays,
+                             float tolerance_vx, VpsArray hits);
+
+/// vps_separation of many poses of a pair.
+/// @param poses    a VpsPose each, shell_to_field
+/// @param results  a VpsSeparation each
+VpsStatus vps_separation_batch(VpsBatch* batch, const VpsPointshell* shell, VpsFieldRef field, size_t count,
+                               VpsConstArray poses, const VpsSeparationOptions* options, VpsArray results);
+/// vps_traverse of many poses of a pair.
+/// @param options   its cache must be NULL
+/// @param contacts  room for `capacity` VpsContact at each element, aligned to 4; {NULL, 0} with capacity 0
+/// @param results   a VpsQueryResult each
+/// @return `vps_output_full` when contacts of any pose did not fit and no pose was refused
+VpsStatus vps_traverse_batch(VpsBatch* batch, const VpsPointshell* shell, VpsFieldRef field, size_t count,
+                             VpsConstArray poses, const VpsQueryOptions* options, VpsArray contacts, size_t capacity,
+                             VpsArray results);
 
 #ifdef __cplusplus
 }

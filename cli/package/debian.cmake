@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The Debian packages vpsbake, the program, and libvps-dev, the libraries: run `cpack` in a build of the preset deb, or `make deb`.
+# The Debian packages vpsbake, the program, libvps0, the shared library, and libvps-dev, the other libraries: run `cpack` in a build of
+# the preset deb, or `make deb`.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME vpsbake)
 set(CPACK_PACKAGE_VENDOR "The vpsbake authors")
@@ -26,19 +27,38 @@ Signed distance voxelmaps and point-sphere trees of arbitrary meshes, with
 measured errors. Programs map them into memory and ask for contacts,
 penetration, distances and forces, in Bullet or on their own (libvps-dev).")
 
+set(CPACK_DEBIAN_LIBVPS0_PACKAGE_NAME libvps0)
+set(CPACK_DEBIAN_LIBVPS0_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBVPS0_PACKAGE_SHLIBDEPS ON)
+# dpkg reads files of these names.
+set(control ${PROJECT_BINARY_DIR}/debian)
+configure_file(${PROJECT_SOURCE_DIR}/runtime/package/libvps0.symbols ${control}/symbols COPYONLY)
+file(WRITE ${control}/shlibs "libvps 0 libvps0 (>= ${PROJECT_VERSION})\n")
+file(WRITE ${control}/triggers "activate-noawait ldconfig\n")
+set(CPACK_DEBIAN_LIBVPS0_PACKAGE_CONTROL_EXTRA ${control}/symbols ${control}/shlibs ${control}/triggers)
+set(CPACK_DEBIAN_LIBVPS0_DESCRIPTION "collision queries on assets that vpsbake bakes, shared library
+Maps assets into memory and answers contact, penetration, distance and force
+queries, for many points and poses at once. This package has the C interface
+as a shared library.")
+
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_NAME libvps-dev)
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SECTION libdevel)
-# The libraries are static: programs also link their dependencies, which CMake finds by pkg-config.
+# Most of the libraries are static: programs also link their dependencies, which CMake finds by pkg-config.
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libhwy-dev, libstdc++-12-dev | libstdc++-dev, pkg-config")
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, cmake")
 set(CPACK_DEBIAN_LIBVPS_DEV_DESCRIPTION "collision queries on assets that vpsbake bakes
-Static libraries and headers for C and C++: the runtime, and a plug-in that
-makes the assets collision shapes of Bullet. With files for CMake and
-pkg-config, and a CMake function that bakes meshes as part of a build.")
+Libraries and headers for C and C++: the runtime, its C interface also as a
+shared library, and a plug-in that makes the assets collision shapes of
+Bullet. With files for CMake and pkg-config, and a CMake function that bakes
+meshes as part of a build.")
 
 set(CPACK_COMPONENTS_ALL runtime)
 if(TARGET vpsbake)
   list(APPEND CPACK_COMPONENTS_ALL program)
+endif()
+if(TARGET vps_shared)
+  string(PREPEND CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libvps0 (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}), ")
+  list(APPEND CPACK_COMPONENTS_ALL shared shared_dev)
 endif()
 foreach(bullet bullet bullet_float64)
   if(TARGET vps_${bullet})
@@ -47,6 +67,7 @@ foreach(bullet bullet bullet_float64)
 endforeach()
 include(CPack)
 cpack_add_component(program GROUP vpsbake)
-foreach(component runtime bullet bullet_float64)
+cpack_add_component(shared GROUP libvps0)
+foreach(component runtime shared_dev bullet bullet_float64)
   cpack_add_component(${component} GROUP libvps_dev)
 endforeach()

@@ -42,4 +42,5 @@ set(zsh ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/vpsbake/usr/share/zsh)
 if(IS_DIRECTORY ${zsh})
   file(RENAME ${zsh}/site-functions ${zsh}/vendor-completions) # where Debian's zsh finds them
 endif()
+complete(libvps0 libvps0)
 complete(libvps_dev libvps-dev)

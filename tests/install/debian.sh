@@ -11,7 +11,7 @@ skip() {
 root=$(cd "$(dirname "$0")/../.." && pwd)
 [ "$(id -u)" = 0 ] || skip 'only root can make a system to install into'
 command -v debootstrap >/dev/null || skip 'debootstrap is not installed'
-ls "$1"/vpsbake_*.deb "$1"/libvps-dev_*.deb >/dev/null 2>&1 || skip "no packages in $1: run make deb"
+ls "$1"/vpsbake_*.deb "$1"/libvps0_*.deb "$1"/libvps-dev_*.deb >/dev/null 2>&1 || skip "no packages in $1: run make deb"
 . /etc/os-release
 mirror=$(apt-get indextargets --format '$(RELEASE) $(COMPONENT) $(REPO_URI)' 'Created-By: Packages' |
   sed -n "s/^$VERSION_CODENAME main //p" | head -n 1)
@@ -26,7 +26,7 @@ trap 'umount "$system/proc" 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
 debootstrap --variant=minbase "$VERSION_CODENAME" "$system" "$mirror" >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
 cp /etc/resolv.conf "$system/etc/resolv.conf" 2>/dev/null || true
 mkdir "$system/test"
-cp "$1"/vpsbake_*.deb "$1"/libvps-dev_*.deb "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
+cp "$1"/vpsbake_*.deb "$1"/libvps0_*.deb "$1"/libvps-dev_*.deb "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
   "$root/tests/install/c/deepest.c" "$system/test"
 cat >"$system/test/run" <<'END'
 set -eux
@@ -41,17 +41,19 @@ vpsbake --version | head -n 1
 vpsbake bolt.obj --voxel 0.5mm >/dev/null
 vpsbake info bolt.vps.hdf | head -n 1
 ldd /usr/bin/vpsbake | grep 'not found' && exit 1
-get install ./libvps-dev_*.deb g++
+get install ./libvps0_*.deb ./libvps-dev_*.deb g++
 g++ -std=c++20 overlap.cpp -o overlap $(pkg-config --cflags --libs vps)
 ./overlap bolt.vps.hdf
 gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps)
 ./deepest bolt.vps.hdf
-dpkg -L vpsbake libvps-dev >files
-get purge vpsbake libvps-dev
+gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps-shared)
+./deepest bolt.vps.hdf
+dpkg -L vpsbake libvps0 libvps-dev >files
+get purge vpsbake libvps0 libvps-dev
 while IFS= read -r file; do
   [ -d "$file" ] || [ ! -e "$file" ] || { echo "$file is left behind"; exit 1; }
 done <files
-for folder in /usr/include/vps /usr/share/doc/vpsbake /usr/share/doc/libvps-dev; do
+for folder in /usr/include/vps /usr/share/doc/vpsbake /usr/share/doc/libvps0 /usr/share/doc/libvps-dev; do
   [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
 done
 END

@@ -21,6 +21,9 @@ export PKG_CONFIG_PATH
 cp -r "$here/c" "$work/c"
 make -s -C "$work/c"
 "$work/c/deepest" "$work/bolt.vps.hdf"
+make -s -C "$work/c" -B MODULE=vps-shared
+LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/c/deepest" "$work/bolt.vps.hdf"
+readelf -d "$work/c/deepest" | grep -q 'NEEDED.*libvps.so.0' || { echo 'vps-shared.pc does not link libvps.so.0'; exit 1; }
 
 # configure SOURCE BUILD [OPTION]
 configure() {
@@ -37,6 +40,7 @@ drop() {
   c++ $CXXFLAGS -std=c++20 "$here/bullet/drop.cpp" -o "$work/drop" $(pkg-config --cflags "$1") $(pkg-config --libs "$2")
 }
 run runtime runtime overlap
+run shared shared deepest
 for bullet in bullet bullet_float64; do
   pc=vps-$(echo $bullet | tr _ -)
   if [ -f "$PKG_CONFIG_PATH/$pc.pc" ]; then

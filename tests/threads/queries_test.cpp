@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "runtime/vps.h"
 #include "runtime/vps_contacts.h"
 #include "runtime/vps_queries.h"
 #include "tests/support/poses.h"
@@ -121,6 +122,35 @@ TEST(Threads, ABatchAnswersAsOneThreadDoes) {
   }
   EXPECT_GT(touching, kQueries / 10);
   EXPECT_EQ(std::memcmp(many.contacts.data(), one.contacts.data(), sizeof(Contact) * one.contacts.size()), 0);
+}
+
+TEST(Threads, ABatchInCAnswersAsOneThreadDoes) {
+  VpsAsset* asset = nullptr;
+  const VpsVoxelmap* map = nullptr;
+  const VpsPointshell* shell = nullptr;
+  ASSERT_EQ(vps_asset_open(asset_path, &asset), vps_ok);
+  ASSERT_EQ(vps_asset_voxelmap(asset, vps_field_finest, &map), vps_ok);
+  ASSERT_EQ(vps_asset_pointshell(asset, &shell), vps_ok);
+  Random random;
+  std::vector<VpsPose> poses(kQueries);
+  for (VpsPose& to : poses) {
+    const Pose pose = random_pose(random, 0.04);
+    std::copy_n(pose.rotation, 9, to.rotation);
+    std::copy_n(pose.translation, 3, to.translation);
+  }
+  const auto answer = [&](std::uint32_t threads) {
+    std::vector<VpsQueryResult> results(kQueries);
+    VpsBatch* batch = nullptr;
+    EXPECT_EQ(vps_batch_create(threads, &batch), vps_ok);
+    EXPECT_EQ(vps_traverse_batch(batch, shell, vps_map_ref(map), kQueries, {poses.data(), sizeof(VpsPose)}, nullptr,
+                                 {nullptr, 0}, 0, {results.data(), sizeof(VpsQueryResult)}),
+              vps_output_full);
+    vps_batch_destroy(batch);
+    return results;
+  };
+  const auto many = answer(kThreads);
+  EXPECT_EQ(std::memcmp(many.data(), answer(1).data(), kQueries * sizeof(VpsQueryResult)), 0);
+  vps_asset_close(asset);
 }
 
 }  // namespace

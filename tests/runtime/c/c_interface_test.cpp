@@ -345,6 +345,41 @@ TEST(CInterface, ScalesAnAsset) {
   EXPECT_EQ(vps_asset_close(c), vps_ok);
 }
 
+// Programs that are built for libvps.so.0 rely on it: another size needs another soname.
+TEST(CInterface, StructsKeepTheirSizes) {
+  const std::size_t sizes[] = {sizeof(VpsAssetInfo),
+                               sizeof(VpsBox),
+                               sizeof(VpsCertificate),
+                               sizeof(VpsClosestPoint),
+                               sizeof(VpsClosestPointOptions),
+                               sizeof(VpsConstArray),
+                               sizeof(VpsContact),
+                               sizeof(VpsFieldRef),
+                               sizeof(VpsHalfSpace),
+                               sizeof(VpsImpactOptions),
+                               sizeof(VpsImpactResult),
+                               sizeof(VpsPenaltyLaw),
+                               sizeof(VpsPoint),
+                               sizeof(VpsPose),
+                               sizeof(VpsQueryOptions),
+                               sizeof(VpsQueryResult),
+                               sizeof(VpsRay),
+                               sizeof(VpsRayHit),
+                               sizeof(VpsRays),
+                               sizeof(VpsReduction),
+                               sizeof(VpsSeparation),
+                               sizeof(VpsSeparationOptions),
+                               sizeof(VpsSphere),
+                               sizeof(VpsSweep),
+                               sizeof(VpsTwist),
+                               sizeof(VpsWrench),
+                               sizeof(VpsWrenchGradient)};
+  const std::size_t expected[] = {552, 12, 56, 48, 8,  16, 40, 16, 16, 16,  96, 16, 28, 96,
+                                  32,  80, 28, 36, 48, 24, 72, 8,  4,  152, 36, 48, 576};
+  ASSERT_EQ(std::size(sizes), std::size(expected));
+  for (std::size_t i = 0; i < std::size(sizes); ++i) EXPECT_EQ(sizes[i], expected[i]) << i;
+}
+
 TEST(CInterface, KnowsEveryStatus) {
   for (VpsStatus status = vps_ok; status <= vps_bad_argument; ++status) {
     EXPECT_STREQ(vps_status_text(status), describe(static_cast<Status>(status)));
