@@ -5,6 +5,8 @@ PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
   libassimp-dev libbullet-dev libbullet-extras-dev libcgal-dev libcli11-dev libeigen3-dev libfcl-dev libfmt-dev libgmp-dev libgtest-dev libhdf5-dev \
   libhwy-dev libjs-chart.js libjs-three libmpfr-dev libpng-dev libpugixml-dev libtbb-dev libtomlplusplus-dev liburdfdom-dev libxxhash-dev nlohmann-json3-dev \
   python3 python3-h5py hdf5-tools
+# For the Python package, which is built where they are found.
+PYTHON_PACKAGES := pybind11-dev python3-dev
 # Only for `make fuzz`.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
@@ -19,7 +21,7 @@ PAPER_PACKAGES := $(BENCH_PACKAGES) python3-matplotlib
 PAPER_PYTHON ?= /usr/bin/python3
 # For the tests of pages, format of sources, manual pages, completion, exports, engines and sanitizers.
 TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libclang-rt-14-dev mandoc munge parallel python3-jsonschema \
-  python3-vtk9 slurm-wlm zsh
+  python3-numpy python3-pytest python3-vtk9 slurm-wlm zsh
 # Only for `make tidy`.
 TIDY_PACKAGES := clang-tidy
 # Only for `make deb` and its test.
@@ -49,8 +51,9 @@ all: deps
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
-# Makes the packages vpsbake, libvps0 and libvps-dev for this release of Debian in build/packages, and checks them with lintian.
-deb: PACKAGES += $(DEB_PACKAGES)
+# Makes the packages vpsbake, libvps0, libvps-dev, python3-vps and python3-vps-bake for this release of Debian in build/packages, and
+# checks them with lintian.
+deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES)
 deb: deps
 	cmake --preset deb
 	cmake --build --preset deb -j $(JOBS)
@@ -168,7 +171,7 @@ LONG := $(LONG)|Closed/RealMeshes\.Bake/(armadillo_52k|bunny_closed|scallop_120k
 LONG := $(LONG)|View\.(APageOfA[PV]|BodiesOfAnySize|BothRamps|ButtonsAndScale|LayersStored)
 LONG := $(LONG)|Motion\.(ABodyThinner|ALongRecording|BodiesOnALongWay|OnAShortWay|ThePagePlays))
 
-test-dev: PACKAGES += $(TEST_PACKAGES)
+test-dev: PACKAGES += $(TEST_PACKAGES) $(PYTHON_PACKAGES)
 test-dev: deps
 	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev

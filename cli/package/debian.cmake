@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The Debian packages vpsbake, the program, libvps0, the shared library, and libvps-dev, the other libraries: run `cpack` in a build of
-# the preset deb, or `make deb`.
+# The Debian packages vpsbake, the program, libvps0, the shared library, libvps-dev, the other libraries, python3-vps and
+# python3-vps-bake, the Python package: run `cpack` in a build of the preset deb, or `make deb`.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME vpsbake)
 set(CPACK_PACKAGE_VENDOR "The vpsbake authors")
@@ -52,6 +52,29 @@ shared library, and a plug-in that makes the assets collision shapes of
 Bullet. With files for CMake and pkg-config, and a CMake function that bakes
 meshes as part of a build.")
 
+# An extension module is for one minor version of Python 3.
+set(minor "${Python_VERSION_MINOR}")
+math(EXPR next_minor "0${minor} + 1")
+set(version_of_python "python3 (>= 3.${minor}), python3 (<< 3.${next_minor})")
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_NAME python3-vps)
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_DEPENDS "${version_of_python}, python3-numpy")
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SUGGESTS "python3-vps-bake")
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_CONTROL_EXTRA
+  ${CMAKE_CURRENT_LIST_DIR}/debian/python3-vps/postinst ${CMAKE_CURRENT_LIST_DIR}/debian/python3-vps/prerm)
+set(CPACK_DEBIAN_PYTHON3_VPS_DESCRIPTION "collision queries on assets that vpsbake bakes, for Python
+Signed distances, closest points, rays, contacts, separation and time of
+impact for numpy arrays of points and poses.")
+
+set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_NAME python3-vps-bake)
+set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_DEPENDS "python3-vps (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}), ${version_of_python}")
+set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_DESCRIPTION "bakes triangle meshes into collision assets, for Python
+The part of the Python package vps that bakes meshes from numpy arrays, mesh
+files and objects with vertices and faces.")
+
 set(CPACK_COMPONENTS_ALL runtime)
 if(TARGET vpsbake)
   list(APPEND CPACK_COMPONENTS_ALL program)
@@ -59,6 +82,12 @@ endif()
 if(TARGET vps_shared)
   string(PREPEND CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libvps0 (= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}), ")
   list(APPEND CPACK_COMPONENTS_ALL shared shared_dev)
+endif()
+if(TARGET vps_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
+if(TARGET vps_python_bake)
+  list(APPEND CPACK_COMPONENTS_ALL python_bake)
 endif()
 foreach(bullet bullet bullet_float64)
   if(TARGET vps_${bullet})
@@ -68,6 +97,8 @@ endforeach()
 include(CPack)
 cpack_add_component(program GROUP vpsbake)
 cpack_add_component(shared GROUP libvps0)
+cpack_add_component(python GROUP python3_vps)
+cpack_add_component(python_bake GROUP python3_vps_bake)
 foreach(component runtime shared_dev bullet bullet_float64)
   cpack_add_component(${component} GROUP libvps_dev)
 endforeach()

@@ -26,7 +26,7 @@ trap 'umount "$system/proc" 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
 debootstrap --variant=minbase "$VERSION_CODENAME" "$system" "$mirror" >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
 cp /etc/resolv.conf "$system/etc/resolv.conf" 2>/dev/null || true
 mkdir "$system/test"
-cp "$1"/vpsbake_*.deb "$1"/libvps0_*.deb "$1"/libvps-dev_*.deb "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
+cp "$1"/*.deb "$root/tests/install/python/depth.py" "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
   "$root/tests/install/c/deepest.c" "$system/test"
 cat >"$system/test/run" <<'END'
 set -eux
@@ -48,12 +48,21 @@ gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps)
 ./deepest bolt.vps.hdf
 gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps-shared)
 ./deepest bolt.vps.hdf
-dpkg -L vpsbake libvps0 libvps-dev >files
-get purge vpsbake libvps0 libvps-dev
+packages='vpsbake libvps0 libvps-dev'
+if ls python3-vps_*.deb >/dev/null 2>&1; then
+  packages="$packages python3-vps python3-vps-bake"
+  get install ./python3-vps_*.deb
+  python3 depth.py bolt.vps.hdf
+  python3 -c 'import vps; vps.bake("bolt.obj", voxel=1e-3)' 2>&1 | grep -q 'install python3-vps-bake'
+  get install ./python3-vps-bake_*.deb
+  python3 -c 'import vps; print(vps.bake("bolt.obj", voxel=1e-3))'
+fi
+dpkg -L $packages >files
+get purge $packages
 while IFS= read -r file; do
   [ -d "$file" ] || [ ! -e "$file" ] || { echo "$file is left behind"; exit 1; }
 done <files
-for folder in /usr/include/vps /usr/share/doc/vpsbake /usr/share/doc/libvps0 /usr/share/doc/libvps-dev; do
+for folder in /usr/include/vps /usr/lib/python3/dist-packages/vps /usr/share/doc/vpsbake /usr/share/doc/libvps*; do
   [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
 done
 END

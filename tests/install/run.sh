@@ -25,6 +25,11 @@ make -s -C "$work/c" -B MODULE=vps-shared
 LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/c/deepest" "$work/bolt.vps.hdf"
 readelf -d "$work/c/deepest" | grep -q 'NEEDED.*libvps.so.0' || { echo 'vps-shared.pc does not link libvps.so.0'; exit 1; }
 
+package=$(find "$prefix" -name _runtime.pyi)
+if [ -n "$package" ] && /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
+  PYTHONPATH=$(dirname "$(dirname "$package")") /usr/bin/python3 -B "$here/python/depth.py" "$work/bolt.vps.hdf"
+fi
+
 # configure SOURCE BUILD [OPTION]
 configure() {
   cmake -S "$here/$1" -B "$work/$2" ${3:-} >"$work/$2.log" 2>&1

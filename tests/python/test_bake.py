@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baking from arrays, objects and files; the baker's module is a part of its own."""
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import vps
+from conftest import MESHES, read_obj
+
+
+def same(a, b):
+    return bytes(a._bytes) == bytes(b._bytes)
+
+
+def test_arrays_objects_and_scaled_units_give_the_same_bytes():
+    vertices, faces = read_obj("gear.obj")
+    asset = vps.bake(vertices, faces, voxel=1e-3)
+    assert same(asset, vps.bake(SimpleNamespace(vertices=vertices, faces=faces), voxel=1e-3))
+    assert same(asset, vps.bake(np.asfortranarray(vertices), faces.astype(np.uint16), voxel=1e-3))
+    assert same(asset, vps.bake(vertices.tolist(), faces.tolist(), voxel=1e-3))
+    inches = vps.bake(vertices / 0.0254, faces, voxel=1e-3, unit=0.0254)
+    assert np.allclose(inches.bounds, asset.bounds, atol=1e-12)
+
+
+def test_files_give_what_arrays_give():
+    vertices, faces = read_obj("gear.obj")
+    asset, of_file = vps.bake(vertices, faces, voxel=1e-3), vps.bake(str(MESHES / "gear.obj"), voxel=1e-3)
+    points = np.random.default_rng(0).uniform(asset.bounds[0], asset.bounds[1], (1000, 3))
+    assert np.array_equal(asset.distance(points), of_file.distance(points))
+
+
+def test_a_saved_asset_opens_from_a_path_and_from_bytes(tmp_path, cube):
+    path = tmp_path / "cube.vps.hdf"
+    cube.save(path)
+    data = path.read_bytes()
+    for source in (path, str(path), data, bytearray(data), memoryview(data), np.frombuffer(data, np.uint8),
+                   memoryview(b"123" + data)[3:]):
+        with vps.open(source) as asset:
+            asset.verify()
+            assert asset.volume == pytest.approx(cube.volume) and same(asset, cube)
+
+
+def test_changing_the_bytes_of_an_open_asset_changes_nothing(cube, points):
+    data = bytearray(bytes(cube._bytes))
+    asset = vps.open(data)
+    data[:] = bytes(len(data))
+    assert np.array_equal(asset.distance(points), cube.distance(points))
+
+
+def test_options(tmp_path):
+    vertices, faces = read_obj("cube.obj")
+    asset = vps.bake(vertices, faces, resolution=10, real=True, cache=tmp_path / "cache")
+    assert asset.certificate.field == "real" and asset.voxel_size == pytest.approx(0.01)
+    assert len(list((tmp_path / "cache").rglob("*.vps.hdf"))) == 1
+    assert same(asset, vps.bake(vertices, faces, resolution=10, real=True, cache=tmp_path / "cache"))
+    assert vps.bake(vertices, faces, max_error=2e-3).certificate.bound <= 2e-3
+    open_box = faces[1:]
+    closed = vps.bake(vertices, open_box, voxel=20e-3, repair="fill")
+    assert closed.volume == pytest.approx(1e-3) and closed.notes
+
+
+def test_meshes_that_cannot_be_baked_say_why(tmp_path):
+    vertices, faces = read_obj("cube.obj")
+    with pytest.raises(vps.BakeError, match=";") as raised:
+        vps.bake(vertices, faces[1:], voxel=0.01, repair="none")
+    assert raised.value.stage
+    with pytest.raises(vps.BakeError, match="no_such.obj") as raised:
+        vps.bake(tmp_path / "no_such.obj", voxel=0.01)
+    assert raised.value.stage == "import"
+    with pytest.raises(vps.BakeError):
+        vps.bake(np.full((3, 3), np.nan), [[0, 1, 2]], voxel=0.01)
+    with pytest.raises(vps.BakeError):
+        vps.bake(np.empty((0, 3)), np.empty((0, 3), int), voxel=0.01)
+    with pytest.raises(IndexError, match=r"faces\[1\] names vertex 8 of 8"):
+        vps.bake(vertices, [[0, 1, 2], [0, 1, 8]], voxel=0.01)
+    with pytest.raises(IndexError):
+        vps.bake(vertices, [[0, 1, -1]], voxel=0.01)
+
+
+@pytest.mark.parametrize(("arguments", "error", "text"), [
+    ({}, ValueError, "one of voxel, resolution and max_error"),
+    ({"voxel": 0.01, "resolution": 10}, ValueError, "one of voxel, resolution and max_error"),
+    ({"voxel": 0.01, "layer": True}, TypeError, "no option 'layer'"),
+    ({"voxel": 0.01, "repair": "glue"}, ValueError, "none, weld, stitch, fill, wrap, automatic"),
+    ({"voxel": -1.0}, ValueError, "voxel"),
+    ({"voxel": np.nan}, ValueError, "voxel"),
+    ({"voxel": "5mm"}, (TypeError, ValueError, RuntimeError), ""),
+    ({"voxel": 0.01, "unit": 0}, ValueError, "unit"),
+    ({"voxel": 0.01, "faces": np.zeros((2, 3))}, TypeError, "integers"),
+    ({"voxel": 0.01, "faces": [[0, 1, 2, 3]]}, ValueError, "shape"),
+    ({"voxel": 0.01, "faces": None}, TypeError, "vertices and faces"),
+])
+def test_wrong_arguments_say_what_is_wrong(arguments, error, text):
+    vertices, faces = read_obj("cube.obj")
+    with pytest.raises(error, match=text):
+        vps.bake(vertices, **{"faces": faces, **arguments})
+
+
+def test_without_the_baker_everything_else_works(tmp_path, cube):
+    """And the message says what is missing."""
+    shutil.copytree(Path(vps.__file__).parent, tmp_path / "vps", ignore=shutil.ignore_patterns("_bake*"))
+    cube.save(tmp_path / "cube.vps.hdf")
+    program = """
+import vps
+from vps import *
+with vps.open("cube.vps.hdf") as cube:
+    print(cube.distance([0, 0, 0.06]))
+    for call in (lambda: cube.surface(), lambda: vps.bake("cube.obj", voxel=1e-3)):
+        try:
+            call()
+        except ImportError as error:
+            print(error)
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
+                          capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    distance, surface, bake = done.stdout.splitlines()
+    assert float(distance) == pytest.approx(0.01, abs=1e-3)
+    assert surface.startswith("Asset.surface needs the baker's module") and "python3-vps-bake" in surface
+    assert bake.startswith("vps.bake needs the baker's module")

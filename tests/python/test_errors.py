@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bad input raises an exception that says what is wrong; nothing crashes."""
+import inspect
+
+import numpy as np
+import pytest
+import vps
+from conftest import shifted
+
+
+@pytest.mark.parametrize("query", ["distance", "gradient", "closest_point"])
+def test_bad_points(sphere, query, points):
+    ask = getattr(sphere, query)
+    for bad in (np.nan, np.inf, 1e300):
+        points[4321, 1] = points[4900, 0] = bad
+        with pytest.raises(ValueError, match="number 4321"):
+            ask(points)
+    for shape in ((3, 5), (3, 4), (), (0,), (2, 0)):
+        with pytest.raises(ValueError, match="shape"):
+            ask(np.zeros(shape))
+    for wrong in (["a", "b", "c"], np.zeros(3, complex), np.zeros(3, bool), [None] * 3, "abc", {}):
+        with pytest.raises(TypeError, match="numbers are needed"):
+            ask(wrong)
+    for threads in (-1, 2000, 2**40, 1.5, "2"):
+        with pytest.raises((TypeError, ValueError)):
+            ask(np.zeros(3), threads=threads)
+
+
+def test_bad_rays(sphere):
+    for direction in ([0, 0, 0], [0, 0, np.nan], [np.inf, 0, 0]):
+        with pytest.raises(ValueError, match="direction"):
+            sphere.ray([0.0, 0, 0], direction)
+    for arguments in (([np.nan, 0, 0], [0, 0, 1]), ([0, 0, 0], [0, 0, 1], -1.0), ([0, 0, 0], [0, 0, 1], np.nan),
+                      (np.zeros((2, 3)), np.ones((3, 3))), (np.zeros((2, 3)), [0, 0, 1], [1.0, 2, 3])):
+        with pytest.raises(ValueError):
+            sphere.ray(*arguments)
+
+
+def test_bad_poses(sphere):
+    good = shifted(0.1, 0, 0)
+    for query in (vps.contacts, vps.separation, vps.time_of_impact):
+        for row, column, value in ((0, 0, 2.0), (1, 3, np.nan), (3, 0, 1.0), (3, 3, 2.0), (0, 3, 1e300)):
+            bad = good.copy()
+            bad[row, column] = value
+            with pytest.raises(ValueError):
+                query(sphere, sphere, bad)
+        with pytest.raises(ValueError, match="shape"):
+            query(sphere, sphere, np.eye(3))
+        with pytest.raises(TypeError, match="vps.Asset is needed"):
+            query(sphere, "sphere", good)
+    with pytest.raises(ValueError, match="number 2"):
+        vps.separation(sphere, sphere, [good, good, 2 * good - good * np.diag([0, 0, 0, 1]), good])
+    for bad in (-1.0, np.nan, np.inf):
+        with pytest.raises(ValueError):
+            vps.contacts(sphere, sphere, good, distance=bad)
+        with pytest.raises(ValueError):
+            vps.separation(sphere, sphere, good, tolerance=bad)
+        with pytest.raises(ValueError):
+            vps.time_of_impact(sphere, sphere, good, velocity=[bad, 0, 0], duration=bad)
+    with pytest.raises(ValueError, match=r"\(4, 4\)"):
+        vps.time_of_impact(sphere, sphere, [good, good])
+
+
+def test_missing_parts(sphere, cube, layers):
+    only_map = vps.bake(*_cube_mesh(), voxel=0.02, pointshell=False)
+    only_shell = vps.bake(*_cube_mesh(), voxel=0.02, voxelmap=False)
+    for query in (layers.distance, layers.closest_point, only_shell.distance, only_shell.gradient):
+        with pytest.raises(vps.MissingPart, match="bake it with"):
+            query([0.0, 0, 0])
+    assert np.isclose(np.linalg.norm(layers.gradient([0.0, 0, 0.06])), 1)
+    for lacking in (lambda: only_map.points, lambda: only_shell.certificate):
+        with pytest.raises(vps.MissingPart, match="bake it with"):
+            lacking()
+    pose = shifted(0.08, 0, 0)
+    assert vps.separation(only_map, only_shell, pose).distance < 0
+    assert vps.separation(only_shell, only_map, pose).distance < 0
+    for first, second in ((only_map, only_map), (only_shell, only_shell)):
+        for query in (vps.contacts, vps.separation, vps.time_of_impact):
+            with pytest.raises(vps.MissingPart):
+                query(first, second, pose)
+    with pytest.raises(vps.MissingPart):
+        vps.time_of_impact(only_shell, only_map, pose)
+
+
+def _cube_mesh():
+    from conftest import read_obj
+
+    return read_obj("cube.obj")
+
+
+def test_closed_assets(cube):
+    asset = vps.open(bytes(cube._bytes))
+    asset.close()
+    asset.close()
+    assert asset.closed and repr(asset) == "<vps.Asset, closed>"
+    pose = shifted(0.1, 0, 0)
+    for use in (lambda: asset.distance([0.0, 0, 0]), lambda: asset.points, lambda: asset.bounds, lambda: asset.certificate,
+                asset.verify, asset.surface, lambda: asset.save("x"), lambda: asset.mass_properties(1.0),
+                lambda: vps.contacts(asset, cube, pose), lambda: vps.separation(cube, asset, pose)):
+        with pytest.raises(ValueError, match="the asset is closed"):
+            use()
+
+
+def test_files_and_bytes_that_are_no_asset(tmp_path, cube):
+    with pytest.raises(FileNotFoundError):
+        vps.open(tmp_path / "none.vps.hdf")
+    with pytest.raises(IsADirectoryError):
+        vps.open(tmp_path)
+    empty = tmp_path / "empty.vps.hdf"
+    empty.write_bytes(b"")
+    data = bytes(cube._bytes)
+    for source in (empty, b"", b"text", data[:-1], data[:5000], data + b"\0", bytes(len(data))):
+        with pytest.raises(vps.AssetError):
+            vps.open(source)
+    for source in (None, 7, 1.5, [1, 2, 3]):
+        with pytest.raises(TypeError, match="a path or bytes are needed"):
+            vps.open(source)
+    for scale in (0, -1, np.nan, 1e9):
+        with pytest.raises(ValueError, match="scale"):
+            vps.open(data, scale=scale)
+    damaged = bytearray(data)
+    damaged[len(data) // 2] ^= 1
+    asset = vps.open(damaged)
+    with pytest.raises(vps.AssetError):
+        asset.verify()
+
+
+def test_bad_densities_and_steps(cube):
+    for density in (0, -1, np.nan, np.inf):
+        with pytest.raises(ValueError, match="density"):
+            cube.mass_properties(density)
+    for step in (0.0, -1.0, np.nan, 1e-9):
+        with pytest.raises(ValueError):
+            cube.surface(step)
+
+
+def test_everything_public_has_a_docstring():
+    for name in vps.__all__:
+        thing = getattr(vps, name)
+        assert inspect.getdoc(thing), name
+        if inspect.isclass(thing):
+            for member, value in vars(thing).items():
+                if not member.startswith("_") and (callable(value) or isinstance(value, property)):
+                    assert inspect.getdoc(value) or member in ("closed", "stage"), f"{name}.{member}"

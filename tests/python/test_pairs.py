@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Queries of two assets for many poses."""
+import numpy as np
+import pytest
+import vps
+from conftest import RADIUS, shifted
+
+
+def turned(angle, translation):
+    pose = shifted(*translation)
+    c, s = np.cos(angle), np.sin(angle)
+    pose[:2, :2] = [[c, -s], [s, c]]
+    return pose
+
+
+def test_spheres_are_as_far_apart_as_their_centres_say(sphere):
+    at = np.linspace(0.095, 0.13, 8)
+    found = vps.separation(sphere, sphere, [shifted(x, 0, 0) for x in at])
+    true = at - 2 * RADIUS
+    assert np.allclose(found.distance, true, atol=2e-3)
+    assert np.all(found.lower <= true + 1e-3) and np.all(true - 1e-3 <= found.upper)
+    assert np.all(found.normal[:, 0] > 0.9), "from the first body to the second"
+    assert np.allclose(found.position, [RADIUS, 0, 0], atol=2e-3), "the first body gives the point, as both have as many"
+
+
+@pytest.mark.parametrize("distance", [0.0, 0.01])
+def test_either_body_may_come_first(sphere, cube, distance):
+    """The cube has fewer points, so it plays the pointshell in both orders."""
+    assert len(cube.points.area) < len(sphere.points.area)
+    poses = np.array([turned(angle, (0.09 + 0.01 * angle, 0.02 * angle, 0.01)) for angle in np.linspace(0, 1, 6)])
+    one, other = vps.separation(sphere, cube, poses), vps.separation(cube, sphere, np.linalg.inv(poses))
+    assert np.allclose(one.distance, other.distance, atol=1e-6) and np.allclose(one.lower, other.lower, atol=1e-6)
+    here = np.einsum("nij,nj->ni", poses[:, :3, :3], other.position) + poses[:, :3, 3]
+    assert np.allclose(one.position, here, atol=1e-6)
+    assert np.allclose(one.normal, -np.einsum("nij,nj->ni", poses[:, :3, :3], other.normal), atol=1e-5)
+    a, b = (vps.contacts(*args, distance=distance) for args in ((sphere, cube, poses), (cube, sphere, np.linalg.inv(poses))))
+    assert np.array_equal(a.counts, b.counts) and a.counts.sum() > 0 and np.array_equal(a.pose, b.pose)
+    assert np.allclose(a.depth, b.depth, atol=1e-6)
+    turn = poses[b.pose]
+    assert np.allclose(a.position, np.einsum("nij,nj->ni", turn[:, :3, :3], b.position) + turn[:, :3, 3], atol=1e-6)
+    assert np.allclose(a.normal, -np.einsum("nij,nj->ni", turn[:, :3, :3], b.normal), atol=1e-5)
+
+
+def test_contacts_of_all_poses_follow_each_other(sphere):
+    poses = np.array([shifted(x, 0, 0) for x in (0.2, 0.09, 0.2, 0.02, 0.099)])
+    many = vps.contacts(sphere, sphere, poses, threads=3)
+    assert many.counts[0] == many.counts[2] == 0 and many.counts[3] > 128, "more than there is room for at first"
+    assert many.depth[0] < 0 < many.depth[1] < many.depth[3]
+    assert np.array_equal(np.bincount(many.pose, minlength=5), many.counts)
+    for i, pose in enumerate(poses):
+        one = vps.contacts(sphere, sphere, pose, threads=1)
+        assert one.counts == many.counts[i] and np.isscalar(one.depth)
+        for name in ("position", "normal", "penetration", "area"):
+            assert np.array_equal(getattr(one, name), getattr(many, name)[many.pose == i])
+    assert np.all(many.penetration >= 0) and np.all(many.area > 0)
+    assert vps.contacts(sphere, sphere, poses, distance=0.005).counts.sum() > many.counts.sum()
+    grid = vps.contacts(sphere, sphere, poses[:4].reshape(2, 2, 4, 4))
+    assert grid.counts.shape == grid.depth.shape == (2, 2)
+    assert vps.contacts(sphere, sphere, np.empty((0, 4, 4))).position.shape == (0, 3)
+
+
+def test_more_poses_than_one_block(sphere):
+    poses = np.broadcast_to(shifted(0.099, 0, 0), (1100, 4, 4))
+    found = vps.contacts(sphere, sphere, poses)
+    assert np.all(found.counts == found.counts[0]) and found.counts[0] > 0
+    assert len(found.pose) == found.counts.sum() and found.pose[-1] == 1099
+
+
+def test_a_flying_sphere_arrives(sphere):
+    impact = vps.time_of_impact(sphere, sphere, shifted(0.2, 0, 0), velocity=[-1, 0, 0])
+    assert impact.hit and impact.finished
+    assert 0.1 - 0.01 < impact.time <= 0.1 + 1e-3
+    assert impact.separation.distance == pytest.approx(0, abs=0.01)
+    past = vps.time_of_impact(sphere, sphere, shifted(0.2, 0, 0), velocity=[0, -1, 0], angular_velocity=[1, 2, 3])
+    assert not past.hit and past.finished and past.time == 1
+    near = vps.time_of_impact(sphere, sphere, shifted(0.2, 0, 0), velocity=[-1, 0, 0], distance=0.02)
+    assert near.time == pytest.approx(impact.time - 0.02, abs=2e-3)
