@@ -51,8 +51,8 @@ all: deps
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
-# Makes the packages vpsbake, libvps0, libvps-dev, python3-vps and python3-vps-bake for this release of Debian in build/packages, and
-# checks them with lintian.
+# Makes the packages vpsbake, libvps0, libvps-dev and python3-vps with its parts for this release of Debian in build/packages, and checks
+# them with lintian.
 deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES)
 deb: deps
 	cmake --preset deb

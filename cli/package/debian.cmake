@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# The Debian packages vpsbake, the program, libvps0, the shared library, libvps-dev, the other libraries, python3-vps and
-# python3-vps-bake, the Python package: run `cpack` in a build of the preset deb, or `make deb`.
+# The Debian packages vpsbake, the program, libvps0, the shared library, libvps-dev, the other libraries, python3-vps,
+# python3-vps-bake and python3-vps-bullet, the Python package: run `cpack` in a build of the preset deb, or `make deb`.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME vpsbake)
 set(CPACK_PACKAGE_VENDOR "The vpsbake authors")
@@ -60,7 +60,7 @@ set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_NAME python3-vps)
 set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_DEPENDS "${version_of_python}, python3-numpy")
-set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SUGGESTS "python3-vps-bake")
+set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_SUGGESTS "python3-vps-bake, python3-vps-bullet")
 set(CPACK_DEBIAN_PYTHON3_VPS_PACKAGE_CONTROL_EXTRA
   ${CMAKE_CURRENT_LIST_DIR}/debian/python3-vps/postinst ${CMAKE_CURRENT_LIST_DIR}/debian/python3-vps/prerm)
 set(CPACK_DEBIAN_PYTHON3_VPS_DESCRIPTION "collision queries on assets that vpsbake bakes, for Python
@@ -75,6 +75,14 @@ set(CPACK_DEBIAN_PYTHON3_VPS_BAKE_DESCRIPTION "bakes triangle meshes into collis
 The part of the Python package vps that bakes meshes from numpy arrays, mesh
 files and objects with vertices and faces.")
 
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_NAME python3-vps-bullet)
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_DEPENDS "${CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_DEPENDS}")
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_DESCRIPTION "a small Bullet world of baked bodies, for Python
+The part of the Python package vps that simulates baked bodies, boxes and
+spheres in Bullet, for trying collision assets and for tests.")
+
 set(CPACK_COMPONENTS_ALL runtime)
 if(TARGET vpsbake)
   list(APPEND CPACK_COMPONENTS_ALL program)
@@ -86,9 +94,11 @@ endif()
 if(TARGET vps_python)
   list(APPEND CPACK_COMPONENTS_ALL python)
 endif()
-if(TARGET vps_python_bake)
-  list(APPEND CPACK_COMPONENTS_ALL python_bake)
-endif()
+foreach(part bake bullet)
+  if(TARGET vps_python_${part})
+    list(APPEND CPACK_COMPONENTS_ALL python_${part})
+  endif()
+endforeach()
 foreach(bullet bullet bullet_float64)
   if(TARGET vps_${bullet})
     list(APPEND CPACK_COMPONENTS_ALL ${bullet})
@@ -99,6 +109,7 @@ cpack_add_component(program GROUP vpsbake)
 cpack_add_component(shared GROUP libvps0)
 cpack_add_component(python GROUP python3_vps)
 cpack_add_component(python_bake GROUP python3_vps_bake)
+cpack_add_component(python_bullet GROUP python3_vps_bullet)
 foreach(component runtime shared_dev bullet bullet_float64)
   cpack_add_component(${component} GROUP libvps_dev)
 endforeach()

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Zlib
 """Builds the package vps as a wheel by CMake, for pip (PEP 517). Only Python's own modules are needed.
 
-Without the baker: pip install ./runtime/python --config-settings bake=off
+Without the baker or vps.World: pip install ./runtime/python --config-settings bake=off --config-settings bullet=off
 """
 import base64
 import hashlib
@@ -22,18 +22,18 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
     """Called by pip before it builds. @return the name of the folder that was written"""
     folder = Path(metadata_directory, _info())
     folder.mkdir()
-    for name, data in _metadata(_with_baker(config_settings)).items():
+    for name, data in _metadata(_parts(config_settings)).items():
         Path(metadata_directory, name).write_bytes(data)
     return folder.name
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Called by pip. @return the name of the wheel, which lies in wheel_directory"""
-    with_baker = _with_baker(config_settings)
+    parts = _parts(config_settings)
     with tempfile.TemporaryDirectory() as folder:
-        _build_into(Path(folder), with_baker)
+        _build_into(Path(folder), parts)
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in Path(folder, "vps").iterdir()}
-    files.update(_metadata(with_baker))
+    files.update(_metadata(parts))
     record = "".join(f"{name},sha256={_digest(data)},{len(data)}\n" for name, data in files.items())
     files[f"{_info()}/RECORD"] = (record + f"{_info()}/RECORD,,\n").encode()
     wheel = f"vps-{_version()}-{_tag()}.whl"
@@ -43,11 +43,16 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     return wheel
 
 
-def _with_baker(config_settings):
-    choice = (config_settings or {}).get("bake", "on")
-    if choice not in ("on", "off"):
-        raise SystemExit(f"--config-settings bake={choice}: on or off")
-    return choice == "on"
+def _parts(config_settings):
+    """The extension modules of the wheel: component of the installation -> target."""
+    parts = {"python": "vps_python"}
+    for setting in ("bake", "bullet"):
+        choice = (config_settings or {}).get(setting, "on")
+        if choice not in ("on", "off"):
+            raise SystemExit(f"--config-settings {setting}={choice}: on or off")
+        if choice == "on":
+            parts[f"python_{setting}"] = f"vps_python_{setting}"
+    return parts
 
 
 def _version():
@@ -62,9 +67,9 @@ def _tag():
     return f"{_abi()}-{_abi()}-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
 
 
-def _metadata(with_baker):
+def _metadata(parts):
     """The files of the folder dist-info but the record, by name."""
-    licences = ["Zlib"] + with_baker * ["GPL-3.0-or-later"]
+    licences = ["Zlib"] + ["GPL-3.0-or-later"] * ("python_bake" in parts)
     files = {f"{_info()}/{licence}.txt": (ROOT / "LICENSES" / f"{licence}.txt").read_bytes() for licence in licences}
     files[f"{_info()}/METADATA"] = f"""Metadata-Version: 2.1
 Name: vps
@@ -78,20 +83,17 @@ Requires-Dist: numpy
     return files
 
 
-def _build_into(prefix, with_baker):
+def _build_into(prefix, parts):
     build = ROOT / "build" / f"wheel-{_abi()}"
     # No stale choices: compiling again is what the compiler's cache is for.
     (build / "CMakeCache.txt").unlink(missing_ok=True)
-    off = ["BULLET", "LAB", "SHARED", "TESTS"] + (not with_baker) * ["BAKE"]
+    off = ["LAB", "SHARED", "TESTS"] + [part for part in ("BAKE", "BULLET") if f"python_{part.lower()}" not in parts]
     _run("cmake", "-S", ROOT, "-B", build, "-DCMAKE_BUILD_TYPE=Release", "-DVPS_BUILD_PYTHON=ON", "-DVPS_PYTHON_DIR=.",
          f"-DPython_EXECUTABLE={sys.executable}", *(f"-DVPS_BUILD_{part}=OFF" for part in off))
-    components = {"python": "vps_python"}
-    if with_baker:
-        components["python_bake"] = "vps_python_bake"
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
     jobs = max(1, min(os.cpu_count() or 1, int(memory / MEMORY_PER_COMPILER)))
-    _run("cmake", "--build", build, "-j", jobs, "--target", *components.values())
-    for component in components:
+    _run("cmake", "--build", build, "-j", jobs, "--target", *parts.values())
+    for component in parts:
         _run("cmake", "--install", build, "--component", component, "--prefix", prefix, "--strip")
 
 

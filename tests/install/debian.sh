@@ -50,12 +50,14 @@ gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps-shared)
 ./deepest bolt.vps.hdf
 packages='vpsbake libvps0 libvps-dev'
 if ls python3-vps_*.deb >/dev/null 2>&1; then
-  packages="$packages python3-vps python3-vps-bake"
+  packages="$packages python3-vps python3-vps-bake python3-vps-bullet"
   get install ./python3-vps_*.deb
   python3 depth.py bolt.vps.hdf
   python3 -c 'import vps; vps.bake("bolt.obj", voxel=1e-3)' 2>&1 | grep -q 'install python3-vps-bake'
   get install ./python3-vps-bake_*.deb
-  python3 -c 'import vps; print(vps.bake("bolt.obj", voxel=1e-3))'
+  python3 -c 'import vps; vps.World()' 2>&1 | grep -q 'install python3-vps-bullet'
+  get install ./python3-vps-bullet_*.deb
+  python3 -c 'import vps; w = vps.World(); w.add(vps.bake("bolt.obj", voxel=1e-3)); w.step(); print(w.poses)'
 fi
 dpkg -L $packages >files
 get purge $packages

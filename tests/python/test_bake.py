@@ -101,16 +101,16 @@ def test_wrong_arguments_say_what_is_wrong(arguments, error, text):
         vps.bake(vertices, **{"faces": faces, **arguments})
 
 
-def test_without_the_baker_everything_else_works(tmp_path, cube):
-    """And the message says what is missing."""
-    shutil.copytree(Path(vps.__file__).parent, tmp_path / "vps", ignore=shutil.ignore_patterns("_bake*"))
+def test_without_its_other_modules_the_package_works(tmp_path, cube):
+    """And messages say what is missing."""
+    shutil.copytree(Path(vps.__file__).parent, tmp_path / "vps", ignore=shutil.ignore_patterns("_bake*", "_bullet*"))
     cube.save(tmp_path / "cube.vps.hdf")
     program = """
 import vps
 from vps import *
 with vps.open("cube.vps.hdf") as cube:
     print(cube.distance([0, 0, 0.06]))
-    for call in (lambda: cube.surface(), lambda: vps.bake("cube.obj", voxel=1e-3)):
+    for call in (lambda: cube.surface(), lambda: vps.bake("cube.obj", voxel=1e-3), lambda: vps.World()):
         try:
             call()
         except ImportError as error:
@@ -119,7 +119,8 @@ with vps.open("cube.vps.hdf") as cube:
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(tmp_path)},
                           capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    distance, surface, bake = done.stdout.splitlines()
+    distance, surface, bake, world = done.stdout.splitlines()
     assert float(distance) == pytest.approx(0.01, abs=1e-3)
     assert surface.startswith("Asset.surface needs the baker's module") and "python3-vps-bake" in surface
     assert bake.startswith("vps.bake needs the baker's module")
+    assert world.startswith("vps.World needs the module vps._bullet") and "python3-vps-bullet" in world

@@ -24,7 +24,8 @@ results for any number. Assets may be used by any number of Python's threads.
 
 Errors: ValueError and TypeError for arguments, with the index of the first bad element; OSError for files; AssetError for
 bytes that are no asset; MissingPart for what an asset was baked without; BakeError for meshes that cannot be baked.
-`vps.bake` and `Asset.surface` need the baker's module, which is a part of its own under the GPL.
+`vps.bake` and `Asset.surface` need the baker's module, which is a part of its own under the GPL, and `vps.World`, a small
+Bullet world for trying assets, that of the plug-in for Bullet.
 """
 from __future__ import annotations
 
@@ -38,14 +39,16 @@ import numpy.typing as npt
 
 from . import _runtime
 from ._runtime import AssetError, MissingPart
+from ._world import Body, Joint, World, WorldContacts
 
 __all__ = [
-    "Asset", "AssetError", "BakeError", "Certificate", "ClosestPoints", "Contacts", "Impact", "MassProperties",
-    "MissingPart", "Points", "RayHits", "Separation", "Surface", "bake", "contacts", "open", "separation",
-    "time_of_impact",
+    "Asset", "AssetError", "BakeError", "Body", "Certificate", "ClosestPoints", "Contacts", "Impact", "Joint",
+    "MassProperties", "MissingPart", "Points", "RayHits", "Separation", "Surface", "World", "WorldContacts", "bake",
+    "contacts", "open", "separation", "time_of_impact",
 ]
 
-AssetError.__module__ = MissingPart.__module__ = __name__
+for _public in (AssetError, MissingPart, Body, Joint, World, WorldContacts):
+    _public.__module__ = __name__
 AssetError.__doc__ = "The bytes are no asset of this version, or they are damaged."
 MissingPart.__doc__ = "The asset was baked without the part that a query needs."
 
@@ -155,6 +158,7 @@ class Asset:
     def __init__(self, source: Any, *, scale: float = 1.0, notes: list[str] | None = None) -> None:
         self._bytes = _asset_bytes(source)
         self._asset = _runtime.Asset(self._bytes, scale)
+        self._baked: Any = None  # its shape in Bullet, see World.add
         self.notes = notes or []  #: of the bake: what was repaired, and warnings
 
     def __repr__(self) -> str:
@@ -172,7 +176,7 @@ class Asset:
     def close(self) -> None:
         """Queries of a closed asset raise ValueError. Its arrays stay valid."""
         self._asset.close()
-        self._bytes = None
+        self._bytes = self._baked = None
 
     @property
     def closed(self) -> bool:

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: Zlib
+"""A small Bullet world, for trying assets and for tests."""
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any, NamedTuple, Union
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from . import Asset
+
+Array = npt.NDArray[Any]
+_HERE = np.eye(4)
+
+
+class WorldContacts(NamedTuple):
+    """Contacts of a world after a step, in its frame; k in all."""
+
+    first: Array  #: index of the first body, shape (k,)
+    second: Array  #: index of the second body, shape (k,)
+    position: Array  #: on the second body, shape (k, 3) [m]
+    normal: Array  #: unit, from the first body into the second, shape (k, 3)
+    distance: Array  #: negative: penetration, shape (k,) [m]
+    impulse: Array  #: along the normal, in the last step, shape (k,) [N s]
+
+
+class Body:
+    """A body of a world. Its pose is that of the mesh's frame, or of the centre of a box or sphere."""
+
+    def __init__(self, world: World, index: int, name: str) -> None:
+        self._world = world
+        self.index = index  #: in World.bodies, World.poses and WorldContacts
+        self.name = name
+
+    def __repr__(self) -> str:
+        return f"<vps.Body {self.index} {self.name!r}>"
+
+    @property
+    def pose(self) -> Array:
+        """Takes the body's frame to the world's, shape (4, 4). A kinematic body moves to a new pose during the next step."""
+        pose: Array = self._world.poses[self.index]
+        return pose
+
+    @pose.setter
+    def pose(self, pose: npt.ArrayLike) -> None:
+        self._world._world.set_pose(self.index, pose)
+
+    @property
+    def velocity(self) -> Array:
+        """Of the centre of mass, shape (3,) [m/s]"""
+        return np.array(self._world._world.velocity(self.index)[0])
+
+    @velocity.setter
+    def velocity(self, velocity: npt.ArrayLike) -> None:
+        self._world._world.set_velocity(self.index, velocity, self.angular_velocity)
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Shape (3,) [rad/s]"""
+        return np.array(self._world._world.velocity(self.index)[1])
+
+    @angular_velocity.setter
+    def angular_velocity(self, velocity: npt.ArrayLike) -> None:
+        self._world._world.set_velocity(self.index, self.velocity, velocity)
+
+    @property
+    def mass(self) -> float:
+        """0 for bodies that no force moves [kg]"""
+        return float(self._world._world.mass(self.index))
+
+    def push(self, force: npt.ArrayLike = (0, 0, 0), torque: npt.ArrayLike = (0, 0, 0)) -> None:
+        """Acts on the centre of mass during the next step, world frame. [N], [N m]"""
+        self._world._world.push(self.index, force, torque)
+
+
+class Joint:
+    """A hinge or a slider with a motor."""
+
+    def __init__(self, world: World, index: int) -> None:
+        self._world = world
+        self._index = index
+
+    @property
+    def position(self) -> float:
+        """Since the joint was made: the angle, -pi to pi, or the way, of the first body [rad] or [m]"""
+        return float(self._world._world.position(self._index))
+
+    def drive(self, speed: float, effort: float) -> None:
+        """Moves the first body against the second.
+
+        speed: about or along the axis [rad/s] or [m/s]
+        effort: largest torque or force of the motor; 0 switches it off [N m] or [N]
+        """
+        self._world._world.set_motor(self._index, speed, effort)
+
+
+class World:
+    """A stock Bullet world, single precision, with the settings that docs/bullet.md advises. Bodies never sleep.
+
+        world = vps.World(step=1 / 1000)
+        bolt = world.add(bolt_asset, fixed=True)
+        nut = world.add(nut_asset, pose=start, friction=0.1)
+        world.hinge(nut, point=(0, 0, 0), axis=(0, 0, 1))
+        world.step(500)
+        nut.pose, world.contacts()
+
+    Only one thread at a time may use a world. Messages of the plug-in are RuntimeWarnings. Needs the module vps._bullet.
+    """
+
+    def __init__(self, *, gravity: npt.ArrayLike = (0, 0, -9.81), step: float = 1 / 240) -> None:
+        """gravity: [m/s^2]. step: of time [s]"""
+        try:
+            from . import _bullet
+        except ImportError as error:
+            raise ImportError("vps.World needs the module vps._bullet: install python3-vps-bullet, or build with "
+                              f"VPS_BUILD_BULLET=ON ({error})") from error
+        self._bullet: Any = _bullet
+        self._world: Any = _bullet.World(gravity, step)
+        self.bodies: list[Body] = []
+
+    @property
+    def time(self) -> float:
+        """Since the start [s]"""
+        return float(self._world.time)
+
+    @property
+    def poses(self) -> Array:
+        """Of all bodies, shape (n, 4, 4), as Body.pose"""
+        poses: Array = self._world.poses()
+        return poses
+
+    def step(self, count: int = 1) -> None:
+        """Computes `count` steps of time."""
+        self._world.step(count)
+
+    def contacts(self) -> WorldContacts:
+        """All contacts of the last step, those that lie ahead included."""
+        found = self._world.contacts()
+        return WorldContacts(*(found[name] for name in WorldContacts._fields))
+
+    def lint(self) -> list[str]:
+        """Settings of this world that harm it, and what to set instead: one line each."""
+        lines: list[str] = self._world.lint()
+        return lines
+
+    def add(self, asset: Asset, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0, mass: float | None = None,
+            fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
+            name: str = "") -> Body:
+        """Adds a baked body.
+
+        pose: takes the asset frame to the world's, shape (4, 4)
+        density: [kg/m^3]; or
+        mass: [kg]
+        fixed: it never moves. kinematic: only `Body.pose` moves it
+        """
+        if asset.closed:
+            raise ValueError("the asset is closed")
+        if asset._baked is None:  # bodies share it
+            asset._baked = self._bullet.Baked(asset._bytes, asset.scale)
+        options = self._options(pose, _mass(mass, density, asset._baked.volume, fixed or kinematic), kinematic, friction,
+                                restitution)
+        return self._enter(self._world.add_baked(asset._baked, options), name)
+
+    def add_box(self, half_extents: npt.ArrayLike, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0,
+                mass: float | None = None, fixed: bool = False, kinematic: bool = False, friction: float = 0.5,
+                restitution: float = 0.0, name: str = "") -> Body:
+        """Adds a box. half_extents: shape (3,) [m]; the others as for `add`."""
+        volume = float(8 * np.prod(np.asarray(half_extents, np.float64)))
+        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
+        return self._enter(self._world.add_box(half_extents, options), name)
+
+    def add_sphere(self, radius: float, *, pose: npt.ArrayLike = _HERE, density: float = 1000.0, mass: float | None = None,
+                   fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
+                   name: str = "") -> Body:
+        """Adds a sphere. radius: [m]; the others as for `add`."""
+        volume = 4 / 3 * np.pi * radius**3
+        options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
+        return self._enter(self._world.add_sphere(radius, options), name)
+
+    def add_plane(self, normal: npt.ArrayLike = (0, 0, 1), offset: float = 0.0, *, friction: float = 0.5,
+                  restitution: float = 0.0, name: str = "") -> Body:
+        """Adds a fixed half-space: the solid is normal . p <= offset. offset: [m]"""
+        return self._enter(self._world.add_plane(normal, offset, self._options(_HERE, 0.0, False, friction, restitution)), name)
+
+    def load_scene(self, manifest: Union[str, "os.PathLike[str]"]) -> dict[str, Body]:
+        """Adds the bodies of a scene that `vpsbake scene` has planned, by name, and sets its gravity."""
+        first = self._world.load_scene(os.fspath(manifest))
+        with open(manifest, encoding="utf-8") as file:
+            names = [body["name"] for body in json.load(file)["bodies"]]
+        return {name: self._enter(first + i, name) for i, name in enumerate(names)}
+
+    def hinge(self, first: Body, second: Body | None = None, *, point: npt.ArrayLike, axis: npt.ArrayLike) -> Joint:
+        """Lets the first body only turn against the second, or against the world.
+
+        point, axis: of the hinge, world frame, shape (3,) [m], [-]
+        """
+        return Joint(self, self._world.add_hinge(self._own(first), self._other(second), point, axis))
+
+    def slider(self, first: Body, second: Body | None = None, *, axis: npt.ArrayLike) -> Joint:
+        """Lets the first body only slide along an axis of the second, or of the world. axis: world frame, shape (3,)"""
+        return Joint(self, self._world.add_slider(self._own(first), self._other(second), axis))
+
+    def _options(self, pose: npt.ArrayLike, mass: float, kinematic: bool, friction: float, restitution: float) -> Any:
+        return self._bullet.BodyOptions(pose, mass, kinematic, friction, restitution)
+
+    def _enter(self, index: int, name: str) -> Body:
+        self.bodies.append(Body(self, index, name))
+        return self.bodies[-1]
+
+    def _own(self, body: Body) -> int:
+        if not isinstance(body, Body) or body._world is not self:
+            raise ValueError("a body of this world is needed")
+        return body.index
+
+    def _other(self, body: Body | None) -> int:
+        return -1 if body is None else self._own(body)
+
+
+def _mass(mass: float | None, density: float, volume: float, stays: bool) -> float:
+    given = density * volume if mass is None else mass
+    if not 0 < given < np.inf:
+        raise ValueError("density and mass: finite and more than 0")
+    return 0.0 if stays else given

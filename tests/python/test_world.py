@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A small Bullet world."""
+import os
+import subprocess
+
+import numpy as np
+import pytest
+import vps
+from conftest import MESHES, RADIUS, shifted
+
+pytestmark = pytest.mark.skipif(
+    not any(name.startswith("_bullet.") for name in os.listdir(os.path.dirname(vps.__file__))),
+    reason="the package was built without Bullet")
+
+
+def angle(pose):
+    """About z. [rad]"""
+    return np.arctan2(pose[1, 0], pose[0, 0])
+
+
+def test_bodies_fall_and_rest(sphere):
+    world = vps.World(step=1 / 240)
+    world.add_plane(name="ground")
+    ball = world.add(sphere, pose=shifted(0, 0, 0.3), density=500, name="ball")
+    crate = world.add_box([0.05, 0.05, 0.02], pose=shifted(1, 0, 0.05), mass=2)
+    marble = world.add_sphere(0.01, pose=shifted(2, 0, 0.02))
+    assert world.lint() == []
+    assert ball.mass == pytest.approx(500 * sphere.volume, rel=1e-5) and crate.mass == pytest.approx(2)
+    assert marble.mass == pytest.approx(1000 * 4 / 3 * np.pi * 1e-6)
+    assert world.poses.shape == (4, 4, 4) and world.bodies[1] is ball
+    world.step(24)
+    assert world.time == pytest.approx(0.1)
+    assert ball.pose[2, 3] == pytest.approx(0.3 - 9.81 * 0.1**2 / 2, rel=0.01)
+    assert ball.velocity[2] == pytest.approx(-0.981, rel=1e-3)
+    world.step(480)
+    assert ball.pose[2, 3] == pytest.approx(RADIUS, abs=1e-3)
+    assert crate.pose[2, 3] == pytest.approx(0.02, abs=1e-3)
+    contacts = world.contacts()
+    assert set(zip(contacts.first.tolist(), contacts.second.tolist())) <= {(a, b) for a in range(4) for b in range(4)}
+    of_crate = (contacts.first == crate.index) | (contacts.second == crate.index)
+    assert contacts.impulse[of_crate].sum() == pytest.approx(2 * 9.81 / 240, rel=0.05)
+    down = np.where(contacts.second[of_crate] == crate.index, 1, -1) * contacts.normal[of_crate][:, 2]
+    assert np.allclose(down, 1, atol=1e-3), "from the first body into the second"
+
+
+def test_a_nut_turns_down_its_bolt():
+    bolt, nut = (vps.bake(MESHES / f"{name}.obj", voxel=0.5e-3) for name in ("bolt", "nut"))
+    world = vps.World(step=1e-3)
+    world.add(bolt, fixed=True, friction=0)
+    body = world.add(nut, density=7850, friction=0)
+    turned, last = 0.0, 0.0
+    for _ in range(40):
+        world.step(10)
+        now = angle(body.pose)
+        turned += (now - last + np.pi) % (2 * np.pi) - np.pi
+        last = now
+    descent = -body.pose[2, 3]
+    assert descent > 0.7e-3
+    assert abs(descent + turned * 1.5e-3 / (2 * np.pi)) < 0.2e-3, "along the thread, whose pitch is 1.5 mm"
+
+
+def test_a_hinge_turns_a_body(cube):
+    world = vps.World(gravity=(0, 0, 0))
+    body = world.add(cube, pose=shifted(0.2, 0, 0))
+    hinge = world.hinge(body, point=(0, 0, 0), axis=(0, 0, 2))
+    assert hinge.position == pytest.approx(0, abs=1e-6)
+    hinge.drive(speed=1.5, effort=100)
+    world.step(240)
+    assert angle(body.pose) == pytest.approx(1.5, abs=0.05) and hinge.position == pytest.approx(1.5, abs=0.05)
+    assert np.linalg.norm(body.pose[:3, 3]) == pytest.approx(0.2, abs=1e-3)
+    hinge.drive(speed=0, effort=100)
+    world.step(240)
+    assert body.angular_velocity[2] == pytest.approx(0, abs=1e-3)
+
+
+def test_a_slider_slides_against_another_body(cube):
+    world = vps.World()
+    rail = world.add_box([0.5, 0.02, 0.02], fixed=True)
+    body = world.add(cube, pose=shifted(0, 0, 0.3))
+    slider = world.slider(body, rail, axis=(1, 0, 0))
+    slider.drive(speed=0.1, effort=1000)
+    world.step(480)
+    assert np.allclose(body.pose, shifted(0.2, 0, 0.3), atol=5e-3)
+    assert slider.position == pytest.approx(0.2, abs=5e-3)
+    slider.drive(speed=0, effort=0)
+    body.push(force=(1e4, 0, 0))
+    world.step()
+    assert body.velocity[0] > 1
+
+
+def test_a_kinematic_body_carries_another(cube):
+    world = vps.World()
+    lift = world.add_box([0.2, 0.2, 0.02], kinematic=True, pose=shifted(0, 0, -0.02))
+    load = world.add(cube, pose=shifted(0, 0, 0.05))
+    assert lift.mass == 0
+    for i in range(240):
+        lift.pose = shifted(0, 0, -0.02 + 0.1 * (i + 1) / 240)
+        world.step()
+    assert lift.velocity[2] == pytest.approx(0.1, rel=0.01)
+    assert load.pose[2, 3] == pytest.approx(0.15, abs=2e-3) and load.velocity[2] == pytest.approx(0.1, rel=0.05)
+
+
+def test_bodies_are_put_and_thrown(cube):
+    world = vps.World(gravity=(0, 0, 0), step=0.01)
+    body = world.add(cube)
+    body.pose, body.velocity, body.angular_velocity = shifted(1, 2, 3), (1, 0, 0), (0, 0, 1)
+    assert np.allclose(body.pose, shifted(1, 2, 3)) and np.allclose(body.velocity, [1, 0, 0])
+    world.step(10)
+    assert np.allclose(body.pose[:3, 3], [1.1, 2, 3], atol=1e-4) and angle(body.pose) == pytest.approx(0.1, abs=1e-3)
+
+
+@pytest.mark.skipif("VPSBAKE" not in os.environ, reason="needs the program vpsbake")
+def test_a_planned_scene(tmp_path):
+    (tmp_path / "scene.toml").write_text(f"""
+[world]
+gravity = ["0m/s2", "0m/s2", "-1.62m/s2"]
+[wishes]
+error = "4mm"
+[[body]]
+name = "table"
+type = "static"
+mesh = "{MESHES / 'cube.obj'}"
+[[body]]
+name = "ball"
+mass = "100g"
+mesh = "{MESHES / 'icosphere.obj'}"
+position = ["0mm", "0mm", "120mm"]
+""")
+    done = subprocess.run([os.environ["VPSBAKE"], "scene", "scene.toml"], cwd=tmp_path, capture_output=True,
+                          text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    world = vps.World()
+    bodies = world.load_scene(tmp_path / "scene.vps" / "scene.vps.json")
+    assert list(bodies) == ["table", "ball"] and bodies["ball"].mass == pytest.approx(0.1)
+    assert np.allclose(bodies["ball"].pose, shifted(0, 0, 0.12), atol=1e-5)
+    world.step(24)
+    assert bodies["ball"].velocity[2] == pytest.approx(-0.162, rel=0.01)
+    with pytest.raises(ValueError, match="none.json"):
+        world.load_scene(tmp_path / "none.json")
+
+
+def test_bad_arguments(cube):
+    world, other = vps.World(), vps.World()
+    body, stranger = world.add(cube), other.add(cube)
+    for call in (lambda: vps.World(step=0), lambda: vps.World(gravity=(0, 0, np.nan)),
+                 lambda: world.add(cube, pose=np.eye(4) * 2), lambda: world.add(cube, pose=np.eye(3)),
+                 lambda: world.add(cube, pose=np.full((4, 4), np.nan)), lambda: world.add(cube, density=0),
+                 lambda: world.add(cube, mass=-1), lambda: world.add(cube, friction=-1), lambda: world.add_box([0, 1, 1]),
+                 lambda: world.add_sphere(-1), lambda: world.add_plane((0, 0, 0)), lambda: body.push((0, 0, np.inf)),
+                 lambda: world.hinge(body, stranger, point=(0, 0, 0), axis=(0, 0, 1)),
+                 lambda: world.hinge(body, body, point=(0, 0, 0), axis=(0, 0, 1)),
+                 lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 0, 0)),
+                 lambda: world.slider(body, axis=(1, 0, 0)).drive(np.nan, 1),
+                 lambda: world.slider(body, axis=(1, 0, 0)).drive(1, -1)):
+        with pytest.raises(ValueError):
+            call()
+    for call in (lambda: world.add_box("box"), lambda: vps.World(gravity=(0, 0)), lambda: body.push((1, 2))):
+        with pytest.raises((TypeError, ValueError)):
+            call()
+    with vps.open(bytes(cube._bytes)) as asset:
+        thing = world.add(asset, pose=shifted(5, 0, 0))
+    with pytest.raises(ValueError, match="closed"):
+        world.add(asset)
+    world.step()
+    assert thing.velocity[2] < 0, "its shape keeps the bytes"
+
+
+def test_messages_are_warnings(cube):
+    with pytest.warns(RuntimeWarning, match="assets are in metres"):
+        vps.World().add(cube, mass=1e6)
+
+
+def test_an_asset_with_a_scale(sphere):
+    world = vps.World(step=1 / 240)
+    world.add_plane()
+    with vps.open(bytes(sphere._bytes), scale=2) as large:
+        ball = world.add(large, pose=shifted(0, 0, 0.11))
+    assert ball.mass == pytest.approx(8 * 1000 * sphere.volume, rel=1e-4)
+    world.step(240)
+    assert ball.pose[2, 3] == pytest.approx(2 * RADIUS, abs=2e-3)
