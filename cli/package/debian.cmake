@@ -79,7 +79,7 @@ set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_NAME python3-vps-bullet)
 set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_PACKAGE_DEPENDS "${CPACK_DEBIAN_PYTHON3_VPS_BAKE_PACKAGE_DEPENDS}")
-set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_DESCRIPTION "a small Bullet world of baked bodies, for Python
+set(CPACK_DEBIAN_PYTHON3_VPS_BULLET_DESCRIPTION "small Bullet world of baked bodies, for Python
 The part of the Python package vps that simulates baked bodies, boxes and
 spheres in Bullet, for trying collision assets and for tests.")
 

@@ -156,7 +156,7 @@ class World {
 
   void step(int count) {
     for (int i = 0; i < count; ++i) {
-      world_.stepSimulation(step_of_bullet(), 1, step_of_bullet());
+      world_.stepSimulation(step_of_bullet(), 0);
       ++steps_;
       warn();
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();

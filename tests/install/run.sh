@@ -22,7 +22,9 @@ cp -r "$here/c" "$work/c"
 make -s -C "$work/c"
 "$work/c/deepest" "$work/bolt.vps.hdf"
 make -s -C "$work/c" -B MODULE=vps-shared
-LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/c/deepest" "$work/bolt.vps.hdf"
+for program in deepest volume; do
+  LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/c/$program" "$work/bolt.vps.hdf"
+done
 readelf -d "$work/c/deepest" | grep -q 'NEEDED.*libvps.so.0' || { echo 'vps-shared.pc does not link libvps.so.0'; exit 1; }
 
 package=$(find "$prefix" -name _runtime.pyi)
