@@ -290,7 +290,6 @@ class Asset {
     constexpr const char* kNames[] = {"", "layers", "scaled", "real"};
     return kNames[held()->field()];
   }
-  [[nodiscard]] bool has_pointshell() const { return held()->info().points > 0; }
   void verify() const {
     const auto held = this->held();
     VpsStatus status = vps_ok;
@@ -471,8 +470,7 @@ PYBIND11_MODULE(_runtime, m) {
       .def("verify", &Asset::verify)
       .def_property_readonly("closed", &Asset::is_closed)
       .def_property_readonly("scale", &Asset::scale)
-      .def_property_readonly("field", &Asset::field)
-      .def_property_readonly("has_pointshell", &Asset::has_pointshell);
+      .def_property_readonly("field", &Asset::field);
   m.def("contacts", &contacts);
   m.def("separation", &separation);
   m.def("time_of_impact", [](const Asset& first, const Asset& second, const Doubles& start, const Doubles& motion,

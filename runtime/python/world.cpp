@@ -163,7 +163,6 @@ class World {
     }
   }
   [[nodiscard]] double time() const { return step_ * static_cast<double>(steps_); }
-  [[nodiscard]] std::size_t size() const { return bodies_.size(); }
 
   [[nodiscard]] py::array_t<double> poses() const {
     py::array_t<double> out({static_cast<py::ssize_t>(bodies_.size()), py::ssize_t{4}, py::ssize_t{4}});
@@ -384,6 +383,5 @@ PYBIND11_MODULE(_bullet, m) {
       .def("position", &World::position)
       .def("contacts", &World::contacts)
       .def("lint", &World::lint)
-      .def_property_readonly("time", &World::time)
-      .def("__len__", &World::size);
+      .def_property_readonly("time", &World::time);
 }
