@@ -166,10 +166,14 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
       far = far_field({surface, distances(), *inside, grid, coarse}, least, voxels.count);
     });
-    last_of_map = stages.add("free_trees", {certified, far_sampled, walls_found}, [&] {
+    last_of_map = stages.add("free_searches", {certified, far_sampled, walls_found}, [&] {
       inside.reset();
       closest.reset();
       tree.reset();
+      // The pointshell needs values only.
+      std::vector<std::uint32_t>().swap(field.closest);
+      std::vector<std::size_t>().swap(field.near_start);
+      std::vector<std::uint32_t>().swap(field.near_triangles);
     });
   }
 
