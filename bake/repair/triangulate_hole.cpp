@@ -6,6 +6,9 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 #include <CGAL/utility.h>
 
+#include <algorithm>
+#include <random>
+
 namespace vps::bake {
 
 std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border) {
@@ -13,7 +16,19 @@ std::vector<Triangle> triangulate_hole(const std::vector<Vector>& border) {
   using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
   std::vector<Kernel::Point_3> points;
   points.reserve(border.size());
-  for (const Vector& v : border) points.emplace_back(v.x(), v.y(), v.z());
+  // CGAL breaks ties by the addresses of its vertices, which differ from thread to thread. Where the border's points
+  // are moved by a thousandth of its edges, no two triangulations are equally good.
+  std::mt19937 random(1);
+  const std::size_t size = border.size();
+  for (std::size_t i = 0; i < size; ++i) {
+    const Vector at = border[i] - border[0];
+    const double most = 1e-3 * std::min((border[i] - border[(i + 1) % size]).norm(),
+                                        (border[i] - border[(i + size - 1) % size]).norm());
+    const auto shift = [&] { return most * (0x1p-31 * static_cast<double>(random()) - 1); };
+    const double x = at.x() + shift();
+    const double y = at.y() + shift();
+    points.emplace_back(x, y, at.z() + shift());
+  }
   std::vector<CGAL::Triple<int, int, int>> found;
   // The search without Delaunay is cubic in the number of the border's points.
   constexpr std::size_t kCubicLimit = 500;
