@@ -164,13 +164,13 @@ struct Step {
 Step newton(const AlongBoth& gap, const Axes& axes) {
   Step step;
   for (std::size_t i = 0; i < gap.size(); ++i) {
-    const Along& along = gap[i];
-    if (along.curvature > kSharp) continue;
-    const bool is_parabola = along.smooth && along.curvature > 0;
-    if ((!is_parabola || along.curvature < kFlat) && std::abs(along.slope) > kSlope) step.slopes[i] = axes[i];
+    const Along& one = gap[i];
+    if (one.curvature > kSharp) continue;
+    const bool is_parabola = one.smooth && one.curvature > 0;
+    if ((!is_parabola || one.curvature < kFlat) && std::abs(one.slope) > kSlope) step.slopes[i] = axes[i];
     if (!is_parabola) continue;
-    const float flat = (kFlat / along.curvature) * (kFlat / along.curvature);
-    step.way[i] = -along.slope / (along.curvature * (1 + flat * flat));
+    const float flat = (kFlat / one.curvature) * (kFlat / one.curvature);
+    step.way[i] = -one.slope / (one.curvature * (1 + flat * flat));
   }
   return step;
 }
