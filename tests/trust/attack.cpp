@@ -95,8 +95,9 @@ int main(int argc, char** argv) {
               {"measured", found.measured}, {"worst", found.worst}, {"started", found.started}};
           if (found.worst > most_of(promise.measure)) {
             ++broken;
-            fmt::print(stderr, "{}, {}: {} is broken: {:.4f} (random places: {:.4f})\n", file, options.name,
-                       promise.name, found.worst, found.started);
+            fmt::print(stderr, "{}, {}: {} is broken: {:.4f} (random places: {:.4f}); it says: {}{}\n", file,
+                       options.name, promise.name, found.worst, found.started, promise.says,
+                       promise.certified ? " (it rests on the certificate, which is measured)" : "");
           }
         }
       } catch (const std::exception& error) {

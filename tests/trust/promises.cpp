@@ -4,7 +4,7 @@
 #include "cli/tools/nearest_point.h"
 #include "cli/tools/stored_field.h"
 #include "runtime/fields/penetration.h"
-#include "tests/trust/places.h"
+#include "tests/trust/attacks.h"
 
 namespace vps::test {
 
@@ -22,24 +22,6 @@ Subject::Subject(TriangleMesh closed, const bake::BakeOptions& options)
 
 namespace {
 
-using lab::ClimbOptions;
-using lab::kNotCovered;
-
-// Queries compute in float: 10^-6 of the coordinates.
-double rounding(const Subject& subject) {
-  double largest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const AssetInfo& info = subject.asset.info();
-    largest = std::max({largest, std::abs(info.bounds_min[axis]), std::abs(info.bounds_max[axis])});
-  }
-  return 1e-6 * largest;
-}
-
-template <class Place>
-Found found(const lab::Climbed<Place>& climbed) {
-  return {climbed.value, climbed.started, climbed.measured};
-}
-
 // Climbs over points of the space round a body. The measure takes a point as a query sees it, in float.
 template <class Measured>
 Found over_points(const Subject& subject, const ClimbOptions& options, double reach, const Measured& measure) {
@@ -53,15 +35,6 @@ Found over_points(const Subject& subject, const ClimbOptions& options, double re
 double wider_band(const Subject& subject) {
   const AssetInfo& info = subject.asset.info();
   return std::max(info.band_inner, info.band_outer);
-}
-
-const VoxelmapView* map_of(const Subject& subject, Field field) {
-  const auto at = subject.maps.find(field);
-  return at == subject.maps.end() ? nullptr : &at->second;
-}
-const VoxelmapView* finest(const Subject& subject) {
-  const VoxelmapView* const scaled = map_of(subject, Field::scaled);
-  return scaled != nullptr ? scaled : map_of(subject, Field::real);
 }
 
 Found attack_field(const Subject& subject, const ClimbOptions& options, Field field) {
@@ -283,223 +256,6 @@ Found test_spheres(const Subject& subject, const ClimbOptions&) {
   return out;
 }
 
-// A shell in a copy of its own body.
-class Pair {
- public:
-  Pair(const Subject& the_subject, const VoxelmapView& the_map)
-      : subject(the_subject), map(the_map), shell(the_subject.shell) {
-    contacts.resize(std::size_t{shell.points} + shell.facets);
-    values.resize(shell.points);
-    scratch.reserve(shell);
-    patches_known = find_flat_patches(shell, patches) == Status::ok;
-    for (std::uint32_t i = 0; i < shell.points; ++i) {
-      const Vec3 p = point_position(shell, i);
-      const Vec3 c{shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]};
-      arm = std::max(arm, double(detail::length(detail::operator-(p, c))));
-    }
-  }
-  [[nodiscard]] Vec3 place(const Pose& pose, std::uint32_t i) const {
-    return to_float(moved(pose, to_double(point_position(shell, i))));
-  }
-  // V of all points. @return the largest
-  double look_up(const Pose& pose) {
-    double largest = kNotCovered;
-    for (std::uint32_t i = 0; i < shell.points; ++i) {
-      values[i] = penetration(map, place(pose, i), {});
-      largest = std::max(largest, double(values[i]));
-    }
-    return largest;
-  }
-  // The largest true V of the eight points with the largest V. @pre look_up
-  double true_deepest(const Pose& pose) {
-    order.resize(shell.points);
-    for (std::uint32_t i = 0; i < shell.points; ++i) order[i] = i;
-    const auto last = order.begin() + std::min<std::ptrdiff_t>(8, shell.points);
-    std::partial_sort(order.begin(), last, order.end(),
-                      [&](std::uint32_t a, std::uint32_t b) { return values[a] > values[b]; });
-    double deepest = kNotCovered;
-    for (auto at = order.begin(); at != last; ++at) {
-      const Point p = moved(pose, to_double(point_position(shell, *at)));
-      deepest = std::max(deepest, subject.oracle.penetration(p));
-    }
-    return deepest;
-  }
-  QueryResult query(const Pose& pose, const QueryOptions& options) {
-    QueryResult result;
-    if (traverse(shell, map, pose, options, scratch, contacts, result) != Status::ok) {
-      throw std::logic_error("a query of a sound pair fails");
-    }
-    return result;
-  }
-
-  const Subject& subject;
-  const VoxelmapView& map;
-  const PointshellView& shell;
-  std::vector<Contact> contacts;
-  std::vector<float> values;
-  std::vector<std::uint32_t> order;
-  std::vector<FlatPatch> patches;
-  bool patches_known = false;
-  double arm = 0;  // from the centre of mass to the farthest point. [m]
-  Scratch scratch;
-};
-
-template <class Measured>
-Found over_poses(const Subject& subject, const ClimbOptions& options, double reach_vx, const Measured& measure) {
-  const VoxelmapView* const map = finest(subject);
-  if (map == nullptr) return {};
-  const Places places(subject);
-  Pair pair(subject, *map);
-  return found(climb(
-      options, [&](Random& random) { return meet(places, reach_vx * places.voxel(), random); },
-      [&](const Meeting& m, double step, Random& random) { return beside(places, m, step, random); },
-      [&](const Meeting& m) { return measure(pair, m); }));
-}
-
-// Poses are in double, the kernels' coordinates in float.
-double pose_rounding(const Pair& pair) {
-  return 4 * rounding(pair.subject) + 1e-4 * double(pair.map.voxel_size);
-}
-
-// The largest V of a point that a traverse does not return, over minus the contact distance.
-Found attack_contacts(const Subject& subject, const ClimbOptions& options) {
-  return over_poses(subject, options, 4, [](Pair& pair, const Meeting& m) {
-    QueryOptions query;
-    query.contact_distance = 0.5F * pair.map.voxel_size;
-    const QueryResult result = pair.query(m.pose, query);
-    (void)pair.look_up(m.pose);
-    for (std::uint32_t i = 0; i < result.contacts; ++i) pair.values[pair.contacts[i].point] = -1e9F;
-    const double missed = double(*std::max_element(pair.values.begin(), pair.values.end()));
-    return (missed + double(query.contact_distance) - pose_rounding(pair)) / double(pair.map.voxel_size);
-  });
-}
-
-template <class Change>
-Found attack_delta_bound(const Subject& subject, const ClimbOptions& options, const Change& change) {
-  return over_poses(subject, options, 12, [&](Pair& pair, const Meeting& m) {
-    QueryOptions query;
-    change(query);
-    const QueryResult result = pair.query(m.pose, query);
-    const double deepest = pair.look_up(m.pose);
-    const double error = double(detail::field_error(pair.map));
-    const double truth = pair.true_deepest(m.pose) - error;
-    return (std::max(truth, deepest) - result.delta_bound - pose_rounding(pair)) / double(pair.map.voxel_size);
-  });
-}
-
-// Only where the deepest point lies in the band that the certificate covers: beyond it `delta` is a walk's length.
-Found attack_delta(const Subject& subject, const ClimbOptions& options) {
-  return over_poses(subject, options, 4, [](Pair& pair, const Meeting& m) {
-    const double deepest = pair.look_up(m.pose);
-    const detail::CertifiedBand band = detail::certified_band(pair.map);
-    if (deepest > double(band.inner) || deepest < -double(band.outer)) return kNotCovered;
-    SeparationResult result;
-    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
-    return (deepest - result.delta - pose_rounding(pair)) / double(pair.map.voxel_size);
-  });
-}
-
-// Beyond the band too: no point has a V above delta_bound.
-Found attack_separation_bound(const Subject& subject, const ClimbOptions& options) {
-  return over_poses(subject, options, 40, [](Pair& pair, const Meeting& m) {
-    (void)pair.look_up(m.pose);
-    SeparationResult result;
-    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
-    const double bound = result.delta_bound + double(detail::field_error(pair.map));
-    return (pair.true_deepest(m.pose) - bound - pose_rounding(pair)) / double(pair.map.voxel_size);
-  });
-}
-
-Found attack_separation_interval(const Subject& subject, const ClimbOptions& options) {
-  return over_poses(subject, options, 40, [](Pair& pair, const Meeting& m) {
-    SeparationResult result;
-    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
-    const Oracle& oracle = pair.subject.oracle;
-    const double surface = oracle.penetration(moved(m.pose, m.at)) - result.upper;
-    const double deepest = result.lower - oracle.penetration(to_double(result.position));
-    return (std::max(surface, deepest) - pose_rounding(pair)) / double(pair.map.voxel_size);
-  });
-}
-
-// The body arrives at a meeting with a velocity, or would if nothing were in its way.
-Found attack_time_of_impact(const Subject& subject, const ClimbOptions& options) {
-  const VoxelmapView* const map = finest(subject);
-  if (map == nullptr) return {};
-  struct Flight {
-    Meeting end;
-    Eigen::Vector3d velocity, turn;
-  };
-  const Places places(subject);
-  const double s = places.voxel();
-  Pair pair(subject, *map);
-  return found(climb(
-      options,
-      [&](Random& random) {
-        Flight flight{meet(places, 2 * s, random), {}, {}};
-        flight.velocity = 20 * s * random.next() * random_direction(random);
-        flight.turn = random.next() * random_direction(random);
-        return flight;
-      },
-      [&](const Flight& flight, double step, Random& random) {
-        Flight out{beside(places, flight.end, step, random), flight.velocity, flight.turn};
-        out.velocity += 2 * step * s * random.next() * random_direction(random);
-        out.turn += 0.1 * step * random.next() * random_direction(random);
-        return out;
-      },
-      [&](const Flight& flight) {
-        Sweep sweep;
-        Sweep back;
-        back.start = flight.end.pose;
-        for (int axis = 0; axis < 3; ++axis) {
-          back.velocity[axis] = -(sweep.velocity[axis] = flight.velocity[axis]);
-          back.angular_velocity[axis] = -(sweep.angular_velocity[axis] = flight.turn[axis]);
-        }
-        sweep.start = pose_at(pair.shell, back, 1);
-        sweep.duration = 1.5;
-        ImpactOptions how;
-        how.distance = float(0.25 * s);
-        how.tolerance = float(0.05 * s);
-        ImpactResult result;
-        if (time_of_impact(pair.shell, *map, sweep, how, pair.scratch, result) != Status::ok) return kNotCovered;
-        if (!(result.time > 0)) return kNotCovered;
-        double nearest = kNotCovered;
-        for (const double part : {0.5, 0.9, 0.999999}) {
-          const Pose pose = pose_at(pair.shell, sweep, part * result.time);
-          nearest = std::max(nearest, subject.oracle.penetration(moved(pose, flight.end.at)));
-        }
-        return (nearest + double(how.distance) - pose_rounding(pair)) / s;
-      }));
-}
-
-double length_between(const double (&a)[3], const double (&b)[3]) {
-  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-}
-
-// Force and torque with flat patches against those of all points, over what docs/bounds.md states.
-Found attack_wrench(const Subject& subject, const ClimbOptions& options) {
-  return over_poses(subject, options, 2, [](Pair& pair, const Meeting& m) {
-    if (!pair.patches_known || pair.patches.empty()) return kNotCovered;
-    QueryOptions query;
-    const QueryResult all = pair.query(m.pose, query);
-    double area = 0;
-    double sum = 0;
-    for (std::uint32_t i = 0; i < all.contacts; ++i) {
-      const Contact& c = pair.contacts[i];
-      if (c.penetration < 0) continue;
-      area += double(c.area);
-      sum += double(c.area) * double(c.penetration);
-    }
-    query.flat_patches = pair.patches;
-    const QueryResult few = pair.query(m.pose, query);
-    if (few.contacts == all.contacts || !(sum > 0)) return kNotCovered;
-    const double f = 0.01 * double(pair.shell.feature_covering_radius);
-    const double more = double(kPatchNormal) * sum + 1e-6 * sum + area * pose_rounding(pair) * 0.01;
-    const double force = length_between(few.force, all.force) / (5 * f * area + more);
-    const double torque = length_between(few.torque, all.torque) / (pair.arm * (6 * f * area + more));
-    return std::max(force, torque);
-  });
-}
-
 std::vector<Promise> all_promises() {
   std::vector<Promise> all;
   const auto add = [&](std::string name, const char* says, Measure measure, bool certified, double effort,
@@ -509,7 +265,6 @@ std::vector<Promise> all_promises() {
   const auto of_field = [](auto attack, Field field) {
     return [=](const Subject& subject, const ClimbOptions& options) { return attack(subject, options, field); };
   };
-  constexpr double kPose = 0.05;
   add("coarse layers", "the distance to the surface is within the bounds of a brick's coarse layer", Measure::excess,
       false, 1, attack_coarse_layers);
   add("layers", "the distance to the surface is within the bounds of a voxel's layer", Measure::excess, false, 1,
@@ -545,26 +300,7 @@ std::vector<Promise> all_promises() {
       false, 1, attack_covering);
   add("points", "all points of the shell are within rounding of the surface", Measure::ratio, false, 1, test_points);
   add("spheres", "every sphere of the tree contains all points below it", Measure::ratio, false, 1, test_spheres);
-  add("contacts", "`traverse` returns all points with V of at least minus the contact distance", Measure::excess, true,
-      kPose, attack_contacts);
-  add("delta bound", "no point of the shell has a true V above `QueryResult::delta_bound`", Measure::excess, true,
-      kPose, [](const Subject& subject, const ClimbOptions& options) {
-        return attack_delta_bound(subject, options, [](QueryOptions&) {});
-      });
-  add("delta bound, cut", "the same when a budget runs out", Measure::excess, true, kPose,
-      [](const Subject& subject, const ClimbOptions& options) {
-        return attack_delta_bound(subject, options, [](QueryOptions& query) { query.max_tests = 40; });
-      });
-  add("separation delta", "in the certified band no point has a V above `delta`", Measure::excess, true, kPose,
-      attack_delta);
-  add("separation bound", "no point has a true V above `delta_bound` and the field's error", Measure::excess, true,
-      kPose, attack_separation_bound);
-  add("separation interval", "the largest true V of the true surface is from `lower` to `upper`", Measure::excess, true,
-      kPose, attack_separation_interval);
-  add("time of impact", "nothing is nearer than the distance before `time`", Measure::excess, true, kPose,
-      attack_time_of_impact);
-  add("wrench", "force and torque with flat patches are those of all points within the stated bound", Measure::ratio,
-      false, kPose, attack_wrench);
+  add_pair_promises(all);
   return all;
 }
 
