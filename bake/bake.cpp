@@ -91,7 +91,8 @@ BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
 ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
   const double voxel_size = plan_bake(mesh, options).voxel_size;
   RepairOutcome outcome;
-  const Surface surface = check_mesh(mesh, {options.repair, voxel_size, options.sheet_thickness}, outcome);
+  const Surface surface =
+      check_mesh(mesh, {options.repair, voxel_size, options.sheet_thickness, report_steps(options)}, outcome);
   ClosedMesh out{{{}, surface.triangles}, outcome.used, outcome.filled_share, std::move(outcome.notes)};
   for (const Vector& v : surface.vertices) out.mesh.vertices.push_back({v.x(), v.y(), v.z()});
   return out;
@@ -108,7 +109,8 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   const auto check = stages.add("check", {}, [&] {
     options.voxel_size = plan_bake(mesh, asked).voxel_size;  // a skin or thickness must not change it
     RepairOutcome outcome;
-    surface = check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness}, outcome);
+    surface =
+        check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness, report_steps(options)}, outcome);
     asset.repair = outcome.used;
     asset.filled_share = outcome.filled_share;
     asset.notes = std::move(outcome.notes);

@@ -291,9 +291,16 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
                                   format_length(settings.sheet_thickness)));
     }
   }
+  const auto begin = [&](const char* step) {
+    if (settings.progress) settings.progress(step);
+  };
+  begin("check: close");
   close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome);
   warn_of_large_filling(outcome);
-  note_shells(resolve_shells(mesh, self_intersections(mesh)), notes);
+  begin("check: crossing triangles");
+  const std::vector<TrianglePair> pairs = self_intersections(mesh);
+  begin("check: unite shells");
+  note_shells(resolve_shells(mesh, pairs), notes);
   if (const std::size_t open = count_unbalanced(mesh); open > 0) refuse_union(open);
   drop_flat(mesh, cleaned.collapsed);
   if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
@@ -321,6 +328,7 @@ std::string advise_options(const TriangleMesh& input, const RepairSettings& sett
   const auto closes = [&](Repair repair) {
     RepairSettings more = settings;
     more.repair = repair;
+    more.progress = nullptr;
     RepairOutcome ignored;
     try {
       (void)closed_surface(input, more, ignored);
@@ -342,10 +350,16 @@ std::string advise_options(const TriangleMesh& input, const RepairSettings& sett
 
 }  // namespace
 
+std::function<void(const char* step)> report_steps(const BakeOptions& options) {
+  if (!options.progress) return nullptr;
+  return [progress = options.progress](const char* step) { progress(step, 0); };
+}
+
 Surface check_mesh(const TriangleMesh& input, const RepairSettings& settings, RepairOutcome& outcome) {
   try {
     return closed_surface(input, settings, outcome);
   } catch (const NotClosed& open) {
+    if (settings.progress) settings.progress("check: try repairs");
     const std::string options = advise_options(input, settings);
     refuse(fmt::format("{}; {}{}{}", open.what(), open.remedy, options.empty() ? "" : ", or use ", options));
   }

@@ -2,6 +2,7 @@
 /// @file Turns imported triangles into a closed, outward surface, or says why that is impossible. Internal to bake.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,12 @@ struct RepairSettings {
   Repair repair = Repair::automatic;
   double voxel_size = 0;       ///< cracks up to this width are closed; 0: none. [m]
   double sheet_thickness = 0;  ///< 0: open surfaces stay open. [m]
+  /// Called at the start of each long step; may be empty. See `report_steps`.
+  std::function<void(const char* step)> progress = nullptr;
 };
+
+/// The steps of a check as stages of a bake: "check: unite shells".
+[[nodiscard]] std::function<void(const char* step)> report_steps(const BakeOptions& options);
 
 struct RepairOutcome {
   Repair used = Repair::none;

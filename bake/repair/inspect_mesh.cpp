@@ -80,6 +80,10 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
   const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
   count_edges(uses, report);
   report.nonmanifold_vertices = count_nonmanifold_vertices(mesh, uses);
+  const auto begin = [&](const char* step) {
+    if (options.progress) options.progress(step, 0);
+  };
+  begin("check: crossing triangles");
   report.self_intersections = self_intersections(mesh).size();
   double volume6 = 0;
   for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -98,13 +102,15 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
                                                      : 0;
   try {
     RepairOutcome outcome;
-    const Surface surface = check_mesh(input, {options.repair, voxel_size, options.sheet_thickness}, outcome);
+    const Surface surface =
+        check_mesh(input, {options.repair, voxel_size, options.sheet_thickness, report_steps(options)}, outcome);
     report.usable = true;
     report.repair = outcome.used;
     report.filled_share = outcome.filled_share;
     report.notes = outcome.notes;
     report.area = surface.area;
     report.volume = mass_properties(surface).volume;
+    begin("check: walls");
     measure_walls(surface, voxel_size, report);
   } catch (const BakeError& error) {
     report.refusal = error.what();

@@ -8,6 +8,7 @@
 
 #include "bake/quantity_text.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
@@ -94,8 +95,13 @@ void print_check(const BakeArguments& arguments, const bake::MeshReport& r, bool
 
 int run_check(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
+    const Progress progress;
+    progress.show("import", 0);
     const ImportedMesh mesh = import_with(arguments);
-    const bake::MeshReport report = bake::inspect_mesh(mesh, arguments.options);
+    bake::BakeOptions options = arguments.options;
+    options.progress = [&](const char* step, double fraction) { progress.show(step, fraction); };
+    const bake::MeshReport report = bake::inspect_mesh(mesh, options);
+    progress.clear();
     const bool has_grid = arguments.options.voxel_size > 0 || arguments.options.resolution > 0;
     if (arguments.json) {
       fmt::print("{}", to_text(to_json(arguments.mesh, report)));

@@ -175,15 +175,17 @@ TEST(Bake, StoredPointsStayOnTheSurfaceAndKeepItsArea) {
 TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
   BakeOptions options = all_parts(0.01);
   std::vector<std::string> stages;
+  std::vector<std::string> steps;  // of the check
   double last = -1;
   options.progress = [&](const char* stage, double fraction) {
-    stages.emplace_back(stage);
+    (std::string(stage).starts_with("check: ") ? steps : stages).emplace_back(stage);
     EXPECT_GE(fraction, last);
     last = fraction;
   };
   const BakedAsset asset = bake::bake(make_sphere(0.1, 2), options);
   EXPECT_EQ(stages.front(), "check");
   EXPECT_EQ(stages.back(), "done");
+  EXPECT_EQ(steps, (std::vector<std::string>{"check: close", "check: crossing triangles", "check: unite shells"}));
   EXPECT_EQ(last, 1);
   EXPECT_EQ(asset.times.size() + 1, stages.size());
 }
