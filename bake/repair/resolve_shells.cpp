@@ -14,13 +14,20 @@
 namespace vps::bake {
 namespace {
 
-// Six times the signed volume. Taken about a corner of the mesh, which keeps digits far from the origin.
+// Six times the signed volume of a triangle's tetrahedron. A reference on the mesh keeps digits far from the origin.
+double volume6_of(const Mesh& mesh, std::size_t t, const Vector& reference) {
+  return (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference));
+}
+
 double signed_volume6(const Mesh& mesh) {
-  const Vector reference = mesh.corner(0, 0);
   double sum = 0;
-  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    sum += (mesh.corner(t, 0) - reference).dot((mesh.corner(t, 1) - reference).cross(mesh.corner(t, 2) - reference));
-  }
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) sum += volume6_of(mesh, t, mesh.corner(0, 0));
+  return sum;
+}
+
+double signed_volume6(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  double sum = 0;
+  for (const std::uint32_t t : triangles) sum += volume6_of(mesh, t, mesh.corner(triangles.front(), 0));
   return sum;
 }
 
@@ -78,7 +85,7 @@ Mesh unite_group(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>
   std::vector<std::uint8_t> inward;
   std::uint32_t inside_out = 0;
   for (const std::uint32_t shell : group.shells) {
-    const bool turned = signed_volume6(part_of(mesh, shells[shell])) < 0;
+    const bool turned = signed_volume6(mesh, shells[shell]) < 0;
     inside_out += turned;
     triangles.insert(triangles.end(), shells[shell].begin(), shells[shell].end());
     inward.resize(triangles.size(), turned);

@@ -70,20 +70,20 @@ class CutMesh : public Mesh {
  public:
   void add(const TrianglePieces& pieces, std::uint32_t origin) {
     constexpr std::uint32_t kNone = ~0U;
-    std::vector<std::uint32_t> numbers;
+    new_numbers_.clear();
     for (const Position& p : pieces.vertices) {
       const auto [it, fresh] = numbers_.try_emplace(p, static_cast<std::uint32_t>(vertices.size()));
       if (fresh) vertices.emplace_back(p[0], p[1], p[2]);
-      numbers.push_back(it->second);
+      new_numbers_.push_back(it->second);
     }
-    std::vector<std::uint32_t> last(pieces.triangles.size(), kNone);  // piece of each region
+    last_.assign(pieces.triangles.size(), kNone);
     for (std::size_t i = 0; i < pieces.triangles.size(); ++i) {
       const auto& [a, b, c] = pieces.triangles[i];
-      const Triangle t = {numbers[a], numbers[b], numbers[c]};
+      const Triangle t = {new_numbers_[a], new_numbers_[b], new_numbers_[c]};
       // Rounding may have made it collapse; the surface stays closed without it.
       if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
       const auto piece = static_cast<std::uint32_t>(triangles.size());
-      std::uint32_t& known = last[pieces.regions[i]];
+      std::uint32_t& known = last_[pieces.regions[i]];
       if (known != kNone) neighbours.emplace_back(known, piece);
       known = piece;
       triangles.push_back(t);
@@ -96,6 +96,9 @@ class CutMesh : public Mesh {
 
  private:
   std::unordered_map<Position, std::uint32_t, PositionHash> numbers_;
+  // Kept from call to call for their memory.
+  std::vector<std::uint32_t> new_numbers_;  // of the vertices of the triangle that is added
+  std::vector<std::uint32_t> last_;         // piece of each of its regions
 };
 
 // Cuts one triangle in the coordinate plane that it faces most.
@@ -374,24 +377,31 @@ CutShells cut_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
     boost::apply_visitor(CollectCuts{cuts[j]}, *common);
   }
 
-  std::vector<TrianglePieces> cut(all.size());
-  tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t t) {
-    if (!cuts[t].empty()) cut[t] = Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t]);
+  std::vector<std::uint32_t> to_cut;
+  for (std::uint32_t t = 0; t < all.size(); ++t) {
+    if (!cuts[t].empty()) to_cut.push_back(t);
+  }
+  std::vector<TrianglePieces> cut(to_cut.size());
+  tbb::parallel_for(std::size_t{0}, to_cut.size(), [&](std::size_t i) {
+    const std::uint32_t t = to_cut[i];
+    cut[i] = Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t]);
   });
   result.whole.resize(all.size());
+  TrianglePieces uncut = {{{}, {}, {}}, {{0, 1, 2}}, {0}};
+  std::size_t next = 0;
   for (std::uint32_t t = 0; t < all.size(); ++t) {
     std::sort(result.coplanar[t].begin(), result.coplanar[t].end());
-    result.whole[t] = cuts[t].empty() && flat[t] == 0;
-    if (cuts[t].empty()) {
-      for (int k = 0; k < 3; ++k) {
-        const Vector& v = mesh.corner(t, k);
-        cut[t].vertices.push_back({v.x(), v.y(), v.z()});
-      }
-      cut[t].triangles = {{0, 1, 2}};
-      cut[t].regions = {0};
+    if (!cuts[t].empty()) {
+      result.pieces.add(cut[next], t);
+      cut[next++] = {};
+      continue;
     }
-    result.pieces.add(cut[t], t);
-    cut[t] = {};
+    result.whole[t] = flat[t] == 0;
+    for (int k = 0; k < 3; ++k) {
+      const Vector& v = mesh.corner(t, k);
+      uncut.vertices[static_cast<std::size_t>(k)] = {v.x(), v.y(), v.z()};
+    }
+    result.pieces.add(uncut, t);
   }
   return result;
 }
