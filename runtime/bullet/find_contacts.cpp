@@ -200,12 +200,13 @@ Status find_in_field(const FieldQuery& query, const Field& field, const btTransf
   query.memory.choice = {query.memory.now, found.reach, {}, 0};
   QueryResult result;
   const Status status = [&] {
-    // The ways of bodies that move together may have any direction.
-    if (!(found.way > 0) || found.is_joint) {
+    if (!(found.way > 0)) {
       return detail::traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
     }
     options.contact_distance -= found.way;
-    const detail::RelativeMotion motion = motion_in(pair, found.step, found.frame);
+    // The ways of bodies that move together may have any direction.
+    const detail::RelativeMotion motion =
+        found.is_joint ? detail::RelativeMotion{{found.way, 0, 0}, {}} : motion_in(pair, found.step, found.frame);
     return detail::traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
   }();
   if (status != Status::ok) return status;
