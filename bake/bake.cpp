@@ -129,18 +129,11 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     field = distance_field(surface, grid, runs, (options.band_inside + 1) * grid.voxel_size,
                            (options.band_outside + 1) * grid.voxel_size);
   });
-  std::optional<ClosestPoint> closest;
-  const auto indexed = stages.add("closest_point", {check}, [&] { closest.emplace(surface); });
-  const auto walls_found = stages.add("thin_walls", {measured, indexed}, [&] {
-    constexpr std::size_t kWallSamples = 20000;
-    warn_of_thin_walls(find_thin_walls(surface, *closest, grid, runs, field, spread_points(surface, kWallSamples)),
-                       grid.voxel_size, asset.notes);
-  });
 
   std::vector<std::int16_t> coarse;
   std::optional<InsideTest> inside;
   std::optional<TriangleTree> tree;
-  const auto distances = [&] { return Distances{*closest, *tree, tree->error() + 1e-5 * grid.voxel_size}; };
+  const auto distances = [&] { return Distances{surface, *tree, tree->error() + 1e-5 * grid.voxel_size}; };
   Representations fields;
   FarField far;
   std::vector<std::uint32_t> planes;
@@ -156,7 +149,12 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     });
     const auto treed =
         stages.add("triangle_tree", {fielded}, [&] { tree.emplace(surface, kFarReach_vx * grid.voxel_size); });
-    certified = stages.add("certify", {fielded, indexed, treed, layered}, [&] {
+    const auto walls_found = stages.add("thin_walls", {treed}, [&] {
+      constexpr std::size_t kWallSamples = 20000;
+      warn_of_thin_walls(find_thin_walls(surface, *tree, grid, runs, field, spread_points(surface, kWallSamples)),
+                         grid.voxel_size, asset.notes);
+    });
+    certified = stages.add("certify", {fielded, treed, layered}, [&] {
       certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
       pack_voxelmap(grid, field, coarse, fields, asset.sections);
       // Frees memory for sample_pointshell. fit_planes needs the scaled field.
@@ -164,13 +162,12 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       fields.tree.penetration = {};
       fields.tree.gradient = {};
     });
-    const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, indexed, treed}, [&] {
+    const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, treed}, [&] {
       const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
       far = far_field({surface, distances(), *inside, grid, coarse}, least, voxels.count);
     });
     last_of_map = stages.add("free_searches", {certified, far_sampled, walls_found}, [&] {
       inside.reset();
-      closest.reset();
       tree.reset();
       // The pointshell needs values only.
       std::vector<std::uint32_t>().swap(field.closest);

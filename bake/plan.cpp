@@ -133,10 +133,10 @@ std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptio
   const double bricks = predict_bricks(mesh, grid, options);
   const double field_bricks = limit_field_bricks(mesh, grid, options);
 
-  // Held during the whole bake: the program, the mesh with CGAL's tree, distances and triangles of the band, an index
+  // Held during the whole bake: the program, the mesh with its tree, distances and triangles of the band, an index
   // of bricks for each sparse set, scanlines and lists of triangles.
   constexpr double kProgram = 24e6;
-  const double held = kProgram + 600 * static_cast<double>(mesh.triangles) +
+  const double held = kProgram + 400 * static_cast<double>(mesh.triangles) +
                       bricks * (kBrickVoxels * (sizeof(double) + sizeof(std::uint32_t) + (options.layers ? 2 : 0))) +
                       12 * grid_bricks + 75 * area;
   // Held by one stage at a time. coarse_layers: brick distances for each slice of voxels. sample_field: samples in

@@ -53,7 +53,7 @@ std::string guess_unit(double longest) {
 void measure_walls(const Surface& surface, double voxel_size, MeshReport& report) {
   constexpr std::size_t kSamples = 20000;
   const std::vector<SurfacePoint> points = spread_points(surface, kSamples);
-  std::vector<double> thickness = wall_thickness(surface, ClosestPoint(surface), points);
+  std::vector<double> thickness = wall_thickness(surface, points);
   const auto thin = std::count_if(thickness.begin(), thickness.end(), [&](double t) { return t < 2 * voxel_size; });
   report.thin_share = static_cast<double>(thin) / kSamples;
   std::sort(thickness.begin(), thickness.end());

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/stages/exact_distance.h"
 #include "bake/uniform.h"
 
 namespace vps::bake {
@@ -15,7 +16,7 @@ double Distances::exact(const Vector& point, double about) const {
   thread_local std::vector<std::uint32_t> near;
   near.clear();
   tree.find_within(point, about + slack, near);
-  return closest.distance(point, near);
+  return exact_distance(surface, point, near);
 }
 
 std::vector<CertificateSample> certificate_samples(const Distances& distances, const InsideTest& inside,

@@ -5,7 +5,6 @@
 #include <functional>
 
 #include "bake/repair/winding.h"
-#include "bake/stages/closest_point.h"
 #include "bake/stages/distance_field.h"
 #include "bake/stages/triangle_tree.h"
 
@@ -22,10 +21,11 @@ struct CertificateSample {
 /// A stored field as a query sees it: V at a point by Eq. (4) or interpolated. [m]
 using Reconstruction = std::function<double(const Vector&)>;
 
-/// Both ways to the distance of a point. All values of a certificate are of `closest`, which shares no arithmetic with
-/// the field. The tree finds out which points have to be measured, and which triangles may be the nearest.
+/// Both ways to the distance of a point. All values of a certificate are of `exact_distance`, which shares no
+/// arithmetic with the field. The tree finds out which points have to be measured, and which triangles may be the
+/// nearest.
 struct Distances {
-  const ClosestPoint& closest;
+  const Surface& surface;
   const TriangleTree& tree;
   double slack = 0;  ///< larger than the difference between the two. [m]
 

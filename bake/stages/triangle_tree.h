@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Distances of many points from the surface, in float, several times as fast as `ClosestPoint`. Vectorized.
-/// Internal to bake.
+/// @file Distances of many points from the surface, in float. Vectorized. Internal to bake.
 #pragma once
 
 #include <array>

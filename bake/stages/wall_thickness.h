@@ -4,8 +4,8 @@
 
 #include <span>
 
-#include "bake/stages/closest_point.h"
 #include "bake/stages/distance_field.h"
+#include "bake/stages/triangle_tree.h"
 
 namespace vps::bake {
 
@@ -19,8 +19,7 @@ struct SurfacePoint {
 
 /// Length of the ray from each point along its inward normal to the next wall. Infinite unless that wall's outward
 /// normal is within 45 degrees of the ray: under an edge of a box the next face is near, but it is no wall. [m]
-[[nodiscard]] std::vector<double> wall_thickness(const Surface& surface, const ClosestPoint& closest,
-                                                 std::span<const SurfacePoint> points);
+[[nodiscard]] std::vector<double> wall_thickness(const Surface& surface, std::span<const SurfacePoint> points);
 
 struct ThinWalls {
   double share = 0;               ///< of the points
@@ -30,7 +29,7 @@ struct ThinWalls {
 
 /// Points whose wall is thinner than two voxels. The field picks the candidates, rays measure them.
 /// @param points  spread evenly
-[[nodiscard]] ThinWalls find_thin_walls(const Surface& surface, const ClosestPoint& closest, const Grid& grid,
+[[nodiscard]] ThinWalls find_thin_walls(const Surface& surface, const TriangleTree& tree, const Grid& grid,
                                         const InsideRuns& runs, const BandField& field,
                                         std::span<const SurfacePoint> points);
 

@@ -191,9 +191,15 @@ TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
 }
 
 TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
-  const BakedAsset asset = bake::bake(make_box({0.1, 0.1, 0.002}), all_parts(0.01));
-  ASSERT_EQ(asset.notes.size(), 1U);
-  EXPECT_NE(asset.notes[0].find("the thinnest found 0.4 voxels"), std::string::npos) << asset.notes[0];
+  const auto notes_at = [](double voxels) {
+    return bake::bake(make_box({0.1, 0.1, 0.005 * voxels}), all_parts(0.01)).notes;
+  };
+  for (const char* const voxels : {"0.4", "1.9"}) {
+    const std::vector<std::string> notes = notes_at(std::stod(voxels));
+    ASSERT_EQ(notes.size(), 1U);
+    EXPECT_NE(notes[0].find(std::string("the thinnest found ") + voxels + " voxels"), std::string::npos) << notes[0];
+  }
+  EXPECT_TRUE(notes_at(2.1).empty());
 }
 
 }  // namespace
