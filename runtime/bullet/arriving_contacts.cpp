@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "runtime/bullet/partners/partner_field.h"
+#include "runtime/contacts/refine_contact.h"
 #include "runtime/fields/penetration.h"
 
 namespace vps::bullet {
@@ -71,7 +72,7 @@ bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float
     if (gap <= near) {
       const Vec3 normal = outward_normal(field, p);
       if (!(detail::dot(normal, normal) > 0)) return true;
-      if (detail::dot(normal, contact.inward_normal) < kGrazing) return false;
+      if (detail::dot(normal, contact.inward_normal) < detail::kGrazing) return false;
       contact.inward_normal = normal;
       contact.penetration = -std::max(0.0F, detail::dot(normal, contact.position - p) + gap);
       return true;

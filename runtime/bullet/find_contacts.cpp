@@ -12,8 +12,8 @@
 #include "runtime/bullet/arriving_contacts.h"
 #include "runtime/bullet/partners/corner_contacts.h"
 #include "runtime/bullet/partners/partner_field.h"
-#include "runtime/bullet/partners/round_contacts.h"
 #include "runtime/bullet/refine_contacts.h"
+#include "runtime/contacts/round_contacts.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"
@@ -234,7 +234,7 @@ Status find_on_triangles(const FieldQuery& query, FoundContacts& found) {
 void use_distances(const FieldQuery& query, Vec3 half_axis, float radius, FoundContacts& found) {
   const Pair& pair = query.pair;
   const Shape& shape = *pair.shell.vps;
-  if (!takes_round(shape, radius)) return;
+  if (!detail::takes_round(shape.distances(), radius)) return;
   const detail::Transform to_map = to_asset(pair, found.frame);
   std::vector<Contact>& seeds = query.space.seeds;
   seeds.assign(found.contacts.begin(), found.contacts.end());
@@ -242,10 +242,10 @@ void use_distances(const FieldQuery& query, Vec3 half_axis, float radius, FoundC
     seed.position = to_map.apply(seed.position);
     seed.inward_normal = to_map.rotate(seed.inward_normal);
   }
-  const RoundInMap in_map{to_map.apply({0, 0, 0}), to_map.rotate(half_axis), radius};
+  const detail::RoundInMap in_map{to_map.apply({0, 0, 0}), to_map.rotate(half_axis), radius};
   std::vector<Contact>& contacts = query.space.on_map;
-  if (!find_round_contacts(shape.distances(), in_map, seeds, query.options.contact_distance, found.shell_points,
-                           contacts)) {
+  if (!detail::find_round_contacts(shape.distances(), in_map, seeds, query.options.contact_distance, found.shell_points,
+                                   contacts)) {
     return;
   }
   found.has_map_contacts = true;
@@ -260,18 +260,8 @@ void add_corners(const FieldQuery& query, FoundContacts& found) {
   contacts.clear();
   if (!add_corner_contacts(query.pair, found.frame, query.options.contact_distance, contacts)) return;
   found.has_map_contacts = true;
-  // Three corners that touch carry the polyhedron, with the normals of the shell's body. Points of the shell only count
-  // if they are deeper, as on a bump.
-  const auto near = static_cast<float>(contact_distance(query.pair));
-  float deepest = -near;
-  int touching = 0;
-  for (const Contact& corner : contacts) {
-    if (corner.penetration < -near) continue;
-    deepest = std::max(deepest, corner.penetration);
-    ++touching;
-  }
-  const float least = touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
-  if (touching >= 3) detail::keep_deeper(least, found.hits);
+  const float least = detail::least_beside(contacts, static_cast<float>(contact_distance(query.pair)));
+  if (least > -std::numeric_limits<float>::infinity()) detail::keep_deeper(least, found.hits);
   std::copy_if(found.contacts.begin(), found.contacts.end(), std::back_inserter(contacts),
                [&](const Contact& contact) { return contact.penetration > least; });
   found.contacts = contacts;
@@ -356,7 +346,7 @@ void remember_choice(const FoundContacts& found, std::span<const std::uint32_t> 
 
 detail::ContactRows rows_of(const PointshellView& shell, const FoundContacts& found) {
   // Beside hits there are no contacts but those of corners.
-  static_assert(kMostCorners <= detail::kExtraRows);
+  static_assert(detail::kMostCorners <= detail::kExtraRows);
   detail::ContactRows rows = found.hits;
   if (rows.count == 0) {
     Workspace& space = Workspace::of_this_thread(shell);

@@ -61,10 +61,6 @@ struct PairMemory {
   bool is_carried = false;  ///< it rests, without contacts ahead
 };
 
-/// A contact off the surface is none if its direction and the shell's inward normal have a smaller cosine: the surfaces
-/// do not face each other there.
-inline constexpr float kGrazing = 0.3F;
-
 /// Working memory of a thread: pairs may run in parallel, assets are immutable.
 struct Workspace {
   Scratch scratch;

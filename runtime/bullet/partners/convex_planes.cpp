@@ -19,6 +19,7 @@
 #include <span>
 
 #include "runtime/bullet/convert.h"
+#include "runtime/contacts/refine_contact.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 
@@ -241,26 +242,10 @@ float ConvexPlanes::penetration(Vec3 place, float bound) const {
 void ConvexPlanes::finish(Contact& contact, float alike) const {
   const Vec3 out = detail::normal_at(PolytopeField{planes_}, contact.position);
   if (!is_exact(contact, out) && find_nearest(contact)) return;
-  if (contact.penetration >= static_cast<float>(margin_) && face_shell({planes_.data(), faces_}, alike, contact))
+  if (contact.penetration >= static_cast<float>(margin_) &&
+      detail::face_shell({planes_.data(), faces_}, alike, contact))
     return;
   contact.inward_normal = out;
-}
-
-bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact) {
-  const HalfSpaceField* best = nullptr;
-  float best_agreement = 0;
-  const float deepest = contact.penetration + alike;
-  for (const HalfSpaceField& face : faces) {
-    if (!(detail::value_at(face, contact.position) <= deepest)) continue;
-    const float agreement = detail::dot(face.outward_normal, contact.inward_normal);
-    if (best != nullptr && !(agreement > best_agreement)) continue;
-    best = &face;
-    best_agreement = agreement;
-  }
-  if (best == nullptr) return false;
-  contact.penetration = detail::value_at(*best, contact.position);
-  contact.inward_normal = best->outward_normal;
-  return true;
 }
 
 }  // namespace vps::bullet

@@ -54,10 +54,4 @@ class ConvexPlanes {
   std::unique_ptr<btMultiSphereShape> thinner_;  // copy for GJK with a margin no larger than any sphere
 };
 
-/// Sets penetration and direction of a contact from a face: of those equally deep, the one whose normal agrees most
-/// with the shell's inward normal. At an edge, the nearest face may be one that the shell hardly touches.
-/// @param contact  as above
-/// @return false, and no change, when there are no faces
-bool face_shell(std::span<const HalfSpaceField> faces, float alike, Contact& contact);
-
 }  // namespace vps::bullet

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Zlib
-/// @file A baked shape against Bullet's spheres and capsules: its distance field at their centres. Internal.
+/// @file A baked body against spheres and capsules: its distance field at their centres. Internal.
 #pragma once
 
 #include <span>
 #include <vector>
 
-#include "runtime/bullet/pair.h"
+#include "runtime/vps_runtime.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 
-/// A sphere or capsule in the asset frame of the baked shape.
+/// A sphere or capsule in the asset frame of the baked body.
 struct RoundInMap {
   Vec3 centre;       ///< [m]
   Vec3 half_axis;    ///< from the centre to that of one end; zero: a sphere. [m]
   float radius = 0;  ///< [m]
 };
 
-/// Whether find_round_contacts serves a pair: the shape has distances, and the radius is no larger than the shape. On
-/// a larger sphere, such as a planet, bodies stand on their points as on a plane.
-[[nodiscard]] bool takes_round(const Shape& shape, float radius);
+/// Whether find_round_contacts serves a pair: the baked body has distances, and the radius is no larger than that body.
+/// On a larger sphere, such as a planet, bodies stand on their points as on a plane.
+[[nodiscard]] bool takes_round(const VoxelmapView& map, float radius) noexcept;
 
 /// Contacts between a sphere or capsule and the surface of a voxelmap: at the surface points nearest to the centre of
 /// each end, and to the axis between them where the body is deeper there. And on faces of other directions that it
@@ -31,4 +31,4 @@ struct RoundInMap {
 bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::span<Contact> seeds, float reach,
                          std::uint32_t shell_points, std::vector<Contact>& found);
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Zlib
 // Finds the places where a sphere or capsule touches a distance field. Paper: Sec. 2.2, with the field looked up at the
 // body's centre or on its axis.
-#include "runtime/bullet/partners/round_contacts.h"
+#include "runtime/contacts/round_contacts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,12 +9,8 @@
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 namespace {
-
-using detail::operator+;
-using detail::operator-;
-using detail::operator*;
 
 constexpr std::size_t kMostContacts = 32;
 constexpr float kSameFace = 0.985F;  // cosine of 10 degrees
@@ -31,9 +27,9 @@ Contact contact_at(Vec3 position, Vec3 out, float penetration, const Contact& se
 
 // The place of the axis that is nearest to a point.
 Vec3 on_axis(const RoundInMap& body, Vec3 point) {
-  const float squared = detail::dot(body.half_axis, body.half_axis);
+  const float squared = dot(body.half_axis, body.half_axis);
   if (!(squared > 0)) return body.centre;
-  const float along = std::clamp(detail::dot(point - body.centre, body.half_axis) / squared, -1.0F, 1.0F);
+  const float along = std::clamp(dot(point - body.centre, body.half_axis) / squared, -1.0F, 1.0F);
   return body.centre + along * body.half_axis;
 }
 
@@ -41,11 +37,11 @@ Vec3 on_axis(const RoundInMap& body, Vec3 point) {
 bool touches_face(const VoxelmapView& map, const RoundInMap& body, const Contact& seed, Contact& contact) {
   const Vec3 out = -1.0F * seed.inward_normal;
   const Vec3 centre = on_axis(body, seed.position);
-  const float distance = detail::dot(out, centre - seed.position);
+  const float distance = dot(out, centre - seed.position);
   if (!(distance > 0)) return false;
   const Vec3 foot = centre - distance * out;
-  if (!(std::abs(penetration(map, foot, {})) < 0.25F * map.voxel_size)) return false;
-  if (!(detail::dot(outward_normal(map, foot), out) > kSameFace)) return false;
+  if (!(std::abs(vps::penetration(map, foot, {})) < 0.25F * map.voxel_size)) return false;
+  if (!(dot(outward_normal(map, foot), out) > kSameFace)) return false;
   contact = contact_at(foot, out, body.radius - distance, seed);
   return true;
 }
@@ -58,7 +54,7 @@ bool touch(const VoxelmapView& map, Vec3 centre, float radius, Contact& contact)
   Vec3 out = nearest.outward_normal;
   // The field's slope is rough; the way to a place far off is not.
   if (distance > map.voxel_size) out = (1 / distance) * (centre - nearest.position);
-  if (!(detail::dot(out, out) > 0)) return false;
+  if (!(dot(out, out) > 0)) return false;
   contact = contact_at(nearest.position, out, radius - distance, contact);
   return true;
 }
@@ -75,8 +71,7 @@ bool touch_between_ends(const VoxelmapView& map, const RoundInMap& body, Vec3 pl
 
 }  // namespace
 
-bool takes_round(const Shape& shape, float radius) {
-  const VoxelmapView& map = shape.distances();
+bool takes_round(const VoxelmapView& map, float radius) noexcept {
   if (map.field == Field::none) return false;
   float longest = 0;
   for (int axis = 0; axis < 3; ++axis) longest = std::max(longest, map.bounds_max[axis] - map.bounds_min[axis]);
@@ -87,7 +82,7 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
                          std::uint32_t shell_points, std::vector<Contact>& found) {
   const auto is_deeper = [](const Contact& a, const Contact& b) { return a.penetration > b.penetration; };
   std::stable_sort(seeds.begin(), seeds.end(), is_deeper);
-  const bool is_sphere = !(detail::dot(body.half_axis, body.half_axis) > 0);
+  const bool is_sphere = !(dot(body.half_axis, body.half_axis) > 0);
   found.clear();
   // Each half of a capsule: its end and, if the body is deeper there, a place between the ends.
   for (const float half : {-1.0F, 1.0F}) {
@@ -98,13 +93,13 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
     if (has_end) found.push_back(contact);
     if (is_sphere) break;
     const auto seed = std::find_if(seeds.begin(), seeds.end(), [&](const Contact& one) {
-      return half * detail::dot(one.position - body.centre, body.half_axis) >= 0;
+      return half * dot(one.position - body.centre, body.half_axis) >= 0;
     });
     const float least = (has_end ? contact.penetration : -reach) + 0.02F * map.voxel_size;
     if (seed == seeds.end() || !touch_between_ends(map, body, seed->position, contact)) continue;
     contact.point += 2;
     const bool is_known = std::any_of(found.begin(), found.end(), [&](const Contact& other) {
-      return detail::length(other.position - contact.position) < kSamePlace_vx * map.voxel_size;
+      return length(other.position - contact.position) < kSamePlace_vx * map.voxel_size;
     });
     if (contact.penetration > least && !is_known) found.push_back(contact);
   }
@@ -112,9 +107,7 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
   std::erase_if(found, [&](const Contact& contact) { return !(contact.penetration >= -reach); });
   if (found.empty()) return true;
   for (const Contact& seed : seeds) {
-    const auto is_same = [&](const Contact& other) {
-      return detail::dot(other.inward_normal, seed.inward_normal) > kSameFace;
-    };
+    const auto is_same = [&](const Contact& other) { return dot(other.inward_normal, seed.inward_normal) > kSameFace; };
     Contact contact;
     if (std::any_of(found.begin(), found.end(), is_same) || !touches_face(map, body, seed, contact)) continue;
     if (!(contact.penetration >= -reach)) continue;
@@ -126,4 +119,4 @@ bool find_round_contacts(const VoxelmapView& map, const RoundInMap& body, std::s
   return true;
 }
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

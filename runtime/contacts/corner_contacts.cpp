@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Zlib
+// Looks up each corner in the distance field of the baked body. Paper: Sec. 2.2, with the roles of the bodies
+// exchanged.
+#include "runtime/contacts/corner_contacts.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "runtime/contacts/refine_contact.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+
+bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, const Transform& to_map,
+                         const Corners& corners, float reach, std::vector<Contact>& contacts) {
+  const Vec3 centre = sphere_centre(shell, 0);
+  const float farthest = sphere_radius(shell, 0) + reach + corners.margin;
+  const std::size_t before = contacts.size();
+  for (std::size_t i = 0; i < corners.places.size(); ++i) {
+    const Vec3 at = to_map.apply(corners.places[i]);
+    const Vec3 away = at - centre;
+    if (!(dot(away, away) <= farthest * farthest) || vps::penetration(map, at, {}) + corners.margin < -reach) continue;
+    const MapPlace place = place_in_map(map, at);
+    if (place.penetration + corners.margin < -reach || !(dot(place.outward, place.outward) > 0)) continue;
+    Contact contact;
+    contact.inward_normal = -1.0F * to_map.rotate_back(place.outward);
+    contact.position = corners.places[i] - place.penetration * contact.inward_normal;
+    contact.penetration = place.penetration + corners.margin;
+    contact.point = shell.points + static_cast<std::uint32_t>(i);
+    contacts.push_back(contact);
+  }
+  return contacts.size() > before;
+}
+
+float least_beside(std::span<const Contact> corners, float near) noexcept {
+  float deepest = -near;
+  int touching = 0;
+  for (const Contact& corner : corners) {
+    if (corner.penetration < -near) continue;
+    deepest = std::max(deepest, corner.penetration);
+    ++touching;
+  }
+  return touching >= 3 ? deepest + near : -std::numeric_limits<float>::infinity();
+}
+
+}  // namespace vps::detail

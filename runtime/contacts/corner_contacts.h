@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Zlib
+/// @file Contacts at the corners of polyhedra, which may lie between the points of a shell. Internal.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "runtime/fields/place_field.h"
+
+namespace vps::detail {
+
+/// The corners of a hull with more are facets of something round: contacts there would brake its rolling.
+inline constexpr std::uint32_t kMostCorners = 16;
+
+/// A polyhedron in its own frame.
+struct Corners {
+  std::span<const Vec3> places;  ///< [m]
+  float margin = 0;              ///< by which it is rounded. [m]
+};
+
+/// Appends a contact for each corner that is in the voxelmap of the shell's body or near it. Such contacts are final,
+/// and their `point` is no point of the shell.
+/// @param map       distances of the shell's body
+/// @param to_map    takes the polyhedron's frame to the map's
+/// @param reach     largest distance of a contact off the surface. [m]
+/// @param contacts  polyhedron's frame
+/// @return whether there are any
+bool add_corner_contacts(const VoxelmapView& map, const PointshellView& shell, const Transform& to_map,
+                         const Corners& corners, float reach, std::vector<Contact>& contacts);
+
+/// V that a point of the shell must exceed to be a contact beside those of corners. Three corners that touch carry the
+/// polyhedron, with the normals of the shell's body: points only count if they are deeper, as on a bump. [m]
+/// @param near  distance at which a corner touches. [m]
+float least_beside(std::span<const Contact> corners, float near) noexcept;
+
+}  // namespace vps::detail
