@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Zlib
 /// @file Functions of a query's contacts: the penalty wrench in newtons and its gradient, and reduction to few
-/// contacts. Also queries of many pairs at once.
+/// contacts. Also the few contacts of a pair that an engine needs in a step, and queries of many pairs at once.
 ///
-/// Everything is in the frame of the contacts, the map frame. Nothing throws. Only functions that say so allocate.
+/// Everything is in the frame of the contacts, the map frame, unless it says world. Nothing throws. Only functions that
+/// say so allocate, and those with a scratch until it has grown.
 #pragma once
+
+#include <memory>
 
 #include "runtime/vps_runtime.h"
 
@@ -76,6 +79,75 @@ struct ReductionScratch {
 /// of `all`
 [[nodiscard]] Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Contact> kept,
                                      ReductionScratch& scratch, Reduction& result) noexcept;
+
+/// A body of a pair in a step: baked, or an analytic field.
+struct StepBody {
+  FieldRef field;  ///< its distances. A baked body without a voxelmap gives an empty VoxelmapView
+  Pose pose;       ///< of the frame of `field` and `shell`, to world
+  const PointshellView* shell = nullptr;  ///< its points; null: it has none, as analytic bodies
+};
+
+/// What the contacts of a step are for.
+enum class StepUse : std::uint8_t {
+  /// A solver that keeps bodies apart: few places, each with its own depth and direction. They lie between the shell's
+  /// points where both bodies have distances, so that they move continuously as a body rolls.
+  constraints,
+  /// The same, at points of the shell: those with many contacts that fit closely, as a nut on its bolt.
+  samples,
+  /// Springs with a force of stiffness * penetration * area: the areas keep force and torque of all points in contact.
+  springs,
+};
+
+/// What a pair remembers from step to step. Contacts of the last step are preferred while they are nearly as good, and
+/// a pair that rests is answered sooner. Use one for each pair, in one thread at a time, and drop it with the assets.
+class StepMemory {
+ public:
+  StepMemory() noexcept;
+  StepMemory(StepMemory&& other) noexcept;
+  StepMemory& operator=(StepMemory&& other) noexcept;
+  ~StepMemory();
+
+  struct Content;                    ///< the library's own
+  std::unique_ptr<Content> content;  ///< null before the first step
+};
+
+struct StepOptions {
+  /// Surfaces up to this far apart are in contact, within a voxelmap's range. [Limits: value >= 0] [Units: m]
+  float distance = 0;
+  StepUse use = StepUse::constraints;
+  StepMemory* memory = nullptr;  ///< of the pair; null: the contacts depend on the poses alone
+};
+
+struct StepContact {
+  double position[3] = {};    ///< midway between the surfaces, world. [m]
+  Vec3 normal;                ///< unit, from the second body into the first, world. [-]
+  float penetration = 0;      ///< negative: the distance. [m]
+  float area = 0;             ///< of the surface that it represents; 0: a place that is no point of a shell. [m^2]
+  std::uint32_t feature = 0;  ///< the same number for the same contact from step to step
+};
+
+/// Working memory of one thread: grows with the shells.
+struct StepScratch {
+  Scratch scratch;
+  ReductionScratch reduction;
+  std::vector<Contact> contacts, few, placed;
+  std::vector<float> nearest;
+  std::vector<std::uint32_t> chosen;
+  std::vector<StepContact> found;
+};
+
+/// The contacts of a pair for a step: chooses which body gives its points, finds those in contact, chooses few of them
+/// and gives each its final place, direction and depth. It is all that an engine needs; runtime/mujoco has one adapter,
+/// docs/examples/penalty.c another.
+///
+/// The body with the finer voxels gives its points; of two that are about as fine, the one with fewer points. Of shells
+/// with thinned faces both bodies give theirs. Spheres, capsules and corners of boxes are also looked up in the
+/// distances of the baked body. Fast bodies may pass through each other between two steps: it finds no contacts ahead.
+/// @param contacts  room on entry, for one at least; four hold a body on a plane. On return those found, the best ones
+///                  first: the deepest, then those that are deep and far from others
+/// @return missing_part when neither body can give its points to the other; bad_pose, bad_argument, no_memory
+[[nodiscard]] Status step_contacts(const StepBody& first, const StepBody& second, const StepOptions& options,
+                                   StepScratch& scratch, std::span<StepContact>& contacts) noexcept;
 
 /// One query of a batch.
 struct PairQuery {

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <set>
+#include <vector>
+
+#include "runtime/fields/penetration.h"
+#include "runtime/vps_contacts.h"
+#include "tests/support/baked.h"
+#include "tests/support/shapes.h"
+
+namespace vps::test {
+namespace {
+
+constexpr double kVoxelSize = 0.001;
+
+// A baked body and its views.
+struct BakedBody {
+  std::shared_ptr<Asset> asset;
+  PointshellView shell;
+  VoxelmapView map;
+  explicit BakedBody(const TriangleMesh& mesh, double thin_faces = 1, double voxel = kVoxelSize) {
+    bake::BakeOptions options;
+    options.voxel_size = voxel;
+    options.thin_faces = thin_faces;
+    asset = baked(mesh, options);
+    EXPECT_EQ(asset->pointshell(shell), Status::ok);
+    EXPECT_EQ(asset->voxelmap(map), Status::ok);
+  }
+  [[nodiscard]] StepBody at(double x, double y, double z) const { return {map, pose_at(x, y, z), &shell}; }
+  static Pose pose_at(double x, double y, double z) {
+    Pose pose;
+    pose.translation[0] = x;
+    pose.translation[1] = y;
+    pose.translation[2] = z;
+    return pose;
+  }
+};
+
+struct Step {
+  StepScratch scratch;
+  std::vector<StepContact> contacts;
+  Status find(const StepBody& first, const StepBody& second, const StepOptions& options = {}, std::size_t most = 4) {
+    contacts.resize(most);
+    std::span<StepContact> found = contacts;
+    const Status status = step_contacts(first, second, options, scratch, found);
+    contacts.resize(found.size());
+    return status;
+  }
+};
+
+const BakedBody& cube() {
+  static const BakedBody body(make_box({0.02, 0.02, 0.02}));
+  return body;
+}
+const BakedBody& ball() {
+  static const BakedBody body(make_sphere(0.02, 5));
+  return body;
+}
+const BakedBody& torus() {
+  static const BakedBody body(make_torus(0.03, 0.01, 64, 32));
+  return body;
+}
+
+TEST(StepContacts, ACubeOnAPlaneHasFourThatSpanItMidwayBetweenTheSurfaces) {
+  const HalfSpaceField plane;
+  Step step;
+  ASSERT_EQ(step.find(cube().at(0, 0, 0.0198), {plane, Pose()}), Status::ok);
+  ASSERT_EQ(step.contacts.size(), 4U);
+  double least[2] = {};
+  double most[2] = {};
+  for (const StepContact& contact : step.contacts) {
+    EXPECT_NEAR(contact.penetration, 0.0002, 1e-5);
+    EXPECT_NEAR(contact.position[2], -0.0001, 1e-5);
+    EXPECT_GT(contact.normal.z, 0.999F);  // into the first
+    for (int k = 0; k < 2; ++k) {
+      least[k] = std::min(least[k], contact.position[k]);
+      most[k] = std::max(most[k], contact.position[k]);
+    }
+  }
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NEAR(least[k], -0.02, kVoxelSize);
+    EXPECT_NEAR(most[k], 0.02, kVoxelSize);
+  }
+}
+
+TEST(StepContacts, ExchangedBodiesHaveTheSameContactsWithOppositeNormals) {
+  Step one;
+  Step other;
+  const StepBody a = torus().at(1000, -2000, 500);
+  const StepBody b = ball().at(1000.03, -2000, 500.0295);
+  ASSERT_EQ(one.find(a, b), Status::ok);
+  ASSERT_EQ(other.find(b, a), Status::ok);
+  ASSERT_EQ(one.contacts.size(), other.contacts.size());
+  ASSERT_FALSE(one.contacts.empty());
+  for (std::size_t i = 0; i < one.contacts.size(); ++i) {
+    for (int k = 0; k < 3; ++k) EXPECT_EQ(one.contacts[i].position[k], other.contacts[i].position[k]);
+    EXPECT_EQ(one.contacts[i].penetration, other.contacts[i].penetration);
+    EXPECT_EQ(detail::dot(one.contacts[i].normal, other.contacts[i].normal),
+              -detail::dot(one.contacts[i].normal, one.contacts[i].normal));
+  }
+  EXPECT_NEAR(one.contacts[0].penetration, 0.0005, 1e-4);
+  EXPECT_LT(one.contacts[0].normal.z, -0.99F);  // into the torus, which is below
+}
+
+TEST(StepContacts, TheBestComeFirst) {
+  const HalfSpaceField plane;
+  Step many;
+  ASSERT_EQ(many.find(cube().at(0, 0, 0.0198), {plane, Pose()}, {0, StepUse::samples}, 30), Status::ok);
+  ASSERT_GT(many.contacts.size(), 4U);
+  ASSERT_LE(many.contacts.size(), 30U);
+  for (const StepContact& contact : many.contacts) EXPECT_GE(many.contacts[0].penetration, contact.penetration);
+  // The first four span the face.
+  double largest[2] = {0, 0};
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 2; ++k) largest[k] = std::max(largest[k], many.contacts[i].position[k]);
+  }
+  EXPECT_NEAR(largest[0], 0.02, kVoxelSize);
+  EXPECT_NEAR(largest[1], 0.02, kVoxelSize);
+}
+
+TEST(StepContacts, ABallTouchesBetweenItsPoints) {
+  const HalfSpaceField plane;
+  for (const double turn : {0.0, 0.013, 0.026, 0.039}) {
+    StepBody body = ball().at(0, 0, 0.0199);
+    body.pose.rotation[0] = body.pose.rotation[8] = std::cos(turn);
+    body.pose.rotation[2] = std::sin(turn);
+    body.pose.rotation[6] = -std::sin(turn);
+    Step step;
+    ASSERT_EQ(step.find(body, {plane, Pose()}), Status::ok);
+    ASSERT_EQ(step.contacts.size(), 1U) << turn;
+    EXPECT_NEAR(step.contacts[0].penetration, 0.0001, 3e-5) << turn;
+    EXPECT_NEAR(step.contacts[0].position[0], 0, 3e-4) << turn;
+  }
+}
+
+// A rotation that turns a cube's corner down.
+Pose on_corner(double x, double y, double z) {
+  Pose pose = BakedBody::pose_at(x, y, z);
+  const double a = std::sqrt(0.5);
+  const double b = std::sqrt(1 / 6.0);
+  const double c = -std::sqrt(1 / 3.0);
+  const double rows[9] = {a, -a, 0, -b, -b, 2 * b, c, c, c};
+  std::copy_n(rows, 9, pose.rotation);
+  return pose;
+}
+
+TEST(StepContacts, SmallBodiesTouchAFaceBetweenItsPoints) {
+  constexpr double kDepth = 0.0001;
+  const SphereField sphere{0.0006F};
+  const RevolvedField capsule{RevolvedField::Profile::capsule, 0.0006F, 0.006F, 0};
+  const BoxField box{{0.005F, 0.005F, 0.005F}};
+  for (int i = 0; i < 6; ++i) {
+    const double x = 0.0013 + 0.0004 * i;
+    const double y = 0.0007 - 0.0003 * i;
+    const auto above = [&](double height) { return BakedBody::pose_at(x, y, 0.02 + height - kDepth); };
+    Step step;
+    for (const StepBody& body : {StepBody{sphere, above(0.0006)}, StepBody{capsule, above(0.0066)},
+                                 StepBody{box, on_corner(x, y, 0.02 + 0.005 * std::sqrt(3.0) - kDepth)}}) {
+      ASSERT_EQ(step.find(body, cube().at(0, 0, 0)), Status::ok);
+      ASSERT_EQ(step.contacts.size(), 1U) << i;
+      EXPECT_NEAR(step.contacts[0].penetration, kDepth, 3e-5) << i;
+      EXPECT_GT(step.contacts[0].normal.z, 0.99F) << i;
+      EXPECT_NEAR(step.contacts[0].position[0], x, 5e-5) << i;
+      EXPECT_NEAR(step.contacts[0].position[2], 0.02 - kDepth / 2, 3e-5) << i;
+    }
+  }
+}
+
+TEST(StepContacts, SurfacesWithinTheDistanceAreInContact) {
+  const HalfSpaceField plane;
+  Step step;
+  ASSERT_EQ(step.find(cube().at(0, 0, 0.0203), {plane, Pose()}), Status::ok);
+  EXPECT_TRUE(step.contacts.empty());
+  ASSERT_EQ(step.find(cube().at(0, 0, 0.0203), {plane, Pose()}, {0.0005F}), Status::ok);
+  ASSERT_EQ(step.contacts.size(), 4U);
+  EXPECT_NEAR(step.contacts[0].penetration, -0.0003, 1e-5);
+}
+
+TEST(StepContacts, SpringsKeepTheForceOfAllPoints) {
+  Step step;
+  const StepBody body = torus().at(0, 0, 0);
+  const StepBody other = ball().at(0.03, 0, 0.029);
+  ASSERT_EQ(step.find(body, other, {0, StepUse::springs}, 8), Status::ok);
+  ASSERT_FALSE(step.contacts.empty());
+  EXPECT_LE(step.contacts.size(), 8U);
+  double force = 0;
+  for (const StepContact& contact : step.contacts)
+    force -= double(contact.penetration * contact.area * contact.normal.z);
+  // The volume of the ball's cap in the torus, nearly that of two spheres' lens per unit of depth.
+  std::vector<Contact> all(ball().shell.points);
+  Scratch scratch;
+  QueryResult result;
+  ASSERT_EQ(traverse(ball().shell, torus().map, other.pose, {}, scratch, all, result), Status::ok);
+  EXPECT_NEAR(force, std::abs(result.force[2]), 0.1 * std::abs(result.force[2]));
+}
+
+TEST(StepContacts, AMemoryKeepsContactsThatAreNearlyAsGood) {
+  const HalfSpaceField plane;
+  Step step;
+  StepMemory memory;
+  std::set<std::uint32_t> with;
+  std::set<std::uint32_t> without;
+  for (int i = 0; i < 12; ++i) {
+    StepBody body = cube().at(0, 0, 0.0199);
+    const double tilt = 2e-6 * (i % 3 - 1);
+    body.pose.rotation[1] = -tilt;
+    body.pose.rotation[2] = body.pose.rotation[3] = tilt;
+    body.pose.rotation[6] = -tilt;
+    ASSERT_EQ(step.find(body, {plane, Pose()}, {0, StepUse::samples, &memory}), Status::ok);
+    for (const StepContact& contact : step.contacts) with.insert(contact.feature);
+    ASSERT_EQ(step.find(body, {plane, Pose()}, {0, StepUse::samples}), Status::ok);
+    for (const StepContact& contact : step.contacts) without.insert(contact.feature);
+  }
+  EXPECT_EQ(with.size(), 4U);
+  EXPECT_GT(without.size(), 4U);
+}
+
+TEST(StepContacts, OfThinnedFacesBothBodiesGiveTheirPoints) {
+  // The slab has the finer voxels; a corner of the cube lies between the points of its face.
+  const BakedBody slab(make_box({0.05, 0.05, 0.02}), 4, kVoxelSize);
+  const BakedBody small(make_box({0.01, 0.01, 0.01}), 4, 1.3 * kVoxelSize);
+  const double c = std::sqrt(0.5);
+  for (const double x : {0.0, 0.0013, 0.0026}) {
+    StepBody body = small.at(x, 0.0007, 0.02 + 0.01 * std::sqrt(2.0) - 0.0003);
+    body.pose.rotation[4] = body.pose.rotation[8] = c;  // on an edge
+    body.pose.rotation[5] = -c;
+    body.pose.rotation[7] = c;
+    Step step;
+    ASSERT_EQ(step.find(body, slab.at(0, 0, 0)), Status::ok);
+    ASSERT_FALSE(step.contacts.empty()) << x;
+    EXPECT_NEAR(step.contacts[0].penetration, 0.0003, 3e-4) << x;
+    EXPECT_GT(step.contacts[0].normal.z, 0.9F) << x;
+  }
+}
+
+TEST(StepContacts, RefusesWhatItCannotAnswer) {
+  const HalfSpaceField plane;
+  const SphereField sphere{0.01F};
+  Step step;
+  EXPECT_EQ(step.find({plane, Pose()}, {sphere, Pose()}), Status::missing_part);
+  const VoxelmapView none;
+  EXPECT_EQ(step.find({none, Pose(), &cube().shell}, {none, Pose(), &ball().shell}), Status::missing_part);
+  EXPECT_EQ(step.find({none, BakedBody::pose_at(0, 0, 0.0199), &cube().shell}, {plane, Pose()}), Status::ok);
+  EXPECT_EQ(step.contacts.size(), 4U);
+  EXPECT_EQ(step.find(cube().at(0, 0, 0), {plane, Pose()}, {}, 0), Status::bad_argument);
+  EXPECT_EQ(step.find(cube().at(0, 0, 0), {plane, Pose()}, {-1}), Status::bad_argument);
+  EXPECT_EQ(step.find(cube().at(0, 0, 0), {plane, Pose()}, {std::nanf("")}), Status::bad_argument);
+  EXPECT_EQ(step.find(cube().at(std::nan(""), 0, 0), {plane, Pose()}), Status::bad_pose);
+  EXPECT_TRUE(step.contacts.empty());
+}
+
+}  // namespace
+}  // namespace vps::test
