@@ -7,6 +7,8 @@ PACKAGES := ca-certificates ccache cmake g++ git lld ninja-build pkg-config \
   python3 python3-h5py hdf5-tools
 # For the Python package, which is built where they are found.
 PYTHON_PACKAGES := pybind11-dev python3-dev
+# For the adapter for MuJoCo, likewise.
+MUJOCO_PACKAGES := libmujoco-dev
 # Only for `make fuzz`.
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
@@ -53,7 +55,7 @@ install: all
 
 # Makes the packages vpsbake, libvps0, libvps-dev and python3-vps with its parts for this release of Debian in build/packages, and checks
 # them with lintian.
-deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES)
+deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES) $(MUJOCO_PACKAGES)
 deb: deps
 	cmake --preset deb
 	cmake --build --preset deb -j $(JOBS)
@@ -171,7 +173,7 @@ LONG := $(LONG)|Closed/RealMeshes\.Bake/(armadillo_52k|bunny_closed|scallop_120k
 LONG := $(LONG)|View\.(APageOfA[PV]|BodiesOfAnySize|BothRamps|ButtonsAndScale|LayersStored)
 LONG := $(LONG)|Motion\.(ABodyThinner|ALongRecording|BodiesOnALongWay|OnAShortWay|ThePagePlays))
 
-test-dev: PACKAGES += $(TEST_PACKAGES) $(PYTHON_PACKAGES)
+test-dev: PACKAGES += $(TEST_PACKAGES) $(PYTHON_PACKAGES) $(MUJOCO_PACKAGES)
 test-dev: deps
 	$(call say,1 of 3: building everything: about 10 minutes from scratch)
 	cmake --preset dev

@@ -45,11 +45,11 @@ set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_NAME libvps-dev)
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SECTION libdevel)
 # Most of the libraries are static: programs also link their dependencies, which CMake finds by pkg-config.
 set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_DEPENDS "libhwy-dev, libstdc++-12-dev | libstdc++-dev, pkg-config")
-set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, cmake")
+set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, libmujoco-dev, cmake")
 set(CPACK_DEBIAN_LIBVPS_DEV_DESCRIPTION "collision queries on assets that vpsbake bakes
 Libraries and headers for C and C++: the runtime, its C interface also as a
-shared library, and a plug-in that makes the assets collision shapes of
-Bullet. With files for CMake and pkg-config, and a CMake function that bakes
+shared library, a plug-in that makes the assets collision shapes of Bullet,
+and an adapter that makes them collision geometry of MuJoCo. With files for CMake and pkg-config, and a CMake function that bakes
 meshes as part of a build.")
 
 # An extension module is for one minor version of Python 3.
@@ -99,9 +99,9 @@ foreach(part bake bullet)
     list(APPEND CPACK_COMPONENTS_ALL python_${part})
   endif()
 endforeach()
-foreach(bullet bullet bullet_float64)
-  if(TARGET vps_${bullet})
-    list(APPEND CPACK_COMPONENTS_ALL ${bullet})
+foreach(adapter bullet bullet_float64 mujoco)
+  if(TARGET vps_${adapter})
+    list(APPEND CPACK_COMPONENTS_ALL ${adapter})
   endif()
 endforeach()
 include(CPack)
@@ -110,6 +110,6 @@ cpack_add_component(shared GROUP libvps0)
 cpack_add_component(python GROUP python3_vps)
 cpack_add_component(python_bake GROUP python3_vps_bake)
 cpack_add_component(python_bullet GROUP python3_vps_bullet)
-foreach(component runtime shared_dev bullet bullet_float64)
+foreach(component runtime shared_dev bullet bullet_float64 mujoco)
   cpack_add_component(${component} GROUP libvps_dev)
 endforeach()

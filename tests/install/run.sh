@@ -59,6 +59,21 @@ for bullet in bullet bullet_float64; do
     exit 1
   fi
 done
+mujoco=../../docs/examples/nut_on_bolt_mujoco
+if [ -f "$PKG_CONFIG_PATH/vps-mujoco.pc" ]; then
+  for part in bolt nut; do
+    "$vpsbake" "$here/../../sample_meshes/$part.obj" --voxel 0.2mm -o "$work/mujoco_$part.vps.hdf"
+  done
+  configure $mujoco mujoco || { cat "$work/mujoco.log"; exit 1; }
+  cmake --build "$work/mujoco" >"$work/mujoco.log" || { cat "$work/mujoco.log"; exit 1; }
+  c++ $CXXFLAGS -std=c++20 "$here/$mujoco/nut_on_bolt.cpp" -o "$work/nut_on_bolt" $(pkg-config --cflags --libs vps-mujoco)
+  for program in mujoco/nut_on_bolt nut_on_bolt; do
+    "$work/$program" "$here/$mujoco/nut_on_bolt.xml" "$work/mujoco_bolt.vps.hdf" "$work/mujoco_nut.vps.hdf"
+  done
+elif configure $mujoco mujoco || ! grep -q 'vps was built without MuJoCo' "$work/mujoco.log"; then
+  echo 'find_package does not say that vps was built without MuJoCo'
+  exit 1
+fi
 if [ -x "$prefix/bin/vpsbake" ]; then
   configure baker baker || { cat "$work/baker.log"; exit 1; }
   cmake --build "$work/baker" >"$work/baker.log" || { cat "$work/baker.log"; exit 1; }

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Zlib
+// Finds where an asset lies in the geoms of its mesh, and the planes of hulls.
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "runtime/fields/penetration.h"
+#include "runtime/fields/place_field.h"
+#include "runtime/mujoco/collide.h"
+
+namespace vps::mujoco {
+namespace {
+
+using detail::operator-;
+using detail::operator*;
+
+Vec3 vertex_of(const mjModel& model, int mesh, int i) {
+  const float* const v = model.mesh_vert + 3 * (model.mesh_vertadr[mesh] + i);
+  return {v[0], v[1], v[2]};
+}
+
+// Planes of a mesh's convex hull, which MuJoCo keeps as a graph: counts of corners and faces, two numbers for each
+// corner, edges, then three vertices for each face.
+std::vector<HalfSpaceField> hull_of(const mjModel& model, int mesh) {
+  constexpr std::size_t kMostPlanes = 256;  // each costs every query
+  std::vector<HalfSpaceField> planes;
+  if (model.mesh_graphadr[mesh] < 0) return planes;
+  const int* const graph = model.mesh_graph + model.mesh_graphadr[mesh];
+  const int corners = graph[0];
+  const int faces = graph[1];
+  const int* const face = graph + 2 + 3 * corners + 3 * faces;
+  for (int i = 0; i < faces; ++i) {
+    const Vec3 a = vertex_of(model, mesh, face[3 * i]);
+    const Vec3 n =
+        detail::cross(vertex_of(model, mesh, face[3 * i + 1]) - a, vertex_of(model, mesh, face[3 * i + 2]) - a);
+    const float size = detail::length(n);
+    if (!(size > 0)) continue;
+    HalfSpaceField plane{(1 / size) * n, 0};
+    plane.offset = detail::dot(plane.outward_normal, a);
+    const auto is_same = [&](const HalfSpaceField& other) {
+      return detail::dot(other.outward_normal, plane.outward_normal) > 1 - 1e-6F &&
+             std::abs(other.offset - plane.offset) <= 1e-6F * std::abs(plane.offset);
+    };
+    if (std::none_of(planes.begin(), planes.end(), is_same)) planes.push_back(plane);
+    if (planes.size() > kMostPlanes) return {};
+  }
+  return planes;
+}
+
+// Whether a mesh is the surface of an asset: no vertex is outside, and most are on it. Those of parts that the bake
+// united lie inside.
+bool fits(const mjModel& model, int mesh, const VoxelmapView& map, const Pose& asset_in_geom) {
+  const detail::Transform to_asset(relative_pose(asset_in_geom, Pose()));
+  const int vertices = model.mesh_vertnum[mesh];
+  int on_surface = 0;
+  for (int i = 0; i < vertices; ++i) {
+    const float v = penetration(map, to_asset.apply(vertex_of(model, mesh, i)), {});
+    if (v < -map.voxel_size) return false;
+    if (v < map.voxel_size / 2) ++on_surface;
+  }
+  return on_surface >= 0.9 * vertices;
+}
+
+// The pose of an asset in the frame of its mesh's geoms. Newer models have it: mesh_pos and mesh_quat.
+// @param in_body  of the mesh, in the body of its first geom; null: in that of any geom it is none
+std::optional<Pose> find_asset(const mjModel& model, int mesh, const VoxelmapView& map, const Pose* in_body) {
+  for (int geom = 0; geom < model.ngeom; ++geom) {
+    if (model.geom_type[geom] != mjGEOM_MESH || model.geom_dataid[geom] != mesh) continue;
+    Pose at;
+    mju_quat2Mat(at.rotation, model.geom_quat + 4 * geom);
+    std::copy_n(model.geom_pos + 3 * geom, 3, at.translation);
+    const Pose asset_in_geom = relative_pose(at, in_body != nullptr ? *in_body : Pose());
+    if (fits(model, mesh, map, asset_in_geom)) return asset_in_geom;
+    if (in_body != nullptr) break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+struct BakedModel::Content {
+  const mjModel& model;
+  Meshes meshes;
+};
+
+BakedModel::BakedModel(const mjModel& model) : content_(std::make_unique<Content>(Content{model, {}})) {
+  content_->meshes.baked.resize(static_cast<std::size_t>(model.nmesh));
+  for (int mesh = 0; mesh < model.nmesh; ++mesh) content_->meshes.hulls.push_back(hull_of(model, mesh));
+  set_meshes(model, &content_->meshes);
+}
+
+BakedModel::~BakedModel() {
+  set_meshes(content_->model, nullptr);
+}
+
+std::string BakedModel::bake(const std::string& mesh, std::shared_ptr<const Asset> asset, const MeshOptions& options) {
+  const mjModel& model = content_->model;
+  const auto wrong = [&](const std::string& what) { return "mesh \"" + mesh + "\": " + what; };
+  const int id = mj_name2id(&model, mjOBJ_MESH, mesh.c_str());
+  if (id < 0) return wrong("the model has none of this name");
+  BakedMesh baked;
+  if (asset == nullptr || asset->pointshell(baked.shell) != Status::ok || asset->voxelmap(baked.map) != Status::ok) {
+    return wrong("the asset is not open, or lacks its pointshell or voxelmap; bake both parts");
+  }
+  if (options.contacts < 1 || options.contacts > mjMAXCONPAIR) {
+    return wrong("contacts must be 1 to " + std::to_string(mjMAXCONPAIR));
+  }
+  if (options.use == StepUse::springs) return wrong("MuJoCo's contacts have springs of their own; use samples");
+  if (options.in_body != nullptr && check_pose(*options.in_body) != Status::ok) return wrong("in_body is no pose");
+  const std::optional<Pose> found = find_asset(model, id, baked.map, options.in_body);
+  if (!found) {
+    return wrong(
+        "the asset's surface is not where a geom of this mesh is; give in_body, the geom's pose in the XML, "
+        "and bake the mesh at its size in the model");
+  }
+  baked.asset_in_geom = *found;
+  baked.contacts = options.contacts;
+  baked.use = options.use;
+  baked.asset = std::move(asset);
+  content_->meshes.baked[static_cast<std::size_t>(id)] = std::move(baked);
+  return {};
+}
+
+}  // namespace vps::mujoco
