@@ -342,6 +342,57 @@ typedef struct VpsReduction {
 /// @param capacity  how many to keep at most. [Limits: value >= 1]
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction);
+/// A body of a pair in a step: baked, or an analytic field.
+typedef struct VpsStepBody {
+  VpsFieldRef field;           ///< its distances; vps_map_ref(NULL) of a baked body without a voxelmap
+  VpsPose pose;                ///< of the frame of `field` and `shell`, to world
+  const VpsPointshell* shell;  ///< its points; NULL: it has none, as analytic bodies
+} VpsStepBody;
+
+/// What a pair remembers from step to step. Use one for each pair, in one thread at a time, and destroy it before the
+/// assets are closed.
+typedef struct VpsStepMemory VpsStepMemory;
+VpsStatus vps_step_memory_create(VpsStepMemory** memory);
+/// NULL is allowed.
+VpsStatus vps_step_memory_destroy(VpsStepMemory* memory);
+
+/// What the contacts of a step are for.
+typedef int32_t VpsStepUse;
+enum {
+  vps_step_constraints,  ///< a solver that keeps bodies apart: few places, between the shell's points where both bodies
+                         ///< have distances, so that they move continuously as a body rolls
+  vps_step_samples,      ///< the same, at points of the shell: parts that fit closely and slide along each other
+  vps_step_springs       ///< forces of stiffness * penetration * area: the areas keep force and torque of all points
+};
+/// All zero is a good start.
+typedef struct VpsStepOptions {
+  float
+      distance;  ///< surfaces up to this far apart are in contact, within a voxelmap's range. [Limits: value >= 0] [m]
+  VpsStepUse use;
+  VpsStepMemory* memory;  ///< of the pair; NULL: the contacts depend on the poses alone
+} VpsStepOptions;
+
+typedef struct VpsStepContact {
+  double position[3];  ///< midway between the surfaces, world. [m]
+  float normal[3];     ///< unit, from the second body into the first, world
+  float penetration;   ///< negative: the distance. [m]
+  float area;          ///< of the surface that it represents; 0: a place that is no point of a shell. [m^2]
+  uint32_t feature;    ///< the same number for the same contact from step to step
+} VpsStepContact;
+
+/// The contacts of a pair for a step: chooses which body gives its points, finds those in contact, chooses few of them
+/// and gives each its final place, direction and depth. It is all that an engine needs: docs/examples/penalty.c.
+/// It finds no contacts ahead of fast bodies.
+/// @param options   NULL: all zero
+/// @param contacts  room for `capacity`, written with the best ones first: the deepest, then those that are deep and
+/// far
+///                  from others
+/// @param capacity  four hold a body on a plane. [Limits: value >= 1]
+/// @param count     how many were written
+/// @return `vps_missing_part` when neither body can give its points to the other
+VpsStatus vps_step_contacts(const VpsStepBody* first, const VpsStepBody* second, const VpsStepOptions* options,
+                            VpsScratch* scratch, VpsStepContact* contacts, size_t capacity, size_t* count);
+
 /// All zero is a good start.
 typedef struct VpsSeparationOptions {
   float tolerance;  ///< the search may miss a point that is deeper by at most this. [Limits: value >= 0] [m]

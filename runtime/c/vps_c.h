@@ -26,9 +26,14 @@ struct VpsScratch {
   vps::Scratch scratch;
   std::vector<vps::Contact> contacts, kept;
   vps::ReductionScratch reduction;
+  vps::StepScratch step;
+  std::vector<vps::StepContact> step_contacts;
 };
 struct VpsContactCache {
   vps::ContactCache cache;
+};
+struct VpsStepMemory {
+  vps::StepMemory memory;
 };
 
 namespace vps::c {

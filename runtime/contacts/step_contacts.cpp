@@ -245,7 +245,7 @@ void slide(const Side& side, std::vector<Contact>& contacts) {
   is_kept[deepest] = true;
   const auto meet = [&](std::size_t a, std::size_t b) {
     return !(slides[a] == Slide::stayed && slides[b] == Slide::stayed) &&
-           length(contacts[a].position - contacts[b].position) < ring &&
+           detail::length(contacts[a].position - contacts[b].position) < ring &&
            dot(contacts[a].inward_normal, contacts[b].inward_normal) > kOneNormal;
   };
   for (std::size_t i = 0; i < few; ++i) {
@@ -268,8 +268,8 @@ bool find_round(const Side& side, Vec3 half_axis, float radius, Status& status) 
   const PointshellView& shell = *side.shell.shell;
   const Transform to_shell = side.to_shell();
   const RoundInMap body{to_shell.apply({0, 0, 0}), to_shell.rotate(half_axis), radius};
-  const float farthest = sphere_radius(shell, 0) + length(half_axis) + radius + side.options.distance;
-  if (!(length(body.centre - sphere_centre(shell, 0)) <= farthest + shell.covering_radius)) return true;
+  const float farthest = sphere_radius(shell, 0) + detail::length(half_axis) + radius + side.options.distance;
+  if (!(detail::length(body.centre - sphere_centre(shell, 0)) <= farthest + shell.covering_radius)) return true;
   status = find_points(side);
   if (status != Status::ok) return true;
   StepScratch& space = side.space;

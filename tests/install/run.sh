@@ -22,6 +22,11 @@ cp -r "$here/c" "$work/c"
 make -s -C "$work/c"
 "$work/c/deepest" "$work/bolt.vps.hdf"
 make -s -C "$work/c" -B MODULE=vps-shared
+for part in bolt nut; do
+  "$vpsbake" "$here/../../sample_meshes/$part.obj" --voxel 0.2mm -o "$work/fine_$part.vps.hdf"
+done
+cc $CFLAGS -O2 -std=c99 "$here/../../docs/examples/penalty.c" -o "$work/penalty" $(pkg-config --cflags --libs vps-shared) -lm
+LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/penalty" "$work/fine_bolt.vps.hdf" "$work/fine_nut.vps.hdf"
 for program in deepest volume; do
   LD_LIBRARY_PATH=$(dirname "$PKG_CONFIG_PATH") "$work/c/$program" "$work/bolt.vps.hdf"
 done
@@ -61,14 +66,11 @@ for bullet in bullet bullet_float64; do
 done
 mujoco=../../docs/examples/nut_on_bolt_mujoco
 if [ -f "$PKG_CONFIG_PATH/vps-mujoco.pc" ]; then
-  for part in bolt nut; do
-    "$vpsbake" "$here/../../sample_meshes/$part.obj" --voxel 0.2mm -o "$work/mujoco_$part.vps.hdf"
-  done
   configure $mujoco mujoco || { cat "$work/mujoco.log"; exit 1; }
   cmake --build "$work/mujoco" >"$work/mujoco.log" || { cat "$work/mujoco.log"; exit 1; }
   c++ $CXXFLAGS -std=c++20 "$here/$mujoco/nut_on_bolt.cpp" -o "$work/nut_on_bolt" $(pkg-config --cflags --libs vps-mujoco)
   for program in mujoco/nut_on_bolt nut_on_bolt; do
-    "$work/$program" "$here/$mujoco/nut_on_bolt.xml" "$work/mujoco_bolt.vps.hdf" "$work/mujoco_nut.vps.hdf"
+    "$work/$program" "$here/$mujoco/nut_on_bolt.xml" "$work/fine_bolt.vps.hdf" "$work/fine_nut.vps.hdf"
   done
 elif configure $mujoco mujoco || ! grep -q 'vps was built without MuJoCo' "$work/mujoco.log"; then
   echo 'find_package does not say that vps was built without MuJoCo'

@@ -206,6 +206,23 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
     EXPECT_EQ(c->kept[i].point, kept[i].point);
     EXPECT_EQ(c->kept[i].area, kept[i].area);
   }
+  VoxelmapView of_step;
+  ASSERT_EQ(asset.voxelmap(of_step, Field::scaled), Status::ok);
+  StepScratch step;
+  std::vector<StepContact> room(kKept);
+  const auto expect_steps = [&](const VpsStepContact* from_c, std::size_t count, std::span<const StepContact> found) {
+    ASSERT_EQ(count, found.size());
+    ASSERT_GT(count, 0U);
+    EXPECT_EQ(std::memcmp(from_c, found.data(), count * sizeof(StepContact)), 0);
+  };
+  std::span<StepContact> found = room;
+  ASSERT_EQ(step_contacts({of_step, pose, &shell}, {of_step, Pose(), &shell}, {0, StepUse::springs}, step, found),
+            Status::ok);
+  expect_steps(c->step_contacts, c->step_count, found);
+  found = room;
+  ASSERT_EQ(step_contacts({VoxelmapView(), pose, &shell}, {half_space, Pose()}, {}, step, found), Status::ok);
+  expect_steps(c->ground_contacts, c->ground_count, found);
+
   ShellRole role{};
   ASSERT_EQ(choose_roles(asset, asset, role), Status::ok);
   EXPECT_EQ(c->role, static_cast<VpsShellRole>(role));

@@ -123,6 +123,19 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_penalty_gradient(answers->contacts, NULL, count, &kLaw, &kTwist, &answers->gradient) == vps_ok);
   EXPECT(vps_reduce_contacts(answers->contacts, count, kTwist.centre, scratch, answers->kept, kKept,
                              &answers->reduction) == vps_ok);
+  const VpsStepBody first = {vps_map_ref(map), *pose, shell};
+  const VpsStepBody second = {vps_map_ref(map), origin, shell};
+  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), origin, NULL};
+  const VpsStepBody points = {vps_map_ref(NULL), *pose, shell};
+  VpsStepOptions springs = {.use = vps_step_springs};
+  EXPECT(vps_step_memory_create(&springs.memory) == vps_ok);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT(vps_step_contacts(&first, &second, &springs, scratch, answers->step_contacts, kKept, &answers->step_count) ==
+           vps_ok);
+  }
+  EXPECT(vps_step_memory_destroy(springs.memory) == vps_ok);
+  EXPECT(vps_step_contacts(&points, &ground, NULL, scratch, answers->ground_contacts, kKept, &answers->ground_count) ==
+         vps_ok);
   EXPECT(vps_scratch_destroy(scratch) == vps_ok);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return 0;
@@ -337,6 +350,39 @@ static int misuse_contacts(void) {
   return 0;
 }
 
+static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
+  const VpsPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
+  const VpsPose nowhere = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {NAN, 0, 0}};
+  const VpsStepBody body = {vps_map_ref(map), pose, shell};
+  const VpsStepBody lost = {vps_map_ref(map), nowhere, shell};
+  const VpsStepBody nothing = {vps_map_ref(NULL), pose, NULL};
+  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), pose, NULL};
+  const VpsStepOptions inside = {-1, vps_step_samples, NULL};
+  const VpsStepOptions other = {0, vps_step_springs + 1, NULL};
+  VpsStepMemory* memory = NULL;
+  VpsScratch* s = NULL;
+  VpsStepContact c;
+  size_t count = 42;
+  REFUSED(vps_step_memory_create(NULL));
+  EXPECT(vps_step_memory_create(&memory) == vps_ok && vps_step_memory_destroy(memory) == vps_ok);
+  EXPECT(vps_step_memory_destroy(NULL) == vps_ok);
+  EXPECT(vps_scratch_create(&s) == vps_ok);
+  REFUSED(vps_step_contacts(NULL, &ground, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&body, NULL, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&body, &ground, NULL, NULL, &c, 1, &count));
+  REFUSED(vps_step_contacts(&body, &ground, NULL, s, NULL, 1, &count));
+  REFUSED(vps_step_contacts(&body, &ground, NULL, s, &c, 0, &count));
+  REFUSED(vps_step_contacts(&body, &ground, NULL, s, &c, 1, NULL));
+  REFUSED(vps_step_contacts(&body, &ground, &inside, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&body, &ground, &other, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&nothing, &ground, NULL, s, &c, 1, &count));
+  EXPECT(vps_step_contacts(&ground, &ground, NULL, s, &c, 1, &count) == vps_missing_part);
+  EXPECT(vps_step_contacts(&lost, &ground, NULL, s, &c, 1, &count) == vps_bad_pose);
+  EXPECT(count == 42);
+  EXPECT(vps_scratch_destroy(s) == vps_ok);
+  return 0;
+}
+
 static int misuse_distances(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
   const VpsPose mirror = {{1, 0, 0, 0, 1, 0, 0, 0, -1}, {0, 0, 0}};
@@ -418,6 +464,7 @@ int misuse(const char* path, const char* no_map, const char* no_shell) {
   line = misuse_points(map);
   if (line == 0) line = misuse_queries(shell, map);
   if (line == 0) line = misuse_contacts();
+  if (line == 0) line = misuse_steps(shell, map);
   if (line == 0) line = misuse_distances(shell, map);
   EXPECT(vps_asset_close(asset) == vps_ok);
   return line;

@@ -30,6 +30,9 @@ typedef struct Answers {
   VpsWrenchGradient gradient;
   VpsContact kept[kKept];
   VpsReduction reduction;
+  VpsStepContact step_contacts[kKept];  // two steps with a memory: of itself, of the half space
+  size_t step_count, ground_count;
+  VpsStepContact ground_contacts[kKept];
   VpsSeparation map_separation, box_separation, sphere_separation, half_space_separation;
   VpsImpactResult map_impact, box_impact, sphere_impact, half_space_impact;
   VpsPose impact_pose;
