@@ -566,6 +566,16 @@ VpsStatus vps_traverse_batch(VpsBatch* batch, const VpsPointshell* shell, VpsFie
                              VpsConstArray poses, const VpsQueryOptions* options, VpsArray contacts, size_t capacity,
                              VpsArray results);
 
+/// vps_step_contacts of many poses of a pair.
+/// @param first     its pose is not read
+/// @param poses     a VpsPose each, of the first body
+/// @param options   its memory must be NULL
+/// @param contacts  room for `capacity` VpsStepContact at each element. [Limits: 1 <= capacity <= 1024]
+/// @param counts    a uint32_t each: how many were written
+VpsStatus vps_step_contacts_batch(VpsBatch* batch, const VpsStepBody* first, const VpsStepBody* second, size_t count,
+                                  VpsConstArray poses, const VpsStepOptions* options, VpsArray contacts,
+                                  size_t capacity, VpsArray counts);
+
 #ifdef __cplusplus
 }
 #endif

@@ -231,3 +231,23 @@ VpsStatus vps_traverse_batch(VpsBatch* batch, const VpsPointshell* shell, VpsFie
     return status;
   });
 }
+
+VpsStatus vps_step_contacts_batch(VpsBatch* batch, const VpsStepBody* first, const VpsStepBody* second, size_t count,
+                                  VpsConstArray poses, const VpsStepOptions* options, VpsArray contacts,
+                                  size_t capacity, VpsArray counts) {
+  if (batch == nullptr || first == nullptr || capacity == 0 || capacity > kMostStepContacts ||
+      !is_input(poses, count) || !is_output(contacts, count, capacity * sizeof(VpsStepContact)) ||
+      !is_output(counts, count, sizeof(uint32_t)) || (options != nullptr && options->memory != nullptr)) {
+    return vps_bad_argument;
+  }
+  return answer_all(*batch, count, kPoses, [&](size_t i, VpsScratch& scratch) {
+    VpsStepBody moved = *first;
+    moved.pose = read<VpsPose>(poses, i);
+    auto* const out = static_cast<VpsStepContact*>(element(contacts, i));
+    size_t found = 0;
+    const VpsStatus status = vps_step_contacts(&moved, second, options, &scratch, out, capacity, &found);
+    const auto written = static_cast<uint32_t>(found);
+    if (status == vps_ok) std::memcpy(element(counts, i), &written, sizeof(written));
+    return status;
+  });
+}

@@ -38,6 +38,9 @@ struct VpsStepMemory {
 
 namespace vps::c {
 
+// No pair has more, and a large capacity is no reason to allocate.
+inline constexpr size_t kMostStepContacts = 1024;
+
 inline VpsStatus to_c(vps::Status status) {
   return status == vps::Status::no_memory ? VpsStatus{vps_no_memory} : static_cast<VpsStatus>(status);
 }

@@ -56,11 +56,9 @@ VpsStatus vps_step_contacts(const VpsStepBody* first, const VpsStepBody* second,
   query.distance = given.distance;
   query.use = static_cast<vps::StepUse>(given.use);
   if (given.memory != nullptr) query.memory = &given.memory->memory;
-  // No pair has more, and a large capacity is no reason to allocate.
-  constexpr size_t kMost = 1024;
   std::vector<vps::StepContact>& room = scratch->step_contacts;
   try {
-    room.resize(std::min(capacity, kMost));
+    room.resize(std::min(capacity, kMostStepContacts));
   } catch (const std::bad_alloc&) {
     return vps_no_memory;
   }

@@ -83,6 +83,10 @@ class Held {
     if (shell_ == nullptr) throw MissingPart("the asset has no pointshell: bake it with pointshell=True");
     return shell_;
   }
+  // What it has, for pairs in which either body may give the points.
+  [[nodiscard]] VpsStepBody body() const {
+    return {vps_map_ref(map_), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, shell_};
+  }
   // Decoded on first use.
   [[nodiscard]] std::vector<VpsPoint>& points() {
     if (points_.empty()) {
@@ -376,6 +380,32 @@ py::tuple contacts(const Asset& first, const Asset& second, const Doubles& matri
   return py::make_tuple(owned(std::move(all)), owned(std::move(pose_of)), results);
 }
 
+// @param most  for each pose
+// @return room for `most` contacts of each pose, in the first body's frame; how many there are
+py::tuple step_contacts(const Asset& first, const Asset& second, const Doubles& matrices, float distance,
+                        std::uint32_t most, std::uint32_t threads) {
+  if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
+  if (most < 1 || most > 1024) throw py::value_error("most: 1 to 1024");
+  const Pair pair(first, second, matrices);  // checks that one can give points to the other
+  const std::shared_ptr<Held> held_first = first.held();
+  const std::shared_ptr<Held> held_second = second.held();
+  // Normals point into the second body, which moves.
+  const VpsStepBody moving = held_second->body();
+  const VpsStepBody fixed = held_first->body();
+  VpsStepOptions options{};
+  options.distance = distance;
+  const std::size_t count = pair.second_to_first.size();
+  py::array_t<VpsStepContact> contacts({count, std::size_t{most}});
+  py::array_t<std::uint32_t> counts(static_cast<py::ssize_t>(count));
+  const VpsArray to{contacts.mutable_data(), static_cast<ptrdiff_t>(most * sizeof(VpsStepContact))};
+  const VpsArray to_counts = out(counts);
+  Batch(threads).run("poses", [&](VpsBatch* batch) {
+    return vps_step_contacts_batch(batch, &moving, &fixed, count, {pair.second_to_first.data(), sizeof(VpsPose)},
+                                   &options, to, most, to_counts);
+  });
+  return py::make_tuple(contacts, counts);
+}
+
 // @return the results in the first body's frame; `direction` points from the first body to the second
 py::array_t<VpsSeparation> separation(const Asset& first, const Asset& second, const Doubles& matrices, float tolerance,
                                       std::uint32_t threads) {
@@ -443,6 +473,7 @@ PYBIND11_MODULE(_runtime, m) {
   PYBIND11_NUMPY_DTYPE(VpsContact, position, inward_normal, penetration, area, point, node);
   PYBIND11_NUMPY_DTYPE(VpsQueryResult, delta, delta_bound, force, torque, contacts, nodes_tested, points_tested,
                        complete);
+  PYBIND11_NUMPY_DTYPE(VpsStepContact, position, normal, penetration, area, feature);
   PYBIND11_NUMPY_DTYPE(VpsSeparation, delta, delta_bound, lower, upper, position, direction, point, nodes_tested,
                        points_tested);
   static const py::exception<AssetError> asset_error(m, "AssetError", PyExc_ValueError);
@@ -472,6 +503,7 @@ PYBIND11_MODULE(_runtime, m) {
       .def_property_readonly("scale", &Asset::scale)
       .def_property_readonly("field", &Asset::field);
   m.def("contacts", &contacts);
+  m.def("step_contacts", &step_contacts);
   m.def("separation", &separation);
   m.def("time_of_impact", [](const Asset& first, const Asset& second, const Doubles& start, const Doubles& motion,
                              float distance, float tolerance) {

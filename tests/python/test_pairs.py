@@ -59,6 +59,26 @@ def test_contacts_of_all_poses_follow_each_other(sphere):
     assert vps.contacts(sphere, sphere, np.empty((0, 4, 4))).position.shape == (0, 3)
 
 
+def test_the_few_contacts_of_a_step(cube, sphere):
+    poses = np.array([shifted(0, 0, 0.2), shifted(0, 0, 0.098), shifted(0.01, 0, 0.098)])  # the sphere above the cube
+    few = vps.contacts(cube, sphere, poses, most=4)
+    assert few.counts[0] == 0 and few.depth[0] == 0 and np.all(few.counts[1:] >= 1) and few.counts.max() <= 4
+    assert np.array_equal(np.bincount(few.pose, minlength=3), few.counts)
+    for i in (1, 2):
+        mine = few.pose == i
+        assert few.penetration[mine][0] == few.depth[i] == few.penetration[mine].max()
+        assert few.depth[i] == pytest.approx(0.002, abs=3e-4), "the points alone find 0.9 mm"
+        assert few.normal[mine][0][2] > 0.99, "into the sphere"
+    swapped = vps.contacts(sphere, cube, np.linalg.inv(poses), most=4)
+    assert np.array_equal(swapped.counts, few.counts) and np.allclose(swapped.normal, -few.normal, atol=1e-6)
+    assert np.allclose(swapped.position + poses[few.pose, :3, 3], few.position, atol=1e-6)
+    assert vps.contacts(cube, sphere, poses[:2].reshape(2, 1, 4, 4), most=1).counts.shape == (2, 1)
+    assert vps.contacts(cube, sphere, np.empty((0, 4, 4)), most=3).position.shape == (0, 3)
+    for bad in (0, 1025, -1):
+        with pytest.raises((ValueError, TypeError)):
+            vps.contacts(cube, sphere, poses, most=bad)
+
+
 def test_more_poses_than_one_block(sphere):
     poses = np.broadcast_to(shifted(0.099, 0, 0), (1100, 4, 4))
     found = vps.contacts(sphere, sphere, poses)

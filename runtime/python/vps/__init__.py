@@ -125,7 +125,7 @@ class Contacts(NamedTuple):
     position: Array  #: shape (k, 3) [m]
     normal: Array  #: unit, from the first body into the second, shape (k, 3)
     penetration: Array  #: positive inside, shape (k,) [m]
-    area: Array  #: surface area of the contact's point, shape (k,) [m^2]
+    area: Array  #: surface area of the contact's point; 0: it is at none, shape (k,) [m^2]
     counts: Array  #: contacts of each pose, shape (...)
     depth: Array  #: largest penetration of each pose; negative: the bodies are at least this far apart, shape (...) [m]
 
@@ -376,13 +376,25 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
     return Asset(data, notes=notes)
 
 
-def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: float = 0.0, threads: int = 0) -> Contacts:
+def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: float = 0.0, most: int | None = None,
+             threads: int = 0) -> Contacts:
     """Points of one body in contact with the other, for each pose. The body with fewer points gives them.
 
+    With `most`, the few contacts that an engine takes for a step: the deepest of each pose first, then those that are deep
+    and far from others. They lie midway between the surfaces, not only at points, and have the normal and depth of the
+    surface. The body with the finer voxels gives the points.
+
     poses: shape (..., 4, 4), take the second body's frame to the first's
-    distance: points this far apart count as contacts, too [m]
+    distance: surfaces this far apart count as contacts, too [m]
+    most: at most so many contacts of each pose, 1 to 1024; None: all points
     """
     matrices, shape = _poses(poses)
+    if most is not None:
+        few, counts = _runtime.step_contacts(_handle(first), _handle(second), matrices, distance, most, threads)
+        is_one = np.arange(most) < counts[:, None]
+        found, deepest = few[is_one], np.where(counts > 0, few["penetration"][:, 0], -np.float32(distance))
+        return Contacts(np.nonzero(is_one)[0], found["position"], found["normal"], found["penetration"], found["area"],
+                        _shaped(counts.astype(np.int64), shape), _shaped(deepest.astype(np.float64), shape))
     found, pose, results = _runtime.contacts(_handle(first), _handle(second), matrices, distance, threads)
     return Contacts(pose, found["position"], found["inward_normal"], found["penetration"], found["area"],
                     _shaped(results["contacts"].astype(np.int64), shape), _shaped(results["delta"], shape))

@@ -31,6 +31,9 @@ class Asset:
 def contacts(
     first: Asset, second: Asset, poses: Doubles, distance: float, threads: int
 ) -> tuple[Records, npt.NDArray[np.int64], Records]: ...
+def step_contacts(
+    first: Asset, second: Asset, poses: Doubles, distance: float, most: int, threads: int
+) -> tuple[Records, npt.NDArray[np.uint32]]: ...
 def separation(first: Asset, second: Asset, poses: Doubles, tolerance: float, threads: int) -> Records: ...
 def time_of_impact(
     first: Asset, second: Asset, start: Doubles, motion: Doubles, distance: float, tolerance: float

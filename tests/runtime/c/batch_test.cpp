@@ -213,6 +213,36 @@ TEST(CBatch, PosesGetTheAnswersOfSingleCalls) {
   vps_scratch_destroy(scratch);
 }
 
+TEST(CBatch, ContactsOfStepsAreThoseOfSingleCalls) {
+  const Torus torus;
+  const std::vector<VpsPose> at = poses(40);
+  constexpr std::size_t kRoom = 6;
+  VpsScratch* scratch = nullptr;
+  ASSERT_EQ(vps_scratch_create(&scratch), vps_ok);
+  VpsStepBody first{vps_map_ref(torus.map), {}, torus.shell};
+  const VpsStepBody second{vps_map_ref(torus.map), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, torus.shell};
+  for (const std::uint32_t threads : {1U, 3U}) {
+    const Batch batch(threads);
+    std::vector<VpsStepContact> contacts(kRoom * at.size());
+    std::vector<std::uint32_t> counts(at.size());
+    ASSERT_EQ(vps_step_contacts_batch(batch, &first, &second, at.size(), in(at.data()), nullptr,
+                                      out(contacts.data(), kRoom * sizeof(VpsStepContact)), kRoom, out(counts.data())),
+              vps_ok);
+    std::size_t all = 0;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      VpsStepContact one[kRoom];
+      std::size_t count = 0;
+      first.pose = at[i];
+      ASSERT_EQ(vps_step_contacts(&first, &second, nullptr, scratch, one, kRoom, &count), vps_ok);
+      ASSERT_EQ(counts[i], count);
+      ASSERT_EQ(std::memcmp(&contacts[kRoom * i], one, count * sizeof(VpsStepContact)), 0) << i;
+      all += count;
+    }
+    EXPECT_GT(all, at.size());
+  }
+  vps_scratch_destroy(scratch);
+}
+
 TEST(CBatch, RefusesElementsOneByOne) {
   const Torus torus;
   std::vector<Particle> cloud = particles();
@@ -290,6 +320,20 @@ TEST(CBatch, MisuseGetsAStatus) {
                                {reinterpret_cast<char*>(contacts) + 1, 80}, 1, out(&result)),
             vps_bad_argument)
       << "misaligned";
+  const VpsStepBody body{field, pose, torus.shell};
+  VpsStepContact steps[2];
+  std::uint32_t counts[1];
+  const auto step = [&](const VpsStepOptions& of, std::size_t capacity, VpsArray to) {
+    return vps_step_contacts_batch(batch, &body, &body, 1, in(&pose), &of, to, capacity, out(counts));
+  };
+  EXPECT_EQ(step({}, 2, out(steps)), vps_ok);
+  EXPECT_EQ(step({}, 0, out(steps)), vps_bad_argument);
+  EXPECT_EQ(step({}, 1025, out(steps)), vps_bad_argument);
+  EXPECT_EQ(step({}, 2, {nullptr, 0}), vps_bad_argument);
+  VpsStepMemory* memory = nullptr;
+  ASSERT_EQ(vps_step_memory_create(&memory), vps_ok);
+  EXPECT_EQ(step({0, vps_step_samples, memory}, 2, out(steps)), vps_bad_argument) << "a memory is of one thread";
+  vps_step_memory_destroy(memory);
   EXPECT_EQ(vps_traverse_batch(batch, torus.shell, field, 1, in(&pose), nullptr, out(contacts), SIZE_MAX, out(&result)),
             vps_bad_argument);
 }
