@@ -6,10 +6,7 @@
 
 namespace vps::bullet {
 
-/// Moves contacts from the points of the shell to where the bodies overlap most, so that they change continuously as a
-/// body rolls. Points that lead or follow such a contact on a round body would brake it: they end at the same place,
-/// and one contact remains; or the overlap grows beyond their neighbourhood, and they are removed. The deepest contact
-/// always remains.
+/// Moves contacts from the points of the shell to where the bodies overlap most, see detail::Slides.
 /// @param contacts  refined; distances of shells without a voxelmap are not known, their contacts stay as they are
 /// @return number of contacts left; they come first, in their order
 std::size_t move_between_samples(const Pair& pair, const FoundContacts& found, PairMemory& memory,

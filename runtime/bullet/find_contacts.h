@@ -10,25 +10,17 @@
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
 #include "runtime/bullet/segment_contacts.h"
+#include "runtime/contacts/between_samples.h"
 #include "runtime/contacts/find_hits.h"
-#include "runtime/contacts/slide_to_deepest.h"
 #include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
 
 /// Where contacts slid to. A pair that stands still need not search again.
 struct SlideMemory {
-  struct Slid {
-    std::uint32_t feature = 0;
-    int most = 0;  ///< rings that it could go
-    detail::Slide slide = detail::Slide::stayed;
-    Vec3 shift;      ///< of the position, contacts' frame. [m]
-    Vec3 direction;  ///< contacts' frame, unit
-    float gain = 0;  ///< of the penetration. [m]
-  };
   Stand stand;
   std::uint64_t mesh = 0;  ///< hash of the triangles near the shell
-  std::vector<Slid> slid;
+  std::vector<detail::Slid> slid;
 };
 
 /// The contacts that were chosen for the manifold. While the pair stands still, no others are sought: a face touches

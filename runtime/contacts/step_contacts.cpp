@@ -5,12 +5,12 @@
 #include <cmath>
 #include <type_traits>
 
+#include "runtime/contacts/between_samples.h"
 #include "runtime/contacts/corner_contacts.h"
 #include "runtime/contacts/find_hits.h"
 #include "runtime/contacts/gives_pointshell.h"
 #include "runtime/contacts/refine_contact.h"
 #include "runtime/contacts/round_contacts.h"
-#include "runtime/contacts/slide_to_deepest.h"
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/fields/penetration.h"
 #include "runtime/grow.h"
@@ -41,11 +41,6 @@ namespace {
 using namespace detail;
 
 constexpr std::uint32_t kOfSecond = 0x80000000U;  // in features: the point is the second body's
-constexpr float kOneNormal = 0.966F;              // 15 degrees
-// Of slides, as in Bullet: docs/benchmarks/motion.md.
-constexpr float kRing_vx = 4;
-constexpr float kRingOfOther_vx = 1.5F;
-constexpr int kLongestWay = 8;  // of the deepest contact. [rings]
 
 // The distances of a baked body, or null.
 const VoxelmapView* map_of(const StepBody& body) noexcept {
@@ -212,52 +207,31 @@ void refine(const Side& side, std::vector<Contact>& contacts) {
   });
 }
 
-// Moves contacts to where the bodies overlap most between the shell's points, and removes those that end at the same
-// place or lead there.
+// Moves contacts to where the bodies overlap most between the shell's points.
 void slide(const Side& side, std::vector<Contact>& contacts) {
   const VoxelmapView* const own = map_of(side.shell);
   const VoxelmapView* const other = map_of(side.field);
   if (own == nullptr || own->field == Field::layers || (other != nullptr && other->field == Field::layers)) return;
-  const PlacedField shell(*own, relative_pose(side.shell.pose, side.field.pose));
-  const PlacedField field(side.field.field, Pose());
-  const TouchingBodies bodies{shell, field, own->voxel_size};
-  const float ring = std::max(kRing_vx * own->voxel_size, other != nullptr ? kRingOfOther_vx * other->voxel_size : 0);
-  constexpr std::size_t kMost = 64;
-  std::array<Slide, kMost> slides{};
-  std::array<Slider, kMost> sliders;
-  std::size_t count = 0;
-  const std::size_t few = std::min(contacts.size(), kMost);
-  std::size_t deepest = 0;
-  for (std::size_t i = 1; i < few; ++i) {
-    if (contacts[i].penetration > contacts[deepest].penetration) deepest = i;
+  std::array<SlidingContact, 64> room;  // more stay where they are
+  const std::size_t count = std::min(contacts.size(), room.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    room[i].at = &contacts[i];
+    if (contacts[i].point >= side.shell.shell->points) room[i].kind = SlidingContact::Kind::fixed;
   }
-  const std::uint32_t points = side.shell.shell->points;
-  for (std::size_t i = 0; i < few; ++i) {
-    // So far off the surface the fields are too coarse for a ring.
-    if (contacts[i].point >= points || contacts[i].penetration < -own->voxel_size) continue;
-    sliders[count++] = {&contacts[i], &slides[i], {ring, nullptr}};
+  const std::span<SlidingContact> sliding(room.data(), count);
+  Slides slides({own->voxel_size, other != nullptr ? other->voxel_size : 0}, sliding, nullptr);
+  if (!slides.recall()) {
+    const PlacedField shell(*own, relative_pose(side.shell.pose, side.field.pose));
+    const PlacedField field(side.field.field, Pose());
+    slides.search({shell, field, own->voxel_size});
   }
-  slide_to_deepest(bodies, {sliders.data(), count});
-  Slider farther{&contacts[deepest], &slides[deepest], {ring, nullptr}};
-  for (int i = 1; i < kLongestWay && slides[deepest] == Slide::sloping; ++i) slide_to_deepest(bodies, {&farther, 1});
-
-  std::array<bool, kMost> is_kept{};
-  is_kept[deepest] = true;
-  const auto meet = [&](std::size_t a, std::size_t b) {
-    return !(slides[a] == Slide::stayed && slides[b] == Slide::stayed) &&
-           detail::length(contacts[a].position - contacts[b].position) < ring &&
-           dot(contacts[a].inward_normal, contacts[b].inward_normal) > kOneNormal;
-  };
-  for (std::size_t i = 0; i < few; ++i) {
-    if (i == deepest || slides[i] == Slide::sloping) continue;
-    is_kept[i] = true;
-    for (std::size_t k = 0; k < few; ++k) is_kept[i] = is_kept[i] && (k == i || !is_kept[k] || !meet(i, k));
-  }
+  slides.keep();
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < few; ++i) {
-    if (is_kept[i]) contacts[kept++] = contacts[i];
+  for (const SlidingContact& contact : sliding) {
+    if (contact.is_kept) contacts[kept++] = *contact.at;
   }
-  contacts.resize(kept);
+  contacts.erase(contacts.begin() + static_cast<std::ptrdiff_t>(kept),
+                 contacts.begin() + static_cast<std::ptrdiff_t>(count));
 }
 
 // Contacts of a sphere or capsule, in the shell's distances.

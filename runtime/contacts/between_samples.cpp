@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Zlib
+// Slides contacts to the place of deepest overlap, and keeps one of those that meet.
+#include "runtime/contacts/between_samples.h"
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+namespace {
+
+// Smaller rings see the rounding of the fields, larger ones the edges of the bodies (docs/benchmarks/motion.md).
+constexpr float kRing_vx = 4;
+constexpr float kRingOfOther_vx = 1.5F;
+constexpr float kOneNormal = 0.966F;  // 15 degrees
+constexpr int kLongestWay = 8;        // of the deepest contact. [rings]
+constexpr float kInto_vx = 0.5F;      // a contact ahead slides no deeper into the plane where it arrives
+constexpr std::size_t kTogether = 32;
+constexpr std::size_t kMostRemembered = 256;
+
+// Whether two contacts are one, as at least one of them has moved there.
+bool meet(const SlidingContact& a, const SlidingContact& b, float ring) {
+  if (a.slide == Slide::stayed && b.slide == Slide::stayed) return false;
+  return length(a.at->position - b.at->position) < ring && dot(a.at->inward_normal, b.at->inward_normal) > kOneNormal;
+}
+
+}  // namespace
+
+Slides::Slides(const SlideOptions& options, std::span<SlidingContact> contacts, std::vector<Slid>* memory)
+    : options_(options),
+      contacts_(contacts),
+      memory_(memory),
+      ring_(std::max(kRing_vx * options.voxel_size, kRingOfOther_vx * options.other_voxel_size)) {
+  const auto is_shallower = [](const SlidingContact& a, const SlidingContact& b) {
+    return a.at->penetration < b.at->penetration;
+  };
+  deepest_ =
+      static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_shallower) - contacts.begin());
+}
+
+int Slides::most(std::size_t i) const {
+  return i == deepest_ ? kLongestWay : 1;
+}
+
+bool Slides::is_known(std::size_t i) {
+  SlidingContact& contact = contacts_[i];
+  if (contact.kind == SlidingContact::Kind::fixed || (options_.only_deepest && i != deepest_)) return true;
+  if (contact.kind == SlidingContact::Kind::ahead) return false;
+  // So far off the surface the fields are too coarse for a ring.
+  if (contact.at->penetration < -options_.voxel_size) return true;
+  if (memory_ == nullptr) return false;
+  const auto before = std::find_if(memory_->begin(), memory_->end(), [&](const Slid& one) {
+    return one.feature == contact.feature && one.most == most(i);
+  });
+  if (before == memory_->end()) return false;
+  contact.slide = before->slide;
+  contact.at->position = contact.at->position + before->shift;
+  contact.at->inward_normal = before->direction;
+  contact.at->penetration += before->gain;
+  return true;
+}
+
+bool Slides::recall() {
+  bool is_all = true;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    contacts_[i].is_found = is_known(i);
+    is_all = is_all && contacts_[i].is_found;
+  }
+  return is_all;
+}
+
+void Slides::search(const TouchingBodies& bodies, std::size_t first, std::size_t last) {
+  for (; first < last; first += kTogether) slide(bodies, first, std::min(first + kTogether, last));
+}
+
+void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t last) {
+  std::array<Slider, kTogether> sliders;
+  std::array<Contact, kTogether> before;
+  std::array<HalfSpaceField, kTogether> arrivals;
+  std::size_t count = 0;
+  std::size_t deepest = kTogether;  // among the sliders
+  for (std::size_t i = first; i < last; ++i) {
+    SlidingContact& contact = contacts_[i];
+    if (contact.is_found) continue;
+    before[i - first] = *contact.at;
+    Reach reach{ring_, nullptr};
+    if (contact.kind == SlidingContact::Kind::ahead) {
+      if (i != deepest_ && options_.rolls && is_steep(bodies, *contact.at)) {
+        contact.slide = Slide::sloping;
+        continue;
+      }
+      const Vec3 n = contact.at->inward_normal;
+      arrivals[i - first] = {n, dot(n, contact.at->position) + contact.at->penetration};
+      reach = {kRing_vx * options_.voxel_size, &arrivals[i - first]};
+    }
+    if (i == deepest_) deepest = count;
+    sliders[count++] = {contact.at, &contact.slide, reach};
+  }
+  slide_to_deepest(bodies, {sliders.data(), count});
+  if (deepest < count) {
+    const std::span<Slider> alone(&sliders[deepest], 1);
+    for (int i = 1; i < kLongestWay && *alone[0].slide == Slide::sloping; ++i) slide_to_deepest(bodies, alone);
+  }
+  for (std::size_t i = first; i < last; ++i) {
+    SlidingContact& contact = contacts_[i];
+    if (contact.is_found) continue;
+    const Contact& start = before[i - first];
+    if (contact.kind == SlidingContact::Kind::ahead) {
+      // The other body ends somewhere, the plane does not. What touches now is no contact ahead.
+      if (contact.at->penetration <= kInto_vx * options_.voxel_size) continue;
+      *contact.at = start;
+      contact.slide = Slide::stayed;
+    } else if (memory_ != nullptr && memory_->size() < kMostRemembered) {
+      memory_->push_back({contact.feature, most(i), contact.slide, contact.at->position - start.position,
+                          contact.at->inward_normal, contact.at->penetration - start.penetration});
+    }
+  }
+}
+
+void Slides::keep() {
+  contacts_[deepest_].is_kept = true;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    SlidingContact& contact = contacts_[i];
+    if (i == deepest_ || contact.slide == Slide::sloping) continue;
+    contact.is_kept = std::none_of(contacts_.begin(), contacts_.end(), [&](const SlidingContact& other) {
+      return other.is_kept && meet(contact, other, ring_);
+    });
+  }
+}
+
+}  // namespace vps::detail
