@@ -49,8 +49,9 @@ set(CPACK_DEBIAN_LIBVPS_DEV_PACKAGE_SUGGESTS "vpsbake, libbullet-dev, libmujoco-
 set(CPACK_DEBIAN_LIBVPS_DEV_DESCRIPTION "collision queries on assets that vpsbake bakes
 Libraries and headers for C and C++: the runtime, its C interface also as a
 shared library, a plug-in that makes the assets collision shapes of Bullet,
-and an adapter that makes them collision geometry of MuJoCo. With files for CMake and pkg-config, and a CMake function that bakes
-meshes as part of a build.")
+and an adapter that makes them collision geometry of MuJoCo. With files for
+CMake and pkg-config, and a CMake function that bakes meshes as part of a
+build.")
 
 # An extension module is for one minor version of Python 3.
 set(minor "${Python_VERSION_MINOR}")

@@ -4,7 +4,7 @@
 find_path(VPS_MUJOCO_INCLUDE_DIR mujoco/mujoco.h DOC "The folder of mujoco/mujoco.h")
 find_library(VPS_MUJOCO_LIBRARY mujoco DOC "The library of MuJoCo")
 set(VPS_MUJOCO_FOUND OFF)
-if(VPS_MUJOCO_INCLUDE_DIR AND VPS_MUJOCO_LIBRARY)
+if(VPS_MUJOCO_LIBRARY AND EXISTS "${VPS_MUJOCO_INCLUDE_DIR}/mujoco/mujoco.h")
   file(STRINGS ${VPS_MUJOCO_INCLUDE_DIR}/mujoco/mujoco.h version REGEX "define mjVERSION_HEADER +[0-9]+")
   string(REGEX MATCH "[0-9]+" version "${version}")
   # Collision functions filled mjContact in these versions. 2.2.2 is the one that is tested.
