@@ -146,7 +146,6 @@ Status choose_points(const Side& side, std::span<const Contact> extra, float lea
   const auto grow = [&] {
     if (space.nearest.size() < rows.count) space.nearest.resize(rows.count);
     space.chosen.reserve(side.most);
-    space.few.reserve(side.most);
   };
   if (const Status grown = try_to_grow(grow); grown != Status::ok) return grown;
   space.chosen.assign(four.begin(), four.begin() + count);
@@ -169,26 +168,30 @@ Status choose_points(const Side& side, std::span<const Contact> extra, float lea
   return Status::ok;
 }
 
-// All points in contact.
-Status find_points(const Side& side) {
+// All points in contact, in space.contacts, which keeps its size.
+Status find_points(const Side& side, std::span<Contact>& found) {
   const PointshellView& shell = *side.shell.shell;
   StepScratch& space = side.space;
-  const auto grow = [&] { space.contacts.resize(std::size_t{shell.points} + shell.facets); };
+  const std::size_t most = std::size_t{shell.points} + shell.facets;
+  const auto grow = [&] {
+    if (space.contacts.size() < most) space.contacts.resize(most);
+  };
   if (const Status status = try_to_grow(grow); status != Status::ok) return status;
   QueryResult result;
   const Status status =
       traverse_contacts(shell, side.field.field, side.pose, side.query(), space.scratch, space.contacts, result);
-  space.contacts.resize(status == Status::ok ? result.contacts : 0);
+  found = std::span(space.contacts).first(status == Status::ok ? result.contacts : 0);
   return status;
 }
 
-// Gives contacts their final direction and depth, and removes those that are none.
-void refine(const Side& side, std::vector<Contact>& contacts) {
+// Gives contacts their final direction and depth.
+// @return number of contacts left, without those that are none; they come first
+std::size_t refine(const Side& side, std::span<Contact> contacts) {
   const VoxelmapView* const own = map_of(side.shell);
   const VoxelmapView none;
   const ShellBody body{own != nullptr ? *own : none, side.to_shell()};
   const std::uint32_t points = side.shell.shell->points;
-  std::erase_if(contacts, [&](Contact& contact) {
+  const auto is_none = [&](Contact& contact) {
     if (contact.point >= points) return false;  // final
     return side.field.field.visit([&](const auto& field) {
       using Kind = std::remove_cvref_t<decltype(field)>;
@@ -204,7 +207,8 @@ void refine(const Side& side, std::vector<Contact>& contacts) {
         return settle(field, voxel_of(side.shell) / 2, into_shell, contact);
       }
     });
-  });
+  };
+  return static_cast<std::size_t>(std::remove_if(contacts.begin(), contacts.end(), is_none) - contacts.begin());
 }
 
 // Moves contacts to where the bodies overlap most between the shell's points.
@@ -244,17 +248,17 @@ bool find_round(const Side& side, Vec3 half_axis, float radius, Status& status) 
   const RoundInMap body{to_shell.apply({0, 0, 0}), to_shell.rotate(half_axis), radius};
   const float farthest = sphere_radius(shell, 0) + detail::length(half_axis) + radius + side.options.distance;
   if (!(detail::length(body.centre - sphere_centre(shell, 0)) <= farthest + shell.covering_radius)) return true;
-  status = find_points(side);
+  std::span<Contact> seeds;
+  status = find_points(side, seeds);
   if (status != Status::ok) return true;
   StepScratch& space = side.space;
-  for (Contact& seed : space.contacts) {
+  for (Contact& seed : seeds) {
     seed.position = to_shell.apply(seed.position);
     seed.inward_normal = to_shell.rotate(seed.inward_normal);
   }
   bool is_found = false;
-  status = try_to_grow([&] {
-    is_found = find_round_contacts(*map, body, space.contacts, side.options.distance, shell.points, space.placed);
-  });
+  status = try_to_grow(
+      [&] { is_found = find_round_contacts(*map, body, seeds, side.options.distance, shell.points, space.placed); });
   if (!is_found) return status != Status::ok;
   for (const Contact& contact : space.placed) {
     if (space.few.size() == side.most) break;
@@ -288,21 +292,25 @@ Status find_corners(const Side& side, const BoxField& box) {
 // Few springs with the wrench of all points that press.
 Status find_springs(const Side& side) {
   StepScratch& space = side.space;
-  if (const Status status = find_points(side); status != Status::ok) return status;
-  std::erase_if(space.contacts, [](const Contact& contact) { return !(contact.penetration >= 0); });
-  refine(side, space.contacts);
+  std::span<Contact> pressing;
+  if (const Status status = find_points(side, pressing); status != Status::ok) return status;
+  const auto is_off = [](const Contact& contact) { return !(contact.penetration >= 0); };
+  pressing = {pressing.begin(), std::remove_if(pressing.begin(), pressing.end(), is_off)};
+  pressing = pressing.first(refine(side, pressing));
   const PointshellView& shell = *side.shell.shell;
   const Vec3 centre =
       Transform(side.pose).apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]});
   if (const Status status = try_to_grow([&] { space.few.resize(side.most); }); status != Status::ok) return status;
   Reduction reduction;
-  const Status status = reduce_contacts(space.contacts, centre, space.few, space.reduction, reduction);
+  const Status status = reduce_contacts(pressing, centre, space.few, space.reduction, reduction);
   space.few.resize(reduction.kept);
   return status;
 }
 
 Status find_few(const Side& side) {
   side.space.few.clear();
+  const Status grown = try_to_grow([&] { side.space.few.reserve(side.most); });
+  if (grown != Status::ok) return grown;
   if (side.options.use == StepUse::springs) return find_springs(side);
   Status status = Status::ok;
   const bool is_done = side.field.field.visit([&](const auto& field) {
@@ -320,7 +328,7 @@ Status find_few(const Side& side) {
   const float near = 5 * side.alike;
   status = choose_points(side, side.space.placed, least_beside(side.space.placed, near));
   if (status != Status::ok) return status;
-  refine(side, side.space.few);
+  side.space.few.resize(refine(side, side.space.few));
   if (side.options.use == StepUse::constraints && !side.space.few.empty()) slide(side, side.space.few);
   return status;
 }
