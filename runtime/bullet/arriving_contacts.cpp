@@ -2,10 +2,9 @@
 // Follows points along the motion of the step, to where they meet the partner.
 #include "runtime/bullet/arriving_contacts.h"
 
-#include <BulletDynamics/Dynamics/btRigidBody.h>
-
 #include <algorithm>
 
+#include "runtime/bullet/body_motion.h"
 #include "runtime/bullet/partners/partner_field.h"
 #include "runtime/contacts/refine_contact.h"
 #include "runtime/fields/penetration.h"
@@ -31,12 +30,11 @@ struct Course {
   btVector3 gain{0, 0, 0};  // of `linear`, by the forces of the step
 
   Course(const PairBody& side, btScalar step) {
-    const btRigidBody* const body = btRigidBody::upcast(side.object);
-    if (body == nullptr || body->isStaticObject()) return;
-    gain = step * body->getInvMass() * body->getTotalForce();
-    linear = body->getLinearVelocity() + gain;
-    angular = body->getAngularVelocity();
-    centre = body->getWorldTransform().getOrigin();
+    const Velocity velocity = velocity_of(*side.object);
+    gain = step * acceleration_of(*side.object);
+    linear = velocity.linear + gain;
+    angular = velocity.angular;
+    centre = side.object->getWorldTransform().getOrigin();
   }
   [[nodiscard]] btVector3 at(const btVector3& place) const { return linear + angular.cross(place - centre); }
 };
@@ -124,11 +122,8 @@ bool rolls(const Pair& pair, const Course& shell, const Course& partner, btScala
 
 // Whether the solver may stop either body. Bodies of triangles have no test of what arrives.
 bool both_may_be_stopped(const Pair& pair) {
-  const auto moves = [](const PairBody& side) {
-    const btRigidBody* const body = btRigidBody::upcast(side.object);
-    return body != nullptr && body->getInvMass() > 0;
-  };
-  return moves(pair.shell) && moves(pair.field) && !is_triangle_mesh(pair.field.shape->getShapeType());
+  return inverse_mass(*pair.shell.object) > 0 && inverse_mass(*pair.field.object) > 0 &&
+         !is_triangle_mesh(pair.field.shape->getShapeType());
 }
 
 }  // namespace

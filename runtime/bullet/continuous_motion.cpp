@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Zlib
 // After Bullet has moved fast bodies, puts them back to where they touch, by conservative advancement.
-#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <LinearMath/btAabbUtil2.h>
-#include <LinearMath/btTransformUtil.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <vector>
 
+#include "runtime/bullet/body_motion.h"
 #include "runtime/bullet/find_contacts.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
@@ -17,38 +17,16 @@
 namespace vps::bullet {
 namespace {
 
-// Motion of a body in a step. Bodies that are static, kinematic or asleep have no velocity.
 struct Mover {
   btCollisionObject* object;
-  btRigidBody* body = nullptr;  // null: not to be put back
-  btTransform start;
-  btVector3 velocity{0, 0, 0}, spin{0, 0, 0};
-  btScalar radius = 0;  // of a sphere about its origin that holds the body. [m]
-  btScalar end;         // time to which it is put back. [s]
+  PastMotion motion;
+  btScalar end;  // time to which it is put back. [s]
 
-  Mover(btCollisionObject* of, btScalar step) : object(of), start(of->getWorldTransform()), end(step) {
-    btVector3 centre;
-    of->getCollisionShape()->getBoundingSphere(centre, radius);
-    radius += centre.length();
-    btRigidBody* const rigid = btRigidBody::upcast(of);
-    if (rigid == nullptr || rigid->isStaticOrKinematicObject() || !rigid->isActive()) return;
-    body = rigid;
-    velocity = rigid->getLinearVelocity();
-    spin = rigid->getAngularVelocity();
-    btTransformUtil::integrateTransform(of->getWorldTransform(), -velocity, -spin, step, start);
-  }
-  [[nodiscard]] btTransform at(btScalar time) const {
-    btTransform out;
-    btTransformUtil::integrateTransform(start, velocity, spin, time, out);
-    return out;
-  }
-  /// Upper bound of the speed that rotation gives to any of its points. [m/s]
-  [[nodiscard]] btScalar spin_speed() const { return spin.length() * radius; }
-  [[nodiscard]] btScalar speed() const { return velocity.length() + spin_speed(); }
+  Mover(btCollisionObject* of, btScalar step) : object(of), motion(*of, step), end(step) {}
   void swept(btVector3& low, btVector3& high) const {
     btVector3 other_low;
     btVector3 other_high;
-    object->getCollisionShape()->getAabb(start, low, high);
+    object->getCollisionShape()->getAabb(motion.at(0), low, high);
     object->getCollisionShape()->getAabb(object->getWorldTransform(), other_low, other_high);
     low.setMin(other_low);
     high.setMax(other_high);
@@ -81,11 +59,11 @@ bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& gu
 btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
                 std::uint32_t max_iterations) {
   const auto pair_at = [&](btScalar time) {
-    return assign_roles(PairBody(leaf_a.shape, a.object, a.at(time) * leaf_a.local),
-                        PairBody(leaf_b.shape, b.object, b.at(time) * leaf_b.local));
+    return assign_roles(PairBody(leaf_a.shape, a.object, a.motion.at(time) * leaf_a.local),
+                        PairBody(leaf_b.shape, b.object, b.motion.at(time) * leaf_b.local));
   };
   if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
-  const double speed = double((a.velocity - b.velocity).length() + a.spin_speed() + b.spin_speed());
+  const double speed = double((a.motion.drift() - b.motion.drift()).length() + a.motion.swing() + b.motion.swing());
   const Pair start = pair_at(0);
   const double reach = double(contact_distance(start));  // the next step finds contacts within this distance. [m]
   ConvexPlanes planes;
@@ -129,15 +107,6 @@ bool may_collide(btCollisionWorld& world, btCollisionObject& a, btCollisionObjec
          world.getPairCache()->needsBroadphaseCollision(a.getBroadphaseHandle(), b.getBroadphaseHandle());
 }
 
-// Sets the body to its pose and velocity at `end`. Subtracts the velocity that forces give in the rest of the step, but
-// no more than the body still has: contacts may have taken some of it.
-void put_back(const Mover& mover, btScalar step) {
-  mover.body->setCenterOfMassTransform(mover.at(mover.end));
-  const btVector3 given = (step - mover.end) * mover.body->getInvMass() * mover.body->getTotalForce();
-  const btScalar left = given.length2() > 0 ? mover.velocity.dot(given) / given.length2() : 0;
-  mover.body->setLinearVelocity(mover.velocity - btClamped(left, btScalar(0), btScalar(1)) * given);
-}
-
 void advance(Mover& fast, Mover& other, btScalar step, std::uint32_t max_iterations) {
   for_each_leaf(*fast.object, [&](const Leaf& a) {
     for_each_leaf(*other.object, [&](const Leaf& b) {
@@ -171,7 +140,7 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
   std::vector<Mover> fast;
   for (int i = 0; i < objects.size(); ++i) {
     const Mover mover(objects[i], step);
-    if (mover.body != nullptr && mover.speed() * step > least) fast.push_back(mover);
+    if (mover.motion.moves() && mover.motion.speed() * step > least) fast.push_back(mover);
   }
   for (std::size_t i = 0; i < fast.size(); ++i) {
     btVector3 low;
@@ -196,9 +165,19 @@ void ContinuousMotion::updateAction(btCollisionWorld* world, btScalar step) {
       advance(fast[i], other, step, options_.max_iterations);
     }
   }
-  for (const Mover& mover : fast) {
-    if (!(mover.end < step)) continue;
-    put_back(mover, step);
+  for (std::size_t i = 0; i < fast.size(); ++i) {
+    const btMultiBody* const multibody = fast[i].motion.multibody();
+    // The links of a multibody go back together, with the first of them.
+    const auto is_of_it = [&](const Mover& other) {
+      return multibody != nullptr && other.motion.multibody() == multibody;
+    };
+    if (std::any_of(fast.begin(), fast.begin() + static_cast<std::ptrdiff_t>(i), is_of_it)) continue;
+    btScalar end = fast[i].end;
+    for (std::size_t k = i + 1; k < fast.size(); ++k) {
+      if (is_of_it(fast[k])) end = btMin(end, fast[k].end);
+    }
+    if (!(end < step)) continue;
+    fast[i].motion.put_back(end);
     ++stops_;
   }
 }

@@ -2,14 +2,13 @@
 // Looks for settings of a world that harm its Shapes.
 #include "runtime/bullet/lint.h"
 
-#include <BulletDynamics/Dynamics/btRigidBody.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <limits>
 
+#include "runtime/bullet/body_motion.h"
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
 
@@ -59,7 +58,7 @@ class Lint {
     for (int i = 0; i < world_.getNumCollisionObjects(); ++i) {
       const btCollisionObject& object = *world_.getCollisionObjectArray()[i];
       for_each_leaf(object, [&](const Leaf& leaf) { look_at_shape(object, *leaf.shape); });
-      if (const btRigidBody* const body = btRigidBody::upcast(&object)) look_at_body(*body);
+      if (inverse_mass(object) > 0 && !object.isStaticOrKinematicObject()) look_at_body(object);
     }
     return std::move(advice_);
   }
@@ -163,8 +162,7 @@ class Lint {
     }
   }
 
-  void look_at_body(const btRigidBody& body) {
-    if (body.isStaticOrKinematicObject()) return;
+  void look_at_body(const btCollisionObject& body) {
     const btVector3& at = body.getWorldTransform().getOrigin();
     const double far = double(btMax(btMax(btFabs(at.x()), btFabs(at.y())), btFabs(at.z())));
     if (far * double(std::numeric_limits<btScalar>::epsilon()) > 0.1 * finest_) {
@@ -180,13 +178,17 @@ class Lint {
     btVector3 high;
     body.getCollisionShape()->getAabb(btTransform::getIdentity(), low, high);
     const double size = double((high - low).length());
-    const double travel = double(body.getLinearVelocity().length()) * step_;
+    const double travel = double(velocity_of(body).linear.length()) * step_;
     if (travel > 0.25 * size) {
       add(&body, "ContinuousMotion",
           format("it moves %.3g mm in a step and its size is %.3g mm: it may pass through walls; add a "
                  "vps::bullet::ContinuousMotion to the world",
                  1000 * travel, 1000 * size));
     }
+    if (const btRigidBody* const rigid = btRigidBody::upcast(&body)) look_at_sleep(*rigid, size);
+  }
+
+  void look_at_sleep(const btRigidBody& body, double size) {
     // Speed of a body of this size that falls over. [m/s]
     const double lively = std::sqrt(gravity_ * size);
     if (double(body.getLinearSleepingThreshold()) > 0.6 * lively && body.getActivationState() != DISABLE_DEACTIVATION &&
@@ -198,24 +200,24 @@ class Lint {
     }
   }
 
-  void look_at_inertia(const btRigidBody& body, const Shape& shape) {
+  void look_at_inertia(const btCollisionObject& body, const Shape& shape) {
     constexpr double kMatters = 0.02;
     const double lost = shape.lost_inertia();
-    if (!(lost > kMatters) || body.getLocalInertia().isZero()) return;
+    if (!(lost > kMatters) || local_inertia(body).isZero()) return;
     add(&body, "Axes::of_asset",
         format("its products of inertia are up to %.2g of its largest moment, and Bullet leaves them out: make the "
                "Shape with Axes::principal, and convert its poses with mesh_pose and body_pose",
                lost));
   }
 
-  void look_at_foundation(const btRigidBody& body, const Shape* shape) {
+  void look_at_foundation(const btCollisionObject& body, const Shape* shape) {
     if (shape == nullptr || !(shape->foundation().stiffness > 0) || shape->pointshell().points == 0) return;
     double area = 0;
     for (std::uint32_t i = 0; i < shape->pointshell().points; ++i) {
       area += double(point_area(shape->pointshell(), i));
     }
     // For a body that lies on a quarter of its surface.
-    const double swing = std::sqrt(shape->foundation().stiffness * area / 4 * double(body.getInvMass())) * step_;
+    const double swing = std::sqrt(shape->foundation().stiffness * area / 4 * double(inverse_mass(body))) * step_;
     if (swing < 1) return;
     add(&body, "set_foundation",
         format(

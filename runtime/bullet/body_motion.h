@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Zlib
+/// @file How an object of a world moves: a rigid body, a link or the base of a multibody, or an object that does not
+/// move. Internal.
+#pragma once
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+class btMultiBody;
+
+namespace vps::bullet {
+
+struct Velocity {
+  btVector3 linear{0, 0, 0};   ///< of the object's origin. [m/s]
+  btVector3 angular{0, 0, 0};  ///< [rad/s]
+};
+
+/// Zero for objects that do not move.
+[[nodiscard]] Velocity velocity_of(const btCollisionObject& object);
+
+/// 0 for objects that the solver does not move. That of a link alone: its joints only make it harder to move. [1/kg]
+[[nodiscard]] btScalar inverse_mass(const btCollisionObject& object);
+
+/// Moments of inertia about the object's axes; zero for objects that are neither rigid bodies nor links. [kg m^2]
+[[nodiscard]] btVector3 local_inertia(const btCollisionObject& object);
+
+/// By the forces of the step, without what joints and contacts do. [m/s^2]
+[[nodiscard]] btVector3 acceleration_of(const btCollisionObject& object);
+
+/// The motion of an object in the step that has just ended. Links move with their joints, along arcs.
+class PastMotion {
+ public:
+  /// @param step  [s]
+  PastMotion(btCollisionObject& object, btScalar step);
+
+  /// Whether the solver moved it. Static, kinematic and sleeping objects stand still here.
+  [[nodiscard]] bool moves() const { return body_ != nullptr || multibody_ != nullptr; }
+  /// Null for all but links.
+  [[nodiscard]] btMultiBody* multibody() const { return multibody_; }
+  /// @param time  since the step's start, up to `step`. [s]
+  [[nodiscard]] btTransform at(btScalar time) const;
+  /// Constant velocity that all of its points share. [m/s]
+  [[nodiscard]] const btVector3& drift() const { return drift_; }
+  /// Upper bound of the speed of any of its points in addition to `drift`. [m/s]
+  [[nodiscard]] btScalar swing() const { return swing_; }
+  /// Upper bound of the speed of any of its points. [m/s]
+  [[nodiscard]] btScalar speed() const { return drift_.length() + swing_; }
+
+  /// Sets the object, for a link its whole multibody, to its pose and velocity at a time. Subtracts the velocity that
+  /// forces give in the rest of the step, but no more than the body still has: contacts may have taken some of it.
+  /// Joints keep their velocities.
+  void put_back(btScalar time) const;
+
+ private:
+  [[nodiscard]] btTransform base_at(btScalar time) const;
+
+  btCollisionObject* object_;
+  btScalar step_;
+  btRigidBody* body_ = nullptr;
+  btMultiBody* multibody_ = nullptr;
+  int link_ = -1;  // of the multibody; -1: its base
+  btTransform start_;
+  btVector3 drift_{0, 0, 0}, spin_{0, 0, 0};  // of the body or base
+  btScalar swing_ = 0;
+};
+
+}  // namespace vps::bullet
