@@ -308,7 +308,10 @@ std::string to_text(const SceneReport& report) {
       text += fmt::format("note: {}: {}\n", plan.assets[i].file, note);
   }
   if (plan.meeting.pairs() == 0) {
-    text += "note: no two bodies can meet, so nothing is baked; name what else is there in a TOML (docs/scene.md)\n";
+    const bool moves = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                   [](const SceneBody& body) { return body.motion == Motion::dynamic; });
+    text += fmt::format("note: nothing is baked: {}; name in a TOML what else is there (docs/scene.md)\n",
+                        moves ? "no two bodies can meet" : "no body has a mass, so none moves and meets another");
   }
   const std::size_t count = scene.bodies.size();
   text += fmt::format("{}: {} {}, {} of {} pairs can meet, steps of {:.3g} ms\n", report.scene_file, count,
