@@ -182,9 +182,25 @@ void read_body(Table table, const std::string& file, Scene& scene) {
       throw SceneError(place, fmt::format("'{}' does not exist; it is sought beside the scene", urdf.string()),
                        SceneError::Kind::io);
     Scene robot = read_urdf(urdf);
+    const bool is_one = robot.bodies.size() == 1 && robot.links.empty();
+    const auto full = [&](const std::string& name) { return is_one ? body.name : body.name + "/" + name; };
     for (SceneBody& link : robot.bodies) {
-      link.name = robot.bodies.size() == 1 ? body.name : body.name + "/" + link.name;
+      link.name = full(link.name);
       bodies.push_back(std::move(link));
+    }
+    for (SceneBody& link : robot.links) {
+      link.name = full(link.name);
+      scene.links.push_back(std::move(link));
+    }
+    for (SceneJoint& joint : robot.joints) {
+      joint.name = body.name + "/" + joint.name;
+      joint.child = full(joint.child);
+      if (joint.parent.empty()) {
+        joint.pose = composed(pose, joint.pose);
+      } else {
+        joint.parent = full(joint.parent);
+      }
+      scene.joints.push_back(std::move(joint));
     }
     for (const auto& [a, b] : robot.joined) scene.joined.emplace_back(first + a, first + b);
     scene.notes.insert(scene.notes.end(), robot.notes.begin(), robot.notes.end());

@@ -6,6 +6,7 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 #include <system_error>
@@ -156,6 +157,7 @@ class Reader {
       number[i] = scene_.bodies.size();
       scene_.bodies.push_back(finished(rigids_[i], i == 0));
     }
+    for (const Held& held : held_) add_joint(held, number);
     for (const auto& [a, b] : joined_) {
       if (number.count(a) > 0 && number.count(b) > 0) scene_.joined.emplace_back(number[a], number[b]);
     }
@@ -165,6 +167,57 @@ class Reader {
   }
 
  private:
+  struct Held {
+    const urdf::Joint* joint;
+    std::size_t parent, child;  // rigids
+    Placement pose;             // of the child, in the parent
+  };
+
+  // Adds a joint of one axis whose child has a mass: others are left to the program.
+  void add_joint(const Held& held, const std::map<std::size_t, std::size_t>& number) {
+    const urdf::Joint& joint = *held.joint;
+    SceneJoint added;
+    switch (joint.type) {
+      case urdf::Joint::REVOLUTE:
+        added.type = SceneJoint::Type::revolute;
+        break;
+      case urdf::Joint::CONTINUOUS:
+        added.type = SceneJoint::Type::continuous;
+        break;
+      case urdf::Joint::PRISMATIC:
+        added.type = SceneJoint::Type::prismatic;
+        break;
+      default:
+        return;
+    }
+    const auto is_link = [&](std::size_t i) { return number.count(i) > 0 || links_.count(i) > 0; };
+    for (const std::size_t i : {held.parent, held.child}) {
+      Rigid& rigid = rigids_[i];
+      if (is_link(i) || (i == held.parent && (rigid.fixed || !(rigid.body.mass > 0)))) continue;
+      if (!(rigid.body.mass > 0)) return;
+      SceneBody link = finished(rigid, false);
+      if (!link.inertia) return;
+      links_.insert(i);
+      scene_.links.push_back(std::move(link));
+    }
+    const bool on_world = !is_link(held.parent);
+    if (on_world && held.parent != 0) return;  // it hangs on a link that has neither shape nor mass
+    const auto name_of = [&](std::size_t i) { return names_[i]; };
+    added.name = joint.name;
+    added.parent = on_world ? "" : name_of(held.parent);
+    added.child = name_of(held.child);
+    const bool has_mass =
+        number.count(held.child) == 0 || scene_.bodies[number.at(held.child)].motion == Motion::dynamic;
+    if (!has_mass) return;
+    added.pose = held.pose;
+    const double length =
+        std::sqrt(joint.axis.x * joint.axis.x + joint.axis.y * joint.axis.y + joint.axis.z * joint.axis.z);
+    added.axis = {joint.axis.x / length, joint.axis.y / length, joint.axis.z / length};
+    if (joint.limits && joint.type != urdf::Joint::CONTINUOUS)
+      added.limits = {joint.limits->lower, joint.limits->upper};
+    scene_.joints.push_back(std::move(added));
+  }
+
   std::size_t start(const urdf::Link& link, const Placement& world, bool fixed) {
     Rigid rigid;
     rigid.body.name = link.name;
@@ -172,6 +225,7 @@ class Reader {
     rigid.body.place = elements_.of_link(link.name);
     rigid.fixed = fixed;
     rigids_.push_back(std::move(rigid));
+    names_.push_back(link.name);
     return rigids_.size() - 1;
   }
 
@@ -212,6 +266,7 @@ class Reader {
       // As in Bullet's importer, a link does not collide with its parent but does with its grandparent.
       const bool holds = joint->type != urdf::Joint::FLOATING && !link.collision_array.empty();
       if (holds) joined_.emplace_back(rigid, next);
+      held_.push_back({joint.get(), rigid, next, composed(at, offset)});
       visit(*child, next, {}, composed(world, offset));
     }
     --depth_;
@@ -252,6 +307,9 @@ class Reader {
   std::set<std::string> visited_;  // links
   std::size_t depth_ = 0;          // of the visited link
   std::vector<std::pair<std::size_t, std::size_t>> joined_;
+  std::vector<Held> held_;
+  std::vector<std::string> names_;  // of the rigids: their bodies are moved from
+  std::set<std::size_t> links_;     // rigids without shapes that joints hold
 };
 
 }  // namespace

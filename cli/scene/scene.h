@@ -74,6 +74,18 @@ struct SceneBody {
   Place place;
 };
 
+/// A joint of a URDF that turns or slides about one axis.
+struct SceneJoint {
+  enum class Type : std::uint8_t { revolute, continuous, prismatic };
+  std::string name;
+  Type type{};
+  std::string parent;  ///< a body's or a link's name; empty: the world
+  std::string child;
+  Placement pose;                                   ///< of the child at the joint's zero, in the parent
+  Triple axis{1, 0, 0};                             ///< in the child, of unit length
+  std::optional<std::pair<double, double>> limits;  ///< [rad] or [m]
+};
+
 struct Wish {
   double value = 0;  ///< 0: none
   Place place;
@@ -82,6 +94,8 @@ struct Wish {
 struct Scene {
   std::vector<SceneBody> bodies;
   std::vector<std::pair<std::size_t, std::size_t>> joined;  ///< pairs of bodies at a joint, which do not collide
+  std::vector<SceneJoint> joints;                           ///< parents before their children
+  std::vector<SceneBody> links;                             ///< with a mass and no shapes, held by joints
   Wish error;                                               ///< largest error of distances between surfaces. [m]
   Wish time;                                                ///< for the narrowphase of a step. [s]
   Wish memory;                                              ///< for all assets. [bytes]

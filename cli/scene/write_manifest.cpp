@@ -38,15 +38,39 @@ Json primitive_to_json(const SceneShape& shape) {
   return json;
 }
 
+void add_mass(Json& json, const SceneBody& body) {
+  json["mass"] = body.mass;
+  if (!body.inertia) return;
+  const std::array<double, 6>& i = *body.inertia;
+  json["inertia"] = {i[0], i[1], i[2]};
+  if (i[3] != 0 || i[4] != 0 || i[5] != 0) json["inertia"] = i;
+}
+
+Json link_to_json(const SceneBody& link) {
+  Json json = {{"name", link.name}};
+  add_mass(json, link);
+  json["centre_of_mass"] = *link.centre_of_mass;
+  return json;
+}
+
+Json joint_to_json(const SceneJoint& joint) {
+  constexpr const char* kTypes[] = {"revolute", "continuous", "prismatic"};
+  Json json = {{"name", joint.name}, {"type", kTypes[static_cast<std::size_t>(joint.type)]}};
+  if (!joint.parent.empty()) json["parent"] = joint.parent;
+  json["child"] = joint.child;
+  add_pose(json, joint.pose);
+  json["axis"] = joint.axis;
+  if (joint.limits) {
+    json["lower"] = joint.limits->first;
+    json["upper"] = joint.limits->second;
+  }
+  return json;
+}
+
 Json body_to_json(const SceneBody& body, bool meets) {
   Json json = {{"name", body.name}, {"type", motion_name(body.motion)}};
   if (body.motion == Motion::dynamic) {
-    json["mass"] = body.mass;
-    if (body.inertia) {
-      const std::array<double, 6>& i = *body.inertia;
-      json["inertia"] = {i[0], i[1], i[2]};
-      if (i[3] != 0 || i[4] != 0 || i[5] != 0) json["inertia"] = i;
-    }
+    add_mass(json, body);
     if (body.velocity != Triple{}) json["velocity"] = body.velocity;
   }
   if (body.centre_of_mass) json["centre_of_mass"] = *body.centre_of_mass;
@@ -113,6 +137,8 @@ Json to_manifest(const Scene& scene, const std::vector<SceneMesh>& meshes, const
     }
     manifest["bodies"].push_back(json);
   }
+  for (const SceneBody& link : scene.links) manifest["links"].push_back(link_to_json(link));
+  for (const SceneJoint& joint : scene.joints) manifest["joints"].push_back(joint_to_json(joint));
   manifest["apart"] = Json::array();
   for (const auto& [a, b] : plan.meeting.apart())
     manifest["apart"].push_back({scene.bodies[a].name, scene.bodies[b].name});

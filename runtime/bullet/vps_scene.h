@@ -15,6 +15,9 @@
 
 #include "runtime/bullet/vps_bullet.h"
 
+class btMultiBody;
+class btMultiBodyLinkCollider;
+
 namespace vps::bullet {
 
 #ifdef BT_USE_DOUBLE_PRECISION
@@ -25,27 +28,40 @@ inline namespace float32 {
 
 struct LoadOptions {
   bool verify = false;  ///< read each asset whole and check all its hashes, as `vpsbake info` does
+  /// Bodies that joints connect become btMultiBody, one for each tree of joints, with the joints' limits; this needs a
+  /// btMultiBodyDynamicsWorld. Otherwise all bodies are rigid, and joints are left to the program's constraints.
+  bool multibodies = false;
 };
 
-/// Owns the bodies of a scene, their shapes and assets. Move-only.
+/// A joint of a multibody, for btMultiBodyJointMotor and the like.
+struct JointPlace {
+  btMultiBody* multibody = nullptr;  ///< null: there is no such joint
+  int link = -1;
+};
+
+/// Owns the bodies and multibodies of a scene, their shapes and assets. Move-only.
 class Scene {
  public:
   Scene();
   Scene(Scene&& other) noexcept;
   Scene& operator=(Scene&& other) noexcept;
-  /// Removes the bodies from their world, which must still exist.
+  /// Removes the bodies from their world, which must still exist. The program removes its motors first.
   ~Scene();
 
   /// One sentence without a full stop; empty when the scene was loaded.
   [[nodiscard]] const std::string& error() const;
-  /// In the order of the manifest.
+  /// The rigid ones, in the order of the manifest.
   [[nodiscard]] std::span<const std::unique_ptr<btRigidBody>> bodies() const;
-  /// Null when no body has this name.
+  /// Null when no rigid body has this name.
   [[nodiscard]] btRigidBody* find(std::string_view name) const;
+  /// With LoadOptions::multibodies: a link or base with collision geometry; null when none has this name.
+  [[nodiscard]] btMultiBodyLinkCollider* find_link(std::string_view name) const;
+  /// With LoadOptions::multibodies.
+  [[nodiscard]] JointPlace find_joint(std::string_view name) const;
   /// Present pose of the mesh's frame (the link's, for a URDF). Bullet's own transform is that of the centre of
   /// mass, and for dynamic bodies of the principal axes of inertia.
-  /// @param body  one of `bodies`
-  [[nodiscard]] btTransform origin(const btRigidBody& body) const;
+  /// @param body  a body or link of this scene
+  [[nodiscard]] btTransform origin(const btCollisionObject& body) const;
   /// Time step that the scene was planned for. [s]
   [[nodiscard]] btScalar step() const;
 
@@ -63,7 +79,9 @@ class Scene {
 /// its size has limits (docs/scene.md). The assets' indices are always checked, their payload hashes only with
 /// `verify`.
 /// @pre the world's broadphase has room for the bodies: btAxisSweep3 has a limit of its own
-/// @return on failure, a scene whose `error` says what is wrong with the manifest or an asset; the world is unchanged
+/// With `multibodies`, the links join the world with their groups and masks, too; motors are left to the program.
+/// @return on failure, a scene whose `error` says what is wrong with the manifest or an asset; the world has no new
+/// body then
 [[nodiscard]] inline Scene load_scene(const std::string& manifest, btDiscreteDynamicsWorld& world,
                                       const LoadOptions& options = {}) {
   return Scene::load(manifest, world, options);

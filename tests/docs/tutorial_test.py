@@ -45,6 +45,13 @@ def main():
                 assert line in lines, f"no line like\n{line}\nin what was printed:\n{printed}"
         assert "it lies on the ground" in run("falling_body/falling_body nut.vps.hdf peg.vps.hdf", work)
         assert (work / "fall.html").stat().st_size > 0
+        # The robot that docs/scene.md names.
+        gripper = work / "docs/examples/gripper"
+        printed = run("vpsbake scene gripper.toml && cmake -S . -B build && cmake --build build && "
+                      "build/gripper gripper.vps/gripper.vps.json", gripper, CMAKE_PREFIX_PATH=str(work / "prefix"),
+                      VPSBAKE_CACHE="", PATH=f"{work}/prefix/bin:{os.environ['PATH']}")
+        assert "it was lifted and stands on the table again" in printed, printed
+        assert "vps:" not in printed, printed
     return 0
 
 

@@ -10,6 +10,7 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/principal_axes.h"
 #include "runtime/bullet/scene/manifest.h"
+#include "runtime/bullet/scene/multibodies.h"
 #include "runtime/bullet/vps_scene.h"
 
 namespace vps::bullet {
@@ -26,11 +28,16 @@ struct Scene::Contents {
   btDiscreteDynamicsWorld* world = nullptr;
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
-  std::map<const btRigidBody*, btTransform> frames;  // of Bullet's bodies, in the frames of the manifest's
-  std::map<std::string, std::size_t, std::less<>> numbers;
+  Multibodies multibodies;
+  std::map<const btCollisionObject*, btTransform> frames;  // of Bullet's bodies, in the frames of the manifest's
+  std::map<std::string, btRigidBody*, std::less<>> rigid;
+  std::map<std::string, btMultiBodyLinkCollider*, std::less<>> links;
   btScalar step = 0;
 
   ~Contents() {
+    if (auto* const multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(world)) {
+      multibodies.remove_from(*multibody_world);
+    }
     for (const auto& body : bodies) {
       if (world != nullptr) world->removeRigidBody(body.get());
     }
@@ -52,10 +59,20 @@ std::span<const std::unique_ptr<btRigidBody>> Scene::bodies() const {
 }
 btRigidBody* Scene::find(std::string_view name) const {
   if (!contents_) return nullptr;
-  const auto it = contents_->numbers.find(name);
-  return it == contents_->numbers.end() ? nullptr : contents_->bodies[it->second].get();
+  const auto it = contents_->rigid.find(name);
+  return it == contents_->rigid.end() ? nullptr : it->second;
 }
-btTransform Scene::origin(const btRigidBody& body) const {
+btMultiBodyLinkCollider* Scene::find_link(std::string_view name) const {
+  if (!contents_) return nullptr;
+  const auto it = contents_->links.find(name);
+  return it == contents_->links.end() ? nullptr : it->second;
+}
+JointPlace Scene::find_joint(std::string_view name) const {
+  if (!contents_) return {};
+  const auto it = contents_->multibodies.joints.find(name);
+  return it == contents_->multibodies.joints.end() ? JointPlace{} : it->second;
+}
+btTransform Scene::origin(const btCollisionObject& body) const {
   if (contents_) {
     const auto it = contents_->frames.find(&body);
     if (it != contents_->frames.end()) return body.getWorldTransform() * it->second.inverse();
@@ -245,14 +262,20 @@ btVector3 inertia_by_shape(const Value& value, const btCollisionShape& shape, bt
   return inertia;
 }
 
-struct MadeBody {
-  std::unique_ptr<btRigidBody> body;
-  btTransform frame;  // in the manifest's body
-};
+// Sets the frame and the inertia that a value states.
+void read_inertia(const Value& value, BodyParts& body) {
+  const PrincipalAxes stated = stated_inertia(value["inertia"]);
+  body.frame.setBasis(stated.rotation);
+  for (int axis = 0; axis < 3; ++axis) {
+    body.inertia[axis] = btScalar(stated.moments[static_cast<std::size_t>(axis)]);
+  }
+}
 
-MadeBody make_body(const Value& value, Loader& loader) {
+BodyParts read_body(const Value& value, Loader& loader) {
   value.allow_only({"name", "type", "mass", "inertia", "centre_of_mass", "velocity", "position", "orientation", "group",
                     "mask", "friction", "restitution", "shapes"});
+  BodyParts body;
+  body.name = value["name"].text();
   const BodyType type = choose<BodyType>(
       value["type"], {{"static", BodyType::fixed}, {"kinematic", BodyType::kinematic}, {"dynamic", BodyType::dynamic}});
   const bool is_dynamic = type == BodyType::dynamic;
@@ -268,42 +291,67 @@ MadeBody make_body(const Value& value, Loader& loader) {
     value.refuse("has a plane that moves or is one of several shapes");
   if (placed.size() > 1 && is_dynamic && !value.has("centre_of_mass"))
     value.refuse("has several shapes and no centre_of_mass");
-  MadeBody made;
-  made.frame = placed.front().pose;
-  if (!is_dynamic || !by_shape) made.frame.setBasis(btMatrix3x3::getIdentity());
-  if (value.has("centre_of_mass")) made.frame.setOrigin(value["centre_of_mass"].vector(-kFarthest, kFarthest));
-  btVector3 inertia(0, 0, 0);
-  if (is_dynamic && value.has("inertia")) {
-    const PrincipalAxes stated = stated_inertia(value["inertia"]);
-    made.frame.setBasis(stated.rotation);
-    for (int axis = 0; axis < 3; ++axis) inertia[axis] = btScalar(stated.moments[static_cast<std::size_t>(axis)]);
-  }
-  btCollisionShape* const shape = has_plane ? placed.front().shape : shape_in(made.frame, placed, loader);
-  btScalar mass = 0;
+  body.is_dynamic = is_dynamic;
+  body.is_kinematic = type == BodyType::kinematic;
+  body.pose = value.pose();
+  body.frame = placed.front().pose;
+  if (!is_dynamic || !by_shape) body.frame.setBasis(btMatrix3x3::getIdentity());
+  if (value.has("centre_of_mass")) body.frame.setOrigin(value["centre_of_mass"].vector(-kFarthest, kFarthest));
+  if (is_dynamic && value.has("inertia")) read_inertia(value, body);
+  body.shape = has_plane ? placed.front().shape : shape_in(body.frame, placed, loader);
   if (is_dynamic) {
-    mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
-    if (!value.has("inertia")) inertia = inertia_by_shape(value, *shape, mass);
+    body.mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
+    if (!value.has("inertia")) body.inertia = inertia_by_shape(value, *body.shape, body.mass);
+    if (value.has("velocity")) body.velocity = value["velocity"].vector(-kFarthest, kFarthest);
   }
-  btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, shape, inertia);
-  info.m_startWorldTransform = value.pose() * made.frame;
-  if (value.has("friction")) info.m_friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
-  if (value.has("restitution")) info.m_restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
-  made.body = std::make_unique<btRigidBody>(info);
-  if (type == BodyType::kinematic) {
-    made.body->setCollisionFlags(made.body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
-    made.body->setActivationState(DISABLE_DEACTIVATION);
-  }
-  if (is_dynamic && value.has("velocity"))
-    made.body->setLinearVelocity(value["velocity"].vector(-kFarthest, kFarthest));
-  return made;
+  if (value.has("friction")) body.friction = static_cast<btScalar>(value["friction"].number(0, 1e3));
+  if (value.has("restitution")) body.restitution = static_cast<btScalar>(value["restitution"].number(0, 1));
+  const auto bits = [&](const char* key) {
+    return static_cast<int>(value[key].integer(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
+  };
+  body.group = bits("group");
+  body.mask = bits("mask");
+  return body;
 }
 
-void keep_apart(const Value& pair, const Scene& scene) {
+// A link without collision geometry.
+BodyParts read_link(const Value& value) {
+  value.allow_only({"name", "mass", "inertia", "centre_of_mass"});
+  BodyParts link;
+  link.name = value["name"].text();
+  link.is_dynamic = true;
+  link.mass = static_cast<btScalar>(value["mass"].number(kLeast, kFarthest));
+  link.frame.setOrigin(value["centre_of_mass"].vector(-kFarthest, kFarthest));
+  read_inertia(value, link);
+  return link;
+}
+
+std::unique_ptr<btRigidBody> make_rigid(const BodyParts& parts) {
+  btRigidBody::btRigidBodyConstructionInfo info(parts.mass, nullptr, parts.shape, parts.inertia);
+  info.m_startWorldTransform = parts.pose * parts.frame;
+  info.m_friction = parts.friction;
+  info.m_restitution = parts.restitution;
+  auto body = std::make_unique<btRigidBody>(info);
+  if (parts.is_kinematic) {
+    body->setCollisionFlags(body->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+    body->setActivationState(DISABLE_DEACTIVATION);
+  }
+  if (parts.is_dynamic) body->setLinearVelocity(parts.velocity);
+  return body;
+}
+
+// Links of a multibody know which of them do not meet.
+void keep_apart(const Value& pair, const std::map<std::string, btCollisionObject*, std::less<>>& objects) {
   const std::vector<Value> names = pair.list();
-  btRigidBody* const first = names.size() == 2 ? scene.find(names[0].text()) : nullptr;
-  btRigidBody* const second = names.size() == 2 ? scene.find(names[1].text()) : nullptr;
+  const auto object = [&](std::size_t i) -> btCollisionObject* {
+    const auto it = names.size() == 2 ? objects.find(names[i].text()) : objects.end();
+    return it == objects.end() ? nullptr : it->second;
+  };
+  btCollisionObject* const first = object(0);
+  btCollisionObject* const second = object(1);
   if (first == nullptr || second == nullptr || first == second) pair.refuse("does not name two bodies");
   first->setIgnoreCollisionCheck(second, true);
+  second->setIgnoreCollisionCheck(first, true);
 }
 
 }  // namespace
@@ -327,31 +375,55 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
     if (dispatcher == nullptr) throw Refusal{"the world's dispatcher is not a btCollisionDispatcher"};
     contents.step = static_cast<btScalar>(root["step"].number(1e-6, 10));
 
-    root.allow_only({"format", "version", "generator", "step", "gravity", "assets", "bodies", "apart"});
+    root.allow_only(
+        {"format", "version", "generator", "step", "gravity", "assets", "bodies", "links", "joints", "apart"});
+    // Before compounds ask their shapes for bounds: two of a kind look like steps of an unregistered world.
+    register_algorithm(*dispatcher);
     Loader loader(fs::path(path).parent_path(), options, contents.shapes);
     loader.open_assets(root["assets"].list(scene_manifest::kMostAssets));
-    std::vector<std::pair<int, int>> filters;
-    for (const Value& value : root["bodies"].list(scene_manifest::kMostBodies)) {
-      const std::size_t number = contents.bodies.size();
-      if (!contents.numbers.emplace(value["name"].text(), number).second)
-        value["name"].refuse("is that of another body");
-      MadeBody made = make_body(value, loader);
-      contents.frames.emplace(made.body.get(), made.frame);
-      contents.bodies.push_back(std::move(made.body));
-      const auto bits = [&](const char* key) {
-        return static_cast<int>(value[key].integer(std::numeric_limits<int>::min(), std::numeric_limits<int>::max()));
-      };
-      filters.emplace_back(bits("group"), bits("mask"));
+    std::vector<BodyParts> parts;
+    std::map<std::string, std::size_t, std::less<>> numbers;
+    const auto add = [&](const Value& value, BodyParts body) {
+      if (!numbers.emplace(body.name, parts.size()).second) value["name"].refuse("is that of another body");
+      parts.push_back(std::move(body));
+    };
+    for (const Value& value : root["bodies"].list(scene_manifest::kMostBodies)) add(value, read_body(value, loader));
+    if (root.has("links")) {
+      for (const Value& value : root["links"].list(scene_manifest::kMostBodies)) add(value, read_link(value));
     }
-    for (const Value& pair : root["apart"].list()) keep_apart(pair, scene);
+    auto* const multibody_world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world);
+    if (root.has("joints")) {
+      const std::vector<Joint> joints = read_joints(root["joints"], parts, numbers);
+      if (options.multibodies && multibody_world == nullptr && !joints.empty()) {
+        throw Refusal{"multibodies need a btMultiBodyDynamicsWorld"};
+      }
+      if (options.multibodies) contents.multibodies = make_multibodies(parts, joints);
+    }
+    std::map<std::string, btCollisionObject*, std::less<>> objects;
+    std::vector<const BodyParts*> rigid;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (parts[i].shape == nullptr) continue;
+      const auto link = contents.multibodies.collider_of.find(i);
+      btCollisionObject* object = nullptr;
+      if (link != contents.multibodies.collider_of.end()) {
+        object = contents.links[parts[i].name] = link->second;
+      } else {
+        contents.bodies.push_back(make_rigid(parts[i]));
+        rigid.push_back(&parts[i]);
+        object = contents.rigid[parts[i].name] = contents.bodies.back().get();
+      }
+      contents.frames.emplace(object, parts[i].frame);
+      objects.emplace(parts[i].name, object);
+    }
+    for (const Value& pair : root["apart"].list()) keep_apart(pair, objects);
     if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
 
     // Nothing fails from here on.
-    register_algorithm(*dispatcher);
     contents.world = &world;
     for (std::size_t i = 0; i < contents.bodies.size(); ++i) {
-      world.addRigidBody(contents.bodies[i].get(), filters[i].first, filters[i].second);
+      world.addRigidBody(contents.bodies[i].get(), rigid[i]->group, rigid[i]->mask);
     }
+    if (multibody_world != nullptr) contents.multibodies.add_to(*multibody_world, parts);
     return scene;
   } catch (const Refusal& refusal) {
     return fail(refusal.reason);

@@ -73,6 +73,61 @@ TEST(Urdf, LinksThatFixedJointsHoldAreOneBodyAndJoinedBodiesDoNotMeet) {
   EXPECT_NEAR(peg.info().bounds_max[0], 2 * 0.0039, 1e-6);
 }
 
+TEST(Urdf, JointsOfOneAxisAreInTheManifest) {
+  const TemporaryFolder folder;
+  std::string text = robot("<mesh filename=\"" + sample("peg") + "\"/>");
+  // A weight without collision geometry hangs on the finger.
+  text.replace(text.find("</robot>"), 8, R"(
+  <link name="weight"><inertial><origin xyz="0 0 -0.1"/><mass value="2"/>
+    <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.3"/></inertial></link>
+  <joint name="e" type="revolute"><parent link="finger"/><child link="weight"/><origin xyz="0.5 0 0"/>
+    <axis xyz="0 3 4"/><limit lower="-1" upper="2" effort="1" velocity="1"/></joint>
+</robot>)");
+  write_file(folder / "press.urdf", text);
+  write_file(folder / "scene.toml",
+             "[[body]]\nname = \"p\"\nurdf = \"press.urdf\"\nposition = [\"1m\", \"0m\", \"0m\"]\n");
+  ASSERT_EQ(vpsbake(folder, "scene press.urdf -o alone").code, 0);
+  ASSERT_EQ(vpsbake(folder, "scene scene.toml -o named").code, 0);
+  const Json alone = Json::parse(read_file(folder / "alone/press.vps.json"));
+  EXPECT_EQ(alone["joints"], Json::parse(R"([
+    {"name": "b", "type": "prismatic", "parent": "world", "child": "ram", "position": [0.0, 0.0, 1.0],
+     "axis": [0.0, 0.0, 1.0], "lower": 0.0, "upper": 1.0},
+    {"name": "d", "type": "continuous", "parent": "ram", "child": "finger", "axis": [0.0, 0.0, 1.0]},
+    {"name": "e", "type": "revolute", "parent": "finger", "child": "weight", "position": [0.5, 0.0, 0.0],
+     "axis": [0.0, 0.6, 0.8], "lower": -1.0, "upper": 2.0}])"));
+  EXPECT_EQ(alone["links"], Json::parse(R"([
+    {"name": "weight", "mass": 2.0, "inertia": [0.1, 0.2, 0.3], "centre_of_mass": [0.0, 0.0, -0.1]}])"));
+  const Json named = Json::parse(read_file(folder / "named/scene.vps.json"));
+  EXPECT_EQ(named["joints"][2]["name"], "p/e");
+  EXPECT_EQ(named["joints"][2]["parent"], "p/finger");
+  EXPECT_EQ(named["links"][0]["name"], "p/weight");
+}
+
+// A gantry: its root has neither shape nor mass.
+TEST(Urdf, AJointWithoutAParentStandsInTheWorld) {
+  const TemporaryFolder folder;
+  write_file(folder / "g.urdf", R"(<robot name="g"><link name="world"/>
+  <link name="ball"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="j" type="prismatic"><parent link="world"/><child link="ball"/><origin xyz="0 0 2"/>
+    <axis xyz="0 0 1"/><limit lower="0" upper="1" effort="1" velocity="1"/></joint></robot>)");
+  write_file(folder / "scene.toml", "[[body]]\nname = \"g\"\nurdf = \"g.urdf\"\nposition = [\"1m\", \"0m\", \"0m\"]\n");
+  ASSERT_EQ(vpsbake(folder, "scene scene.toml -o out").code, 0);
+  const Json joint = Json::parse(read_file(folder / "out/scene.vps.json"))["joints"][0];
+  EXPECT_FALSE(joint.contains("parent"));
+  EXPECT_EQ(joint["position"], Json({1.0, 0.0, 2.0}));
+  EXPECT_EQ(joint["child"], "g");
+}
+
+TEST(Urdf, NothingToBakeIsSaid) {
+  const TemporaryFolder folder;
+  write_file(folder / "nut.urdf", "<robot name=\"r\"><link name=\"nut\"><collision><geometry><mesh filename=\"" +
+                                      sample("nut") + "\"/></geometry></collision></link></robot>");
+  const Outcome run = vpsbake(folder, "scene nut.urdf -o out");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_NE((run.out + run.err).find("nothing is baked: no body has a mass"), std::string::npos) << run.out << run.err;
+}
+
 TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   const TemporaryFolder folder;
   const auto expect_urdf_refused = [&](const std::string& text, const std::string& why, int code = kBad) {

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Manifests in Bullet: bodies get what is stated, and what is wrong is refused in one line.
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -92,6 +95,116 @@ TEST(LoadManifest, StatedProductsOfInertiaTurnTheBody) {
   btVector3 high;
   ball.getAabb(low, high);
   EXPECT_NEAR(double(low.x() + high.x()), 0, 1e-6);  // the ball stays where it was
+}
+
+// An arm of two bars on a static post: the first turns about z, the second slides out of it. A weight without collision
+// geometry hangs on its end.
+Json arm() {
+  return Json::parse(R"({"format": "vps-scene", "version": 1, "step": 0.004, "assets": [], "bodies": [
+      {"name": "post", "type": "static", "group": 2, "mask": -3, "position": [1, 2, 3],
+       "shapes": [{"primitive": "box", "half_extents": [0.1, 0.1, 0.5]}]},
+      {"name": "upper", "type": "dynamic", "mass": 2, "group": 1, "mask": -1, "position": [1, 2, 3.5],
+       "centre_of_mass": [0.5, 0, 0], "inertia": [0.2, 0.3, 0.4, 0.02, 0.01, 0.03],
+       "shapes": [{"primitive": "box", "half_extents": [0.5, 0.1, 0.1], "position": [0.5, 0, 0]}]},
+      {"name": "fore", "type": "dynamic", "mass": 1, "group": 1, "mask": -1, "position": [2, 2, 3.5],
+       "orientation": [0, 0, 0.7071067811865476, 0.7071067811865476],
+       "shapes": [{"primitive": "sphere", "radius": 0.1, "position": [0, 0, 0.1]}]},
+      {"name": "ball", "type": "dynamic", "mass": 0.5, "group": 1, "mask": -1, "position": [5, 5, 5],
+       "shapes": [{"primitive": "sphere", "radius": 0.05}]}],
+    "links": [{"name": "weight", "mass": 1, "inertia": [0.1, 0.1, 0.1], "centre_of_mass": [0, 0, -0.1]}],
+    "joints": [
+      {"name": "turn", "type": "continuous", "parent": "post", "child": "upper", "position": [0, 0, 0.5],
+       "axis": [0, 0, 1]},
+      {"name": "slide", "type": "prismatic", "parent": "upper", "child": "fore", "position": [1, 0, 0],
+       "orientation": [0, 0, 0.7071067811865476, 0.7071067811865476], "axis": [0, -1, 0], "lower": 0, "upper": 0.5},
+      {"name": "swing", "type": "revolute", "parent": "fore", "child": "weight", "axis": [1, 0, 0],
+       "lower": -1, "upper": 1}],
+    "apart": [["post", "upper"], ["upper", "fore"]]})");
+}
+
+struct MultibodyWorld {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btMultiBodyConstraintSolver solver;
+  btMultiBodyDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+};
+
+TEST(LoadManifest, BodiesAtJointsBecomeMultibodiesOnRequest) {
+  const TemporaryFolder folder;
+  write_file(folder / "s.json", arm().dump());
+  MultibodyWorld rigid;
+  MultibodyWorld multi;
+  const bullet::Scene bodies = bullet::load_scene(folder / "s.json", rigid.world);
+  ASSERT_EQ(bodies.error(), "");
+  EXPECT_EQ(bodies.bodies().size(), 4U);
+  EXPECT_EQ(bodies.find_joint("turn").multibody, nullptr);
+  {
+    const bullet::Scene robot = bullet::load_scene(folder / "s.json", multi.world, {.multibodies = true});
+    ASSERT_EQ(robot.error(), "");
+    EXPECT_EQ(robot.bodies().size(), 1U);
+    EXPECT_EQ(multi.world.getNumMultibodies(), 1);
+    EXPECT_EQ(multi.world.getNumMultiBodyConstraints(), 2);
+    EXPECT_EQ(multi.world.getNumCollisionObjects(), 4);
+    EXPECT_EQ(robot.find("upper"), nullptr);
+    EXPECT_EQ(robot.find_link("weight"), nullptr);
+    ASSERT_NE(robot.find_link("fore"), nullptr);
+    // At the joints' zeros all stand where the rigid bodies do.
+    for (const char* const name : {"post", "upper", "fore"}) {
+      const btTransform a = bodies.find(name)->getWorldTransform();
+      const btTransform b = robot.find_link(name)->getWorldTransform();
+      EXPECT_LT((a.getOrigin() - b.getOrigin()).length(), 1e-6) << name;
+      EXPECT_NEAR(double(a.getRotation().dot(b.getRotation())), 1, 1e-6) << name;
+    }
+    const bullet::JointPlace slide = robot.find_joint("slide");
+    ASSERT_NE(slide.multibody, nullptr);
+    multi.world.setGravity({0, 0, 0});
+    slide.multibody->setJointVel(slide.link, 2);
+    for (int i = 0; i < 100; ++i) multi.world.stepSimulation(btScalar(0.01), 0);
+    // Its limit stops it, 0.5 m along the upper arm.
+    EXPECT_NEAR(double(slide.multibody->getJointPos(slide.link)), 0.5, 0.02);
+    EXPECT_NEAR(double((robot.origin(*robot.find_link("fore")).getOrigin() -
+                        robot.origin(*robot.find_link("upper")).getOrigin())
+                           .length()),
+                1.5, 0.02);
+  }
+  EXPECT_EQ(multi.world.getNumCollisionObjects(), 0);
+  EXPECT_EQ(multi.world.getNumMultibodies(), 0);
+  EXPECT_EQ(multi.world.getNumMultiBodyConstraints(), 0);
+  World plain;
+  const bullet::Scene none = bullet::load_scene(folder / "s.json", plain.world, {.multibodies = true});
+  EXPECT_EQ(none.error(), "multibodies need a btMultiBodyDynamicsWorld");
+}
+
+TEST(LoadManifest, ForgedJointsAreRefused) {
+  const TemporaryFolder folder;
+  const auto expect_refused = [&](const char* path, const Json& value, const std::string& why) {
+    Json manifest = arm();
+    manifest[Json::json_pointer(path)] = value;
+    write_file(folder / "s.json", manifest.dump());
+    for (const bool multibodies : {false, true}) {
+      MultibodyWorld world;
+      const bullet::Scene scene = bullet::load_scene(folder / "s.json", world.world, {.multibodies = multibodies});
+      EXPECT_NE(scene.error().find(why), std::string::npos) << manifest.dump() << ": " << scene.error();
+      EXPECT_EQ(world.world.getNumCollisionObjects(), 0);
+    }
+  };
+  expect_refused("/joints", 3, "joints is not a list");
+  expect_refused("/joints/0/type", "ball", "joints[0].type is none of");
+  expect_refused("/joints/0/parent", "nobody", "joints[0].parent is not the name of a body");
+  expect_refused("/joints/0/child", "nobody", "joints[0].child is not the name of a body");
+  expect_refused("/joints/0/child", "post", "joints[0].child is held by another joint");
+  expect_refused("/joints/0/child", "fore", "joints[1].child is held by another joint");
+  expect_refused("/joints/1/child", "post", "joints[1].child is held by another joint");
+  expect_refused("/joints/2/parent", "weight", "joints[2].child is held by another joint");
+  expect_refused("/joints/1/name", "turn", "joints[1].name is that of another joint");
+  expect_refused("/joints/0/axis", {0, 0, 0}, "joints[0].axis is not of unit length");
+  expect_refused("/joints/1/upper", -1, "joints[1].upper is not a number");
+  expect_refused("/joints/1/axes", 1, "joints[1].axes is not a known key");
+  expect_refused("/bodies/1/type", "kinematic", "joints[0].child has no mass");
+  expect_refused("/links/0/mass", 0, "links[0].mass is not a number");
+  expect_refused("/links/0/name", "post", "links[0].name is that of another body");
+  expect_refused("/links/0/shapes", Json::array(), "links[0].shapes is not a known key");
 }
 
 TEST(LoadManifest, AForgedManifestIsRefusedInOneLine) {
