@@ -21,6 +21,7 @@ inline constexpr std::size_t kMostBytes = std::size_t{1} << 26;  ///< of the fil
 inline constexpr std::size_t kMostAssets = 4096;
 inline constexpr std::size_t kMostBodies = 65536;
 inline constexpr std::size_t kMostShapes = 1024;   ///< of a body
+inline constexpr std::size_t kMostJoints = 512;    ///< of a multibody
 inline constexpr std::size_t kLongestText = 1024;  ///< [Units: bytes]
 
 /// Key of an asset: XXH3-64 of its user block, which has the hashes of all other bytes. 16 hexadecimal digits.

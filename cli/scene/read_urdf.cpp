@@ -210,11 +210,13 @@ class Reader {
         number.count(held.child) == 0 || scene_.bodies[number.at(held.child)].motion == Motion::dynamic;
     if (!has_mass) return;
     added.pose = held.pose;
-    const double length =
-        std::sqrt(joint.axis.x * joint.axis.x + joint.axis.y * joint.axis.y + joint.axis.z * joint.axis.z);
+    const double length = std::hypot(joint.axis.x, joint.axis.y, joint.axis.z);
+    if (!(length > 0)) return;
     added.axis = {joint.axis.x / length, joint.axis.y / length, joint.axis.z / length};
-    if (joint.limits && joint.type != urdf::Joint::CONTINUOUS)
+    const bool is_limited = joint.limits && joint.type != urdf::Joint::CONTINUOUS;
+    if (is_limited && joint.limits->lower <= joint.limits->upper) {
       added.limits = {joint.limits->lower, joint.limits->upper};
+    }
     scene_.joints.push_back(std::move(added));
   }
 

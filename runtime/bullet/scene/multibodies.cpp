@@ -30,6 +30,10 @@ std::vector<Tree> grow_trees(const std::vector<Joint>& joints) {
     if (tree == trees.size()) trees.push_back({joint.parent, {}});
     if (!is_rooted) tree_of.emplace(joint.parent, tree);
     tree_of.emplace(joint.child, tree);
+    // Bullet allocates as many numbers as the square of the joints.
+    if (trees[tree].joints.size() == scene_manifest::kMostJoints) {
+      throw Refusal{"a multibody has more than " + std::to_string(scene_manifest::kMostJoints) + " joints"};
+    }
     trees[tree].joints.push_back(&joint);
   }
   return trees;

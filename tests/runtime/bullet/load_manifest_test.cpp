@@ -205,6 +205,22 @@ TEST(LoadManifest, ForgedJointsAreRefused) {
   expect_refused("/links/0/mass", 0, "links[0].mass is not a number");
   expect_refused("/links/0/name", "post", "links[0].name is that of another body");
   expect_refused("/links/0/shapes", Json::array(), "links[0].shapes is not a known key");
+
+  Json chain = arm();
+  for (int i = 0; i < 600; ++i) {
+    Json link = chain["links"][0];
+    link["name"] = std::to_string(i);
+    chain["links"].push_back(link);
+    chain["joints"].push_back({{"name", std::to_string(i)},
+                               {"type", "continuous"},
+                               {"parent", i == 0 ? "weight" : std::to_string(i - 1)},
+                               {"child", std::to_string(i)},
+                               {"axis", {1, 0, 0}}});
+  }
+  write_file(folder / "s.json", chain.dump());
+  MultibodyWorld world;
+  EXPECT_EQ(bullet::load_scene(folder / "s.json", world.world, {.multibodies = true}).error(),
+            "a multibody has more than 512 joints");
 }
 
 TEST(LoadManifest, AForgedManifestIsRefusedInOneLine) {
