@@ -33,8 +33,8 @@ struct SeparationResult {
 };
 
 /// Finds the deepest point of a shell by branch and bound. With the default options it is exact if the point lies in
-/// the band that the field's certificate covers. `lower` is minus infinity where a polytope's planes do not determine
-/// its distance.
+/// the band that the field's certificate covers. Deeper inside, `point` has the largest V of Field::scaled. `lower` is
+/// minus infinity where a polytope's planes do not determine its distance.
 /// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
 /// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
 [[nodiscard]] Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,

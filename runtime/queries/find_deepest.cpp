@@ -53,6 +53,12 @@ HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32
   }
 }
 
+// Bounds above this one are searched. Inside and beyond the band a bound is voxels above the V below it, so only V
+// ends the search. Outside the search would then visit most points of a far body.
+inline float threshold(const DeepestSearch& s) {
+  return (s.deepest >= 0 && s.deepest < s.best ? s.deepest : s.best) - s.margin;
+}
+
 // Pushes the nodes whose spheres may hold a deeper point on the stack, which ends at `top`. @return its new end
 template <class Lanes>
 HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint32_t top, DeepestSearch& s) {
@@ -71,7 +77,7 @@ HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint3
     highest = hn::IfThenElse(unknown, field.penetrations(p, batch, unknown).highest, highest);
   }
   const F bound = hn::Add(highest, radius);
-  const M open = hn::And(valid, hn::Gt(bound, set(s.best - s.margin)));
+  const M open = hn::And(valid, hn::Gt(bound, set(threshold(s))));
   const F rejected = set(s.rejected);
   const F passed = hn::IfThenElse(hn::AndNot(open, valid), hn::Max(bound, rejected), rejected);
   s.rejected = hn::GetLane(hn::MaxOfLanes(f32, passed));
@@ -103,7 +109,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
   std::uint32_t top = push(field, Batch{0, 1, 0}, 0, s);
   while (top > 0) {
     --top;
-    if (!(s.bounds[top] > s.best - s.margin)) {
+    if (!(s.bounds[top] > threshold(s))) {
       s.rejected = s.bounds[top] > s.rejected ? s.bounds[top] : s.rejected;
       continue;
     }

@@ -122,6 +122,18 @@ Found attack_delta(const Subject& subject, const ClimbOptions& options) {
   });
 }
 
+// At any depth inside. `delta` itself is the length of a walk beyond the band, and more accurate than V there.
+Found attack_deepest_point(const Subject& subject, const ClimbOptions& options) {
+  return over_poses(subject, options, 4, [](Pair& pair, const Meeting& m) {
+    const double deepest = pair.look_up(m.pose);
+    SeparationResult result;
+    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
+    if (deepest < 0) return kNotCovered;
+    const double found = double(penetration(pair.map, result.position, {}));
+    return (deepest - found - pose_rounding(pair)) / double(pair.map.voxel_size);
+  });
+}
+
 // Beyond the band too: no point has a V above delta_bound.
 Found attack_separation_bound(const Subject& subject, const ClimbOptions& options) {
   return over_poses(subject, options, 40, [](Pair& pair, const Meeting& m) {
@@ -242,6 +254,8 @@ void add_pair_promises(std::vector<Promise>& all) {
         return attack_delta_bound(subject, options, [](QueryOptions& query) { query.max_tests = 40; });
       });
   add("separation delta", "in the certified band no point has a V above `delta`", Measure::excess, true, attack_delta);
+  add("separation point", "inside no point has a V above that of the point that `separation` returns", Measure::excess,
+      false, attack_deepest_point);
   add("separation bound", "no point has a true V above `delta_bound` and the field's error", Measure::excess, true,
       attack_separation_bound);
   add("separation interval", "the largest true V of the true surface is from `lower` to `upper`", Measure::excess, true,

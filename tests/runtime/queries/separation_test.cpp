@@ -160,6 +160,36 @@ TEST(Separation, DeltaIsThatOfTheDeepestOfAllPoints) {
   }
 }
 
+TEST(Separation, BeyondTheBandInsideNoPointHasALargerV) {
+  const auto body = baked(make_torus(0.03, 0.012, 40, 24), all_fields(0.0015));
+  VoxelmapView map;
+  PointshellView shell;
+  ASSERT_EQ(body->voxelmap(map, Field::scaled), Status::ok);
+  ASSERT_EQ(body->pointshell(shell), Status::ok);
+  Scratch scratch;
+  for (const bool far_grid : {true, false}) {
+    if (!far_grid) map.far = {};
+    Random random;
+    int deep = 0;
+    for (int n = 0; n < 200; ++n) {
+      const Pose pose = random_pose(random, 0.03);
+      float deepest = std::numeric_limits<float>::lowest();
+      for (std::uint32_t i = 0; i < shell.points; ++i) {
+        const Vec3 p = point_position(shell, i);
+        const auto at = moved(pose, {p.x, p.y, p.z});
+        const Vec3 q{static_cast<float>(at[0]), static_cast<float>(at[1]), static_cast<float>(at[2])};
+        deepest = std::max(deepest, penetration(map, q, {}));
+      }
+      if (deepest < map.band_inner - map.voxel_size) continue;
+      ++deep;
+      SeparationResult result;
+      ASSERT_EQ(separation(shell, map, pose, {}, scratch, result), Status::ok);
+      EXPECT_NEAR(penetration(map, result.position, {}), deepest, 1e-4 * map.voxel_size) << n;
+    }
+    EXPECT_GT(deep, 50);
+  }
+}
+
 TEST(Separation, ARealFieldsErrorHidesNoDeeperPoint) {
   const auto shell_asset = baked(make_sphere(0.05, 4), all_fields(0.1 / 60));
   const auto map_asset = baked(make_box({0.05, 0.05, 0.05}), all_fields(0.1 / 60));
