@@ -396,7 +396,8 @@ struct QueryOptions {
 struct QueryResult {
   double delta = 0;        ///< max V over the points tested [m]; negative: minus the separation. When every sphere was
                            ///< rejected before a point was tested: an upper bound of V, "at least this far apart"
-  double delta_bound = 0;  ///< upper bound of V over all points of the shell; at least `delta`. [m]
+  double delta_bound = 0;  ///< upper bound of V over all points of the shell, outside beyond the band of the true V;
+                           ///< at least `delta`. [m]
   double force[3] = {};    ///< Eq. (2), on the pointshell's body, map frame. Units: see Weight
   double torque[3] = {};   ///< Eq. (3), about the pointshell's centre of mass, map frame
   std::uint32_t contacts = 0;  ///< contacts found; more than were written when the status is output_full

@@ -103,7 +103,9 @@ Found attack_delta_bound(const Subject& subject, const ClimbOptions& options, co
     QueryOptions query;
     change(query);
     const QueryResult result = pair.query(m.pose, query);
-    const double deepest = pair.look_up(m.pose);
+    double deepest = pair.look_up(m.pose);
+    // Farther outside V may be nearer to 0 than the true V.
+    if (deepest < -double(detail::certified_band(pair.map).outer)) deepest = kNotCovered;
     const double error = double(detail::field_error(pair.map));
     const double truth = pair.true_deepest(m.pose) - error;
     return (std::max(truth, deepest) - result.delta_bound - pose_rounding(pair)) / double(pair.map.voxel_size);
