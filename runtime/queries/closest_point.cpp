@@ -173,7 +173,7 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   const Interval at_point = penetration_interval(map, point);
   // Float coordinates and their differences are rounded.
   const float rounding = 1e-6F * (std::abs(point.x) + std::abs(point.y) + std::abs(point.z));
-  result.inside = at_point.low + at_point.high >= 0;
+  result.inside = voxelmap_penetration(map, point, {}) >= 0;
   result.lower = std::max(std::max(at_point.low, -at_point.high) - rounding, 0.0F);
   result.upper = std::max(std::abs(at_point.low), std::abs(at_point.high)) + rounding;
 

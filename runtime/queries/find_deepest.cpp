@@ -56,7 +56,7 @@ HWY_INLINE void test_points(const Lanes& field, std::uint32_t first, std::uint32
 // Bounds above this one are searched. Inside and beyond the band a bound is voxels above the V below it, so only V
 // ends the search. Outside the search would then visit most points of a far body.
 inline float threshold(const DeepestSearch& s) {
-  return (s.deepest >= 0 && s.deepest < s.best ? s.deepest : s.best) - s.margin;
+  return (s.best >= 0 && s.deepest < s.best ? s.deepest : s.best) - s.margin;
 }
 
 // Pushes the nodes whose spheres may hold a deeper point on the stack, which ends at `top`. @return its new end

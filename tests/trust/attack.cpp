@@ -56,6 +56,13 @@ std::vector<Options> all_options(std::uint32_t resolution) {
   return all;
 }
 
+nlohmann::ordered_json describe(const Promise& promise) {
+  return {{"name", promise.name},
+          {"says", promise.says},
+          {"most", most_of(promise.measure)},
+          {"certified", promise.certified}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -65,8 +72,9 @@ int main(int argc, char** argv) {
   std::uint32_t resolution = 40;
   std::size_t most_options = 99;
   double seconds = 1e9;
+  bool list = false;
   lab::ClimbOptions climb;
-  app.add_option("meshes", meshes)->required();
+  app.add_option("meshes", meshes);
   app.add_option("--resolution", resolution);
   app.add_option("--options", most_options, "how many of the settings");
   app.add_option("--only", only, "the promises whose names begin so");
@@ -75,13 +83,23 @@ int main(int argc, char** argv) {
   app.add_option("--steps", climb.steps);
   app.add_option("--seed", climb.seed);
   app.add_option("--seconds", seconds, "no body is begun afterwards");
+  app.add_flag("--list", list, "print the promises");
   CLI11_PARSE(app, argc, argv);
+  if (list) {
+    for (const Promise& promise : promises()) fmt::print("{}\n", describe(promise).dump());
+    return 0;
+  }
   const auto begin = std::chrono::steady_clock::now();
+  const auto is_over = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > seconds;
+  };
   int broken = 0;
-  for (const std::string& file : meshes) {
-    for (std::size_t n = 0; n < std::min(most_options, all_options(resolution).size()); ++n) {
-      const Options options = all_options(resolution)[n];
-      if (std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count() > seconds) continue;
+  std::vector<Options> settings = all_options(resolution);
+  settings.resize(std::min(most_options, settings.size()));
+  // All bodies are attacked with the first setting before one is with the second.
+  for (const Options& options : settings) {
+    for (const std::string& file : meshes) {
+      if (is_over()) break;
       nlohmann::ordered_json line = {{"mesh", file.substr(file.rfind('/') + 1)}, {"options", options.name}};
       try {
         const Subject subject(bake::closed_mesh(import_mesh(file), options.bake).mesh, options.bake);

@@ -155,6 +155,7 @@ Found attack_closest_point(const Subject& subject, const ClimbOptions& options) 
   return over_points(subject, options, 2 * wider_band(subject), [&](Vec3 point, const Point& p) {
     ClosestPoint closest;
     if (closest_point(*map, point, {}, closest) != Status::ok) return kNotCovered;
+    if (closest.inside != (penetration(*map, point, {}) >= 0)) return double(map->band_inner / map->voxel_size);
     const double distance = subject.oracle.distance(p);
     return (std::max(double(closest.lower) - distance, distance - double(closest.upper)) - slack) /
            double(map->voxel_size);
@@ -292,8 +293,8 @@ std::vector<Promise> all_promises() {
       attack_planes);
   add("far grid", "beyond the band the error of V is at most `FarGridView::error`, and its sign is right",
       Measure::ratio, false, 1, attack_far_grid);
-  add("closest point", "the distance to the surface is from `lower` to `upper`", Measure::excess, true, 0.3,
-      attack_closest_point);
+  add("closest point", "the distance to the surface is from `lower` to `upper`, and `inside` is V's sign",
+      Measure::excess, true, 0.3, attack_closest_point);
   add("rays", "no point before a ray's hit is inside, and its steps are limited", Measure::excess, false, 0.3,
       attack_rays);
   add("covering", "every point of the surface is within the covering radius of a point of the shell", Measure::ratio,
