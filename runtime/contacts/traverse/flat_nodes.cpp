@@ -204,13 +204,16 @@ void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {
       }
     }
   }
-  // Inner nodes come before leaves.
+  // Level by level from the last, as the descent takes what follows the first leaf of its queue for leaves. What one
+  // level adds to the queue comes over the levels that are done.
   std::sort(d.queue + end, d.queue + tail);
-  d.begin = end;
-  d.end = tail;
-  if (tail > end) {
-    d.last_node = shell.nodes;
-    query.field.descend(d);
+  d.last_node = shell.nodes;
+  for (std::uint32_t level = shell.levels; level-- > 0;) {
+    d.begin = static_cast<std::uint32_t>(std::lower_bound(d.queue + end, d.queue + tail, shell.level_offsets[level]) -
+                                         d.queue);
+    d.end = tail;
+    tail = d.begin;
+    if (d.begin < d.end) query.field.descend(d);
   }
   d.begin = begin;
   d.end = end;

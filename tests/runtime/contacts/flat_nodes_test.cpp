@@ -371,6 +371,35 @@ TEST(FlatPatches, TheirForceAndTorqueAreThoseOfAllPoints) {
   }
 }
 
+// With two children a node flat nodes of many levels are searched at once.
+TEST(FlatPatches, NodesOfAllLevelsAreSearched) {
+  bake::BakeOptions options;
+  options.resolution = 60;
+  options.field_error = 0.01;
+  options.branching = 2;
+  const auto bolt = baked(samples::make_bolt(), options);
+  Queries q(*bolt);
+  VoxelmapView map;
+  ASSERT_EQ(bolt->voxelmap(map), Status::ok);
+  std::vector<FlatPatch> patches;
+  ASSERT_EQ(find_flat_patches(q.shell, patches), Status::ok);
+  Random random;
+  for (int n = 0; n < 100; ++n) {
+    const double reach = bolt->info().bounds_max[0];
+    Pose pose = random_pose(random, reach);
+    if (n % 2 == 0) std::copy_n(Pose().rotation, 9, pose.rotation);
+    QueryOptions query;
+    QueryResult all;
+    QueryResult few;
+    ASSERT_EQ(traverse(q.shell, map, pose, query, q.scratch, q.contacts, all), Status::ok);
+    query.flat_patches = patches;
+    ASSERT_EQ(traverse(q.shell, map, pose, query, q.scratch, q.contacts, few), Status::ok);
+    ASSERT_LE(difference(few.force, all.force), 0.02 * length_of(all.force)) << n;
+    if (all.delta < 0) continue;
+    ASSERT_GE(few.delta, all.delta - 0.02 * bolt->info().voxel_size) << n;
+  }
+}
+
 // Points below flat nodes are found last, out of order, and so are their facets.
 TEST(FlatPatches, FacetsStillCount) {
   const Grounds grounds;
