@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
+#include <sstream>
 
 #include "tests/cli/program.h"
 #include "tests/cli/schema.h"
@@ -48,6 +49,49 @@ TEST(Compare, AnotherRecordIsStillTheSameContent) {
   ASSERT_EQ(j["settings"].size(), 1U) << j;
   EXPECT_EQ(j["settings"][0]["name"], "repair");
   EXPECT_EQ(j["sections"], Json::array({"record"}));
+}
+
+// The numbers of a mesh of the samples in OFF and PLY, with the digits of its OBJ.
+void write_other_formats(const TemporaryFolder& folder, const std::string& obj) {
+  std::istringstream lines(obj);
+  std::string vertices, faces, word;
+  int vertex_count = 0, face_count = 0;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    words >> word;
+    if (word == "v") {
+      vertices += line.substr(2) + "\n";
+      ++vertex_count;
+    } else if (word == "f") {
+      int a = 0, b = 0, c = 0;
+      words >> a >> b >> c;
+      faces += "3 " + std::to_string(a - 1) + " " + std::to_string(b - 1) + " " + std::to_string(c - 1) + "\n";
+      ++face_count;
+    }
+  }
+  const std::string v = std::to_string(vertex_count), f = std::to_string(face_count);
+  write_file(folder / "m.off", "OFF\n" + v + " " + f + " 0\n" + vertices + faces);
+  write_file(folder / "m.ply", "ply\nformat ascii 1.0\nelement vertex " + v +
+                                   "\nproperty double x\nproperty double y\nproperty double z\nelement face " + f +
+                                   "\nproperty list uchar int vertex_indices\nend_header\n" + vertices + faces);
+}
+
+TEST(Compare, OneGeometryInThreeFormatsDiffersInItsRecordAlone) {
+  const TemporaryFolder folder;
+  const std::string obj = read_file(sample("nut"));
+  write_file(folder / "m.obj", obj);
+  write_other_formats(folder, obj);
+  for (const std::string format : {"obj", "off", "ply"}) {
+    const Outcome run = vpsbake(folder, "m." + format + " --resolution 32 -o " + format + ".vps.hdf");
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  for (const std::string other : {"off", "ply"}) {
+    const Json j = compared(folder, "obj.vps.hdf " + other + ".vps.hdf", 0);
+    EXPECT_EQ(j["same"], "content") << j;
+    ASSERT_EQ(j["settings"].size(), 1U) << j;
+    EXPECT_EQ(j["settings"][0]["name"], "mesh");
+    EXPECT_EQ(j["sections"], Json::array({"record"}));
+  }
 }
 
 TEST(Compare, OtherVoxelsAreNamedAndFieldsDifferByNoMoreThanTheirErrors) {
