@@ -13,6 +13,9 @@ MUJOCO_PACKAGES := libmujoco-dev
 FUZZ_PACKAGES := clang libclang-rt-14-dev
 FUZZ_SECONDS ?= 600
 FUZZ_FIRST ?= 0
+# Of `make trust`: the time of each of its four parts that can last as long as one likes, and the first number of their random choices.
+TRUST_SECONDS ?= 600
+TRUST_FIRST ?= 0
 # The meshes for measuring the accuracy of queries: closed, manifold, wound outward.
 ACCURACY_MESHES := $(addprefix ../shared/meshes/, \
   bunny_closed.obj armadillo_52k.off spot.obj fandisk.off gearwheel_40.stl screw_M3x10.stl nut_M3.stl shape_sorter.obj)
@@ -43,7 +46,7 @@ BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 # Prints what a step does, and about how many minutes it takes on two cores from scratch. Later runs compile only what changed.
 say = @echo "== $(1)"
 
-.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
+.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz trust test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
 all: deps
 	$(call say,Building the program and the libraries: about 6 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=OFF -DVPS_BUILD_LAB=ON
@@ -162,6 +165,18 @@ fuzz: deps
 	build/dev/tests/fuzz/write_seeds build/fuzz/seeds
 	mkdir -p build/fuzz/corpus
 	build/fuzz/tests/fuzz/fuzz_asset -max_total_time=$(FUZZ_SECONDS) -artifact_prefix=build/fuzz/ build/fuzz/corpus build/fuzz/seeds
+
+# Searches the worst case of every promise, damages assets and meshes, kills bakes, fills disks, and validates a corpus; writes
+# docs/internals/trust.md. Takes four times TRUST_SECONDS and ten minutes. Fails when something breaks, which it keeps in build/trust.
+trust: PACKAGES += $(FUZZ_PACKAGES) $(TEST_PACKAGES)
+trust: deps
+	cmake --preset dev
+	cmake --build --preset dev -j $(JOBS) --target vpsbake attack_promises fuzz_native write_seeds faults_test formats_test cli_test
+	cmake --preset fuzz
+	cmake --build --preset fuzz -j $(JOBS)
+	mkdir -p build/trust
+	python3 -B tests/trust/trust.py --build build/dev --fuzzer build/fuzz/tests/fuzz/fuzz_asset $(if $(wildcard ../shared/meshes),--shared ../shared) \
+	  --seconds $(TRUST_SECONDS) --first $(TRUST_FIRST) --work build/trust -o docs/internals/trust.md
 
 # Takes about 40 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
 test: test-dev test-tsan test-sanitize

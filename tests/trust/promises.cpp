@@ -274,7 +274,8 @@ std::vector<Promise> all_promises() {
       of_field(attack_field, Field::layers));
   add("field scaled", "the error of the interpolated V is at most the certificate's bound", Measure::ratio, true, 1,
       of_field(attack_field, Field::scaled));
-  add("field real", "the same", Measure::ratio, true, 1, of_field(attack_field, Field::real));
+  add("field real", "the error of the interpolated V is at most the certificate's bound", Measure::ratio, true, 1,
+      of_field(attack_field, Field::real));
   for (const Field field : {Field::layers, Field::scaled, Field::real}) {
     const bool certified = field != Field::layers;
     for (const bool sampled : {true, false}) {

@@ -134,6 +134,7 @@ TEST_P(Killed, BakeLeavesNothingHalfWritten) {
     EXPECT_EQ(status_of(start_bake(folder, "a.vps.hdf")), 0);
     EXPECT_EQ(read_file(folder / "a.vps.hdf"), whole);
   }
+  RecordProperty("killed", killed);
   EXPECT_GT(killed, kKills / 4);
   EXPECT_EQ(status_of(start_bake(folder, "a.vps.hdf")), 0);
   EXPECT_EQ(read_file(folder / "a.vps.hdf"), whole);
