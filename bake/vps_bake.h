@@ -113,7 +113,6 @@ struct MeshReport {
   std::size_t inconsistent_edges = 0;                ///< edges whose two triangles run along them in the same direction
   std::size_t self_intersections = 0;                ///< pairs of triangles
   bool inside_out = false;                           ///< a closed mesh with negative volume
-  std::string likely_unit;                           ///< likely unit of the coordinates, guessed from the mesh's size
   // After the repair that a bake would do.
   bool usable = false;
   std::string refusal;             ///< when not usable: reason and what to do

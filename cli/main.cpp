@@ -104,7 +104,7 @@ int run(int argc, char** argv) {
       }
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
-      require_bakeable(app, bake);
+      complete_bake_options(app, bake);
       read_cache_size(app, bake.cache_bytes);
     }
   } catch (const CLI::Success& success) {

@@ -42,14 +42,6 @@ std::size_t count_nonmanifold_vertices(const Mesh& mesh, std::span<const EdgeUse
   return static_cast<std::size_t>(std::count_if(fans.begin(), fans.end(), [](std::uint32_t n) { return n > 1; }));
 }
 
-// Most collision meshes are between a few millimetres and a few metres long.
-std::string guess_unit(double longest) {
-  if (longest > 50) return "mm";
-  if (longest > 10) return "cm or mm";
-  if (longest > 1e-3) return "m";
-  return "larger than m";
-}
-
 void measure_walls(const Surface& surface, double voxel_size, MeshReport& report) {
   constexpr std::size_t kSamples = 20000;
   const std::vector<SurfacePoint> points = spread_points(surface, kSamples);
@@ -72,7 +64,6 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
   }
   const double longest = (extent.bounds_max - extent.bounds_min).maxCoeff();
   report.triangles = input.triangles.size();
-  report.likely_unit = guess_unit(longest);
   CleanCounts cleaned;
   const Mesh mesh = join_vertices(input, cleaned);
   report.vertices = mesh.vertices.size();

@@ -20,6 +20,7 @@
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/field_surface.h"
+#include "cli/tools/likely_unit.h"
 #include "cli/tools/output_file.h"
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -86,7 +87,23 @@ void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json) return;
   run.progress.clear();
   fmt::print("{}: {}\n", run.arguments.mesh, plan_line(plan));
+  if (run.arguments.default_grid) {
+    fmt::print("note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it\n",
+               run.arguments.options.resolution);
+  }
   std::fflush(stdout);
+}
+
+void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
+  if (arguments.unit > 0 || arguments.scale != 1) return;
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
+  const std::string unit = likely_unit(arguments.mesh, longest);
+  if (unit == "m") return;
+  complain("warning", arguments.mesh,
+           fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
+                       unit));
 }
 
 void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
@@ -104,6 +121,7 @@ int deliver(BakeRun& run, const Asset& asset) {
   write_whole(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
   run.progress.clear();
+  warn_of_unit(run.arguments, asset.info());
   print_result(run, asset.info(), asset.bytes().size());
   return kOk;
 }

@@ -22,7 +22,7 @@ bake::BakeSettings settings_of(const batch::OptionTexts& options) {
   std::reverse(words.begin(), words.end());  // CLI11 takes words in reverse order
   try {
     app.parse(std::move(words));
-    require_bakeable(app, arguments);
+    complete_bake_options(app, arguments);
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -10,17 +11,25 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/likely_unit.h"
 
 namespace vps::cli {
 namespace {
 
-nlohmann::ordered_json to_json(const std::string& path, const bake::MeshReport& r) {
-  nlohmann::ordered_json j = {{"mesh", path},
+// The likely unit of the file's numbers.
+std::string guess_unit(const BakeArguments& arguments, const bake::MeshReport& r) {
+  double longest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, r.bounds_max[axis] - r.bounds_min[axis]);
+  return likely_unit(arguments.mesh, longest / complete_settings(arguments).import.unit);
+}
+
+nlohmann::ordered_json to_json(const BakeArguments& arguments, const bake::MeshReport& r) {
+  nlohmann::ordered_json j = {{"mesh", arguments.mesh},
                               {"triangles", r.triangles},
                               {"vertices", r.vertices},
                               {"bounds_min", r.bounds_min},
                               {"bounds_max", r.bounds_max},
-                              {"likely_unit", r.likely_unit},
+                              {"likely_unit", guess_unit(arguments, r)},
                               {"components", r.components},
                               {"open_edges", r.open_edges},
                               {"nonmanifold_edges", r.nonmanifold_edges},
@@ -47,7 +56,7 @@ nlohmann::ordered_json to_json(const std::string& path, const bake::MeshReport& 
 }
 
 // A thickness is infinite where no wall lies opposite: at the edges of a box, and where faces meet at an acute angle.
-void print_walls(const bake::MeshReport& r, bool voxel_size_given) {
+void print_walls(const bake::MeshReport& r) {
   fmt::print("walls       ");
   if (std::isinf(r.wall_p01)) {
     fmt::print("none: hardly any of the surface has a wall opposite to it");
@@ -58,23 +67,22 @@ void print_walls(const bake::MeshReport& r, bool voxel_size_given) {
     fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}",
                bake::format_length(r.wall_median), bake::format_length(r.wall_p01));
   }
-  if (voxel_size_given) fmt::print("; {:.1f} % is thinner than two voxels", 100 * r.thin_share);
-  fmt::print("\n");
+  fmt::print("; {:.1f} % is thinner than two voxels\n", 100 * r.thin_share);
 }
 
 // After the size of the mesh.
-std::string unit_hint(const BakeArguments& arguments, const std::string& likely_unit) {
-  if (arguments.unit != 1) return "";
-  if (likely_unit == "m") return "; assuming metres; for millimetres add --unit mm";
-  return fmt::format("; assuming metres, but such numbers are usually {}: see --unit", likely_unit);
+std::string unit_hint(const BakeArguments& arguments, const bake::MeshReport& r) {
+  if (arguments.unit > 0) return "";
+  const std::string unit = guess_unit(arguments, r);
+  return unit == "m" ? "" : fmt::format("; likely {0}, add --unit {0}", unit);
 }
 
-void print_check(const BakeArguments& arguments, const bake::MeshReport& r, bool voxel_size_given) {
+void print_check(const BakeArguments& arguments, const bake::MeshReport& r) {
   fmt::print("{}: {} triangles, {} vertices, {} component{}\n", arguments.mesh, r.triangles, r.vertices, r.components,
              r.components == 1 ? "" : "s");
   fmt::print("size        {} x {} x {}{}\n", bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
              bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
-             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r.likely_unit));
+             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r));
   const auto line = [](const char* name, std::size_t count, const char* what) {
     fmt::print("{:<11} {}{}\n", name, count == 0 ? "none" : std::to_string(count), count == 0 ? "" : what);
   };
@@ -90,7 +98,7 @@ void print_check(const BakeArguments& arguments, const bake::MeshReport& r, bool
   fmt::print("repair      {}\n", describe(r.repair));
   for (const std::string& note : r.notes) fmt::print("            {}\n", note);
   fmt::print("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
-  print_walls(r, voxel_size_given);
+  print_walls(r);
 }
 
 int run_check(const BakeArguments& arguments) {
@@ -102,15 +110,14 @@ int run_check(const BakeArguments& arguments) {
     options.progress = [&](const char* step, double fraction) { progress.show(step, fraction); };
     const bake::MeshReport report = bake::inspect_mesh(mesh, options);
     progress.clear();
-    const bool has_grid = arguments.options.voxel_size > 0 || arguments.options.resolution > 0;
     if (arguments.json) {
-      fmt::print("{}", to_text(to_json(arguments.mesh, report)));
+      fmt::print("{}", to_text(to_json(arguments, report)));
     } else {
-      print_check(arguments, report, has_grid);
+      print_check(arguments, report);
     }
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
-    if (has_grid) (void)bake::plan_bake(mesh, arguments.options);  // throws when the grid does not fit
+    (void)bake::plan_bake(mesh, arguments.options);  // throws when the grid does not fit
     return int{kOk};
   });
 }
@@ -125,7 +132,10 @@ Command add_check_command(CLI::App& app) {
   add_grid_options(*check, *arguments);
   check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   check->footer("Example: vpsbake check scan.ply --voxel 1mm");
-  return {check, [arguments] { return run_check(*arguments); }};
+  return {check, [arguments] {
+            set_default_grid(*arguments);
+            return run_check(*arguments);
+          }};
 }
 
 }  // namespace vps::cli

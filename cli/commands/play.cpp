@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cctype>
 #include <chrono>
 #include <csignal>
@@ -57,6 +58,11 @@ class ProgressLine {
   std::size_t count_, done_ = 0;
   std::vector<const Job*> running_;
 };
+
+bool has_default_grid(const Job& job) {
+  return job.refusal.empty() &&
+         job.options.count("voxel") + job.options.count("resolution") + job.options.count("max-error") == 0;
+}
 
 }  // namespace
 
@@ -123,6 +129,10 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
     line.clear();
     complain("warning", "batch", text);
   };
+  if (std::any_of(jobs.begin(), jobs.end(), has_default_grid)) {
+    complain("note", "batch",
+             "200 voxels along the longest side where no size is given; --voxel or --resolution sets it");
+  }
   std::vector<JobResult> results = run_jobs(jobs, run, observer, stop_all);
   line.clear();
   if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");

@@ -8,7 +8,7 @@ namespace {
 
 ImportOptions complete_import(const BakeArguments& arguments) {
   ImportOptions options = arguments.import_options;
-  options.unit = arguments.unit * arguments.scale;
+  options.unit = (arguments.unit > 0 ? arguments.unit : 1) * arguments.scale;
   return options;
 }
 

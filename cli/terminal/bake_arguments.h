@@ -16,8 +16,9 @@ namespace vps::cli {
 struct BakeArguments {
   std::string mesh;
   std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
-  double unit = 1;                               ///< metres per unit of the mesh's numbers
+  double unit = 0;                               ///< metres per unit of the mesh's numbers; 0: not given, so 1
   double max_error = 0;                          ///< choose the voxel size for this error; 0: as in `options`. [m]
+  bool default_grid = false;                     ///< no option sets the grid
   double scale = 1;                              ///< factor on the mesh, besides the unit
   std::vector<std::string> fields = {"scaled"};  ///< layers, scaled, real
   std::vector<std::string> parts = {"voxelmap", "pointshell"};

@@ -83,10 +83,8 @@ void add_bake_options(CLI::App& app, BakeArguments& arguments) {
   add_content_options(app, arguments);
 }
 
-void require_bakeable(const CLI::App& app, const BakeArguments& bake) {
-  if (bake.options.voxel_size == 0 && bake.options.resolution == 0 && bake.max_error == 0) {
-    throw CLI::RequiredError("--voxel, --resolution or --max-error");
-  }
+void complete_bake_options(const CLI::App& app, BakeArguments& bake) {
+  set_default_grid(bake);
   if (std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end()) return;
   for (const char* const name : {"--fields", "--precision", "--field-error"}) {
     if (app.get_option(name)->count() > 0)

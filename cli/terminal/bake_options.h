@@ -11,8 +11,8 @@ namespace vps::cli {
 /// Adds every option that affects an asset's bytes, and the limits of reading the mesh.
 void add_bake_options(CLI::App& app, BakeArguments& arguments);
 
-/// Checks what CLI11 cannot: the grid is given, and no option concerns a part that is not baked.
+/// Call after parsing: sets the default grid, and checks that no option concerns a part that is not baked.
 /// @throw CLI::ParseError
-void require_bakeable(const CLI::App& app, const BakeArguments& bake);
+void complete_bake_options(const CLI::App& app, BakeArguments& bake);
 
 }  // namespace vps::cli

@@ -36,7 +36,7 @@ CLI::Validator not_empty() {
 void add_unit_options(CLI::App& app, BakeArguments& arguments) {
   add_text_option(
       app, "--unit", [&](const std::string& unit) { arguments.unit = parse_unit(unit); },
-      "Unit of the mesh's numbers: m, cm, mm or in [default: m]")
+      "Unit of the mesh's numbers: m, cm, mm or in [default: m, with a warning where it is unlikely]")
       ->option_text("UNIT")
       ->type_name("{m,cm,mm,in}")
       ->group("Mesh");
@@ -97,6 +97,13 @@ void add_grid_options(CLI::App& app, BakeArguments& arguments) {
       ->excludes(voxel)
       ->option_text("N")
       ->group(kGridGroup);
+}
+
+void set_default_grid(BakeArguments& arguments) {
+  constexpr std::uint32_t kResolution = 200;
+  bake::BakeOptions& options = arguments.options;
+  arguments.default_grid = options.voxel_size == 0 && options.resolution == 0 && arguments.max_error == 0;
+  if (arguments.default_grid) options.resolution = kResolution;
 }
 
 void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, const char* group) {

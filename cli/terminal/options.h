@@ -18,7 +18,7 @@
 namespace vps::cli {
 
 /// Title of the options of add_grid_options.
-inline constexpr const char* kGridGroup = "Grid (one of these)";
+inline constexpr const char* kGridGroup = "Grid (one of these) [default: --resolution 200]";
 
 /// A sub-command, and the function that runs it.
 struct Command {
@@ -63,6 +63,8 @@ CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
 void add_import_options(CLI::App& app, BakeArguments& arguments);
 /// The voxel size, as a length or by resolution.
 void add_grid_options(CLI::App& app, BakeArguments& arguments);
+/// Call after parsing: 200 voxels along the longest side where no option sets the grid.
+void set_default_grid(BakeArguments& arguments);
 
 /// --cache, --cache-size and --no-cache, with VPSBAKE_CACHE as the default of the folder.
 /// @param bytes  0: no limit

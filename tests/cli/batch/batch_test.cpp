@@ -151,7 +151,6 @@ TEST(Batch, SettingsThatAreNoFileAreRefused) {
   fs::create_symlink("absent", folder / "meshes/vpsbake.toml");
   expect_refusal(folder, kBake, 3, "vpsbake.toml: it is no regular file");
   fs::remove(folder / "meshes/vpsbake.toml");
-  expect_refusal(folder, "batch meshes -o out", 3, "--voxel, --resolution or --max-error is required");
   expect_refusal(folder, std::string(kBake) + " --parts pointshell --fields real", 3, "--fields needs the voxelmap");
 }
 

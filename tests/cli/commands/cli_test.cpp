@@ -29,6 +29,59 @@ TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
   EXPECT_NE(info.out.find("point_positions       u16  3 x "), std::string::npos) << info.out;
 }
 
+TEST(Cli, WithoutASizeThereAre200VoxelsAlongTheLongestSide) {
+  const TemporaryFolder folder;
+  const Outcome run = vpsbake(folder, sample("cube") + " -o cube.vps.hdf");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  EXPECT_NE(run.out.find("note: 200 voxels along the longest side"), std::string::npos) << run.out;
+  EXPECT_EQ(vpsbake(folder, sample("cube") + " --resolution 200 -o same.vps.hdf").out.find("note: 200"),
+            std::string::npos);
+  EXPECT_EQ(read_file(folder / "cube.vps.hdf"), read_file(folder / "same.vps.hdf"));
+  EXPECT_EQ(vpsbake(folder, "check " + sample("cube")).code, 0);
+}
+
+// A box of this length, as text STL.
+std::string box_stl(double length) {
+  std::string text = "solid box\n";
+  const auto corner = [&](unsigned i) {
+    return "vertex " + std::to_string(i & 1U ? length : 0) + " " + std::to_string(i & 2U ? 0.5 * length : 0) + " " +
+           std::to_string(i & 4U ? 0.5 * length : 0) + "\n";
+  };
+  constexpr unsigned kFaces[12][3] = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                                      {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  for (const auto& face : kFaces) {
+    text += "facet normal 0 0 0\nouter loop\n";
+    for (const unsigned i : face) text += corner(i);
+    text += "endloop\nendfacet\n";
+  }
+  return text + "endsolid box\n";
+}
+
+TEST(Cli, AnUnlikelyUnitIsOneWarningUnlessItIsGiven) {
+  const TemporaryFolder folder;
+  write_file(folder / "nut.stl", box_stl(6.35));
+  write_file(folder / "link.stl", box_stl(0.545));
+  const std::string warning = "its numbers are likely mm, but were read as metres; add --unit mm, or --unit m";
+  const auto warnings = [&](const std::string& arguments) {
+    const Outcome run = vpsbake(folder, arguments + " --resolution 20");
+    EXPECT_EQ(run.code, 0) << run.err;
+    return run.err;
+  };
+  EXPECT_NE(warnings("nut.stl").find("vpsbake: warning: nut.stl: " + warning), std::string::npos);
+  for (const char* good : {"nut.stl --unit mm", "nut.stl --unit m", "nut.stl --scale 0.001", "link.stl"})
+    EXPECT_EQ(warnings(good), "") << good;
+  EXPECT_EQ(warnings(sample("gear") + " --scale 1 -o gear.vps.hdf"), "");
+  const Outcome check = vpsbake(folder, "check nut.stl");
+  EXPECT_NE(check.out.find("likely mm, add --unit mm"), std::string::npos) << check.out;
+  write_file(folder / "vpsbake.toml", "resolution = 20\n");
+  std::filesystem::copy_file(folder / "nut.stl", folder / "other.stl");
+  const Outcome batch = vpsbake(folder, "batch nut.stl other.stl -o out");
+  EXPECT_EQ(batch.err, "vpsbake: warning: batch: " + warning + " to keep them\n") << "once for all";
+  write_file(folder / "vpsbake.toml", "resolution = 20\nunit = \"mm\"\n");
+  EXPECT_EQ(vpsbake(folder, "batch nut.stl other.stl -o out").err, "");
+}
+
 TEST(Cli, JsonSaysWhatTheFileHolds) {
   const TemporaryFolder folder;
   const Outcome run = vpsbake(
@@ -150,7 +203,6 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   const TemporaryFolder folder;
   const std::string cube = sample("cube");
   expect_refusal(folder, "", 1, "a mesh is required");
-  expect_refusal(folder, cube, 1, "--voxel, --resolution or --max-error is required");
   expect_refusal(folder, cube + " --voxel 5", 1, "a length needs a unit; write 5mm or 5m");
   expect_refusal(folder, cube + " --voxel five", 1, "five is not a length");
   expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
