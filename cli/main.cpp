@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/help_formatter.h"
 #include "cli/terminal/options.h"
+#include "cli/terminal/suggest.h"
 #include "cli/tools/provenance.h"
 
 namespace vps::cli {
@@ -36,6 +38,14 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
+  auto* const quiet = app.add_flag_callback(
+      "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Print errors and warnings only");
+  quiet->group("Output");
+  app.add_flag_callback(
+         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; },
+         "Print the plan and all that the asset holds, not one line")
+      ->excludes(quiet)
+      ->group("Output");
   add_text_option(
       app, "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
       "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
@@ -55,7 +65,7 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
 }
 
 CLI::Option* set_version_flag(CLI::App& app) {
-  return app.set_version_flag("--version", version_text, "Print the versions of the program and of its libraries");
+  return app.set_version_flag("-V,--version", version_text, "Print the versions of the program and of its libraries");
 }
 
 // The words of the command line in reverse order, as CLI11 takes them. CLI11 reads [a,b] as a list of two, so a file of
@@ -68,6 +78,17 @@ std::vector<std::string> command_line(int argc, char** argv) {
     if (words.back().starts_with('[') && words.back().ends_with(']') && !is_value) words.back().insert(0, "./");
   }
   return words;
+}
+
+int fail_usage(const std::string& reason) {
+  return fail(kCommandLine, "command line", reason);
+}
+
+// A mesh has an extension or is there.
+bool is_mistyped_command(const CLI::App& app, const std::string& mesh) {
+  std::error_code ignored;
+  return !mesh.empty() && !std::filesystem::path(mesh).has_extension() && !std::filesystem::exists(mesh, ignored) &&
+         is_like_a_command(app, mesh);
 }
 
 int run(int argc, char** argv) {
@@ -87,9 +108,12 @@ int run(int argc, char** argv) {
                                    add_scene_command(app),   add_slice_command(app),   add_validate_command(app),
                                    add_view_command(app),    add_cache_command(app)};
   for (const Command& one : add_lab_commands(app)) commands.push_back(one);
+  commands.push_back(add_help_command(app));
+  commands.push_back(add_version_command(app));
   commands.push_back(add_help_files_command(app));
   app.footer(std::string("Example: vpsbake bunny.obj --voxel 0.5mm\nExit codes: ") + kExitCodes);
   for (const Command& one : commands) set_version_flag(*one.app)->group("");
+  app.require_subcommand(0, 1);  // the words of help are names of commands
   const Command* command = nullptr;
 
   try {
@@ -104,6 +128,7 @@ int run(int argc, char** argv) {
       }
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
+      if (is_mistyped_command(app, bake.mesh)) return fail_usage(unknown_command(app, bake.mesh));
       complete_bake_options(app, bake);
       read_cache_size(app, bake.cache_bytes);
     }
@@ -112,7 +137,11 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const CLI::App* named = &app;
     while (!named->get_subcommands().empty()) named = named->get_subcommands().front();
-    return fail(kCommandLine, "command line", std::string(error.what()) + "; run " + full_name(*named) + " --help");
+    if (const std::vector<std::string> left = app.remaining(true); !left.empty()) {
+      return fail_usage(is_mistyped_command(app, bake.mesh) ? unknown_command(app, bake.mesh)
+                                                            : unexpected_word(*named, left.front()));
+    }
+    return fail_usage(std::string(error.what()) + "; run " + full_name(*named) + " --help");
   }
   return command != nullptr ? command->run() : run_bake(bake);
 }

@@ -17,6 +17,7 @@
 #include "cli/lab/oracle.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
+#include "cli/terminal/wrapped.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/field_surface.h"
@@ -59,6 +60,23 @@ struct BakeRun {
   bake::BakeReport report = {};
 };
 
+// Prints one line, wrapped on a terminal.
+template <class... Values>
+void print_line(fmt::format_string<Values...> form, Values&&... values) {
+  fmt::print("{}\n", fitted(fmt::format(form, std::forward<Values>(values)...), STDOUT_FILENO));
+}
+
+// "16 mm x 18.5 mm x 7.5 mm, voxel 0.25 mm, error up to 0.02 mm": of several fields the largest error.
+std::string contents_of(const AssetInfo& info) {
+  std::string text;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    text += (axis > 0 ? " x " : "") + bake::format_length(info.bounds_max[axis] - info.bounds_min[axis]);
+  text += ", voxel " + bake::format_length(info.voxel_size);
+  if (info.dims[0] == 0) return text + fmt::format(", {} points", info.points);
+  const double error = std::max({info.layers_error.max, info.scaled_error.max, info.real_error.max});
+  return text + ", error up to " + bake::format_length(error);
+}
+
 nlohmann::ordered_json plan_to_json(const bake::BakePlan& plan) {
   return {{"dims", plan.dims},
           {"voxels", plan.voxels},
@@ -84,11 +102,11 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
 }
 
 void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
-  if (run.arguments.json) return;
+  if (run.arguments.json || run.arguments.verbosity == Verbosity::quiet) return;
   run.progress.clear();
-  fmt::print("{}: {}\n", run.arguments.mesh, plan_line(plan));
+  if (run.arguments.verbosity == Verbosity::verbose) print_line("{}: {}", run.arguments.mesh, plan_line(plan));
   if (run.arguments.default_grid) {
-    fmt::print("note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it\n",
+    print_line("note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it",
                run.arguments.options.resolution);
   }
   std::fflush(stdout);
@@ -108,11 +126,16 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
 
 void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   if (run.arguments.json) return print_json(run, info, bytes);
-  for (const std::string& note : run.report.notes) fmt::print("note: {}\n", note);
-  fmt::print("{}", info_to_text(info));
+  if (run.arguments.verbosity == Verbosity::quiet) return;
+  for (const std::string& note : run.report.notes) print_line("note: {}", note);
   const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
-  fmt::print("{}: {} in {:.2f} s{}\n", run.output.string(), bake::format_bytes(static_cast<double>(bytes)),
-             seconds_since(run.begin), cache);
+  const std::string size = bake::format_bytes(static_cast<double>(bytes));
+  if (run.arguments.verbosity == Verbosity::verbose) {
+    fmt::print("{}", info_to_text(info));
+    print_line("{}: {} in {:.2f} s{}", run.output.string(), size, seconds_since(run.begin), cache);
+  } else {
+    print_line("{}: {}, {}, {:.2f} s{}", run.output.string(), contents_of(info), size, seconds_since(run.begin), cache);
+  }
 }
 
 int deliver(BakeRun& run, const Asset& asset) {

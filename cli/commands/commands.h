@@ -54,6 +54,10 @@ namespace vps::cli {
 /// `vpsbake stress ASSET...`: stability cases in Bullet and in a penalty loop, each with a limit and a verdict.
 [[nodiscard]] Command add_stress_command(CLI::App& app);
 
+/// `vpsbake help [COMMAND]`, the same as --help, and `vpsbake version`.
+[[nodiscard]] Command add_help_command(CLI::App& app);
+[[nodiscard]] Command add_version_command(CLI::App& app);
+
 /// `vpsbake help-files --into DIR`: writes manual pages and completions in the layout of share/: man/man1/NAME.1 for
 /// each command, bash-completion/completions/vpsbake and zsh/site-functions/_vpsbake. They cover all commands that
 /// `app` has when it runs. The build uses it; --help does not list it.

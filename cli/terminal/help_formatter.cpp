@@ -4,10 +4,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <sstream>
 
 #include "cli/terminal/command_tree.h"
 #include "cli/terminal/terminal.h"
+#include "cli/terminal/wrapped.h"
 
 namespace vps::cli {
 namespace {
@@ -18,22 +18,6 @@ struct Layout {
   std::size_t column = width < 60 ? 8 : 28;
 };
 
-// The words as lines of at most `width`, all but the first indented.
-std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
-  std::string out;
-  std::size_t at = indent;
-  std::istringstream words(text);
-  for (std::string word; words >> word;) {
-    if (at > indent && at + 1 + word.size() > width) {
-      out += "\n" + std::string(indent, ' ');
-      at = indent;
-    }
-    out += (at > indent ? " " : "") + word;
-    at += (at > indent ? 1 : 0) + word.size();
-  }
-  return out + "\n";
-}
-
 // A name and its description, which starts at a fixed column of this line or of the next.
 std::string entry(const std::string& name, const std::string& text, const Layout& layout) {
   std::string out = "  " + name;
@@ -43,7 +27,7 @@ std::string entry(const std::string& name, const std::string& text, const Layout
   } else {
     out.resize(layout.column, ' ');
   }
-  return out + wrapped(text, layout.width, layout.column);
+  return out + wrapped(text, layout.width, layout.column) + "\n";
 }
 
 std::string entry(const CLI::Option& option, const Layout& layout) {
@@ -55,10 +39,10 @@ std::string entry(const CLI::Option& option, const Layout& layout) {
 
 std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI::AppFormatMode /*mode*/) const {
   const Layout layout;
-  std::string out = wrapped(app->get_description(), layout.width, 0) + "\n";
+  std::string out = wrapped(app->get_description(), layout.width, 0) + "\n\n";
   const char* begin = "Usage: ";
   for (const std::string& usage : usages(*app, name)) {
-    out += begin + wrapped(usage, layout.width, 7);
+    out += begin + wrapped(usage, layout.width, 7) + "\n";
     begin = "       ";
   }
   if (const auto arguments = positionals(*app); !arguments.empty()) {
@@ -75,7 +59,7 @@ std::string HelpFormatter::make_help(const CLI::App* app, std::string name, CLI:
   }
   const auto footer = footer_lines(*app);
   if (!footer.empty()) out += "\n";
-  for (const std::string& line : footer) out += wrapped(line, layout.width, 2);
+  for (const std::string& line : footer) out += wrapped(line, layout.width, 2) + "\n";
   return out;
 }
 

@@ -21,8 +21,12 @@ TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
   const Outcome run = vpsbake(folder, "torus.obj --voxel 2mm");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.err, "");  // not a terminal: errors only
-  EXPECT_NE(run.out.find("torus.obj: grid of 80 x 80 x 32 voxels of 2 mm"), std::string::npos) << run.out;
-  EXPECT_NE(run.out.find("torus.vps.hdf: "), std::string::npos) << run.out;
+  EXPECT_TRUE(run.out.starts_with("torus.vps.hdf: 140 mm x 140 mm x 40 mm, voxel 2 mm, error up to ")) << run.out;
+  EXPECT_EQ(std::count(run.out.begin(), run.out.end(), '\n'), 1) << run.out;
+  EXPECT_EQ(vpsbake(folder, "torus.obj --voxel 2mm -q").out, "");
+  const Outcome verbose = vpsbake(folder, "torus.obj --voxel 2mm -v");
+  EXPECT_NE(verbose.out.find("torus.obj: grid of 80 x 80 x 32 voxels of 2 mm"), std::string::npos) << verbose.out;
+  EXPECT_NE(verbose.out.find("voxelmap    80 x 80 x 32 voxels of 2 mm"), std::string::npos) << verbose.out;
   const Outcome info = vpsbake(folder, "info torus.vps.hdf");
   EXPECT_EQ(info.code, 0);
   EXPECT_NE(info.out.find("voxelmap    80 x 80 x 32 voxels of 2 mm"), std::string::npos) << info.out;
@@ -225,6 +229,18 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, "info", 1, "ASSET... is required; run vpsbake info --help");
   std::filesystem::copy_file(cube, folder / "cube.obj");
   expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
+}
+
+TEST(Cli, MistypedNamesAreSuggested) {
+  const TemporaryFolder folder;
+  expect_refusal(folder, "chek cube.obj", 1, "there is no command 'chek'; did you mean check?");
+  expect_refusal(folder, "vlidate", 1, "there is no command 'vlidate'; did you mean validate?");
+  expect_refusal(folder, "help bacth", 1, "there is no command 'bacth'; did you mean batch?");
+  expect_refusal(folder, "cache stat", 1, "there is no command 'stat'; did you mean stats?");
+  expect_refusal(folder, sample("cube") + " --voxle 5mm", 1, "there is no option --voxle; did you mean --voxel?");
+  expect_refusal(folder, "check a.obj --rezolution=9", 1,
+                 "there is no option --rezolution; did you mean --resolution?");
+  expect_refusal(folder, "info a b --nothing-like-it", 1, "no option --nothing-like-it; run vpsbake info --help");
 }
 
 TEST(Cli, FilesThatCannotBeReadOrWrittenAreExitCodeTwo) {

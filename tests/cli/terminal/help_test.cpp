@@ -86,6 +86,27 @@ TEST(Help, EveryCommandSaysHowItIsCalledAndGivesAnExample) {
   }
 }
 
+TEST(Help, TheCommandHelpPrintsTheSame) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(vpsbake(folder, "help").out, vpsbake(folder, "--help").out);
+  for (const char* command : {"batch", "cache stats"})
+    EXPECT_EQ(vpsbake(folder, std::string("help ") + command).out,
+              vpsbake(folder, std::string(command) + " --help").out);
+}
+
+TEST(Help, MessagesFitTheTerminal) {
+  const TemporaryFolder folder;
+  std::filesystem::copy_file(sample("bolt"), folder / "bolt.obj");
+  write_file(folder / "open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  for (const unsigned short columns : std::initializer_list<unsigned short>{60, 200}) {
+    for (const char* arguments : {"open.obj", "bolt.obj", "bolt.obj --cache bolt.obj"}) {
+      const std::string out = on_terminal(folder, "TERM=xterm NO_COLOR=1", arguments, columns);
+      const std::string printed = out.substr(out.rfind("\033[K") == std::string::npos ? 0 : out.rfind("\033[K") + 3);
+      EXPECT_LE(longest_line(printed), std::min<std::size_t>(columns, 100)) << printed;
+    }
+  }
+}
+
 TEST(Help, WholeNumbersHaveARange) {
   const TemporaryFolder folder;
   std::vector<std::string> all = commands();
@@ -114,6 +135,7 @@ TEST(Help, VersionNamesTheLibrariesFromAnyCommand) {
   }
   for (const std::string& command : commands())
     EXPECT_EQ(vpsbake(folder, command + " --version").out, version.out) << command;
+  for (const char* same : {"version", "-V"}) EXPECT_EQ(vpsbake(folder, same).out, version.out) << same;
 }
 
 TEST(Help, ErrorsAndWarningsAreColouredOnTerminalsAlone) {
@@ -183,7 +205,7 @@ std::vector<std::string> options_of(const std::string& command) {
   std::string help = vpsbake(folder, command + " --help").out;
   help.resize(std::min(help.size(), help.find("\nExample: ")));
   std::vector<std::string> names;
-  const std::regex option("\n  (?:-[a-z], )?(--[a-z-]+)");
+  const std::regex option("\n  (?:-[a-zA-Z], )?(--[a-z-]+)");
   for (std::sregex_iterator it(help.begin(), help.end(), option), end; it != end; ++it) names.push_back((*it)[1]);
   std::sort(names.begin(), names.end());
   return names;

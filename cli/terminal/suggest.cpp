@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "cli/terminal/suggest.h"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <vector>
+
+#include "cli/terminal/command_tree.h"
+#include "cli/tools/nearest_name.h"
+
+namespace vps::cli {
+namespace {
+
+std::optional<std::string> nearest_command(const CLI::App& app, const std::string& word) {
+  std::vector<std::string> names;
+  for (const CLI::App* const one : commands_of(app)) names.push_back(one->get_name());
+  return nearest_name(word, names);
+}
+
+std::string ending(const CLI::App& app, const std::optional<std::string>& meant) {
+  return meant ? "; did you mean " + *meant + "?" : "; run " + full_name(app) + " --help";
+}
+
+}  // namespace
+
+bool is_like_a_command(const CLI::App& app, const std::string& word) {
+  return nearest_command(app, word).has_value();
+}
+
+std::string unknown_command(const CLI::App& app, const std::string& word) {
+  return fmt::format("there is no command '{}'{}", word, ending(app, nearest_command(app, word)));
+}
+
+std::string unexpected_word(const CLI::App& app, const std::string& word) {
+  if (!word.starts_with('-')) {
+    if (!commands_of(app).empty() && app.get_parent() != nullptr) return unknown_command(app, word);
+    return fmt::format("'{}' is not expected here{}", word, ending(app, std::nullopt));
+  }
+  std::vector<std::string> names;
+  for (const OptionGroup& group : option_groups(app)) {
+    for (const CLI::Option* const option : group.options) {
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  const std::string name = word.substr(0, word.find('='));
+  return fmt::format("there is no option {}{}", name, ending(app, nearest_name(name, names)));
+}
+
+}  // namespace vps::cli

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Errors for mistyped commands and options, with the name that was likely meant.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+namespace vps::cli {
+
+/// Whether the word is close to the name of a command of `app`.
+[[nodiscard]] bool is_like_a_command(const CLI::App& app, const std::string& word);
+
+/// "there is no command 'chek'; did you mean check?", or what to run where no name is close.
+[[nodiscard]] std::string unknown_command(const CLI::App& app, const std::string& word);
+
+/// The same for the first word that `app` left over, which may be an option.
+/// @param app  the command that was given
+[[nodiscard]] std::string unexpected_word(const CLI::App& app, const std::string& word);
+
+}  // namespace vps::cli
