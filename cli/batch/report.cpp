@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cctype>
+#include <fstream>
 #include <map>
 #include <numeric>
+#include <string_view>
 
 #include "bake/quantity_text.h"
 #include "cli/tools/junit.h"
@@ -32,11 +34,14 @@ std::string plain(std::string text) {
   return text;
 }
 
+// Errors were printed when they occurred.
+bool has_row(const JobResult& result) {
+  return result.state != State::unchanged && result.state != State::failed;
+}
+
 std::string row(const Job& job, const JobResult& result, int width) {
-  const std::string what = describe(result.state);
-  if (result.state == State::failed)
-    return fmt::format("  {:<10}  {:<{}}  {}\n", what, plain(job.output), width, plain(result.error));
-  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", what, plain(job.output), width, size_text(result.bytes));
+  std::string line =
+      fmt::format("  {:<10}  {:<{}}  {:>8}", describe(result.state), plain(job.output), width, size_text(result.bytes));
   if (result.state == State::baked)
     line += fmt::format("  {:>7.2f} s  {:>8} of memory", result.seconds, size_text(result.memory_bytes));
   if (result.state == State::would_bake && result.memory_bytes > 0)
@@ -45,25 +50,70 @@ std::string row(const Job& job, const JobResult& result, int width) {
   return line + '\n';
 }
 
+// An error ends with what to do.
+bool advises(const std::string& error, std::string_view option) {
+  return error.find(option, std::min(error.find(';'), error.size())) != std::string::npos;
+}
+
+// "to bake those that failed: 11 with --repair fill"; empty when no error names an option.
+std::string advice(const std::vector<JobResult>& results) {
+  constexpr std::string_view kOptions[] = {"--repair fill", "--repair wrap", "--open-surface",  "--unit",
+                                           "--memory",      "--timeout",     "--import-memory", "--import-timeout"};
+  std::map<std::string_view, std::size_t> counts;
+  for (const JobResult& result : results) {
+    const auto* const option = std::find_if(std::begin(kOptions), std::end(kOptions), [&](std::string_view one) {
+      return result.state == State::failed && advises(result.error, one);
+    });
+    if (option != std::end(kOptions)) ++counts[*option];
+  }
+  std::string text;
+  for (const auto& [option, count] : counts)
+    text += fmt::format("{}{} with {}", text.empty() ? "to bake those that failed: try " : ", ", count, option);
+  return text.empty() ? text : text + '\n';
+}
+
+bool may_differ_with_more_memory_or_time(const std::string& error) {
+  const auto names = [&](std::string_view word) { return error.find(word) != std::string::npos; };
+  return names("memory") || names("--timeout") || names("--import-timeout") || names("--jobs");
+}
+
 }  // namespace
+
+std::map<std::string, std::string> known_failures(const std::filesystem::path& log) {
+  std::ifstream file(log, std::ios::binary);
+  const auto json = nlohmann::json::parse(file, nullptr, false);
+  std::map<std::string, std::string> out;
+  if (!json.is_object() || !json.contains("items")) return out;
+  for (const auto& item : json["items"]) {
+    if (!item.is_object() || item.value("exit_code", 0) != kBadInput) continue;
+    const std::string key = item.value("key", ""), error = item.value("error", "");
+    const bool is_twin = error.ends_with(", the same mesh)");  // it names the other mesh
+    if (!key.empty() && !is_twin && !may_differ_with_more_memory_or_time(error)) out.emplace(key, error);
+  }
+  return out;
+}
 
 std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds) {
   std::size_t width = 0;
   std::map<State, std::size_t> counts;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     ++counts[results[i].state];
-    if (results[i].state != State::unchanged) width = std::max(width, jobs[i].output.size());
+    if (has_row(results[i])) width = std::max(width, jobs[i].output.size());
   }
   std::string out;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    if (results[i].state == State::unchanged) continue;
+    if (!has_row(results[i])) continue;
     out += row(jobs[i], results[i], static_cast<int>(std::min<std::size_t>(width, 48)));
     for (const std::string& note : results[i].notes) out += fmt::format("              note: {}\n", note);
   }
   std::string total;
-  for (const auto& [state, count] : counts)
+  const auto known = std::count_if(results.begin(), results.end(), [](const JobResult& one) { return one.known; });
+  for (const auto& [state, count] : counts) {
     total += fmt::format("{}{} {}", total.empty() ? "" : ", ", count, describe(state));
-  return out + fmt::format("{} {}: {}; {:.1f} s\n", jobs.size(), jobs.size() == 1 ? "mesh" : "meshes", total, seconds);
+    if (state == State::failed && known > 0) total += fmt::format(" ({} as before, not tried again)", known);
+  }
+  return out + fmt::format("{} {}: {}; {:.1f} s\n", jobs.size(), jobs.size() == 1 ? "mesh" : "meshes", total, seconds) +
+         advice(results);
 }
 
 ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>& results) {

@@ -2,6 +2,8 @@
 /// @file Reports the results of a batch, for people, programs and CI.
 #pragma once
 
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -11,7 +13,8 @@
 
 namespace vps::cli::batch {
 
-/// A line for each job that is not unchanged, with the reasons to bake, and a line with the counts.
+/// A line for each asset that was made or would be, with the reasons, a line with the counts, and one with the options
+/// that would help those that failed. Errors are not repeated.
 /// @param seconds  time of the whole batch
 [[nodiscard]] std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds);
 
@@ -24,6 +27,10 @@ namespace vps::cli::batch {
 /// Name of the last batch's log in its folder of assets, for `vpsbake explain`: the object of `to_json`, with `cwd`,
 /// the folder that its paths are relative to.
 inline constexpr const char* kLog = ".vpsbake-run.json";
+
+/// The failures in a log that depend on mesh and settings alone, for RunOptions::known_failures: not those that more
+/// memory or time may avoid. Empty when there is no log.
+[[nodiscard]] std::map<std::string, std::string> known_failures(const std::filesystem::path& log);
 
 [[nodiscard]] bool any_failed(const std::vector<JobResult>& results);
 

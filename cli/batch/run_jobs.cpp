@@ -152,6 +152,12 @@ class Runner {
       if (first_.try_emplace(result.key, i).second) key = result.key;  // its twins copy it
       return result;
     }
+    if (const auto known = options_.known_failures.find(result.key); known != options_.known_failures.end()) {
+      result.error = known->second;
+      result.code = kBadInput;
+      result.known = true;
+      return result;
+    }
     if (options_.dry_run && fs::exists(job.asset())) {
       if (std::string refusal = asset_refusal(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
     }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstddef>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,7 @@ struct RunOptions {
   std::string cache;             ///< folder; empty: none
   std::size_t cache_bytes = 0;   ///< its limit; 0: none
   bool dry_run = false;
+  std::map<std::string, std::string> known_failures;  ///< by key, errors that a bake would only repeat
 };
 
 struct JobResult {
@@ -29,6 +31,7 @@ struct JobResult {
   std::string key;                   ///< of the cache; empty when the mesh cannot be read or understood
   std::string error;                 ///< with failed: "reason; what to do"
   int code = 0;                      ///< with failed: the exit code of a single bake
+  bool known = false;                ///< with failed: it is one of the known failures, and was not tried again
   std::vector<std::string> notes;    ///< of the bake
   std::size_t bytes = 0;             ///< of the asset; in a dry run an upper bound
   std::size_t memory_bytes = 0;      ///< peak; in a dry run the prediction

@@ -66,6 +66,7 @@ int run_batch(BatchArguments& arguments) {
   arguments.inputs.folder = folder;
   std::vector<fs::path> settings;
   const std::vector<Job> jobs = find_jobs(arguments.inputs, option_reader(), &settings);
+  arguments.play.run.known_failures = known_failures(folder / kLog);
   if (arguments.play.run.dry_run) return play_and_print(jobs, arguments.play);
   if (const std::string reason = manifest_refusal(folder); !reason.empty())
     return fail(kIo, manifest_file(arguments).string(), reason);

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cctype>
@@ -10,6 +11,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <sstream>
 #include <thread>
 
 #include "cli/batch/memory_budget.h"
@@ -62,6 +64,19 @@ class ProgressLine {
 bool has_default_grid(const Job& job) {
   return job.refusal.empty() &&
          job.options.count("voxel") + job.options.count("resolution") + job.options.count("max-error") == 0;
+}
+
+// A line of the table, on a terminal cut to its width, 100 columns at most, with failures in red.
+std::string on_terminal(std::string line) {
+  const auto width = static_cast<std::size_t>(std::clamp(columns_of(STDOUT_FILENO), 40, 100));
+  if (::isatty(STDOUT_FILENO) != 0 && line.size() > width) {
+    std::size_t end = width - 3;
+    while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0U) == 0x80U) --end;  // inside a UTF-8 character
+    line = line.substr(0, end) + "...";
+  }
+  const std::size_t failed = line.find("FAILED");
+  if (failed == line.npos || !takes_colour(STDOUT_FILENO)) return line;
+  return line.insert(failed + 6, "\033[0m").insert(failed, "\033[1;31m");
 }
 
 }  // namespace
@@ -150,7 +165,12 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
 
 void print_played(const std::vector<Job>& jobs, const Played& played, bool json) {
   if (played.results.empty()) return;
-  fmt::print("{}", json ? to_text(to_json(jobs, played.results)) : to_table(jobs, played.results, played.seconds));
+  if (json) {
+    fmt::print("{}", to_text(to_json(jobs, played.results)));
+    return;
+  }
+  std::istringstream table(to_table(jobs, played.results, played.seconds));
+  for (std::string line; std::getline(table, line);) fmt::print("{}\n", on_terminal(line));
 }
 
 int play_and_print(const std::vector<Job>& jobs, const PlayArguments& arguments) {

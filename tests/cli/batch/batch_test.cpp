@@ -154,6 +154,39 @@ TEST(Batch, SettingsThatAreNoFileAreRefused) {
   expect_refusal(folder, std::string(kBake) + " --parts pointshell --fields real", 3, "--fields needs the voxelmap");
 }
 
+TEST(Batch, FailuresAreRememberedUntilMeshOrSettingsChange) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const std::string sheet = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+  folder.add_text("open.obj", sheet);
+  const auto bake = [&](const std::string& more = "") {
+    return vpsbake(folder, "batch meshes -o out --resolution 20" + more);
+  };
+  const Outcome first = bake();
+  EXPECT_EQ(first.code, 5);
+  EXPECT_EQ(std::count(first.err.begin(), first.err.end(), '\n'), 1) << first.err;
+  EXPECT_EQ(first.out.find("the mesh is open"), std::string::npos) << "errors once: " << first.out;
+  EXPECT_NE(first.out.find("2 meshes: 1 baked, 1 FAILED; "), std::string::npos) << first.out;
+  EXPECT_NE(first.out.find("\nto bake those that failed: try 1 with --repair fill\n"), std::string::npos) << first.out;
+  const Outcome second = bake();
+  EXPECT_EQ(second.code, 5);
+  EXPECT_EQ(second.err, first.err);
+  EXPECT_NE(second.out.find("1 unchanged, 1 FAILED (1 as before, not tried again); "), std::string::npos) << second.out;
+  EXPECT_NE(bake().out.find("as before"), std::string::npos) << "remembered from the second run";
+  folder.add_text("open.obj", sheet + "# touched\n");
+  EXPECT_EQ(bake().out.find("as before"), std::string::npos);
+  EXPECT_EQ(bake(" --repair fill").code, 0);
+  EXPECT_EQ(bake(" --repair none").code, 5);
+}
+
+TEST(Batch, FailuresForWantOfTimeAreTriedAgain) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  const std::string bake = "batch meshes -o out --voxel 10mm";
+  EXPECT_EQ(vpsbake(folder, bake + " --timeout 1ms").code, 5);
+  EXPECT_EQ(vpsbake(folder, bake).code, 0);
+}
+
 TEST(Batch, AMeshThatIsGivenTwiceIsBakedOnce) {
   const BatchFolder folder;
   folder.add("cube.obj");
