@@ -35,14 +35,15 @@ TEST(Cli, BakesBesideTheMeshAndInfoReadsItBack) {
 
 TEST(Cli, WithoutASizeThereAre200VoxelsAlongTheLongestSide) {
   const TemporaryFolder folder;
-  const Outcome run = vpsbake(folder, sample("cube") + " -o cube.vps.hdf");
+  const Outcome run = vpsbake(folder, sample("peg") + " --parts voxelmap" + " -o cube.vps.hdf");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_EQ(run.err, "");
   EXPECT_NE(run.out.find("note: 200 voxels along the longest side"), std::string::npos) << run.out;
-  EXPECT_EQ(vpsbake(folder, sample("cube") + " --resolution 200 -o same.vps.hdf").out.find("note: 200"),
-            std::string::npos);
+  EXPECT_EQ(
+      vpsbake(folder, sample("peg") + " --parts voxelmap" + " --resolution 200 -o same.vps.hdf").out.find("note: 200"),
+      std::string::npos);
   EXPECT_EQ(read_file(folder / "cube.vps.hdf"), read_file(folder / "same.vps.hdf"));
-  EXPECT_EQ(vpsbake(folder, "check " + sample("cube")).code, 0);
+  EXPECT_EQ(vpsbake(folder, "check " + sample("peg")).code, 0);
 }
 
 // A box of this length, as text STL.
