@@ -80,13 +80,19 @@ bool may_differ_with_more_memory_or_time(const std::string& error) {
 }  // namespace
 
 std::map<std::string, std::string> known_failures(const std::filesystem::path& log) {
-  std::ifstream file(log, std::ios::binary);
+  std::error_code failed;
+  std::ifstream file;
+  if (std::filesystem::is_regular_file(log, failed)) file.open(log, std::ios::binary);
   const auto json = nlohmann::json::parse(file, nullptr, false);
   std::map<std::string, std::string> out;
   if (!json.is_object() || !json.contains("items")) return out;
+  const auto text_of = [](const nlohmann::json& item, const char* name) {
+    return item.contains(name) && item[name].is_string() ? item[name].get<std::string>() : std::string();
+  };
   for (const auto& item : json["items"]) {
-    if (!item.is_object() || item.value("exit_code", 0) != kBadInput) continue;
-    const std::string key = item.value("key", ""), error = item.value("error", "");
+    if (!item.is_object() || !item.contains("exit_code") || item["exit_code"] != int{kBadInput}) continue;
+    const std::string key = text_of(item, "key");
+    const std::string error = text_of(item, "error");
     const bool is_twin = error.ends_with(", the same mesh)");  // it names the other mesh
     if (!key.empty() && !is_twin && !may_differ_with_more_memory_or_time(error)) out.emplace(key, error);
   }

@@ -179,6 +179,17 @@ TEST(Batch, FailuresAreRememberedUntilMeshOrSettingsChange) {
   EXPECT_EQ(bake(" --repair none").code, 5);
 }
 
+TEST(Batch, ALogOfJunkIsNoFailure) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  for (const char* const junk : {"{", "[]", R"({"items": 3})", R"({"items": [1, {"exit_code": "x"}]})",
+                                 R"({"items": [{"exit_code": 3, "key": 1, "error": []}]})"}) {
+    fs::create_directories(folder / "out");
+    write_file(folder / "out/.vpsbake-run.json", junk);
+    EXPECT_EQ(vpsbake(folder, "batch meshes -o out --resolution 20").code, 0) << junk;
+  }
+}
+
 TEST(Batch, FailuresForWantOfTimeAreTriedAgain) {
   const BatchFolder folder;
   folder.add("cube.obj");
