@@ -124,6 +124,8 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
   Vector up = edge[0].cross(edge[1]);
   const double height = up.norm() / length[longest];
   constexpr double kSliver = 1e-4;
+  constexpr double kThinnest = 1e-8;  // a normal is accurate to 1e-16 of the inverse
+  const Vector across = up;
   const bool sliver = !(height > kSliver * length[longest]);
   up = sliver ? edge[longest].unitOrthogonal() : Vector(up.normalized());
   FloatTriangle out{};
@@ -137,6 +139,13 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
     out.length[k] = static_cast<float>(length[n] / unit);
   }
   out.height = detail::linear_from(corner[longest], up, 0);
+  out.plane = out.height;
+  if (sliver)
+    out.plane = height > kThinnest * length[longest] ? detail::linear_from(corner[longest], across.normalized(), 0)
+                                                     : FloatTriangle::Linear{};
+  for (int k = 0; k < 3; ++k) {
+    for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = static_cast<float>(corner[k][axis]);
+  }
   out.error = static_cast<float>(24 * ulps + (sliver ? height / unit : 0));
   return out;
 }

@@ -17,11 +17,13 @@ struct FloatTriangle {
   struct Linear {
     float a, b, c, d;
   };
-  Linear height;      ///< above the triangle's plane
-  Linear along[3];    ///< from an edge's start, in the edge's direction
-  Linear outward[3];  ///< from an edge, in the triangle's plane
-  float length[3];    ///< of the edges
-  float error;        ///< bound of the distances' error
+  Linear height;       ///< above the triangle's plane
+  Linear along[3];     ///< from an edge's start, in the edge's direction
+  Linear outward[3];   ///< from an edge, in the triangle's plane
+  float length[3];     ///< of the edges
+  float error;         ///< bound of the distances' error
+  Linear plane;        ///< as `height`; for slivers, too, but zero where the normal is not known
+  float corner[3][3];  ///< places
 };
 
 /// @param unit   [m]

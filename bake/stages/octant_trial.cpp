@@ -45,7 +45,7 @@ constexpr FineSamples kCornerDistances = corner_distances();
 
 }  // namespace
 
-bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& tolerance_vx, double noted,
+bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& tolerance_vx,
                          const std::function<bool(std::size_t)>& is_inside) {
   FineSamples interpolated{};
   FineSamples surest{};
@@ -58,10 +58,9 @@ bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& toleran
   // adds at most 12 roundings to nearest of such a sum.
   const float slack = trial.error + 32 * (trial.reach + 1) / (1 << 24);
   const auto tolerance = static_cast<float>(tolerance_vx.error);
-  const auto exact_from = static_cast<float>(std::min(noted, tolerance_vx.error));
   // How much the error exceeds what is allowed, at most; negative where it surely does not.
   const auto excess = [&](float error, float least, float core, float band) {
-    const float limit = least > core ? tolerance + static_cast<float>(kErrorGrowth) * (least - core) : exact_from;
+    const float limit = least > core ? tolerance + static_cast<float>(kErrorGrowth) * (least - core) : tolerance;
     return least > band ? -1.0F : error + slack - limit;
   };
   const auto band_inner = static_cast<float>(tolerance_vx.band_inner);

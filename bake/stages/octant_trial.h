@@ -28,10 +28,8 @@ struct OctantTrial {
 
 /// Whether interpolation is good enough at all samples that only the fine brick has. False where rounding leaves a
 /// doubt.
-/// @param noted      an error that is larger than this needs an exact value: false, except in the band's last half
-///                   diagonal of a voxel. [Units: vx]
 /// @param is_inside  on which side of the surface a sample lies; only asked where distances do not show it
-[[nodiscard]] bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& tolerance_vx, double noted,
+[[nodiscard]] bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& tolerance_vx,
                                        const std::function<bool(std::size_t)>& is_inside);
 
 }  // namespace vps::bake

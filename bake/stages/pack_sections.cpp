@@ -118,9 +118,7 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
     });
-    // A crease changes the slope along a line by at most 2. Where the line's middle shows an error e, the error at the
-    // crease itself is below 2 e.
-    certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
+    certificate.bound = std::max(certificate.bound, fields.tree.error_bound + rounding);
     return certificate;
   };
   if (!fields.scaled.empty()) {

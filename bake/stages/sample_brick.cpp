@@ -103,6 +103,7 @@ void BrickSampler::list_triangles() {
   const std::uint32_t n = field_.set.index[grid_.brick_at(static_cast<std::uint32_t>(octant_base_[0] / kSpan),
                                                           static_cast<std::uint32_t>(octant_base_[1] / kSpan),
                                                           static_cast<std::uint32_t>(octant_base_[2] / kSpan))];
+  near_bricks_ = {};
   if (n == kNoBrick) return;
   listed_ =
       std::span(field_.near_triangles).subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
@@ -116,11 +117,10 @@ void BrickSampler::list_triangles() {
 }
 
 std::span<const std::uint32_t> BrickSampler::near(const FieldBrick& brick) {
-  if (listed_.empty()) list_triangles();
   int octant = 0;
   for (int axis = 0; axis < 3; ++axis)
     octant |= place_in_octant(brick)[static_cast<std::size_t>(axis)] / kCells << axis;
-  return near_bricks_.in_octant(octant);
+  return near_octant(octant);
 }
 
 // Keeps the triangles whose distance to an octant's centre is at most the least one and the octant's diameter.
@@ -144,7 +144,7 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
       least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
     }
     // The factor is for rounding.
-    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F) + kSheetThickness + 0.01F;
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (distances[i][octant] - float_listed_[from[i]].error <= limit) near.positions.push_back(from[i]);
     }
@@ -227,8 +227,8 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
   return brick;
 }
 
-bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
-                                       double noted) const {
+bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant,
+                                       std::span<const std::uint32_t> from) const {
   const double per_voxel = 1 / grid_.voxel_size;
   const Index base = parent.octant_base(octant);
   const PointLattice points = lattice(base, parent.level - 1);
@@ -253,10 +253,40 @@ bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std
   for (const std::uint32_t n : from) trial.error = std::max(trial.error, float_listed_[n].error);
   return bake::surely_interpolates(
       trial, {tolerance_.error * per_voxel, tolerance_.band_inner * per_voxel, tolerance_.band_outer * per_voxel},
-      noted * per_voxel, [&](std::size_t sample) {
+      [&](std::size_t sample) {
         const auto n = static_cast<int>(sample);
         return inside_.inside(points.at(n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)));
       });
+}
+
+double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,
+                           double enough) const {
+  const double s = grid_.voxel_size;
+  const CellLimits limits{static_cast<float>(tolerance_.band_inner / s - kHalfDiagonal),
+                          static_cast<float>(tolerance_.band_outer / s - kHalfDiagonal),
+                          static_cast<float>(enough / s)};
+  // `scaled` may clamp values beyond the band, those of level 1 beyond twice the band.
+  const double clamp = std::max(tolerance_.band_inner, tolerance_.band_outer) * (brick.level > 0 ? 2 : 1);
+  CellCube cube;
+  double nearest = std::numeric_limits<double>::infinity();
+  double shift = 0;
+  for (std::size_t n = 0; n < cube.most_stored.size(); ++n) {
+    const int i[3] = {static_cast<int>(n % 3), static_cast<int>(n / 3 % 3), static_cast<int>(n / 9)};
+    const auto at = static_cast<std::size_t>(
+        sample_at(2 * (octant & 1) + i[0], 2 * (octant >> 1 & 1) + i[1], 2 * (octant >> 2) + i[2]));
+    cube.most_stored[n] = static_cast<float>(-brick.fitted[at] / s);
+    cube.least_stored[n] = static_cast<float>(-std::clamp(brick.fitted[at], -clamp, clamp) / s);
+    nearest = std::min(nearest, std::abs(brick.value[at]) / s);
+    shift = std::max(shift, std::abs(brick.fitted[at] - brick.value[at]) / s);
+  }
+  cube.low = from_centre(brick.octant_base(octant));
+  cube.edge = static_cast<float>(step_of(brick.level)) / kQuarters;
+  // No point is farther than this from a sample.
+  const double half = kHalfDiagonal * static_cast<double>(cube.edge);
+  if (nearest - half > std::max(tolerance_.band_inner, tolerance_.band_outer) / s - kHalfDiagonal) {
+    return std::max(shift - half, 0.0) * s;
+  }
+  return std::max(static_cast<double>(CellBounds(float_listed_, limits).bound(cube, from)), shift) * s;
 }
 
 BrickErrors BrickSampler::errors(const FieldBrick& brick) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "bake/stages/cell_bounds.h"
 #include "bake/stages/nearest_triangle.h"
 #include "bake/stages/octant_samples.h"
 #include "bake/stages/octant_trial.h"
@@ -84,17 +85,25 @@ class BrickSampler {
   [[nodiscard]] FieldBrick between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const;
   /// Whether the parent's interpolation is good enough at all samples of `between` that the parent does not have.
   /// Computed in float: false where rounding leaves a doubt.
-  /// @param from   as above
-  /// @param noted  an error within the band that is larger than this needs an exact value: false. [m]
-  [[nodiscard]] bool surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
-                                         double noted) const;
+  /// @param from  as above
+  [[nodiscard]] bool surely_interpolates(const FieldBrick& parent, int octant,
+                                         std::span<const std::uint32_t> from) const;
   /// Triangles that can be closest to a point of a brick with samples at the centres of voxels.
   [[nodiscard]] std::span<const std::uint32_t> near(const FieldBrick& brick);
+  /// Those that can be closest to a point of an octant of the octant that is loaded.
+  [[nodiscard]] std::span<const std::uint32_t> near_octant(int octant) {
+    if (listed_.empty()) list_triangles();
+    return near_bricks_.in_octant(octant);
+  }
   /// Those near a brick's octants. @param from  those near the brick
   [[nodiscard]] NearTriangles near_octants(const FieldBrick& brick, std::span<const std::uint32_t> from) const {
     return near_octants(brick.base, FieldBrick::step_of(brick.level) * FieldBrick::kCells, from);
   }
   [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
+  /// Proven bound of interpolation's error in an octant of a brick; ends early when it is above `enough`. [m]
+  /// @param from  triangles that can be closest to its points
+  [[nodiscard]] double bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,
+                             double enough) const;
 
   [[nodiscard]] Vector place(const FieldBrick& brick, std::size_t sample) const;
   [[nodiscard]] double quarter() const { return grid_.voxel_size / kQuarters; }  ///< of a voxel. [m]

@@ -15,6 +15,9 @@ namespace {
 constexpr int kEdge = FieldBrick::kEdge;
 constexpr int kSamples = FieldBrick::kSamples;
 constexpr int kCells = FieldBrick::kCells;
+// What has to be proven of interpolation, in allowed errors. A proof gives about twice the error that there is. With
+// the default tolerance the finest cells keep this without one.
+constexpr double kProven = 2.17;
 
 constexpr int sample_at(int x, int y, int z) {
   return FieldBrick::sample_at(x, y, z);
@@ -27,8 +30,7 @@ struct SampledBlock {
   std::vector<std::int8_t> levels;
   std::vector<double> penetration;
   std::vector<float> gradient;
-  double worst_error = 0;
-  Vector worst_at = Vector::Zero();
+  double error_bound = 0;
 };
 
 class BlockSampler {
@@ -107,28 +109,18 @@ class BlockSampler {
   // Whether the coarser brick's interpolation is good enough at the finer one's samples. For a finer brick of level 0
   // it also estimates the errors between them.
   bool will_do(const FieldBrick& coarse, int octant, const FieldBrick& fine) {
-    double worst = 0;
-    std::size_t worst_at = 0;
     std::array<double, kSamples> spare;
     for (int z = 0; z < kEdge; ++z) {
       for (int y = 0; y < kEdge; ++y) {
         for (int x = 0; x < kEdge; ++x) {
           const auto at = static_cast<std::size_t>(sample_at(x, y, z));
           const double truth = fine.value[at];
-          const double error = std::abs(interpolate(coarse, octant, x, y, z) - truth);
-          const double limit = allowed(truth);
-          spare[at] = limit - error;
+          spare[at] = allowed(truth) - std::abs(interpolate(coarse, octant, x, y, z) - truth);
           if (spare[at] < 0) return false;
-          if (limit == tolerance_.error && error > worst) {
-            worst = error;
-            worst_at = at;
-          }
         }
       }
     }
-    if (fine.level == 0 && !has_room(spare, bricks_.errors(fine))) return false;
-    note_error(fine, worst_at, worst);
-    return true;
+    return fine.level != 0 || has_room(spare, bricks_.errors(fine));
   }
 
   // Whether `will_do` would say so of the brick between voxel centres, without the exact samples of that brick.
@@ -145,13 +137,18 @@ class BlockSampler {
         }
       }
     }
-    return bricks_.surely_interpolates(coarse, octant, near, block_.worst_error);
+    return bricks_.surely_interpolates(coarse, octant, near);
   }
 
-  void note_error(const FieldBrick& brick, std::size_t sample, double error) {
-    if (!(error > block_.worst_error)) return;
-    block_.worst_error = error;
-    block_.worst_at = bricks_.place(brick, sample);
+  double enough() const { return kProven * tolerance_.error; }
+
+  // Whether the error is proven to be small enough everywhere in an octant.
+  // @param near  triangles that can be closest to its points
+  bool is_proven(const FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
+    const double bound = bricks_.bound(brick, octant, near, enough());
+    if (bound > enough()) return false;
+    block_.error_bound = std::max(block_.error_bound, bound);
+    return true;
   }
 
   // Whether the tolerance that remains at the samples covers the estimated errors of the cells between them.
@@ -176,33 +173,49 @@ class BlockSampler {
   // The entry of a brick: its own if it is good enough everywhere, else a node's.
   // @param near  triangles that can be closest to its points, where some lie between the centres of voxels
   std::uint32_t divide(FieldBrick& brick, std::span<const std::uint32_t> near) {
-    if (brick.level == kFinestLevel) return store(brick);
+    if (brick.level == kFinestLevel) return store_finest(brick, near);
     NearTriangles near_octants;
     BrickErrors errors;
-    if (brick.level <= 0) errors = bricks_.errors(brick);
+    if (brick.level <= 0) {
+      errors = bricks_.errors(brick);
+      near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
+    }
     const auto node = open_node();
     for (int octant = 0; octant < 8; ++octant) {
-      std::uint32_t entry = kFarOutside;
-      if (brick.level > 0) {
-        FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
-        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine, {});
-      } else if (is_suspect(brick, octant, errors)) {
-        if (near_octants.positions.empty()) {
-          near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
-        }
-        entry = divide_octant(brick, octant, near_octants.in_octant(octant));
-      } else {
-        entry = store(brick);
-      }
-      block_.nodes[node + static_cast<std::size_t>(octant)] = entry;
+      const auto here = brick.level > 0 ? bricks_.near_octant(octant) : near_octants.in_octant(octant);
+      block_.nodes[node + static_cast<std::size_t>(octant)] =
+          brick.level > 0 ? divide_voxels(brick, octant, here) : divide_octant(brick, octant, errors, here);
     }
     return close_node(node);
   }
 
-  std::uint32_t divide_octant(FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
-    if (will_surely_do(brick, octant, near)) return store(brick);
+  std::uint32_t divide_voxels(FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
+    FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
+    return will_do(brick, octant, fine) && is_proven(brick, octant, near) ? store(brick) : divide(fine, {});
+  }
+
+  std::uint32_t divide_octant(FieldBrick& brick, int octant, const BrickErrors& errors,
+                              std::span<const std::uint32_t> near) {
+    const bool tested = !is_suspect(brick, octant, errors) || will_surely_do(brick, octant, near);
+    if (tested && is_proven(brick, octant, near)) return store(brick);
     FieldBrick fine = bricks_.between(brick, octant, near);
-    return will_do(brick, octant, fine) ? store(brick) : divide(fine, near);
+    if (!tested && will_do(brick, octant, fine) && is_proven(brick, octant, near)) return store(brick);
+    return divide(fine, near);
+  }
+
+  std::uint32_t store_finest(FieldBrick& brick, std::span<const std::uint32_t> near) {
+    // Its samples are exact, and each point is the mean of corners that are no farther than this.
+    double bound = kHalfDiagonal * bricks_.quarter() * FieldBrick::step_of(brick.level);
+    if (bound > enough()) {
+      const NearTriangles near_octants = bricks_.near_octants(brick, near);
+      double proven = 0;
+      for (int octant = 0; octant < 8; ++octant) {
+        proven = std::max(proven, bricks_.bound(brick, octant, near_octants.in_octant(octant), enough()));
+      }
+      bound = std::min(bound, proven);
+    }
+    block_.error_bound = std::max(block_.error_bound, bound);
+    return store(brick);
   }
 
   std::uint32_t store(FieldBrick& brick) {
@@ -212,7 +225,6 @@ class BlockSampler {
     block_.levels.push_back(static_cast<std::int8_t>(brick.level));
     block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
     block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
-    for (std::size_t n = 0; n < kSamples; ++n) note_error(brick, n, std::abs(brick.fitted[n] - brick.value[n]));
     if (with_gradient_) store_gradient(brick);
     return brick.entry;
   }
@@ -281,10 +293,7 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
     tree.levels.insert(tree.levels.end(), block.levels.begin(), block.levels.end());
     tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
     tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
-    if (block.worst_error > tree.worst_error) {
-      tree.worst_error = block.worst_error;
-      tree.worst_at = block.worst_at;
-    }
+    tree.error_bound = std::max(tree.error_bound, block.error_bound);
     block = {};
   }
   return tree;

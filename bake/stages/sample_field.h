@@ -11,8 +11,8 @@
 
 namespace vps::bake {
 
-/// Largest allowed error of interpolation. In the band's last 0.87 voxels, where a cell may reach beyond it, the error
-/// may grow by a quarter of the way into them. Beyond the band only the side is kept.
+/// Largest error of interpolation that samples are placed for. In the band's last 0.87 voxels, where a cell may reach
+/// beyond it, the error may grow by a quarter of the way into them. Beyond the band only the side is kept.
 struct FieldTolerance {
   double error = 0;       ///< [m]
   double band_inner = 0;  ///< [m]
@@ -27,8 +27,7 @@ struct FieldTree {
   std::vector<std::int8_t> levels;   ///< [f]
   std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
   std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless requested. [m per voxel step]
-  double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
-  Vector worst_at = Vector::Zero();  ///< [m]
+  double error_bound = 0;            ///< proven for interpolation between `penetration` in the band. [m]
 };
 
 /// @param field  exact at least one voxel beyond the band of `tolerance`
