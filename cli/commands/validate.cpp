@@ -128,7 +128,8 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
     if (!arguments.json) fmt::print("{}: valid, {} checks\n", validation.file, validation.checks.size());
     return kOk;
   }
-  return fail(kBadInput, validation.file, "not valid: " + failed + "; bake it again, or ask where the file comes from");
+  return fail(kBadInput, validation.file,
+              "not valid: " + failed + "; bake it again, with smaller voxels if it fails again");
 }
 
 int run_validate(const ValidateArguments& arguments) {
