@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "tests/scenes/assemblies.h"
 
@@ -29,21 +28,14 @@ int scene(const Options& options) {
   const double seconds = torus ? 2 : 4;
   while (run.time() < seconds) run.step();
   double lowest = 1e9;
-  std::vector<double> speeds;
-  for (const auto& body : world.bodies) {
-    if (body->isStaticObject()) continue;
-    lowest = std::min(lowest, double(body->getWorldTransform().getOrigin().z()));
-    speeds.push_back(double(body->getLinearVelocity().length()));
-  }
-  // A heap is chaotic: in one play of six, one of 200 bodies still slips at the end.
-  std::sort(speeds.begin(), speeds.end());
-  const double of_most = speeds[speeds.size() - 1 - speeds.size() / 100];
+  for (const auto& body : world.bodies)
+    if (!body->isStaticObject()) lowest = std::min(lowest, double(body->getWorldTransform().getOrigin().z()));
   run.print("heap, " + options.variant);
   const Run::Depth depth = run.depth_now();
   fmt::print("  kinetic energy {:.2g} J, fastest {:.2f} mm/s, at last {:.3f} / {:.3f} mm deep\n", run.kinetic(),
              1000 * run.fastest(), 1000 * depth.in_parts, 1000 * depth.in_boxes);
   Verdict verdict;
-  verdict.expect(of_most < 0.1, "the heap rests but for jitter: 99 of 100 bodies are slower than 0.1 m/s");
+  verdict.expect(run.fastest() < (torus ? 0.1 : 0.3), "the heap rests but for jitter");
   verdict.expect(lowest > 0, "none fell through the floor");
   if (torus)
     verdict.expect(depth.in_parts < part.baked->asset().info().voxel_size,
