@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The command line: options to structs, one file per command.
 #include <fcntl.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +14,7 @@
 #include <system_error>
 #include <vector>
 
+#include "cli/batch/child_program.h"
 #include "cli/commands/batch.h"
 #include "cli/commands/commands.h"
 #include "cli/terminal/bake_options.h"
@@ -91,6 +93,15 @@ bool is_mistyped_command(const CLI::App& app, const std::string& mesh) {
          is_like_a_command(app, mesh);
 }
 
+int program(int argc, char** argv);
+
+// A bake in a child process, which gets --cache-size instead of the variable. Its last word is the mesh: `ps` shows it.
+int child(int argc, char** argv) {
+  ::unsetenv("VPSBAKE_CACHE_SIZE");
+  ::prctl(PR_SET_NAME, std::filesystem::path(argv[argc - 1]).filename().c_str());
+  return program(argc, argv);
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Bakes triangle meshes into collision assets: signed distance voxelmaps and point-sphere trees.",
                "vpsbake");
@@ -143,7 +154,23 @@ int run(int argc, char** argv) {
     }
     return fail_usage(std::string(error.what()) + "; run " + full_name(*named) + " --help");
   }
-  return command != nullptr ? command->run() : run_bake(bake);
+  if (command == nullptr) return run_bake(bake);
+  if (command->starts_programs) batch::prepare_programs(child);
+  return command->run();
+}
+
+int program(int argc, char** argv) {
+  remember_command(argc, argv);
+  int code = 0;
+  try {
+    code = run(argc, argv);
+  } catch (const std::system_error& error) {
+    return fail(kIo, "standard output", std::string(error.what()) + "; free space or redirect it");
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return fail(kIo, "standard output", "it cannot be written; free space or redirect it");
+  }
+  return code;
 }
 
 }  // namespace
@@ -157,15 +184,5 @@ int main(int argc, char** argv) {
   } while (null >= 0 && null <= STDERR_FILENO);
   ::close(null);
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error, not a crash
-  vps::cli::remember_command(argc, argv);
-  int code = 0;
-  try {
-    code = vps::cli::run(argc, argv);
-  } catch (const std::system_error& error) {
-    return vps::cli::fail(vps::cli::kIo, "standard output", std::string(error.what()) + "; free space or redirect it");
-  }
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return vps::cli::fail(vps::cli::kIo, "standard output", "it cannot be written; free space or redirect it");
-  }
-  return code;
+  return vps::cli::program(argc, argv);
 }

@@ -6,14 +6,19 @@
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
 
 namespace vps::cli::batch {
 namespace {
@@ -24,16 +29,20 @@ double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
-// Memory for a child's output. Unlike a pipe it never fills.
+// Memory for a child's words and output. Unlike a pipe it never fills.
 class Text {
  public:
-  Text() : fd_(::memfd_create("output", MFD_CLOEXEC)) {}
+  Text() : fd_(::memfd_create("text", MFD_CLOEXEC)) {}
+  explicit Text(int fd) : fd_(fd) {}
   Text(const Text&) = delete;
   Text& operator=(const Text&) = delete;
   ~Text() {
     if (fd_ >= 0) ::close(fd_);
   }
   [[nodiscard]] int fd() const { return fd_; }
+  [[nodiscard]] bool write(const std::string& text) const {
+    return ::write(fd_, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  }
   [[nodiscard]] std::string read() const {
     std::string text;
     char buffer[1 << 14];
@@ -46,21 +55,111 @@ class Text {
   int fd_;
 };
 
-// Runs in the child between fork and exec, with system calls only.
-[[noreturn]] void become(char* const* arguments, pid_t parent, int out, int err) {
+// A request to the server: descriptors of the words, each with a zero behind it, of standard output and error, and of
+// the pipe for the child's number.
+enum Part { kWords, kOut, kErr, kReply, kParts };
+using Request = std::array<int, kParts>;
+
+// A message with descriptors, as sendmsg and recvmsg take it.
+class Message {
+ public:
+  Message() {
+    header_.msg_iov = &content_;
+    header_.msg_iovlen = 1;
+    header_.msg_control = control_;
+    header_.msg_controllen = sizeof control_;
+  }
+  bool send(int socket, const Request& request) {
+    cmsghdr* const rights = CMSG_FIRSTHDR(&header_);
+    rights->cmsg_level = SOL_SOCKET;
+    rights->cmsg_type = SCM_RIGHTS;
+    rights->cmsg_len = CMSG_LEN(sizeof request);
+    std::memcpy(CMSG_DATA(rights), request.data(), sizeof request);
+    return ::sendmsg(socket, &header_, MSG_NOSIGNAL) == 1;
+  }
+  bool receive(int socket, Request& request) {
+    ssize_t got = 0;
+    do {
+      got = ::recvmsg(socket, &header_, MSG_CMSG_CLOEXEC);
+    } while (got < 0 && errno == EINTR);
+    const cmsghdr* const rights = CMSG_FIRSTHDR(&header_);
+    if (got != 1 || rights == nullptr || rights->cmsg_len != CMSG_LEN(sizeof request)) return false;
+    std::memcpy(request.data(), CMSG_DATA(rights), sizeof request);
+    return true;
+  }
+
+ private:
+  char byte_ = 0;
+  iovec content_{&byte_, 1};
+  alignas(cmsghdr) char control_[CMSG_SPACE(sizeof(Request))] = {};
+  msghdr header_{};
+};
+
+// The child, once it belongs to `parent`.
+[[noreturn]] void become(Program program, const Request& request, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) ::_exit(127);
-  const int null = ::open("/dev/null", O_RDONLY);
+  const int null = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
   ::dup2(null, STDIN_FILENO);
-  ::dup2(out, STDOUT_FILENO);
-  ::dup2(err, STDERR_FILENO);
-  sigset_t none;
-  ::sigemptyset(&none);
-  ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::signal(signal, SIG_DFL);
-  ::execv("/proc/self/exe", arguments);
-  ::_exit(127);
+  ::dup2(request[kOut], STDOUT_FILENO);
+  ::dup2(request[kErr], STDERR_FILENO);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
+  std::string words = Text(request[kWords]).read();
+  std::vector<char*> arguments;
+  for (std::size_t at = 0; at < words.size(); at = words.find('\0', at) + 1) arguments.push_back(words.data() + at);
+  const auto count = static_cast<int>(arguments.size());
+  arguments.push_back(nullptr);
+  const pid_t self = ::getpid();
+  if (::write(request[kReply], &self, sizeof self) != sizeof self) ::_exit(127);
+  for (const int fd : {null, request[kOut], request[kErr], request[kReply]}) ::close(fd);
+  std::exit(program(count, arguments.data()));
+}
+
+// The server: a process without threads that forks children. The process between ends at once, so that they become
+// those of `parent`, which waits for them.
+[[noreturn]] void serve(int socket, Program program, pid_t parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (::getppid() != parent) ::_exit(0);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
+  Request request{};
+  while (Message().receive(socket, request)) {
+    const pid_t between = ::fork();
+    if (between == 0) {
+      ::close(socket);
+      const pid_t self = ::getpid();
+      if (::fork() != 0) ::_exit(0);
+      while (::getppid() == self) ::usleep(20);
+      become(program, request, parent);
+    }
+    ::waitpid(between, nullptr, 0);
+    for (const int fd : request) ::close(fd);
+  }
+  ::_exit(0);
+}
+
+int server = -1;  // the socket to it
+
+// Starts a child. @return its number, or 0 with `errno` set
+pid_t start(const std::vector<std::string>& words, const Text& out, const Text& err) {
+  std::string text = "vpsbake";
+  text += '\0';
+  for (const std::string& word : words) text.append(word) += '\0';
+  const Text listed;
+  int reply[2];
+  if (!listed.write(text) || ::pipe2(reply, O_CLOEXEC) != 0) return 0;
+  const bool sent = Message().send(server, {listed.fd(), out.fd(), err.fd(), reply[1]});
+  ::close(reply[1]);
+  pid_t child = 0;
+  ssize_t got = 0;
+  do {
+    got = sent ? ::read(reply[0], &child, sizeof child) : -1;
+  } while (got < 0 && sent && errno == EINTR);
+  if (got == 0) errno = EAGAIN;  // no more processes
+  const int failed = errno;
+  ::close(reply[0]);
+  errno = failed;
+  return got == sizeof child ? child : 0;
 }
 
 // Waits for the child. Returns true when it ended by itself.
@@ -89,23 +188,30 @@ bool wait_for(pid_t child, double timeout, const std::atomic<bool>& stop, Progra
 
 }  // namespace
 
+void prepare_programs(Program program) {
+  int sockets[2];
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets) != 0) return;
+  ::prctl(PR_SET_CHILD_SUBREAPER, 1);
+  std::fflush(nullptr);  // or children would print it again
+  const pid_t parent = ::getpid();
+  const pid_t forked = ::fork();
+  if (forked == 0) {
+    ::close(sockets[0]);
+    serve(sockets[1], program, parent);
+  }
+  ::close(sockets[1]);
+  if (forked > 0) server = sockets[0];
+}
+
 ProgramResult run_program(const std::vector<std::string>& words, double timeout, const std::atomic<bool>& stop) {
   ProgramResult result;
   const auto begin = Clock::now();
-  std::string name = "vpsbake";
-  std::vector<std::string> copies = words;
-  std::vector<char*> arguments = {name.data()};
-  for (std::string& word : copies) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
   const Text out, err;
-  const pid_t parent = ::getpid();
-  const pid_t child = out.fd() < 0 || err.fd() < 0 ? -1 : ::fork();
-  if (child == 0) become(arguments.data(), parent, out.fd(), err.fd());
-  if (child < 0) {
+  const pid_t child = start(words, out, err);
+  if (child == 0) {
     result.code = errno;
     return result;
   }
-  ::setpgid(child, child);  // in both processes: either may run first
   if (!wait_for(child, timeout, stop, result)) ::kill(-child, SIGKILL);
   int status = 0;
   rusage usage{};

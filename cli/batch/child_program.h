@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /// @file Runs this program as a child process, so that a crash, a hang or too much memory there does no harm here.
+/// Children are forked from a process that was forked early and does nothing else: loading the program and its sixty
+/// libraries for each of them would take a third of the time of a small bake.
 #pragma once
 
 #include <atomic>
@@ -18,8 +20,14 @@ struct ProgramResult {
   std::size_t peak_memory_bytes = 0;  ///< largest resident size of any of its processes
 };
 
+/// As main(): takes its arguments, and returns the exit code.
+using Program = int (*)(int argc, char** argv);
+
+/// Starts the process from which children are forked. Call it once, before this process has other threads.
+void prepare_programs(Program program);
+
 /// Runs `vpsbake WORDS...` in a process group of its own. It is killed with all its children when the time is over,
-/// when `stop` becomes true, or when the calling thread ends.
+/// when `stop` becomes true, or when this process ends. Call `prepare_programs` before.
 /// @param timeout  0: none. [s]
 [[nodiscard]] ProgramResult run_program(const std::vector<std::string>& words, double timeout,
                                         const std::atomic<bool>& stop);

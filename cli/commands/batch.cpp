@@ -116,13 +116,15 @@ Command add_batch_command(CLI::App& app) {
   batch->footer(
       "Settings come from the command line, and from vpsbake.toml beside the meshes: the nearest to a mesh wins.\n"
       "Example: vpsbake batch meshes -o assets --voxel 5mm --cache ~/.cache/vpsbake --junit bake.xml");
-  return {batch, [arguments, batch] {
+  return {batch,
+          [arguments, batch] {
             arguments->inputs.options = given_options(*batch);
             return guarded_batch([&] {
               read_cache_size(*batch, arguments->play.run.cache_bytes);
               return run_batch(*arguments);
             });
-          }};
+          },
+          true};
 }
 
 }  // namespace vps::cli

@@ -128,7 +128,6 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     if (std::signal(signal, stop_at_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
-  ::unsetenv("VPSBAKE_CACHE_SIZE");  // each bake gets --cache-size instead
   const auto begin = Clock::now();
   ProgressLine line(jobs.size());
   Observer observer;

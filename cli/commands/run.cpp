@@ -59,12 +59,14 @@ Command add_run_command(CLI::App& app) {
       ->group("Which jobs");
   add_play_options(*run, arguments->play);
   run->footer("Example: vpsbake run jobs.jsonl --shard 1/4");
-  return {run, [arguments, run] {
+  return {run,
+          [arguments, run] {
             return guarded_batch([&] {
               read_cache_size(*run, arguments->play.run.cache_bytes);
               return run_share(*arguments);
             });
-          }};
+          },
+          true};
 }
 
 }  // namespace vps::cli

@@ -120,7 +120,7 @@ Command add_scene_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("DIR");
   scene->footer("Example: vpsbake scene table.toml --dry-run");
-  return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }};
+  return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }, true};
 }
 
 }  // namespace vps::cli

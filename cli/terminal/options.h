@@ -23,7 +23,8 @@ inline constexpr const char* kGridGroup = "Grid (one of these) [default: --resol
 /// A sub-command, and the function that runs it.
 struct Command {
   CLI::App* app = nullptr;
-  std::function<int()> run;  ///< @return the exit code of the program
+  std::function<int()> run;      ///< @return the exit code of the program
+  bool starts_programs = false;  ///< bakes in child processes
 };
 
 /// An option that takes one text, such as a quantity.

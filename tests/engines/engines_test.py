@@ -56,12 +56,12 @@ def bakes_of(mesh, work):
         try:
             if not entry.name.isdigit() or not os.readlink(entry / "exe").endswith("/vpsbake"):
                 continue
-            words = (entry / "cmdline").read_bytes().decode().split("\0")
+            name = (entry / "comm").read_text(encoding="utf-8").strip()
             variables = dict(pair.split("=", 1) for pair in (entry / "environ").read_bytes().decode().split("\0")
                              if "=" in pair)
         except OSError:
             continue  # it has ended
-        if any(word.endswith(mesh) for word in words) and variables.get("VPS_TEST") == str(work):
+        if name.endswith(mesh) and variables.get("VPS_TEST") == str(work):
             found.append((int(entry.name), variables.get("SLURM_ARRAY_TASK_ID")))
     return found
 
