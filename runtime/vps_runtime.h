@@ -352,6 +352,8 @@ struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
   std::vector<std::uint32_t> flats;  ///< nodes whose corners answer for their points, for a manifold
   std::vector<float> codes[3];       ///< of the positions of `points`
+  std::vector<float> penetrations;   ///< of `points` at `reference`. [the field's unit]
+  std::vector<float> within;         ///< their ways at `reference` to where V may jump. [the field's unit]
   Pose reference, last;              ///< poses of the last full traverse, and of the last query
   double reach = 0;                  ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
   const void* shell = nullptr;

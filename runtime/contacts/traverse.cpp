@@ -296,6 +296,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
+    query.has_sums = false;
     stop_at_flat_nodes(query, scratch, detail::FlatNodesGive::corners);
     find(query);
     if (query.options.leaves_faces) leave_faces(query);

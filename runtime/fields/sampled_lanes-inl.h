@@ -155,6 +155,19 @@ struct SampledLanes : Everywhere {
     return finish(walk);
   }
 
+  // Distance to the end of the point's brick; 0 where there are no samples.
+  HWY_INLINE F within_brick(const Looked& found) const {
+    const F edge = hn::Mul(found.cell, set(kFieldEdge - 1));
+    const auto along = [&](F a) {
+      const F begin = hn::Mul(hn::Floor(hn::Div(a, edge)), edge);
+      return hn::Min(hn::Sub(a, begin), hn::Sub(hn::Add(begin, edge), a));
+    };
+    const F within = hn::Min(hn::Min(along(found.grid.x), along(found.grid.y)), along(found.grid.z));
+    return hn::IfThenElseZero(found.sampled, within);
+  }
+  // Most by which V changes within a brick for each voxel: docs/bounds.md, "Lists of points".
+  [[nodiscard]] float steepest() const { return std::sqrt(3.0F) * (1 + 2 * map.step / std::ldexp(1.0F, kFinestLevel)); }
+
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 
   // Bounds that a brick's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +

@@ -12,18 +12,27 @@
 namespace vps::detail {
 namespace {
 
+PointList list_of(const ContactCache& cache) noexcept {
+  return {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
+          cache.points.data(),
+          cache.leaves.data(),
+          static_cast<std::uint32_t>(cache.points.size() - kLanePadding)};
+}
+
 void remember_hits(const TraverseQuery& query, ContactCache& cache) {
   const Descent& d = query.descent;
   cache.flats.assign(d.flats, d.flats + d.flat_count);
   const std::size_t count = d.hit_count;
   cache.points.assign(d.hits, d.hits + count);
   cache.leaves.assign(d.leaves, d.leaves + count);
-  cache.points.resize(count + kLanePadding);
-  cache.leaves.resize(count + kLanePadding);
+  cache.penetrations.assign(d.penetrations, d.penetrations + count);
+  for (std::vector<std::uint32_t>* const row : {&cache.points, &cache.leaves}) row->resize(count + kLanePadding);
+  for (std::vector<float>* const row : {&cache.penetrations, &cache.within}) row->resize(count + kLanePadding);
   for (int axis = 0; axis < 3; ++axis) {
     cache.codes[axis].resize(count + kLanePadding);
     for (std::size_t i = 0; i < count; ++i) cache.codes[axis][i] = query.shell.position[axis][d.hits[i]];
   }
+  query.field.measure_within(d, list_of(cache), cache.within.data());
 }
 
 void drop_hits_below(float least, Descent& d) noexcept {
@@ -59,12 +68,25 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const double needed = query.reach + 2.0 * query.facts.error;
   const double step = same ? largest_displacement(shell, cache.last, query.pose) : 0;
   cache.last = query.pose;
-  if (same && cache.reach > 0 && cache.reach >= needed + spent) {
-    query.field.test_list(d, {{cache.codes[0].data(), cache.codes[1].data(), cache.codes[2].data()},
-                              cache.points.data(),
-                              cache.leaves.data(),
-                              static_cast<std::uint32_t>(cache.points.size() - kLanePadding)});
-    d.rejected = static_cast<float>((spent + 2.0 * query.facts.error - cache.reach) / d.unit);
+  // A list suffices for some steps like the last one.
+  constexpr double kSteps = 8;
+  const double least = 0.05 * shell.feature_covering_radius;
+  const double most = 0.5 * shell.feature_covering_radius;
+  const double room = std::clamp(kSteps * step, least, most);
+  // That of a body which has become slow is longer than it has to be.
+  if (same && cache.reach > 0 && cache.reach >= needed + spent && spent <= 2 * room) {
+    PointList list = list_of(cache);
+    const auto jump = static_cast<float>(2.0 * query.facts.error / d.unit);
+    const auto moved = static_cast<float>(spent / d.unit);
+    const float both_rounded = 2 * rounding(shell, d.nodes, d.unit);
+    list.before = {cache.penetrations.data(), cache.within.data(), moved + both_rounded, jump};
+    float left = query.field.test_list(d, list);
+    if (d.hit_count == 0 && query.has_sums) {
+      // The distance is that of the nearest point, which may be one of those that were left out.
+      list.before = {};
+      left = query.field.test_list(d, list);
+    }
+    d.rejected = std::max(left, static_cast<float>(-cache.reach / d.unit)) + moved + jump;
     std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
     ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
     return 0;
@@ -75,13 +97,10 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   cache.field = query.facts.id;
   cache.has_flats = d.flats != nullptr;
   cache.reference = query.pose;
-  // The list suffices for some steps like the last one. A fast body gets none, because it would be long, and a new pair
-  // none, because its speed is not known. Nor does a list help where V is only an estimate.
-  constexpr double kSteps = 8;
+  // A fast body gets no list, because it would be long, and a new pair none, because its speed is not known. Nor does a
+  // list help where V is only an estimate.
   constexpr double kFewestSteps = 3;
-  const double least = 0.05 * shell.feature_covering_radius;
-  const double most = 0.5 * shell.feature_covering_radius;
-  const double reach = needed + std::clamp(kSteps * step, least, most);
+  const double reach = needed + room;
   if (!same || kFewestSteps * step > most || reach > query.facts.certain) {
     cache.reach = 0;
     return find_all_hits(query);

@@ -188,6 +188,49 @@ TEST(Traverse, ACacheChangesNoContacts) {
   }
 }
 
+// A body that fits closely round another: nearly all points are in the list, and few may touch.
+TEST(Traverse, OfAListOnlyPointsThatMayHaveComeNearAreTested) {
+  const std::shared_ptr<Asset> torus = baked(make_torus(0.1, 0.04, 40, 20), all_fields(0.006));
+  VoxelmapView map;
+  PointshellView shell;
+  ASSERT_EQ(torus->voxelmap(map, Field::scaled), Status::ok);
+  ASSERT_EQ(torus->pointshell(shell, 1.015), Status::ok);
+  std::vector<Contact> contacts(shell.points);
+  Scratch scratch;
+  ContactCache cache;
+  std::uint64_t listed = 0;
+  std::uint64_t tested = 0;
+  int changed = 0;
+  Random random(5);
+  for (int n = 0; n < 4000; ++n) {
+    Pose pose;
+    for (double& x : pose.translation) x = random.between(-0.5, 0.5) * map.voxel_size;
+    QueryOptions options;
+    options.contact_distance = static_cast<float>(random.between(0, 0.5)) * map.voxel_size;
+    options.cache = &cache;
+    QueryResult with;
+    // The second query at a place makes a list.
+    for (int i = 0; i < 2; ++i) {
+      ASSERT_EQ(traverse(shell, map, pose, options, scratch, contacts, with), Status::ok);
+    }
+    const std::uint32_t before = with.contacts;
+    for (double& x : pose.translation) x += random.between(-0.03, 0.03) * map.voxel_size;
+    ASSERT_EQ(traverse(shell, map, pose, options, scratch, contacts, with), Status::ok);
+    const std::vector<Contact> found(contacts.begin(), contacts.begin() + with.contacts);
+    options.cache = nullptr;
+    QueryResult without;
+    ASSERT_EQ(traverse(shell, map, pose, options, scratch, contacts, without), Status::ok);
+    ASSERT_TRUE(same_bytes(found, std::span(contacts).first(without.contacts))) << n;
+    changed += without.contacts != before;
+    if (with.nodes_tested > 0) continue;
+    listed += cache.points.size();
+    tested += with.points_tested;
+  }
+  EXPECT_GT(changed, 3000);
+  EXPECT_GT(listed, 5'000'000U);
+  EXPECT_LT(tested, 3 * listed / 4);
+}
+
 // Highway selects the machine's best instruction set. The others must give the same result up to rounding, and each
 // must reproduce its own result to the bit.
 TEST(Traverse, EveryInstructionSetGivesTheSameAnswer) {
