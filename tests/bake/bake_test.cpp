@@ -9,6 +9,7 @@
 #include "tests/bake/scene.h"
 #include "tests/support/baked.h"
 #include "tests/support/oracle.h"
+#include "version.h"
 
 namespace vps::test {
 
@@ -150,7 +151,7 @@ TEST(Bake, MassPropertiesAndBoundsAreThoseOfTheMesh) {
   EXPECT_DOUBLE_EQ(info.bounds_min[0], -0.04);
   EXPECT_DOUBLE_EQ(info.bounds_max[2], 0.03);
   EXPECT_EQ(info.triangles, 12U);
-  EXPECT_STREQ(info.generator.data(), "vpsbake 0.1.0");
+  EXPECT_STREQ(info.generator.data(), "vpsbake " VPSBAKE_VERSION);
 }
 
 TEST(Bake, StoredPointsStayOnTheSurfaceAndKeepItsArea) {

@@ -11,6 +11,7 @@
 #include "runtime/vps_runtime.h"
 #include "tests/cli/program.h"
 #include "tests/support/shared.h"
+#include "version.h"
 
 namespace vps::test {
 namespace {
@@ -398,7 +399,7 @@ TEST(Cli, HelpAndVersionAreNotErrors) {
   EXPECT_NE(help.out.find("--voxel LENGTH"), std::string::npos);
   for (const char* words : {"Import:", "--import-memory SIZE", "--import-timeout TIME"})
     EXPECT_NE(help.out.find(words), std::string::npos) << words;
-  EXPECT_TRUE(vpsbake(folder, "--version").out.starts_with("vpsbake 0.1.0\n"));
+  EXPECT_TRUE(vpsbake(folder, "--version").out.starts_with("vpsbake " VPSBAKE_VERSION "\n"));
 }
 
 struct RealMesh {

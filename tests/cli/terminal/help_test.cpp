@@ -7,6 +7,7 @@
 
 #include "tests/cli/program.h"
 #include "tests/cli/terminal/terminal.h"
+#include "version.h"
 
 namespace vps::test {
 namespace {
@@ -132,7 +133,7 @@ TEST(Help, VersionNamesTheLibrariesFromAnyCommand) {
   const TemporaryFolder folder;
   const Outcome version = vpsbake(folder, "--version");
   EXPECT_EQ(version.code, 0);
-  EXPECT_TRUE(version.out.starts_with("vpsbake 0.1.0\n")) << version.out;
+  EXPECT_TRUE(version.out.starts_with("vpsbake " VPSBAKE_VERSION "\n")) << version.out;
   for (const char* library : {"assimp", "cgal", "cli11", "eigen", "fmt", "hdf5", "highway", "json", "png", "pugixml",
                               "tbb", "tomlplusplus", "urdfdom"}) {
     EXPECT_TRUE(std::regex_search(version.out, std::regex("\n" + std::string(library) + " [0-9.]+[0-9]\n?")))
