@@ -29,8 +29,10 @@ TEST_PACKAGES := chromium clang clang-format fonts-dejavu-core groff-base libcla
   python3-numpy python3-pytest python3-vtk9 slurm-wlm zsh
 # Only for `make tidy`.
 TIDY_PACKAGES := clang-tidy
-# Only for `make deb` and its test.
-DEB_PACKAGES := debootstrap dpkg-dev file lintian
+# Only for `make deb`.
+DEB_PACKAGES := dpkg-dev file lintian
+# Only for the tests of packages and of the container, in fresh systems.
+SYSTEM_PACKAGES := debootstrap
 # Only for `make scenes`: its pictures.
 SCENE_PACKAGES := libgl1-mesa-dri python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
@@ -41,12 +43,13 @@ CTEST := ctest --output-on-failure --no-tests=error --output-junit tests.xml -j 
 run_tests = cd $(1) && rm -f tests.xml && { $(CTEST) $(2); status=$$?; \
   python3 -B $(CURDIR)/tests/support/skipped_tests.py tests.xml; exit $$status; }
 PREFIX ?= /usr/local
+VERSION = $(shell sed -n 's,^project.vpsbake VERSION \([0-9.]*\).*,\1,p' CMakeLists.txt)
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
 # Prints what a step does, and about how many minutes it takes on two cores from scratch. Later runs compile only what changed.
 say = @echo "== $(1)"
 
-.PHONY: all install deb deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz trust test test-dev test-sanitize test-tsan test-runtime-only test-deb test-all tidy clean
+.PHONY: all install uninstall deb dist deps demo scenes bench bench-accuracy bench-scale paper corpus fuzz trust test test-dev test-sanitize test-tsan test-runtime-only test-deb test-container test-all tidy clean
 all: deps
 	$(call say,Building the program and the libraries: about 6 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=OFF -DVPS_BUILD_LAB=ON
@@ -56,16 +59,29 @@ all: deps
 install: all
 	DESTDIR="$(DESTDIR)" cmake --install build/release --prefix "$(PREFIX)"
 
+# Removes what `make install` installed with the same PREFIX and DESTDIR.
+uninstall:
+	@sh cli/package/uninstall.sh "$(DESTDIR)$(PREFIX)"
+
 # Makes the packages vpsbake, libvps0, libvps-dev and python3-vps with its parts for this release of Debian in build/packages, and checks
-# them with lintian.
+# them with lintian. Builds in build/release, where `make` does: after `make` only the Python package and MuJoCo's adapter may be missing.
 deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES) $(MUJOCO_PACKAGES)
 deb: deps
+	$(call say,Building and packing: about 2 minutes after make and 9 from scratch)
 	cmake --preset deb
 	cmake --build --preset deb -j $(JOBS)
 	rm -rf build/packages
-	cpack --config build/deb/CPackConfig.cmake -B build/packages
+	cpack --config build/release/CPackConfig.cmake -B build/packages
 	rm -rf build/packages/_CPack_Packages
 	lintian --allow-root --fail-on error build/packages/*.deb
+
+# Writes the committed files as build/vpsbake-VERSION.tar.gz, from which everything builds without git.
+dist:
+	@[ -e .git ] || { echo "make dist needs a clone made by git" >&2; exit 1; }
+	@[ -z "$$(git status --porcelain)" ] || echo "make dist leaves out what is not committed" >&2
+	mkdir -p build
+	git archive --prefix=vpsbake-$(VERSION)/ -o build/vpsbake-$(VERSION).tar.gz HEAD
+	@echo build/vpsbake-$(VERSION).tar.gz
 
 # Calls apt only when a package is missing.
 deps:
@@ -226,8 +242,15 @@ test-runtime-only: deps
 	cmake --build --preset runtime-only -j $(JOBS)
 
 # Installs, uses and removes the packages in a fresh minimal system; skipped without root.
+test-deb: PACKAGES += $(SYSTEM_PACKAGES)
 test-deb: deb
 	sh tests/install/debian.sh build/packages || [ $$? = 77 ]
+
+# Runs the steps of cli/package/Containerfile in fresh minimal systems, without a container engine; skipped without root. Takes as long as
+# `make deb` from scratch and ten minutes.
+test-container: PACKAGES += $(SYSTEM_PACKAGES)
+test-container: deps
+	sh tests/install/container.sh || [ $$? = 77 ]
 
 # Runs clang-tidy on the sources of the libraries and the program. Any warning is a failure.
 tidy: PACKAGES += $(TIDY_PACKAGES)
@@ -236,6 +259,7 @@ tidy: deps
 	cmake --build --preset edit --target vps_cache_program
 	sh tests/style/tidy.sh build/edit $(JOBS)
 
+test-all: PACKAGES += $(TEST_PACKAGES) $(PYTHON_PACKAGES) $(MUJOCO_PACKAGES) $(DEB_PACKAGES) $(SYSTEM_PACKAGES) $(TIDY_PACKAGES)
 test-all: test deb tidy
 	$(call run_tests,build/dev,-L slow)
 	$(call run_tests,build/dev,-LE slow -R '$(LONG)')

@@ -33,5 +33,5 @@ if(VPS_BUILD_PYTHON AND NOT DEFINED VPS_PYTHON_DIR)
   else()
     set(dir lib/python${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}/site-packages)
   endif()
-  set(VPS_PYTHON_DIR ${dir} CACHE STRING "Where the Python package is installed, below the prefix")
+  set(VPS_PYTHON_DIR ${dir})  # not in the cache: another prefix is another folder
 endif()

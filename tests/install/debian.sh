@@ -4,30 +4,14 @@
 # Exits with 77 if it cannot run: not root, no debootstrap, or no packages.
 # usage: debian.sh PACKAGES
 set -eu
-skip() {
-  echo "skipped: $1"
-  exit 77
-}
 root=$(cd "$(dirname "$0")/../.." && pwd)
-[ "$(id -u)" = 0 ] || skip 'only root can make a system to install into'
-command -v debootstrap >/dev/null || skip 'debootstrap is not installed'
+. "$root/tests/install/fresh_system.sh"
 ls "$1"/vpsbake_*.deb "$1"/libvps0_*.deb "$1"/libvps-dev_*.deb >/dev/null 2>&1 || skip "no packages in $1: run make deb"
-. /etc/os-release
-mirror=$(apt-get indextargets --format '$(RELEASE) $(COMPONENT) $(REPO_URI)' 'Created-By: Packages' |
-  sed -n "s/^$VERSION_CODENAME main //p" | head -n 1)
-[ -n "$mirror" ] || skip "apt has no mirror of $VERSION_CODENAME"
-proxy=$(apt-config shell proxy Acquire::http::Proxy)
-[ -z "$proxy" ] || { eval "$proxy"; export http_proxy="$proxy"; }
-
-work=$(mktemp -d)
+make_system system
 system=$work/system
-# Mounted file systems are not removed.
-trap 'umount "$system/proc" 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
-debootstrap --variant=minbase "$VERSION_CODENAME" "$system" "$mirror" >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
-cp /etc/resolv.conf "$system/etc/resolv.conf" 2>/dev/null || true
 mkdir "$system/test"
 cp "$1"/*.deb "$root/tests/install/python/depth.py" "$root/sample_meshes/bolt.obj" "$root/tests/install/runtime/overlap.cpp" \
-  "$root/tests/install/c/deepest.c" "$system/test"
+  "$root/tests/install/c/deepest.c" "$root/tests/install/bullet/drop.cpp" "$root/docs/examples/nut_on_bolt_mujoco/nut_on_bolt.cpp" "$system/test"
 cat >"$system/test/run" <<'END'
 set -eux
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C
@@ -37,7 +21,7 @@ get() {
 }
 get update
 get install ./vpsbake_*.deb
-vpsbake --version | head -n 1
+[ "$(vpsbake --version | head -n 1)" = "vpsbake $(dpkg-query -W -f '${source:Upstream-Version}' vpsbake)" ]
 vpsbake bolt.obj --voxel 0.5mm >/dev/null
 vpsbake info bolt.vps.hdf | head -n 1
 ldd /usr/bin/vpsbake | grep 'not found' && exit 1
@@ -48,6 +32,10 @@ gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps)
 ./deepest bolt.vps.hdf
 gcc -std=c99 deepest.c -o deepest $(pkg-config --cflags --libs vps-shared)
 ./deepest bolt.vps.hdf
+get install libbullet-dev libmujoco-dev
+g++ -std=c++20 drop.cpp -o drop $(pkg-config --cflags --libs vps-bullet)
+./drop bolt.vps.hdf
+g++ -std=c++20 nut_on_bolt.cpp -o nut_on_bolt $(pkg-config --cflags --libs vps-mujoco)
 packages='vpsbake libvps0 libvps-dev'
 if ls python3-vps_*.deb >/dev/null 2>&1; then
   packages="$packages python3-vps python3-vps-bake python3-vps-bullet"
@@ -68,6 +56,4 @@ for folder in /usr/include/vps /usr/lib/python3/dist-packages/vps /usr/share/doc
   [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
 done
 END
-# The program needs /proc/self/fd to write whole files.
-mountpoint -q "$system/proc" || mount -t proc proc "$system/proc" || skip 'nothing may be mounted here'
 chroot "$system" /bin/sh /test/run
