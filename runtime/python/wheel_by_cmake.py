@@ -69,7 +69,8 @@ def _tag():
 
 def _metadata(parts):
     """The files of the folder dist-info but the record, by name."""
-    licences = ["Zlib"] + ["GPL-3.0-or-later"] * ("python_bake" in parts)
+    licences = ["Zlib", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause"]
+    licences += ["MIT"] * (len(parts) > 1) + ["GPL-3.0-or-later"] * ("python_bake" in parts)
     files = {f"{_info()}/{licence}.txt": (ROOT / "LICENSES" / f"{licence}.txt").read_bytes() for licence in licences}
     files[f"{_info()}/METADATA"] = f"""Metadata-Version: 2.1
 Name: vps
