@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The targets of all links in the documents exist, the files that they name exist, and so do the functions in paper_map.md."""
+"""The targets of all links in the documents exist, the files that they name exist, and so do the functions in paper_map.md. The index
+names every document."""
 import re
 import sys
 from pathlib import Path
@@ -49,6 +50,14 @@ def missing_files(document):
             yield f"`{quoted}`: no such file"
 
 
+def missing_in_index():
+    index = ROOT / "docs/README.md"
+    linked = {(index.parent / link).resolve() for link in LINK.findall(index.read_text())}
+    for document in sorted(index.parent.rglob("*.md")):
+        if document != index and document not in linked:
+            yield f"{document.relative_to(ROOT)} is not in it"
+
+
 def missing_functions():
     """Functions that paper_map.md names but the code lacks.
 
@@ -77,6 +86,7 @@ def main():
     faults = [f"{document.relative_to(ROOT)}: {fault}" for document in documents()
               for check in (dead_links, missing_files) for fault in check(document)]
     faults += [f"docs/paper_map.md: {fault}" for fault in missing_functions()]
+    faults += [f"docs/README.md: {fault}" for fault in missing_in_index()]
     print(*faults, sep="\n")
     return 1 if faults else 0
 
