@@ -4,6 +4,12 @@
 cmake_policy(VERSION 3.25)
 set(source ${CMAKE_CURRENT_LIST_DIR}/../..)
 
+# The day of the release, from the changelog.
+file(READ ${source}/CHANGELOG.md changelog)
+string(REGEX MATCH "## .${CPACK_PACKAGE_VERSION}. - ([0-9-]+)" heading "${changelog}")
+execute_process(COMMAND date -u -R -d "${CMAKE_MATCH_1}" OUTPUT_VARIABLE RELEASE_DATE OUTPUT_STRIP_TRAILING_WHITESPACE
+  COMMAND_ERROR_IS_FATAL ANY)
+
 # compress(FILES...): replaces each FILE by FILE.gz
 function(compress)
   execute_process(COMMAND gzip -9nf ${ARGV} COMMAND_ERROR_IS_FATAL ANY)
