@@ -462,6 +462,7 @@ py::tuple time_of_impact(const Asset& first, const Asset& second, const Doubles&
 }  // namespace
 
 PYBIND11_MODULE(_runtime, m) {
+  m.attr("__version__") = VPS_VERSION;
   PYBIND11_NUMPY_DTYPE(VpsCertificate, max, rms, p99, worst_at, bound);
   PYBIND11_NUMPY_DTYPE(VpsAssetInfo, bounds_min, bounds_max, triangles, vertices, surface_area, volume, centre_of_mass,
                        inertia, voxel_size, dims, origin, band_inner, band_outer, points, levels, branching, spacing,

@@ -41,6 +41,7 @@ if ls python3-vps_*.deb >/dev/null 2>&1; then
   packages="$packages python3-vps python3-vps-bake python3-vps-bullet"
   get install ./python3-vps_*.deb
   python3 depth.py bolt.vps.hdf
+  python3 -c 'import vps; print("vpsbake", vps.__version__)' | grep -qFx "$(vpsbake --version | head -n 1)"
   python3 -c 'import vps; vps.bake("bolt.obj", voxel=1e-3)' 2>&1 | grep -q 'install python3-vps-bake'
   get install ./python3-vps-bake_*.deb
   python3 -c 'import vps; vps.World()' 2>&1 | grep -q 'install python3-vps-bullet'

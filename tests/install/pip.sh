@@ -12,4 +12,6 @@ trap 'rm -rf "$work"' EXIT
   "$here/../../runtime/python" >"$work/log" 2>&1 || { cat "$work/log"; exit 1; }
 "$2" "$here/../../sample_meshes/bolt.obj" --voxel 0.5mm -o "$work/bolt.vps.hdf" >/dev/null 2>&1
 PYTHONPATH="$work/packages" "$1" -B "$here/python/depth.py" "$work/bolt.vps.hdf"
-"$1" -m pip list --path "$work/packages" 2>/dev/null | grep -q '^vps ' || { echo 'pip does not list the package'; exit 1; }
+version=$(PYTHONPATH="$work/packages" "$1" -B -c 'import vps; print(vps.__version__)')
+"$1" -m pip list --path "$work/packages" 2>/dev/null | grep -q "^vps  *$version\$" ||
+  { echo "pip does not list version $version of the package"; exit 1; }

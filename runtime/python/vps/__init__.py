@@ -38,7 +38,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _runtime
-from ._runtime import AssetError, MissingPart
+from ._runtime import AssetError, MissingPart, __version__
 from ._world import Body, Joint, World, WorldContacts
 
 __all__ = [

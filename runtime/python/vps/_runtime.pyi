@@ -8,6 +8,8 @@ Floats = npt.NDArray[np.float32]
 Doubles = npt.NDArray[np.float64]
 Records = npt.NDArray[np.void]
 
+__version__: str
+
 class AssetError(ValueError): ...
 class MissingPart(AssetError): ...
 
