@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = [ROOT / "README.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if path.name != "decisions.md")]
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 # Options of other programs that the text names by themselves.
-FOREIGN = {"--component", "--config-settings", "--cpus", "--only", "--points", "--system-site-packages", "--without-hacd", "--work"}
+FOREIGN = {"--component", "--config-settings", "--cpus", "--only", "--points", "--system-site-packages", "--user", "--without-hacd", "--work"}
 
 
 def output(*command):
