@@ -67,7 +67,7 @@ uninstall:
 # them with lintian. Builds in build/release, where `make` does: after `make` only the Python package and MuJoCo's adapter may be missing.
 deb: PACKAGES += $(DEB_PACKAGES) $(PYTHON_PACKAGES) $(MUJOCO_PACKAGES)
 deb: deps
-	$(call say,Building and packing: about 2 minutes after make and 9 from scratch)
+	$(call say,Building and packing: about a minute after make)
 	cmake --preset deb
 	cmake --build --preset deb -j $(JOBS)
 	rm -rf build/packages

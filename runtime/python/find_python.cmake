@@ -25,7 +25,7 @@ elseif(NOT VPS_BUILD_PYTHON)
 endif()
 
 # Below the prefix. Debian's Python looks into lib/python3/dist-packages of /usr and lib/pythonX.Y/dist-packages of /usr/local.
-if(VPS_BUILD_PYTHON AND NOT DEFINED VPS_PYTHON_DIR)
+if(VPS_BUILD_PYTHON AND NOT VPS_PYTHON_DIR)
   if(CMAKE_INSTALL_PREFIX STREQUAL "/usr" AND EXISTS /etc/debian_version)
     set(dir lib/python3/dist-packages)
   elseif(EXISTS /etc/debian_version AND Python_EXECUTABLE MATCHES "^/usr/bin/")
