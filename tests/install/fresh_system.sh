@@ -16,7 +16,7 @@ proxy=$(apt-config shell proxy Acquire::http::Proxy)
 
 work=$(mktemp -d)
 # Mounted file systems are not removed.
-trap 'umount "$work"/*/proc 2>/dev/null; rm -rf --one-file-system "$work"' EXIT
+trap 'umount "$work"/*/proc 2>/dev/null || true; rm -rf --one-file-system "$work"' EXIT
 # make_system NAME: makes a system in $work/NAME
 make_system() {
   debootstrap --variant=minbase "$VERSION_CODENAME" "$work/$1" "$mirror" </dev/null >"$work/log" 2>&1 || { tail -n 20 "$work/log"; exit 1; }
