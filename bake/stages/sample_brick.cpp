@@ -52,6 +52,7 @@ bool BrickSampler::load(const std::uint32_t (&at)[3]) {
     octant_base_[axis] = static_cast<std::int32_t>(at[axis] * kBrickEdge) * kQuarters;
   listed_ = {};
   float_listed_.clear();
+  near_bricks_ = {};
   return true;
 }
 
