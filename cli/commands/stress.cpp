@@ -69,7 +69,8 @@ std::vector<const stress::Case*> chosen(const StressArguments& arguments) {
 
 void list_cases(const StressArguments& arguments) {
   for (const stress::Case* one : chosen(arguments)) {
-    fmt::print("{:<22} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, "", one->measured, one->limit);
+    fmt::print("{:<22} {} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, one->setup, "", one->measured,
+               one->limit);
   }
 }
 

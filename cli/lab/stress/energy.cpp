@@ -131,7 +131,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "restitution",
       .family = "energy",
-      .question = "With restitution 1, does the body gain energy over the bounces of 2 s, from its own height?",
+      .question = "Does it bounce without gaining energy?",
+      .setup = "Restitution 1, dropped from its own height, for 2 s.",
       .measured = "most energy above the first",
       .quantity = "energy gained",
       .unit = "%",
@@ -149,7 +150,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "slide",
       .family = "energy",
-      .question = "Does a body that slides at 1 m/s gain energy within 5 s?",
+      .question = "Does it slide without gaining energy?",
+      .setup = "At 1 m/s on a plane, for 5 s.",
       .measured = "most energy above the first",
       .quantity = "energy gained",
       .unit = "%",
@@ -163,7 +165,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "spin",
       .family = "energy",
-      .question = "Does a body gain energy that falls on a plane at 100 revolutions a second?",
+      .question = "Does it land spinning without gaining energy?",
+      .setup = "Falls on a plane at 100 revolutions a second.",
       .measured = "most energy above the first, of its spin",
       .quantity = "energy gained",
       .unit = "%",
@@ -178,7 +181,8 @@ void add_energy_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "near_singular_inertia",
       .family = "energy",
-      .question = "Does a body with one moment of inertia far below the others gain energy when it falls?",
+      .question = "Does it fall without gaining energy when its moments of inertia are very unequal?",
+      .setup = "Falls on a plane, with one moment far below the others.",
       .measured = "most energy above the first, of its fall",
       .quantity = "energy gained",
       .unit = "%",

@@ -122,7 +122,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "impact_baked",
       .family = "impact",
-      .question = "Is a body stopped that is thrown at a thin baked wall, at 240 Hz, without restitution?",
+      .question = "Does a thin baked wall stop it?",
+      .setup = "Thrown at the wall at 240 Hz, without restitution.",
       .measured = measured,
       .quantity = "beyond the wall's back",
       .below_zero = "before the wall's back",
@@ -139,7 +140,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "impact_box",
       .family = "impact",
-      .question = "And at Bullet's own box?",
+      .question = "Does a thin box of Bullet's own stop it?",
+      .setup = "Thrown at the box at 240 Hz, without restitution.",
       .measured = measured,
       .quantity = "beyond the wall's back",
       .below_zero = "before the wall's back",
@@ -156,7 +158,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "impact_bouncing",
       .family = "impact",
-      .question = "And at the baked wall with restitution 0.5, for which contacts ahead are not made?",
+      .question = "Does a thin baked wall stop it when it bounces?",
+      .setup = "Thrown at the wall at 240 Hz with restitution 0.5, which gets no speculative contacts.",
       .measured = measured,
       .quantity = "beyond the wall's back",
       .below_zero = "before the wall's back",
@@ -173,7 +176,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "deep_overlap",
       .family = "impact",
-      .question = "Does a body that starts deep in a slab leave it, without being shot off?",
+      .question = "Does it come out of a slab without being shot off?",
+      .setup = "It starts in the slab by a part of its length.",
       .measured = "most energy above the first in 10 s, over what lifts the body by the overlap",
       .quantity = "energy gained",
       .unit = "m g depth",
@@ -187,7 +191,8 @@ void add_impact_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "coincident",
       .family = "impact",
-      .question = "Do two of the asset at the same pose stay finite, without gravity?",
+      .question = "Do two at the same place stay calm?",
+      .setup = "Two of the asset at the same pose, without gravity.",
       .measured = "largest kinetic energy in 5 s, over what lifts the body by its length",
       .quantity = "kinetic energy",
       .unit = "m g length",

@@ -267,8 +267,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "penalty_bound_plane",
       .family = "penalty loop",
-      .question =
-          "Up to which stiffness is the body stable that is pressed onto a plane by half a voxel, without damping?",
+      .question = "Is the penalty loop stable up to the stiffness that theory allows?",
+      .setup = "Pressed onto a plane by half a voxel, without damping.",
       .measured = "largest stable k dt^2 over what theory allows",
       .quantity = "measured over theory",
       .limit = "0.95 to 1.05",
@@ -281,7 +281,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "penalty_bound_voxelmap",
       .family = "penalty loop",
-      .question = "The same on a baked slab, whose field is interpolated.",
+      .question = "Is the penalty loop as stable on a baked slab?",
+      .setup = "Pressed onto the slab by half a voxel, without damping; the slab's field is interpolated.",
       .measured = "largest stable k dt^2 over what theory allows",
       .quantity = "measured over theory",
       .limit = "0.95 to 1.05",
@@ -294,7 +295,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "penalty_bound_damped",
       .family = "penalty loop",
-      .question = "The same on the plane with a damper of a quarter of k dt.",
+      .question = "Is the penalty loop as stable with a damper?",
+      .setup = "Pressed onto a plane by half a voxel, with a damper of a quarter of k dt.",
       .measured = "largest stable k dt^2 over what theory allows",
       .quantity = "measured over theory",
       .limit = "0.95 to 1.05",
@@ -308,7 +310,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "penalty_sweep",
       .family = "penalty loop",
-      .question = "Is the contact stable everywhere below the bound and nowhere above it?",
+      .question = "Is the penalty loop stable below that stiffness and unstable above it?",
+      .setup = "Pressed onto a plane by half a voxel, with 0.1 to 10 times the stiffness that theory allows.",
       .measured = "growth of a disturbance within 300 steps, 100 at most",
       .quantity = "growth of the disturbance",
       .limit = "below 100 where k dt^2 < 4 m_eff, 100 where more",
@@ -323,7 +326,8 @@ void add_penalty_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "penalty_bounce",
       .family = "penalty loop",
-      .question = "How much energy does an undamped bounce onto a face gain or lose?",
+      .question = "Does a bounce keep its energy in the penalty loop?",
+      .setup = "An undamped bounce onto a face.",
       .measured = "energy after over energy before, less 1, whichever its sign",
       .quantity = "change of energy",
       .unit = "%",

@@ -266,7 +266,8 @@ void add_pile_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "mass_ratio",
       .family = "piles",
-      .question = "Does the body rest on a free slab on a plane, when one is much heavier than the other?",
+      .question = "Can it lie on a much lighter or heavier slab?",
+      .setup = "On a free slab on a plane, with masses of 1:10,000 to 10,000:1.",
       .measured = "farthest of body and slab, slab and plane from touching, in the second half of 10 s at 240 Hz "
                   "(--quick: 4 s)",
       .quantity = "off from touching",
@@ -282,7 +283,8 @@ void add_pile_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "stack",
       .family = "piles",
-      .question = "Does a stack of ten stand for 60 s without sleeping (--quick: 10 s)?",
+      .question = "Does a stack of ten stand?",
+      .setup = "For 60 s without sleeping (--quick: 10 s).",
       .measured = "time until a body is a quarter of its height from its place",
       .quantity = "time that it stands",
       .unit = "s",
@@ -300,7 +302,8 @@ void add_pile_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "foundation",
       .family = "piles",
-      .question = "Are contacts as springs (set_foundation) stable where an explicit loop is not?",
+      .question = "Are contacts as springs stable at any stiffness?",
+      .setup = "Set down with set_foundation; an explicit loop is unstable above the bound.",
       .measured = "most energy above the first, set down from a voxel high, over what lifts the body by a voxel",
       .quantity = "energy gained",
       .unit = "m g vx",

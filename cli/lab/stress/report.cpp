@@ -102,6 +102,7 @@ ordered_json to_json(const CaseResult& result, Strictness strictness) {
   ordered_json j = {{"name", asked.name},
                     {"family", asked.family},
                     {"question", asked.question},
+                    {"setup", asked.setup},
                     {"measured", asked.measured},
                     {"quantity", asked.quantity},
                     {"below_zero", asked.below_zero},

@@ -133,7 +133,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "rest_depth",
       .family = "rest",
-      .question = "Dropped from a quarter of its length, does the body come to rest on a plane at any step?",
+      .question = "Does it stay on the ground?",
+      .setup = "Dropped on a plane from a quarter of its length.",
       .measured = "lowest point from the plane, above or below, in the last 3 of 12 s",
       .quantity = "off the plane",
       .unit = "vx",
@@ -148,7 +149,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "rest_jitter",
       .family = "rest",
-      .question = "And does it stay still there?",
+      .question = "Does it lie still on the ground?",
+      .setup = "Dropped on a plane from a quarter of its length.",
       .measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel",
       .quantity = "kinetic energy",
       .unit = "m g vx",
@@ -163,7 +165,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "wedge",
       .family = "rest",
-      .question = "Dropped into a V of two boxes that lean by 45 degrees, does it stay still there?",
+      .question = "Does it lie still in a V?",
+      .setup = "Dropped between two boxes that lean by 45 degrees.",
       .measured = "largest kinetic energy in the last 3 of 12 s, over what lifts the body by a voxel",
       .quantity = "kinetic energy",
       .unit = "m g vx",
@@ -178,7 +181,8 @@ void add_rest_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "tip",
       .family = "rest",
-      .question = "Does a needle, 50 voxels long and kept upright, stand on its tip?",
+      .question = "Does a needle stand on its tip?",
+      .setup = "50 voxels long and kept upright.",
       .measured = "tip from the plane, above or below, in the last 2 of 8 s",
       .quantity = "off the plane",
       .unit = "vx",

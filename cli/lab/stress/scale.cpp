@@ -222,7 +222,8 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "far_queries",
       .family = "scale",
-      .question = "Are the runtime's contacts the same when both bodies are far from the origin?",
+      .question = "Are contacts the same far from the origin?",
+      .setup = "The runtime's contacts, with both bodies far away.",
       .measured = "largest change of a contact's depth, in 32 poses of the asset in itself",
       .quantity = "change of depth",
       .unit = "vx",
@@ -237,8 +238,8 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "far_world",
       .family = "scale",
-      .question = "In Bullet's floats, does a body that stands far from the origin stay finite and in place, rather "
-                  "than explode?",
+      .question = "Does it stay in place far from the origin in Bullet?",
+      .setup = "Set down on a slab far away, in Bullet's floats.",
       .measured = "largest kinetic energy in 2 s, over what lifts the body by its length, or by what floats are apart",
       .quantity = "kinetic energy",
       .unit = "m g length",
@@ -252,7 +253,8 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "size_queries",
       .family = "scale",
-      .question = "Baked from 10 um to 10 km long, does the runtime answer as at 1 m?",
+      .question = "Are contacts the same at any size?",
+      .setup = "The runtime's contacts, baked from 10 um to 10 km long.",
       .measured = "largest change of depth over size, in 32 poses of the asset half a voxel in itself",
       .quantity = "change of depth",
       .unit = "vx",
@@ -267,9 +269,8 @@ void add_scale_cases(std::vector<Case>& cases) {
   cases.push_back({
       .name = "size_world",
       .family = "scale",
-      .question = "From 10 um to 10 km long, of the same density and gravity in proportion, does it come to rest on a "
-                  "plane as at "
-                  "1 m?",
+      .question = "Does it stay on the ground at any size?",
+      .setup = "From 10 um to 10 km long, of the same density and gravity in proportion.",
       .measured = "lowest point from the plane in the last 3 of 12 s at 240 Hz",
       .quantity = "off the plane",
       .unit = "vx",

@@ -157,7 +157,8 @@ enum class Requirement : std::uint8_t { pointshell, both, mesh };
 struct Case {
   std::string name{};
   std::string family{};
-  std::string question{};
+  std::string question{};    ///< plain; a yes passes
+  std::string setup{};       ///< describes what is done
   std::string measured{};    ///< describes the measured number
   std::string quantity{};    ///< the same in a word or three
   std::string below_zero{};  ///< quantity of a negative number's size; empty: printed with its sign

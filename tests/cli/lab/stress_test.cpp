@@ -56,7 +56,7 @@ TEST(Stress, EachCaseStatesItsOwnLimit) {
   for (const Case& one : all_cases()) {
     EXPECT_TRUE(names.insert(one.name).second) << one.name;
     for (const std::string* const text :
-         {&one.family, &one.question, &one.measured, &one.quantity, &one.limit, &one.limit_from})
+         {&one.family, &one.question, &one.setup, &one.measured, &one.quantity, &one.limit, &one.limit_from})
       EXPECT_FALSE(text->empty()) << one.name;
     EXPECT_FALSE(one.axes.empty()) << one.name;
     EXPECT_TRUE(one.run) << one.name;
@@ -376,9 +376,12 @@ TEST(Stress, NamesOfCasesAreDistinctAndEveryCaseSaysWhatItAsks) {
   for (const Case& one : all_cases()) {
     EXPECT_EQ(std::count(names.begin(), names.end(), one.name), 0) << one.name;
     names.push_back(one.name);
-    for (const std::string& text : {one.family, one.question, one.measured, one.quantity, one.limit, one.limit_from}) {
+    for (const std::string& text :
+         {one.family, one.question, one.setup, one.measured, one.quantity, one.limit, one.limit_from}) {
       EXPECT_FALSE(text.empty()) << one.name;
     }
+    EXPECT_TRUE(one.question.ends_with("?")) << one.name;  // one that makes sense alone: a page sorts them
+    EXPECT_FALSE(one.question.starts_with("And ")) << one.name;
     EXPECT_TRUE(one.run) << one.name;
   }
   EXPECT_GE(names.size(), 20U);
