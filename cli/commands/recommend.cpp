@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "bake/quantity_text.h"
+#include "cli/commands/bake_command.h"
 #include "cli/lab/recommend.h"
 #include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
@@ -33,35 +34,9 @@ struct RecommendArguments {
   std::string cache;
 };
 
-// The shortest text that parse_length reads back as exactly this length. @param metres  [m]
-std::string exact_length(double metres) {
-  std::string shortest;
-  for (const auto& [unit, size] : {std::pair{"mm", 1e-3}, {"um", 1e-6}, {"m", 1.0}}) {
-    for (int digits = 1; digits <= 17; ++digits) {
-      const std::string text = fmt::format("{:.{}f}", metres / size, std::max(0, digits - 1)) + unit;
-      if (!(std::strtod(text.c_str(), nullptr) > 0) || parse_length(text) != metres) continue;
-      if (shortest.empty() || text.size() < shortest.size()) shortest = text;
-      break;
-    }
-  }
-  return shortest.empty() ? fmt::format("{}m", metres) : shortest;
-}
-
 // The shell command that bakes this setting.
 std::string command_of(const RecommendArguments& arguments, const Tried& tried) {
-  const BakeArguments& bake = arguments.bake;
-  const bake::BakeOptions defaults;
-  std::string out = "vpsbake " + quoted_word(bake.mesh);
-  for (const auto& [name, unit] : {std::pair{"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}}) {
-    if (bake.unit == unit) out += fmt::format(" --unit {}", name);
-  }
-  if (bake.scale != 1) out += fmt::format(" --scale {}", bake.scale);
-  if (bake.options.repair != bake::Repair::automatic) out += fmt::format(" --repair {}", describe(bake.options.repair));
-  if (bake.options.sheet_thickness > 0) out += " --open-surface thicken=" + exact_length(bake.options.sheet_thickness);
-  out += " --voxel " + exact_length(tried.bake.voxel_size);
-  if (tried.bake.alpha != defaults.alpha) out += fmt::format(" --alpha {}", tried.bake.alpha);
-  if (tried.bake.band_inside != defaults.band_inside) out += fmt::format(" --band-inside {}vx", tried.bake.band_inside);
-  return out;
+  return bake_command(arguments.bake, tried.bake);
 }
 
 std::string spread_line(const char* what, const lab::Spread& s, const lab::LengthUnit& unit) {

@@ -12,6 +12,7 @@
 #include <mutex>
 
 #include "bake/quantity_text.h"
+#include "cli/commands/bake_command.h"
 #include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/complain.h"
@@ -54,7 +55,8 @@ struct ReportArguments {
 // A mesh that can be measured.
 struct Candidate {
   std::string file;
-  TriangleMesh mesh;  // as imported
+  std::string bake_command;  // bakes the base setting
+  TriangleMesh mesh;         // as imported
   bake::ClosedMesh closed;
   lab::MeasureOptions options;
 };
@@ -72,6 +74,7 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
   if (base.voxel_size == 0 && base.resolution == 0) base.resolution = arguments.quick ? kQuickResolution : kResolution;
   base.voxel_size = bake::plan_bake(mesh, base).voxel_size;
   base.resolution = 0;
+  out.bake_command = bake_command(bake, base);
   out.closed = bake::closed_mesh(mesh, base);
   out.closed.notes.insert(out.closed.notes.begin(), mesh.notes.begin(), mesh.notes.end());
   const lab::Oracle refuses_here(out.closed.mesh);
@@ -144,9 +147,13 @@ void print_rows(const lab::Measurement& m, const lab::Front& front) {
   std::vector<double> errors;
   for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
   const lab::LengthUnit unit = lab::unit_for(errors);
+  const bool has_p99 =
+      std::any_of(rows.begin(), rows.end(), [&](std::size_t i) { return !std::isnan(m.rows[i].contacts.p99); });
   fmt::print(kColumns, fmt::format("  {}", lab::describe(front.way)),
-             fmt::format("depth off, RMS / max, {}", unit.name), "missed", "file, MB",
-             steps ? "us a whole step, median / 99 %: " + scene_names() : "us a query, median / 99 %");
+             fmt::format("depth error, RMS / max, {}", unit.name), "missed", "file, MB",
+             steps     ? "us a whole step, median / 99 %: " + scene_names()
+             : has_p99 ? "us a query, median / 99 %"
+                       : "us a query, median");
   for (const std::size_t i : rows) {
     const lab::Row& row = m.rows[i];
     const lab::Spread& s = row.errors.contact.penetration;
@@ -154,7 +161,7 @@ void print_rows(const lab::Measurement& m, const lab::Front& front) {
         std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
     const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
     fmt::print(kColumns, mark + row.name,
-               s.told == 0 ? "does not tell" : fmt::format("{:.3g} / {:.3g}", s.rms / unit.size, s.max / unit.size),
+               s.told == 0 ? "none" : fmt::format("{:.3g} / {:.3g}", s.rms / unit.size, s.max / unit.size),
                fmt::format("{} of {}", row.errors.contact.missed, s.asked),
                row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "",
                steps ? text_of(row.steps) : text_of(row.contacts));
@@ -164,8 +171,8 @@ void print_rows(const lab::Measurement& m, const lab::Front& front) {
 void print_table(const ReportedMesh& mesh) {
   const lab::Measurement& m = mesh.measured;
   fmt::print(
-      "{}: {} triangles, {} poses; of {} rows the base, peers and fronts (*, ~ where the time is within the noise "
-      "of the one before)\n",
+      "{}: {} triangles, {} poses; of {} rows the base, other libraries and fronts (*, ~ where the time is "
+      "within the noise of the one before)\n",
       mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
   for (const lab::Front& front : m.fronts) {
     const bool query = front.way == lab::Way::query;
@@ -248,8 +255,8 @@ void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
   }
   if (!truth.wrenches_exact()) {
     notes.push_back(
-        fmt::format("exact forces and torques are off by up to {:.2g} %, more than the {:.2g} % asked for: "
-                    "nobody's errors of force and torque are told",
+        fmt::format("exact forces and torques are known to {:.2g} % instead of {:.2g} %: errors of force and torque "
+                    "are left out",
                     100 * truth.wrench_error, 100 * truth.options.wrench.tolerance));
   }
 }
@@ -273,7 +280,8 @@ int run_report(const ReportArguments& arguments) {
   }
   for (Candidate& mesh : meshes) {
     const int code = guarded(mesh.file, [&] {
-      ReportedMesh reported{mesh.file, mesh.closed.mesh.triangles.size(), mesh.closed, measure(arguments, mesh)};
+      ReportedMesh reported{mesh.file, mesh.bake_command, mesh.closed.mesh.triangles.size(), mesh.closed,
+                            measure(arguments, mesh)};
       add_notes(reported.measured.truth, reported.closed.notes);
       print_table(reported);
       std::fflush(stdout);

@@ -200,30 +200,31 @@ ordered_json measure_definitions() {
   };
   return {
       {"penetration",
-       entry(
-           "m", "penetration",
-           "Depth told against exact depth, over the poses in contact; where a contact is missed, the whole depth. The "
-           "exact depth is that of the deepest point of the first body's surface below the second's.")},
-      {"distance", entry("m", "distance",
-                         "Distance told against exact distance, over the poses apart: ours by the query `separation`, "
-                         "those of peers in "
-                         "Bullet by their contacts, where they have any.")},
+       entry("m", "penetration",
+             "Reported depth against exact depth, over the poses in contact; where a contact is missed, the whole "
+             "depth. The "
+             "exact depth is that of the deepest point of the first body's surface below the second's.")},
+      {"distance",
+       entry("m", "distance",
+             "Reported distance against exact distance, over the poses apart: vpsbake's by the query `separation`, "
+             "those of other "
+             "libraries in Bullet by their contacts, where they have any.")},
       {"normal_deg",
        entry("degrees", "normal direction",
-             "At the deepest contact that was told: between its direction and the exact one at that place, towards the "
+             "At the deepest reported contact: between its direction and the exact one at that place, towards the "
              "nearest point of the second body's surface. Poses in contact.")},
       {"force_percent",
        entry("%", "total force",
-             "Length of the difference between total force told and exact one, over the RMS of the exact forces of all "
+             "Length of the difference between reported and exact total force, over the RMS of the exact forces of all "
              "poses in contact. The exact force is the integral of V n over the surface in touch.")},
       {"force_direction_deg",
        entry("degrees", "direction of the total force",
-             "Between total force told and exact one; poses in contact that are pressed from one side (a force of at "
+             "Between reported and exact total force; poses in contact that are pressed from one side (a force of at "
              "least a tenth of the integral of V).")},
       {"torque_percent",
        entry(
            "%", "total torque",
-           "Length of the difference between total torque told and exact one about the centre of mass, over the RMS of "
+           "Length of the difference between reported and exact total torque about the centre of mass, over the RMS of "
            "the exact forces times half the body's longest side. Poses in contact.")},
       {"deep_penetration", entry("m", "penetration, deep poses", "As penetration, over the deep poses.")},
       {"deep_normal_deg",
@@ -249,6 +250,7 @@ ordered_json mesh_to_json(const ReportedMesh& mesh) {
   const lab::Measurement& m = mesh.measured;
   const lab::TruthOptions& t = m.truth.options;
   ordered_json out = {{"file", mesh.file},
+                      {"bake_command", mesh.bake_command},
                       {"triangles", mesh.triangles},
                       {"size", m.size},
                       {"repair", describe(mesh.closed.repair)},

@@ -14,6 +14,7 @@ namespace vps::cli {
 /// One mesh of a report.
 struct ReportedMesh {
   std::string file;
+  std::string bake_command;   ///< bakes the base setting
   std::size_t triangles = 0;  ///< of the closed mesh
   bake::ClosedMesh closed;
   lab::Measurement measured;

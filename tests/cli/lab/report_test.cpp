@@ -272,6 +272,8 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
   VisitOptions options;
   options.height = 2400;
   options.script = R"((async () => {
+    const order = [...document.querySelector('main').children], folded = !$('terms').open && !$('measured').open;
+    const heads = [...document.querySelectorAll('#fronts th, #table th')].map(h => h.textContent);
     const lineOf = way => charts[0].data.datasets.find(set => set.isFront && set.way === way).data.map(p => p.row.name);
     const front = ways.map(lineOf);
     const rows = document.querySelectorAll('#table tbody tr').length;
@@ -290,7 +292,10 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
     const tables = [...document.querySelectorAll('#fronts table')].map(t => t.tBodies[0].rows.length);
     document.querySelectorAll('#table thead tr:nth-child(2) button')[1].click();
     const points = [...document.querySelectorAll('#table tbody tr')].map(tr => tr.cells[1].textContent).filter(t => t);
-    return {front, rows, plots, axes, bytes, steps, tables, points, answer: $('answer').textContent, code: document.querySelector('code').textContent};
+    $('measured').open = true;
+    return {front, rows, plots, axes, bytes, steps, tables, points, folded, first: order[0].textContent, picture: order.indexOf(
+              document.querySelector('.plot')), statistics: $('statistic').options.length, head: heads.join('|'),
+            code: [...document.querySelectorAll('code')].map(c => c.textContent)};
   })())";
   const PageVisit visit = visit_page(reported().folder / "first.html", options);
   expect_sound(visit, 0.03);
@@ -305,10 +310,18 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
   EXPECT_EQ(visit.value["rows"], mesh["rows"].size());
   EXPECT_EQ(visit.value["plots"], 8);
   EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
-  EXPECT_EQ(visit.value["code"], reported().json["command"]);
-  const std::string answer = visit.value["answer"];
-  EXPECT_NE(answer.find("In Bullet the base is off by "), std::string::npos) << answer;
-  EXPECT_NE(answer.find("whole steps of the base take "), std::string::npos) << answer;
+  EXPECT_EQ(visit.value["code"], (Json{mesh["bake_command"], reported().json["command"]}));
+  EXPECT_EQ(mesh["bake_command"], "vpsbake " + sample("icosphere") + " --voxel 2.5mm");
+  // The verdict in one sentence, then the plot.
+  const std::string first = visit.value["first"];
+  EXPECT_TRUE(first.starts_with("icosphere.obj, baked with voxels of 2.5 mm, answers in ")) << first;
+  EXPECT_NE(first.find("of the other shapes, "), std::string::npos) << first;
+  EXPECT_LE(visit.value["picture"], 3);
+  EXPECT_EQ(visit.value["folded"], true);
+  // Two poses of contact have no 99th percentile: it is neither offered nor a column. Steps are hundreds.
+  EXPECT_EQ(visit.value["statistics"], 3);
+  EXPECT_EQ(visit.value["head"].get<std::string>().find("99 %, mm"), std::string::npos) << visit.value["head"];
+  EXPECT_NE(visit.value["head"].get<std::string>().find("99 %, us"), std::string::npos) << visit.value["head"];
   // Rows are sorted by points; rows without points come last.
   double last = 0;
   for (std::string points : visit.value["points"]) {
