@@ -20,6 +20,7 @@ int scene(const Options& options) {
   test::World world;
   Run run(world, kStep, options);
   run.measure_depth_every(5);
+  run.frame_every(10);
   btRigidBody& nut = place(run, thread);
 
   const double per_metre = thread.turn_per_metre();
