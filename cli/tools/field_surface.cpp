@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Surface nets (S. Gibson, Constrained Elastic Surface Nets, 1998) with a vertex for each sheet of a cell, so that
-// two sheets in one cell stay separate.
+// Dual contouring (T. Ju et al., Dual Contouring of Hermite Data, 2002) where the field has an edge or a corner, and
+// surface nets (S. Gibson, Constrained Elastic Surface Nets, 1998) where it is smooth. A cell has a vertex for each
+// sheet, so that two sheets in one cell stay separate.
 #include "cli/tools/field_surface.h"
+
+#include <Eigen/Eigenvalues>
 
 #include <algorithm>
 #include <array>
@@ -19,7 +22,9 @@ constexpr double kMostCells = (1 << 21) - 2;   // along an axis: `key` has 21 bi
 constexpr double kMostBlocks = 1 << 26;        // 5 seconds
 constexpr std::size_t kMostNear = 1 << 17;     // blocks near the surface: a minute
 constexpr std::size_t kMostCrossed = 1 << 23;  // cells with a part of the surface: 2 GB
-constexpr std::size_t kEdges = 12;             // of a cell, numbered 4 axis + index among the four along that axis
+constexpr double kCrease = 0.94;               // cosine between a normal and the mean one: less is an edge
+constexpr double kFlat = 0.1;       // share of the largest eigenvalue: directions below it are along the edge
+constexpr std::size_t kEdges = 12;  // of a cell, numbered 4 axis + index among the four along that axis
 
 using Index = std::array<std::int64_t, 3>;
 using Point = std::array<double, 3>;
@@ -37,9 +42,9 @@ struct CellSheets {
   std::array<std::uint8_t, kEdges> sheet{};
 };
 
-class SurfaceNets {
+class DualSurface {
  public:
-  SurfaceNets(const VoxelmapView& map, double step) : map_(map), step_(step) {
+  DualSurface(const VoxelmapView& map, double step) : map_(map), step_(step) {
     double blocks = 1;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       // All is outside beyond the mesh's bounds, except with layers: voxels that touch the surface reach farther.
@@ -117,31 +122,41 @@ class SurfaceNets {
     }
   }
 
+  // Where a sheet crosses the edges of its cell, in parts of the cell's edge.
+  struct Sheet {
+    std::array<Point, kEdges> crossed;
+    std::size_t count = 0;
+    [[nodiscard]] Point mean() const {
+      Point sum{};
+      for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t k = 0; k < 3; ++k) sum[k] += crossed[i][k];
+      }
+      for (double& part : sum) part /= double(count);
+      return sum;
+    }
+  };
+
   void visit_cell(const Index& cell, const std::array<double, 8>& values) {
     unsigned inside = 0;
     for (std::size_t c = 0; c < 8; ++c) inside |= (values[c] >= 0 ? 1U : 0U) << c;
     if (inside == 0 || inside == 255) return;
     const std::array<std::uint8_t, kEdges> sheet = sheets(inside);
     const std::size_t count = 1 + *std::max_element(sheet.begin(), sheet.end());
-    std::array<Point, 4> sum{};
-    std::array<int, 4> crossed{};
+    std::array<Sheet, 4> found;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t c = 0; c < 8; ++c) {
         const std::size_t other = c | std::size_t{1} << axis;
         if (other == c || ((inside >> c ^ inside >> other) & 1) == 0) continue;
-        const std::size_t s = sheet[edge_from(c, axis)];
+        Sheet& of = found[sheet[edge_from(c, axis)]];
         const double part = values[c] / (values[c] - values[other]);
-        for (std::size_t k = 0; k < 3; ++k) sum[s][k] += k == axis ? part : double(c >> k & 1);
-        ++crossed[s];
+        for (std::size_t k = 0; k < 3; ++k) of.crossed[of.count][k] = k == axis ? part : double(c >> k & 1);
+        ++of.count;
         if (c == 0) crossings_.push_back({cell, axis, (inside & 1) != 0});
       }
     }
     if (cells_.size() == kMostCrossed) refuse_size();
     cells_[key(cell)] = {static_cast<std::uint32_t>(surface_.mesh.vertices.size()), sheet};
-    for (std::size_t s = 0; s < count; ++s) {
-      for (double& part : sum[s]) part /= crossed[s];
-      surface_.mesh.vertices.push_back(settle(cell, sum[s]));
-    }
+    for (std::size_t s = 0; s < count; ++s) surface_.mesh.vertices.push_back(vertex_of(cell, found[s]));
   }
 
   // The sheet of each edge that the surface crosses. Two crossed edges of a face join into one sheet. Where all four
@@ -187,6 +202,48 @@ class SurfaceNets {
     return sheet;
   }
 
+  [[nodiscard]] Point vertex_of(const Index& cell, const Sheet& sheet) const {
+    Point p{};
+    return map_.field != Field::layers && find_feature(cell, sheet, p) ? p : settle(cell, sheet.mean());
+  }
+
+  // The point nearest to the tangent planes where the sheet crosses the cell's edges, if these planes make an edge or a
+  // corner. Along an edge it is that nearest to the mean of the crossings.
+  bool find_feature(const Index& cell, const Sheet& sheet, Point& feature) const {
+    using Vector = Eigen::Vector3d;
+    const Point low = place(cell);
+    const Point mean = sheet.mean();
+    const Vector middle(mean[0], mean[1], mean[2]);
+    std::array<Vector, kEdges> normals;
+    Vector sum = Vector::Zero();
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    Vector offsets = Vector::Zero();
+    for (std::size_t i = 0; i < sheet.count; ++i) {
+      const Vector at(sheet.crossed[i][0], sheet.crossed[i][1], sheet.crossed[i][2]);
+      const Vec3 p{float(low[0] + step_ * at.x()), float(low[1] + step_ * at.y()), float(low[2] + step_ * at.z())};
+      const Vec3 out = outward_normal(map_, p);
+      normals[i] = Vector(double(out.x), double(out.y), double(out.z));
+      sum += normals[i];
+      // The plane lies V outside the point.
+      const double off = normals[i].dot(at - middle) + double(penetration(map_, p, Vec3{})) / step_;
+      squares += normals[i] * normals[i].transpose();
+      offsets += off * normals[i];
+    }
+    const double length = sum.norm();
+    const bool smooth = std::all_of(normals.begin(), normals.begin() + std::ptrdiff_t(sheet.count),
+                                    [&](const Vector& n) { return n.dot(sum) >= kCrease * length; });
+    if (smooth) return false;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares);
+    Vector best = middle;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      if (axes.eigenvalues()[k] < kFlat * axes.eigenvalues()[2]) continue;
+      const Vector axis = axes.eigenvectors().col(k);
+      best += axis.dot(offsets) / axes.eigenvalues()[k] * axis;
+    }
+    for (std::size_t k = 0; k < 3; ++k) feature[k] = low[k] + step_ * std::clamp(best[Eigen::Index(k)], 0.0, 1.0);
+    return true;
+  }
+
   // Moves a point onto V = 0 along the field's normal, within the cell. @param part  place in the cell, 0 to 1
   [[nodiscard]] Point settle(const Index& cell, const Point& part) const {
     const Point low = place(cell);
@@ -221,11 +278,13 @@ class SurfaceNets {
     }
     if (!crossing.inside_first) std::swap(corner[1], corner[3]);
     const auto& at = surface_.mesh.vertices;
-    const auto apart = [&](std::size_t a, std::size_t b) {
-      return std::hypot(at[corner[a]][0] - at[corner[b]][0], at[corner[a]][1] - at[corner[b]][1],
-                        at[corner[a]][2] - at[corner[b]][2]);
+    // Along the diagonal that is nearer to the surface: the other one cuts off an edge, or bridges it.
+    const auto off = [&](std::size_t a, std::size_t b) {
+      Point middle;
+      for (std::size_t k = 0; k < 3; ++k) middle[k] = (at[corner[a]][k] + at[corner[b]][k]) / 2;
+      return std::abs(value(middle));
     };
-    const std::size_t turn = apart(0, 2) <= apart(1, 3) ? 0 : 1;  // along the shorter diagonal
+    const std::size_t turn = off(0, 2) <= off(1, 3) ? 0 : 1;
     for (const std::array<std::size_t, 3>& t : {std::array<std::size_t, 3>{0, 1, 2}, {0, 2, 3}}) {
       surface_.mesh.triangles.push_back(
           {corner[(t[0] + turn) % 4], corner[(t[1] + turn) % 4], corner[(t[2] + turn) % 4]});
@@ -257,15 +316,15 @@ class SurfaceNets {
 
 FieldSurface make_field_surface(const VoxelmapView& map, double step) {
   if (!(step >= 0.25 * double(map.voxel_size))) throw std::invalid_argument("a step finer than the field's samples");
-  return SurfaceNets(map, step).run();
+  return DualSurface(map, step).run();
 }
 
-double step_for(const AssetInfo& info, double triangles) {
+double step_for(const AssetInfo& info, double triangles, double finest) {
   // A surface crosses about 1.5 grid edges for each square of the grid, and each edge gives two triangles.
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
-  return std::max({info.voxel_size, std::sqrt(3 * info.surface_area / triangles), longest / kMostSteps});
+  return std::max({finest * info.voxel_size, std::sqrt(3 * info.surface_area / triangles), longest / kMostSteps});
 }
 
 }  // namespace vps::cli

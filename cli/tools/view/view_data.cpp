@@ -22,6 +22,7 @@ constexpr double kPageCells = 1.5e6;  // of the grids of layers and of V
 constexpr std::uint32_t kPagePoints = 150'000;
 constexpr std::uint32_t kPageSpheres = 20'000;  // of a level
 constexpr std::uint32_t kPageSegments = 1'000;  // nodes of a level that has its points coloured by node
+constexpr double kPageStep = 0.5;               // [vx]; the field is sampled finer than voxels near edges
 constexpr std::int8_t kNone = -128;
 
 Json missing(const char* reason) {
@@ -234,7 +235,6 @@ Json pack_given_mesh(const TriangleMesh& mesh) {
   double cell = 0;
   const TriangleMesh coarse = coarsened(mesh, kPageTriangles, cell);
   Json out = pack_mesh(coarse);
-  out["flat"] = true;
   out["note"] = cell == 0 ? fmt::format("The mesh that was given: {} triangles.", mesh.triangles.size())
                           : fmt::format(
                                 "The mesh that was given, {} of its {} triangles: vertices less than about {} "
@@ -302,12 +302,11 @@ Json origin_facts() {
 Json pack_field_surface(const Asset& asset, std::size_t triangles) {
   VoxelmapView map;
   if (asset.voxelmap(map) != Status::ok) return missing("No voxelmap to make it from: give the mesh with --mesh.");
-  const FieldSurface surface = make_field_surface(map, step_for(asset.info(), double(triangles)));
+  const FieldSurface surface = make_field_surface(map, step_for(asset.info(), double(triangles), kPageStep));
   if (surface.mesh.triangles.empty())
     return missing(
         "The field is nowhere 0: the body is thinner than its voxels. Bake it finer, or give the mesh with --mesh.");
   Json out = pack_mesh(surface.mesh);
-  out["flat"] = false;
   out["note"] = fmt::format(
       "Preview surface, rebuilt from the distance field \"{}\" in cells of {}. At the corners and the middles of "
       "its triangles the field is within {} of 0.",

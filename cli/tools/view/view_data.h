@@ -21,7 +21,7 @@ inline constexpr std::size_t kPageTriangles = 120'000;
 /// Origin of a page's numbers: the program's version, and the command that makes the page again; pairs of texts.
 [[nodiscard]] nlohmann::ordered_json origin_facts();
 
-/// The surface of the field for a page: the members of `pack_mesh`, `flat` and `note`; or `missing` with the reason.
+/// The surface of the field for a page: the members of `pack_mesh` and `note`; or `missing` with the reason.
 [[nodiscard]] nlohmann::ordered_json pack_field_surface(const Asset& asset, std::size_t triangles);
 
 }  // namespace vps::cli

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -91,6 +93,47 @@ TEST(FieldSurface, OfACavityHasTwoSheets) {
   EXPECT_EQ(open_edges(surface.mesh), 0U);
   const double exact = hollow->info().volume;
   EXPECT_NEAR(volume(surface.mesh) / exact, 1, 0.01);
+}
+
+// The signed distance of a box about the origin, positive outside.
+double distance_to_box(const Eigen::Vector3d& p, const Eigen::Vector3d& half) {
+  const Eigen::Vector3d beyond = p.cwiseAbs() - half;
+  return beyond.cwiseMax(0).norm() + std::min(beyond.maxCoeff(), 0.0);
+}
+
+TEST(FieldSurface, OfABoxHasSharpCornersAndEdges) {
+  constexpr double kVoxel = 0.0005;
+  const Eigen::Vector3d half(0.012, 0.008, 0.005);
+  const Eigen::Matrix3d turned = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (const Eigen::Matrix3d& turn : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), turned}) {
+    TriangleMesh box = samples::make_box({half.x(), half.y(), half.z()});
+    for (auto& v : box.vertices) Eigen::Map<Eigen::Vector3d>(v.data()) = turn * Eigen::Vector3d(v[0], v[1], v[2]);
+    const auto asset = baked(box, all_fields(kVoxel));
+    for (const Field field : {Field::scaled, Field::real}) {
+      for (const double step : {0.5 * kVoxel, kVoxel}) {
+        const cli::FieldSurface surface = cli::make_field_surface(view_of(*asset, field), step);
+        EXPECT_EQ(open_edges(surface.mesh), 0U);
+        double corner_off = 0;
+        for (const auto& corner : box.vertices) {
+          double nearest = 1;
+          for (const auto& p : surface.mesh.vertices)
+            nearest = std::min(nearest, std::hypot(p[0] - corner[0], p[1] - corner[1], p[2] - corner[2]));
+          corner_off = std::max(corner_off, nearest);
+        }
+        double squares = 0;
+        for (const auto& t : surface.mesh.triangles) {
+          Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+          for (const std::uint32_t v : t)
+            middle += Eigen::Map<const Eigen::Vector3d>(surface.mesh.vertices[v].data()) / 3;
+          const double off = distance_to_box(turn.transpose() * middle, half);
+          squares += off * off;
+        }
+        // The cell of a turned corner may lack the tip itself.
+        EXPECT_LT(corner_off, (turn.isIdentity() ? 0.01 : 0.6) * step);
+        EXPECT_LT(std::sqrt(squares / double(surface.mesh.triangles.size())), 0.022 * step);
+      }
+    }
+  }
 }
 
 TEST(FieldSurface, TheStepForSoManyTrianglesGivesAboutThem) {

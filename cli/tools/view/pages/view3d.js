@@ -242,15 +242,42 @@ function dotTexture() {
   return new THREE.CanvasTexture(canvas);
 }
 
-// Triangles whose positions are codes: origin + step * code.
+// Triangles whose positions are codes: origin + step * code. A corner has the mean normal of those triangles around it
+// that lean by less than 30 degrees against its own, so that edges look sharp and curved faces smooth.
 function unpackSurface(data) {
-  const codes = unpack(data.positions, Uint16Array);
-  const positions = new Float32Array(codes.length);
-  for (let i = 0; i < codes.length; ++i) positions[i] = data.origin[i % 3] + data.step * codes[i];
+  const codes = unpack(data.positions, Uint16Array), triangles = unpack(data.triangles, Uint32Array);
+  const at = new Float32Array(codes.length);
+  for (let i = 0; i < codes.length; ++i) at[i] = data.origin[i % 3] + data.step * codes[i];
+  const count = triangles.length / 3, vertices = at.length / 3;
+  const areas = new Float64Array(triangles.length), units = new Float32Array(triangles.length);
+  for (let t = 0; t < count; ++t) {
+    const [a, b, c] = [0, 1, 2].map(i => 3 * triangles[3 * t + i]);
+    const u = [0, 1, 2].map(k => (at[b + k] - at[a + k]) / data.step), v = [0, 1, 2].map(k => (at[c + k] - at[a + k]) / data.step);
+    const n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]], length = Math.hypot(...n) || 1;
+    for (let k = 0; k < 3; ++k) { areas[3 * t + k] = n[k]; units[3 * t + k] = n[k] / length; }
+  }
+  // The triangles around each vertex.
+  const first = new Uint32Array(vertices + 1), around = new Uint32Array(triangles.length);
+  for (const v of triangles) ++first[v + 1];
+  for (let v = 0; v < vertices; ++v) first[v + 1] += first[v];
+  const next = first.slice();
+  triangles.forEach((v, i) => { around[next[v]++] = Math.floor(i / 3); });
+  const positions = new Float32Array(3 * triangles.length), normals = new Float32Array(3 * triangles.length);
+  for (let i = 0; i < triangles.length; ++i) {
+    const v = triangles[i], own = 3 * Math.floor(i / 3);
+    let x = 0, y = 0, z = 0;
+    for (let j = first[v]; j < first[v + 1]; ++j) {
+      const t = 3 * around[j];
+      if (units[t] * units[own] + units[t + 1] * units[own + 1] + units[t + 2] * units[own + 2] < 0.866) continue;
+      x += areas[t]; y += areas[t + 1]; z += areas[t + 2];
+    }
+    const length = Math.hypot(x, y, z) || 1;
+    normals.set([x / length, y / length, z / length], 3 * i);
+    positions.set([at[3 * v], at[3 * v + 1], at[3 * v + 2]], 3 * i);
+  }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
-  geometry.setIndex(new THREE.BufferAttribute(unpack(data.triangles, Uint32Array), 1));
-  geometry.computeVertexNormals();
+  geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
   return geometry;
 }
 
