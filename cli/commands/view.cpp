@@ -97,8 +97,9 @@ Command add_view_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("FILE");
   auto* const motion = view->get_option("--motion");
-  view->add_option("--mesh", arguments->mesh.mesh,
-                   "Show this mesh, which the asset was baked from [default: the surface of its field]")
+  view->add_option(
+          "--mesh", arguments->mesh.mesh,
+          "The mesh that the asset was baked from: shown over the surface of its field, which is coloured by its error")
       ->check(not_empty())
       ->excludes(motion)
       ->option_text("MESH")

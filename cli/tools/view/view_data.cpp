@@ -8,6 +8,7 @@
 #include <set>
 
 #include "bake/quantity_text.h"
+#include "cli/lab/oracle.h"
 #include "cli/tools/field_surface.h"
 #include "cli/tools/pack_array.h"
 #include "cli/tools/provenance.h"
@@ -231,6 +232,26 @@ Json pack_spheres(const PointshellView& shell) {
   return {{"note", note + "."}, {"counts", counts}, {"values", pack_array(values)}};
 }
 
+// The distance of each vertex of a surface from a mesh: `errors`, as parts of `most`.
+void add_errors(const FieldSurface& surface, const TriangleMesh& mesh, Json& out) {
+  const lab::SoupOracle oracle(mesh);
+  std::vector<double> distances;
+  double most = 0, squares = 0;
+  for (const auto& p : surface.mesh.vertices) {
+    distances.push_back(oracle.distance(p));
+    most = std::max(most, distances.back());
+    squares += distances.back() * distances.back();
+  }
+  std::vector<std::uint8_t> codes;
+  for (const double d : distances)
+    codes.push_back(static_cast<std::uint8_t>(most > 0 ? std::lround(255 * d / most) : 0));
+  out["errors"] = pack_array(codes);
+  out["most"] = most;
+  out["note"] = out["note"].get<std::string>() +
+                fmt::format(" Its vertices lie up to {} from the mesh, {} RMS.", bake::format_length(most),
+                            bake::format_length(std::sqrt(squares / double(distances.size()))));
+}
+
 Json pack_given_mesh(const TriangleMesh& mesh) {
   double cell = 0;
   const TriangleMesh coarse = coarsened(mesh, kPageTriangles, cell);
@@ -299,7 +320,7 @@ Json origin_facts() {
                       Json::array({"With", origin["command"]})});
 }
 
-Json pack_field_surface(const Asset& asset, std::size_t triangles) {
+Json pack_field_surface(const Asset& asset, std::size_t triangles, const TriangleMesh* mesh) {
   VoxelmapView map;
   if (asset.voxelmap(map) != Status::ok) return missing("No voxelmap to make it from: give the mesh with --mesh.");
   const FieldSurface surface = make_field_surface(map, step_for(asset.info(), double(triangles), kPageStep));
@@ -308,15 +329,17 @@ Json pack_field_surface(const Asset& asset, std::size_t triangles) {
         "The field is nowhere 0: the body is thinner than its voxels. Bake it finer, or give the mesh with --mesh.");
   Json out = pack_mesh(surface.mesh);
   out["note"] = fmt::format(
-      "Preview surface, rebuilt from the distance field \"{}\" in cells of {}. At the corners and the middles of "
-      "its triangles the field is within {} of 0.",
+      "Preview surface, rebuilt from the distance field \"{}\" in cells of {}. At the middles of its triangles and at "
+      "its vertices the field is within {} of 0.",
       field_name(map.field), bake::format_length(surface.step), bake::format_length(surface.residual));
+  if (mesh != nullptr) add_errors(surface, *mesh, out);
   return out;
 }
 
 Json view_data(const Asset& asset, const std::string& name, const TriangleMesh* mesh) {
   PointshellView shell;
   const bool has_shell = asset.pointshell(shell) == Status::ok;
+  const bool surface_is_mesh = mesh != nullptr && !asset.has_voxelmap();
   constexpr const char* kNoShell = "This asset has no pointshell.";
   return {{"name", name},
           {"about", about(asset)},
@@ -324,7 +347,10 @@ Json view_data(const Asset& asset, const std::string& name, const TriangleMesh* 
           {"bounds_min", asset.info().bounds_min},
           {"bounds_max", asset.info().bounds_max},
           {"voxel_size", asset.info().voxel_size},
-          {"surface", mesh != nullptr ? pack_given_mesh(*mesh) : pack_field_surface(asset, kPageTriangles)},
+          {"surface", surface_is_mesh ? pack_given_mesh(*mesh) : pack_field_surface(asset, kPageTriangles, mesh)},
+          {"mesh", mesh == nullptr   ? missing("Give it with --mesh to lay it over the surface.")
+                   : surface_is_mesh ? missing("It is shown as the surface.")
+                                     : pack_given_mesh(*mesh)},
           {"voxels", pack_voxels(asset)},
           {"field", pack_field(asset)},
           {"points", has_shell ? pack_points(shell) : missing(kNoShell)},

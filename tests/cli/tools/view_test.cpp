@@ -102,6 +102,31 @@ TEST(View, APageOfAPointshellAloneSaysThatItHasNoVoxelmap) {
   EXPECT_NE(with_mesh.text.find("The mesh that was given"), std::string::npos) << with_mesh.text;
 }
 
+TEST(View, AMeshThatIsGivenLiesOverTheSurfaceWhichShowsItsErrors) {
+  VPS_BROWSER_OR_SKIP();
+  const TemporaryFolder folder;
+  bake_sample(folder, "gear", "--voxel 1mm");
+  view(folder, "--mesh " + sample("gear"));
+  const PageVisit shown = visit_small(folder / "a.html", show_each("surface"));
+  expect_shown(shown, {"surface", "mesh", "field", "voxels", "points", "spheres"});
+  EXPECT_NE(shown.text.find(" from the mesh, "), std::string::npos) << shown.text;
+  // Grey without the colours. Errors are less than a voxel, and most of them are far below the largest.
+  const PageVisit visit =
+      visit_small(folder / "a.html",
+                  "(async () => {"
+                  "const picture = async () => {"
+                  "  await new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));"
+                  "  return document.querySelector('#view canvas').toDataURL(); };"
+                  "const before = await picture(); $('coloured').click(); const after = await picture();"
+                  "const errors = unpack(asset.surface.errors, Uint8Array);"
+                  "return [before !== after, asset.surface.most, Math.max(...errors.slice(0, 5e4)),"
+                  "        errors.filter(e => e < 64).length / errors.length]; })()");
+  EXPECT_EQ(visit.value[0], true);
+  EXPECT_LT(visit.value[1], 0.001);
+  EXPECT_EQ(visit.value[2], 255);
+  EXPECT_GT(visit.value[3], 0.9);
+}
+
 TEST(View, SlidersListsAndKeysChangeWhatIsShown) {
   VPS_BROWSER_OR_SKIP();
   const TemporaryFolder folder;

@@ -40,6 +40,7 @@ function mixStops(stops, t) {
 // Outside blue, surface white, inside red: distinct with every common colour blindness.
 const kDiverging = [[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]];
 const kSequential = [[253, 200, 39], [237, 121, 83], [189, 55, 134], [128, 40, 190], [70, 84, 214]];
+const kErrors = [[205, 212, 220], [253, 200, 39], [213, 94, 0], [120, 20, 60]];
 const cssColour = c => `rgb(${c.map(Math.round).join(',')})`;
 
 // A ramp of colours with ticks: [place from 0 to 1, text] each.
@@ -278,6 +279,12 @@ function unpackSurface(data) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3));
   geometry.setAttribute('normal', new THREE.BufferAttribute(normals, 3));
+  if (data.errors) {
+    const errors = unpack(data.errors, Uint8Array), colours = new Float32Array(3 * triangles.length);
+    const ramp = Array.from({length: 256}, (_, i) => mixStops(kErrors, i / 255).map(c => c / 255));
+    triangles.forEach((v, i) => colours.set(ramp[errors[v]], 3 * i));
+    geometry.setAttribute('color', new THREE.BufferAttribute(colours, 3));
+  }
   return geometry;
 }
 
