@@ -102,7 +102,7 @@ TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
   options.width = 800;
   options.height = 500;
   options.script =
-      "(async () => { const seen = new Set(); document.getElementById('speed').value = '0.25'; state.go(0); "
+      "(async () => { const seen = new Set(); $('loop').click(); $('speed').value = '0.25'; state.go(0); "
       "state.play(true);"
       "while (playing) { seen.add(now); await new Promise(requestAnimationFrame); }"
       "return [seen.size, now, document.getElementById('play').textContent]; })()";
@@ -112,6 +112,23 @@ TEST_F(Motion, ThePagePlaysToTheEndAndStops) {
   EXPECT_NEAR(visit.value[1].get<double>(), 1, 1e-9);
   EXPECT_EQ(visit.value[2], "Again");
   EXPECT_NE(visit.text.find("contact points\n(2)"), std::string::npos) << visit.text;
+}
+
+TEST_F(Motion, AShortClipPlaysSlowlyAgainAndAgainWithShadows) {
+  VPS_BROWSER_OR_SKIP();
+  write(sample_motion());
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  // It begins by itself. Near the end it goes on from the start; the shadow of the gear changes the picture.
+  const PageVisit visit = visit_small(
+      folder_ / "motion.html",
+      "(async () => { const frame = () => new Promise(requestAnimationFrame);"
+      "const speed = $('speed').value; let again = false; $('speed').value = '2'; now = 0.9; let before = now;"
+      "for (let i = 0; i < 300 && !again; ++i) { await frame(); again = now < before; before = now; }"
+      "state.go(0.5); const picture = async () => { state.view.paint(); await frame(); await frame();"
+      "  return document.querySelector('#view canvas').toDataURL(); };"
+      "const lit = await picture(); state.sun.castShadow = false; const bare = await picture();"
+      "return [speed, again, lit !== bare]; })()");
+  EXPECT_EQ(visit.value, nlohmann::json({"0.25", true, true}));
 }
 
 // A ball of 10 mm that flies 20 m, and one that stays, above a floor.
@@ -153,6 +170,21 @@ TEST_F(Motion, BodiesOnALongWayAreFollowedAndTheWholeWayCanBeShown) {
   EXPECT_EQ(nlohmann::json(v.begin() + 6, v.begin() + 9), nlohmann::json({true, true, false}));
   EXPECT_EQ(v[10], true);
   EXPECT_EQ(v[11], true);
+}
+
+TEST_F(Motion, ABodyThatIsLostIsNotFollowed) {
+  VPS_BROWSER_OR_SKIP();
+  Json motion = {{"format", "vps-motion 1"}, {"bodies", {{{"sphere", 0.01}}, {{"sphere", 0.01}}}}};
+  for (int i = 0; i <= 20; ++i) {
+    motion["times"].push_back(0.1 * i);
+    motion["poses"].push_back({{0, 0, 0.001 * i, 0, 0, 0, 1}, {0.05, 0, -1.0 * i, 0, 0, 0, 1}});
+  }
+  write(motion);
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json").code, 0);
+  const PageVisit visit = visit_small(folder_ / "motion.html",
+                                      "(() => { const before = state.view.controls.target.clone(); state.go(2);"
+                                      "return [$('follow').checked, state.view.controls.target.equals(before)]; })()");
+  EXPECT_EQ(visit.value, nlohmann::json({false, true}));
 }
 
 TEST_F(Motion, OnAShortWayTheWholeOfItIsInThePicture) {
