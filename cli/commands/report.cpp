@@ -16,6 +16,7 @@
 #include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/open_page.h"
 #include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
@@ -46,6 +47,7 @@ struct ReportArguments {
   int rounds = 0;
   std::uint64_t seed = 1;
   bool quick = false;
+  bool open = false;
   std::vector<std::string> without;
 
   [[nodiscard]] std::size_t pose_count() const { return poses > 0 ? poses : quick ? 9 : 150; }
@@ -291,7 +293,9 @@ int run_report(const ReportArguments& arguments) {
     if (code != kOk) return code;
   }
   tell_load(report);
-  return write_report(arguments.output, report);
+  const int code = write_report(arguments.output, report);
+  if (code == kOk && arguments.open) open_page(arguments.output + kPage.ending);
+  return code;
 }
 
 void add_sweep_options(CLI::App& app, ReportArguments& arguments) {
@@ -335,6 +339,7 @@ Command add_report_command(CLI::App& app) {
       ->check(not_empty())
       ->option_text("NAME")
       ->group("Output");
+  add_open_option(*report, arguments->open)->group("Output");
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
   report
       ->add_option("--cache", arguments->cache,

@@ -17,6 +17,7 @@
 #include "cli/lab/stress/peers.h"
 #include "cli/lab/stress/report.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/open_page.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/junit.h"
@@ -44,7 +45,7 @@ struct StressArguments {
   std::vector<std::string> cases;
   double mass = 1;  // [kg]
   std::uint32_t seed = 1;
-  bool quick = false, list = false, strict = false;
+  bool quick = false, list = false, strict = false, open = false;
   stress::SubjectOptions subject;
 };
 
@@ -215,6 +216,7 @@ int run_stress(const StressArguments& arguments) {
   }
   if (results.empty()) return code;
   const int written = write_stress(arguments, results);
+  if (written == kOk && arguments.open) open_page(arguments.output + ".html");
   return written != kOk ? written : code;
 }
 
@@ -283,6 +285,7 @@ Command add_stress_command(CLI::App& app) {
       ->add_flag("--strict", a.strict,
                  "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver")
       ->group(kCases);
+  add_open_option(*stress, a.open)->needs("--output")->group("Output");
   stress->add_flag("--list", a.list, "Print the cases and their limits")->group(kCases);
   std::string& cache = a.mesh.cache;
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) cache = folder;

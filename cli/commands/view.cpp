@@ -9,6 +9,7 @@
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/open_page.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/view/motion_data.h"
@@ -22,6 +23,7 @@ struct ViewArguments {
   std::string asset;
   std::string motion;  ///< instead of an asset
   BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is the page
+  bool open = false;   ///< in a browser
 };
 
 constexpr std::string_view kPageBeginning = "<!doctype html>";
@@ -49,6 +51,12 @@ std::string mesh_refusal(const AssetInfo& info, const TriangleMesh& mesh) {
            info.bounds_max[2] - info.bounds_min[2]));
 }
 
+int write_page(const ViewArguments& arguments, const std::filesystem::path& output, std::string_view page) {
+  const int code = write_output(output, page);
+  if (code == kOk && arguments.open) open_page(output);
+  return code;
+}
+
 int view_asset(const ViewArguments& arguments) {
   const std::filesystem::path output =
       arguments.mesh.output.empty() ? beside(arguments.asset, ".html") : std::filesystem::path(arguments.mesh.output);
@@ -63,7 +71,7 @@ int view_asset(const ViewArguments& arguments) {
       return fail(kBadInput, arguments.mesh.mesh, reason);
   }
   const auto data = view_data(asset, asset_name(arguments.asset), mesh.triangles.empty() ? nullptr : &mesh);
-  return write_output(output, make_view_page(kViewPage, data));
+  return write_page(arguments, output, make_view_page(kViewPage, data));
 }
 
 int view_motion(const ViewArguments& arguments) {
@@ -71,7 +79,7 @@ int view_motion(const ViewArguments& arguments) {
   if (output.empty()) output = std::filesystem::path(arguments.motion).replace_extension(".html");
   if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
     return fail(kIo, output.string(), reason);
-  return write_output(output, make_view_page(kMotionPage, motion_data(arguments.motion)));
+  return write_page(arguments, output, make_view_page(kMotionPage, motion_data(arguments.motion)));
 }
 
 int run_view(const ViewArguments& arguments) {
@@ -96,6 +104,7 @@ Command add_view_command(CLI::App& app) {
   view->add_option("-o,--output", arguments->mesh.output, "Page to write [default: NAME.html beside the asset]")
       ->check(not_empty())
       ->option_text("FILE");
+  add_open_option(*view, arguments->open);
   auto* const motion = view->get_option("--motion");
   view->add_option(
           "--mesh", arguments->mesh.mesh,

@@ -91,6 +91,7 @@ std::string environment() {
   return ".SH ENVIRONMENT\n"
          ".TP\n.B VPSBAKE_CACHE\nThe folder that \\fB\\-\\-cache\\fR would name\n"
          ".TP\n.B VPSBAKE_CACHE_SIZE\nThe size that \\fB\\-\\-cache\\-size\\fR would name\n"
+         ".TP\n.B BROWSER\nThe program that \\fB\\-\\-open\\fR starts; otherwise xdg\\-open\n"
          ".TP\n.B NO_COLOR\nWhen it is not empty, errors and warnings have no colour\n"
          ".TP\n.B COLUMNS\nWidth of \\fB\\-\\-help\\fR where it is not printed to a terminal\n";
 }

@@ -271,6 +271,24 @@ TEST(View, NumbersComeWithTheProgramAndTheCommand) {
   EXPECT_NE(page.find(R"(["Baked by","vpsbake )"), std::string::npos);
 }
 
+TEST(View, OpensThePageInTheBrowserThatTheEnvironmentNames) {
+  const TemporaryFolder folder;
+  bake_sample(folder, "cube", "--voxel 2mm");
+  write_file(folder / "browser", "#!/bin/sh\ntest -s \"$1\" && echo \"$1\" >opened.txt\n");
+  std::filesystem::permissions(folder / "browser", std::filesystem::perms::owner_all);
+  ::setenv("BROWSER", (folder / "browser").c_str(), 1);
+  const Outcome run = vpsbake(folder, "view a.vps.hdf --open -o 'a page.html'");
+  ::setenv("BROWSER", "no_such_browser", 1);
+  const Outcome none = vpsbake(folder, "view a.vps.hdf --open");
+  ::unsetenv("BROWSER");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_EQ(run.err, "");
+  for (int i = 0; i < 100 && !std::filesystem::exists(folder / "opened.txt"); ++i) ::usleep(50'000);
+  EXPECT_NE(read_file(folder / "opened.txt").find("/a page.html"), std::string::npos);
+  EXPECT_EQ(none.code, 0);
+  EXPECT_NE(none.err.find("vpsbake: warning: a.html: no_such_browser: "), std::string::npos) << none.err;
+}
+
 TEST(View, ThePageHoldsTheSurfaceWithoutTheBrowser) {
   const TemporaryFolder folder;
   bake_sample(folder, "icosphere", "--voxel 2mm");
