@@ -46,6 +46,7 @@ PREFIX ?= /usr/local
 VERSION = $(shell sed -n 's,^project.vpsbake VERSION \([0-9.]*\).*,\1,p' CMakeLists.txt)
 BUNNY := build/demo/usr/share/glmark2/models/bunny.obj
 
+COMMA := ,
 # Prints what a step does, and about how many minutes it takes on two cores from scratch. Later runs compile only what changed.
 say = @echo "== $(1)"
 
@@ -99,16 +100,19 @@ $(BUNNY):
 	touch $@
 
 demo: deps $(BUNNY)
-	$(call say,Building the program and the Bullet plug-in: about 5 minutes the first time)
-	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=OFF
-	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop
+	$(call say,Building the program$(COMMA) the Bullet plug-in and the scenes: about 7 minutes the first time)
+	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=ON
+	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop nut_on_bolt
+	$(call say,A nut on its bolt$(COMMA) and the same made of convex pieces)
+	python3 -B tests/scenes/nut_beside_hulls.py --vpsbake build/release/cli/vpsbake --scene build/release/tests/scenes/nut_on_bolt \
+	  --meshes sample_meshes -o build/demo/nut_on_bolt.json
 	$(call say,Baking the bunny and dropping it)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
 	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
-	build/release/cli/vpsbake view --motion build/demo/bunny_drop.json
+	build/release/cli/vpsbake view --motion build/demo/nut_on_bolt.json build/demo/bunny_drop.json -o build/demo/demo.html
 	@echo
-	@echo "Open in a browser: build/demo/bunny_drop.html plays what was just computed, build/demo/bunny.html shows the asset."
+	@echo "Open in a browser: build/demo/demo.html plays what was just computed, build/demo/bunny.html shows the asset."
 
 # Plays every scene, prints its measurements and the table of docs/scenes.md, and writes its pictures. Scenes that need ../shared are
 # left out where it is absent. Takes minutes.

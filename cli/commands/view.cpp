@@ -21,9 +21,9 @@ namespace {
 
 struct ViewArguments {
   std::string asset;
-  std::string motion;  ///< instead of an asset
-  BakeArguments mesh;  ///< --mesh and how to read it; mesh.output is the page
-  bool open = false;   ///< in a browser
+  std::vector<std::string> motions;  ///< instead of an asset
+  BakeArguments mesh;                ///< --mesh and how to read it; mesh.output is the page
+  bool open = false;                 ///< in a browser
 };
 
 constexpr std::string_view kPageBeginning = "<!doctype html>";
@@ -74,16 +74,24 @@ int view_asset(const ViewArguments& arguments) {
   return write_page(arguments, output, make_view_page(kViewPage, data));
 }
 
-int view_motion(const ViewArguments& arguments) {
+int view_motions(const ViewArguments& arguments) {
   std::filesystem::path output = arguments.mesh.output;
-  if (output.empty()) output = std::filesystem::path(arguments.motion).replace_extension(".html");
+  if (output.empty()) output = std::filesystem::path(arguments.motions[0]).replace_extension(".html");
   if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
     return fail(kIo, output.string(), reason);
-  return write_page(arguments, output, make_view_page(kMotionPage, motion_data(arguments.motion)));
+  nlohmann::ordered_json data = {{"motions", nlohmann::ordered_json::array()}};
+  for (const std::string& motion : arguments.motions) {
+    const int code = guarded(motion, [&] {
+      data["motions"].push_back(motion_data(motion));
+      return int{kOk};
+    });
+    if (code != kOk) return code;
+  }
+  return write_page(arguments, output, make_view_page(kMotionPage, data));
 }
 
 int run_view(const ViewArguments& arguments) {
-  if (!arguments.motion.empty()) return guarded(arguments.motion, [&] { return view_motion(arguments); });
+  if (!arguments.motions.empty()) return view_motions(arguments);
   if (arguments.asset.empty())
     return fail(kCommandLine, "command line", "view needs an asset or --motion; run vpsbake view --help");
   return guarded(arguments.mesh.mesh.empty() ? arguments.asset : arguments.mesh.mesh,
@@ -97,10 +105,10 @@ Command add_view_command(CLI::App& app) {
       app.add_subcommand("view", "Write a page that shows an asset: surface, voxels, field, points, tree");
   const auto arguments = std::make_shared<ViewArguments>();
   auto* const asset = view->add_option("ASSET", arguments->asset, "Asset");
-  view->add_option("--motion", arguments->motion, "Play a recorded motion instead, docs/motion.md")
+  view->add_option("--motion", arguments->motions, "Play recorded motions instead, docs/motion.md")
       ->check(not_empty())
       ->excludes(asset)
-      ->option_text("FILE.json");
+      ->option_text("FILE.json...");
   view->add_option("-o,--output", arguments->mesh.output, "Page to write [default: NAME.html beside the asset]")
       ->check(not_empty())
       ->option_text("FILE");

@@ -9,6 +9,7 @@ import vtk
 from vtk.util.numpy_support import vtk_to_numpy
 
 from apng import write_apng
+from trajectory import read_trajectory
 
 # Program, variant, times of the pictures [s], direction from which the camera looks; no times: no pictures.
 SCENES = [
@@ -28,22 +29,6 @@ SCENES = [
 COLOURS = [(0.75, 0.77, 0.8), (0.88, 0.62, 0.25), (0.35, 0.6, 0.8), (0.5, 0.72, 0.45), (0.8, 0.45, 0.42)]
 SIZE = 400  # pixels
 SIDE = (400, 360)  # of the animation
-
-
-def read_trajectory(path):
-    """Bodies as (kind, numbers, word), frames as (time, poses)."""
-    bodies, frames = [], []
-    for line in pathlib.Path(path).read_text().splitlines():
-        words = line.split()
-        if words[0] == "mesh":
-            bodies.append(("mesh", [], " ".join(words[1:])))
-        elif words[0] == "box":
-            bodies.append(("box", [float(w) for w in words[1:4]], words[4]))
-        elif words[0] == "frame":
-            frames.append((float(words[1]), []))
-        else:
-            frames[-1][1].append([float(w) for w in words])
-    return bodies, frames
 
 
 def read_mesh(path):

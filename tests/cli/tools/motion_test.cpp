@@ -172,6 +172,20 @@ TEST_F(Motion, BodiesOnALongWayAreFollowedAndTheWholeWayCanBeShown) {
   EXPECT_EQ(v[11], true);
 }
 
+TEST_F(Motion, APageOfSeveralHasAChoice) {
+  VPS_BROWSER_OR_SKIP();
+  write(long_motion());
+  std::filesystem::rename(folder_ / "motion.json", folder_ / "long.json");
+  write(sample_motion());
+  ASSERT_EQ(vpsbake(folder_, "view --motion motion.json long.json -o both.html").code, 0);
+  const PageVisit visit = visit_small(folder_ / "both.html",
+                                      "[motions.length, $('scene').options.length, $('scene').offsetParent !== null,"
+                                      " motions[1].bodies.length, motion.title]");
+  EXPECT_EQ(visit.value, nlohmann::json({2, 2, true, 3, "A gear </script> rises"}));
+  EXPECT_EQ(vpsbake(folder_, "view --motion motion.json absent.json -o none.html").code, 2);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "none.html"));
+}
+
 TEST_F(Motion, ABodyThatIsLostIsNotFollowed) {
   VPS_BROWSER_OR_SKIP();
   Json motion = {{"format", "vps-motion 1"}, {"bodies", {{{"sphere", 0.01}}, {{"sphere", 0.01}}}}};
