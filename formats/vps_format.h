@@ -132,8 +132,8 @@ struct FieldCertificate {
   double rms = 0;                    ///< root mean square. [m]
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
-  double bound = 0;                  ///< error bound that queries use: no less than `max`; for `scaled` and `real` no
-                                     ///< less than twice the largest error accepted during sampling. [m]
+  double bound = 0;                  ///< error bound that queries use: no less than `max`; proven for `layers` and
+                                     ///< the far grid, an estimate for `scaled` and `real`. [m]
 };
 
 /// The scalars of an asset. SI units, asset frame (the mesh's own frame, in metres).

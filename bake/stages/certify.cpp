@@ -11,6 +11,17 @@
 #include "bake/uniform.h"
 
 namespace vps::bake {
+namespace {
+
+// Of the search for the largest error: many starts, of which only the worst are followed far.
+struct Round {
+  std::size_t share;  // one start in so many
+  std::size_t tries;  // of each
+};
+constexpr Round kRounds[] = {{1, 8}, {4, 16}, {16, 40}};
+constexpr std::size_t kTries = 64;
+
+}  // namespace
 
 double Distances::exact(const Vector& point, double about) const {
   thread_local std::vector<std::uint32_t> near;
@@ -83,6 +94,8 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
   struct Place {
     CertificateSample sample;
     double error;
+    std::size_t number;  // breaks ties, and chooses the steps
+    double step;         // [m]
   };
   const double slack = truth.distances.slack;
   // The error at a point, or -1 where the certificate does not cover it.
@@ -95,33 +108,58 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
   std::vector<Place> places;
   places.reserve(samples.size());
   for (const CertificateSample& sample : samples) {
-    places.push_back({sample, std::abs(reconstruct(sample.point) - sample.penetration)});
+    places.push_back(
+        {sample, std::abs(reconstruct(sample.point) - sample.penetration), places.size(), truth.voxel_size / 2});
   }
-  const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(truth.starts, places.size()));
-  std::partial_sort(places.begin(), last, places.end(),
-                    [](const Place& a, const Place& b) { return a.error > b.error; });
-  places.erase(last, places.end());
-  tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t n) {
-    Place& best = places[n];
-    // Cells are a quarter voxel to two voxels wide.
-    for (double step = 0.5 * truth.voxel_size; step > 0.02 * truth.voxel_size; step /= 2) {
-      for (int way = 0; way < 6; ++way) {
-        CertificateSample other = best.sample;
-        other.point[way / 2] += way % 2 == 0 ? step : -step;
-        const double at_most = std::abs(best.sample.penetration) + step + 2 * slack;
+  const auto keep_worst = [&](std::size_t count) {
+    const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(count, places.size()));
+    std::partial_sort(places.begin(), last, places.end(), [](const Place& a, const Place& b) {
+      return a.error != b.error ? a.error > b.error : a.number < b.number;
+    });
+    places.erase(last, places.end());
+  };
+  const auto climb = [&](Place& best, std::size_t first, std::size_t tries) {
+    // Steps along the axes would stop at a crease that is not parallel to one: the error has a ridge there.
+    for (std::size_t i = first; i < first + tries; ++i) {
+      const std::uint64_t counter = 3 * (best.number * kTries + i);
+      const Vector way(uniform(counter) - 0.5, uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5);
+      CertificateSample other = best.sample;
+      other.point += 2 * best.step * way;
+      const auto is_worse = [&] {
+        const double at_most = std::abs(best.sample.penetration) + 2 * best.step + 2 * slack;
         const double about = truth.distances.tree.distance(other.point, at_most);
-        if (error_at(other, about, slack) <= best.error) continue;
+        if (error_at(other, about, slack) <= best.error) return false;
         const double error = error_at(other, truth.distances.exact(other.point, about), 0);
-        if (error > best.error) best = {other, error};
-      }
+        if (error <= best.error) return false;
+        best.sample = other;
+        best.error = error;
+        return true;
+      };
+      best.step = is_worse() ? std::min(1.5 * best.step, truth.voxel_size / 2) : 0.9 * best.step;
     }
-  });
+  };
+  std::size_t tried = 0;
+  for (const Round& round : kRounds) {
+    keep_worst(truth.starts / round.share);
+    tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t n) { climb(places[n], tried, round.tries); });
+    tried += round.tries;
+  }
   for (const Place& place : places) {
     if (place.error <= certificate.max) continue;
     certificate.max = place.error;
     certificate.worst_at = {place.sample.point.x(), place.sample.point.y(), place.sample.point.z()};
   }
   certificate.bound = std::max(certificate.bound, certificate.max);
+}
+
+double layers_error_bound(double end) {
+  const double half_diagonal = std::sqrt(0.75);
+  double largest = half_diagonal + std::min(end, std::sqrt(3.0));  // of layer 0
+  for (double layer = 1; layer - 1 <= end; ++layer) {
+    const double deepest = std::min(end, std::sqrt(3.0) * (layer + 1));
+    largest = std::max({largest, half_diagonal + 1, deepest - (layer - half_diagonal)});
+  }
+  return largest;
 }
 
 }  // namespace vps::bake

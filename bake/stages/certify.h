@@ -10,7 +10,7 @@
 
 namespace vps::bake {
 
-inline constexpr std::size_t kCertificateSamples = 20000;
+inline constexpr std::size_t kCertificateSamples = 12000;
 
 /// A point in the band with its true penetration.
 struct CertificateSample {
@@ -40,7 +40,7 @@ struct Distances {
                                                                  const Grid& grid, const BandField& field,
                                                                  double band_inner, double band_outer);
 
-/// Errors of one field at the samples.
+/// Errors of one field at the samples. The bound is the largest of them.
 [[nodiscard]] FieldCertificate certify(const std::vector<CertificateSample>& samples,
                                        const Reconstruction& reconstruct);
 
@@ -48,16 +48,20 @@ struct Distances {
 struct Truth {
   const Distances& distances;
   const InsideTest& inside;
-  double voxel_size = 0;     ///< [m]
-  double inner = 0;          ///< the certificate covers -outer <= V <= inner. [m]
-  double outer = 0;          ///< [m]
-  double least = 0;          ///< and |V| >= least. [m]
-  std::size_t starts = 256;  ///< samples that the search begins from
+  double voxel_size = 0;      ///< [m]
+  double inner = 0;           ///< the certificate covers -outer <= V <= inner. [m]
+  double outer = 0;           ///< [m]
+  double least = 0;           ///< and |V| >= least. [m]
+  std::size_t starts = 2048;  ///< samples that the search begins from
 };
 
-/// Searches around the worst samples for larger errors, because few samples meet the worst place itself. Puts the
-/// largest error into `max` and `worst_at`, and raises `bound` to it.
+/// Climbs from the worst samples to larger errors, because few samples meet the worst place itself. Puts the largest
+/// error into `max` and `worst_at`, and raises `bound` to it.
 void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
                 FieldCertificate& certificate);
+
+/// Largest error of V by Eq. (4), for any unit normal and any surface: docs/bounds.md, "Layers". [Units: vx]
+/// @param end  the error counts where the true V is at most this far from the surface. [Units: vx]
+[[nodiscard]] double layers_error_bound(double end);
 
 }  // namespace vps::bake

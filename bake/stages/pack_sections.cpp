@@ -14,6 +14,7 @@
 
 #include "bake/plan.h"
 #include "bake/stages/certify.h"
+#include "bake/stages/crease_samples.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
@@ -100,14 +101,19 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
   const double half_diagonal = std::sqrt(0.75) * s;
   const Truth truth{distances, inside, s, options.band_inside * s - half_diagonal,
                     options.band_outside * s - half_diagonal};
+  std::vector<CertificateSample> starts =
+      crease_samples(distances, inside, grid, field, std::min(truth.inner, truth.outer));
+  starts.insert(starts.end(), samples.begin(), samples.end());
   const auto certified = [&](const Reconstruction& reconstruct) {
     FieldCertificate certificate = certify(samples, reconstruct);
-    find_worst(samples, reconstruct, truth, certificate);
+    find_worst(starts, reconstruct, truth, certificate);
     return certificate;
   };
   if (!fields.layers.empty()) {
     info.layers_error =
         certified([&](const Vector& p) { return layers_penetration(surface, grid, field, fields.layers, p); });
+    const double end = std::max(options.band_inside, options.band_outside) - std::sqrt(0.75);
+    info.layers_error.bound = layers_error_bound(end) * s;
   }
   const auto sampled = [&](const auto& value, double rounding) {
     FieldCertificate certificate = certified([&](const Vector& p) {
@@ -120,7 +126,9 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     });
     // A crease changes the slope along a line by at most 2. Where the line's middle shows an error e, the error at the
     // crease itself is below 2 e.
-    certificate.bound = std::max(certificate.bound, 2 * fields.tree.worst_error + rounding);
+    // Longer searches from other starts found up to 1.1 times the largest error of this one: docs/bounds.md.
+    constexpr double kSearched = 1.15;
+    certificate.bound = std::max(kSearched * certificate.max, 2 * fields.tree.worst_error + rounding);
     return certificate;
   };
   if (!fields.scaled.empty()) {

@@ -190,8 +190,8 @@ class Asset:
         """Signed distance of points to the surface: negative inside, positive outside.
 
         points: shape (..., 3), asset frame [m]
-        return: shape (...) [m]. Within 1.6 voxels of the surface its error is at most `certificate.bound`. Beyond that it comes
-            from a coarser grid, and far outside it is never more than the true distance. The sign is right everywhere.
+        return: shape (...) [m]. Within 1.4 voxels of the surface (default bands) its error is at most `certificate.bound`. Beyond that
+            it comes from a coarser grid, and far outside it is never more than the true distance. The sign is right everywhere.
         """
         rows, shape = _rows("points", points)
         return _shaped(self._asset.distance(rows, threads), shape)
