@@ -74,6 +74,20 @@ std::array<double, 3> Oracle::outward_normal(const std::array<double, 3>& p) con
   return {n.x(), n.y(), n.z()};
 }
 
+bool Oracle::points_inward(const std::array<double, 3>& p, const std::array<double, 3>& direction, double reach) const {
+  std::vector<Mesh::Face_index> near;
+  impl_->tree.all_intersected_primitives(Kernel::Sphere_3(point3(p), reach * reach), std::back_inserter(near));
+  const Kernel::Vector_3 along(direction[0], direction[1], direction[2]);
+  return std::any_of(near.begin(), near.end(), [&](Mesh::Face_index face) {
+    std::array<Kernel::Point_3, 3> corners;
+    std::size_t i = 0;
+    for (const auto vertex : vertices_around_face(impl_->mesh.halfedge(face), impl_->mesh)) {
+      corners[i++] = impl_->mesh.point(vertex);
+    }
+    return CGAL::normal(corners[0], corners[1], corners[2]) * along < 0;
+  });
+}
+
 double Oracle::depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const {
   const auto& [a, b, c] = triangle;
   const Kernel::Point_3 centre = CGAL::centroid(point3(a), point3(b), point3(c));

@@ -29,6 +29,9 @@ class Oracle {
   [[nodiscard]] double penetration(const std::array<double, 3>& p) const { return side(p) * distance(p); }
   /// Direction in which V falls fastest at p, out of the body. Unit length; zero on the surface. [-]
   [[nodiscard]] std::array<double, 3> outward_normal(const std::array<double, 3>& p) const;
+  /// Whether a direction points into the body through a triangle within `reach` of p: away from its outward side.
+  [[nodiscard]] bool points_inward(const std::array<double, 3>& p, const std::array<double, 3>& direction,
+                                   double reach) const;
   /// An upper bound on the depth of all points of a triangle: the largest distance of its corners to one face of the
   /// mesh. The distance to a face is convex, so its maximum is at a corner. [m]
   [[nodiscard]] double depth_bound(const std::array<std::array<double, 3>, 3>& triangle) const;

@@ -8,6 +8,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "formats/cell_plane.h"
 #include "sample_meshes/shapes.h"
@@ -101,6 +102,31 @@ TEST_F(Validate, AnAssetIsTrueToItsMesh) {
   EXPECT_NE(text.out.find("a.vps.hdf: valid, 17 checks\n"), std::string::npos) << text.out;
 }
 
+// Their walls and gaps are thinner than rounding, and their far grid is 20 voxels wide.
+TEST_F(Validate, FreshAssetsOfSliversAndSlitsAreValid) {
+  write_file(folder_ / "sliver.obj",
+             "v 8.85889 1.81478 0.529605\nv 8.91428 1.81353 0.529602\nv 8.88592 1.81417 0.531\n"
+             "v 8.87815 1.81434 0.530602\nf 4 3 1\nf 2 4 1\nf 2 1 3\nf 3 4 2\n");
+  // Two plates, a micrometre apart.
+  std::ostringstream plates;
+  plates.precision(9);
+  for (const int side : {-1, 1}) {
+    const TriangleMesh plate = samples::make_box({0.05, 0.05, 0.005}, {0, 0, side * 0.0050005});
+    for (const auto& [x, y, z] : plate.vertices) plates << "v " << x << ' ' << y << ' ' << z << '\n';
+    const std::uint32_t first = side < 0 ? 1 : 9;
+    for (const auto& [i, j, k] : plate.triangles) {
+      plates << "f " << first + i << ' ' << first + j << ' ' << first + k << '\n';
+    }
+  }
+  write_file(folder_ / "plates.obj", plates.str());
+  for (const std::string name : {"sliver", "plates"}) {
+    ASSERT_EQ(vpsbake(folder_, name + ".obj --resolution 64 --unit m --fields layers,scaled,real -o f.vps.hdf").code,
+              0);
+    const Outcome run = vpsbake(folder_, "validate f.vps.hdf --mesh " + name + ".obj --unit m");
+    EXPECT_EQ(run.code, 0) << name << run.err << run.out;
+  }
+}
+
 TEST_F(Validate, NoErrorIsAboveTheBoundOfAField) {
   ASSERT_EQ(
       vpsbake(folder_, sample("nut") + " --resolution 40 --parts voxelmap --fields layers,scaled,real -o n.vps.hdf")
@@ -112,9 +138,7 @@ TEST_F(Validate, NoErrorIsAboveTheBoundOfAField) {
   const Json report = Json::parse(run.out);
   for (const Json& check : report["files"][0]["checks"]) {
     if (!check.contains("figures") || !check["figures"].contains("above_bound")) continue;
-    // The bound of layers is the largest error of a search.
-    const double most = check["name"] == "field layers" ? 1.1 : 1;
-    EXPECT_LE(check["figures"]["max"], most * check["figures"]["bound"].get<double>()) << check;
+    EXPECT_LE(check["figures"]["max"], check["figures"]["bound"].get<double>()) << check;
     ++fields;
   }
   EXPECT_EQ(fields, 3);
