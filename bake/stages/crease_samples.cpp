@@ -81,10 +81,12 @@ std::vector<Vector> points_at_bends(const Surface& surface, const Grid& grid, co
     int axis;  // towards the other voxel of the pair, in the same brick
   };
   constexpr std::size_t kNext[3] = {1, kBrickEdge, kBrickEdge * kBrickEdge};
+  // Farther out errors are smaller: points all over a wide band would miss the largest ones.
+  const double farthest = std::min(limit, 2 * grid.voxel_size);
   std::vector<Pair> pairs;
   for (std::size_t voxel = 0; voxel < field.closest.size(); ++voxel) {
     const std::uint32_t triangle = field.closest[voxel];
-    if (triangle == kNoTriangle || std::abs(field.penetration[voxel]) > limit) continue;
+    if (triangle == kNoTriangle || std::abs(field.penetration[voxel]) > farthest) continue;
     for (int axis = 0; axis < 3; ++axis) {
       if (voxel / kNext[axis] % kBrickEdge == kBrickEdge - 1) continue;
       const std::uint32_t other = field.closest[voxel + kNext[axis]];

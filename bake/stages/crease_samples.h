@@ -7,9 +7,9 @@
 
 namespace vps::bake {
 
-/// Starts of the search for the largest error, the same for every run. Half the points of a voxel's cube round sharp
-/// edges, spread by length, and thrice as many between voxel centres whose nearest triangles face different ways. Large
-/// meshes have points at a part of their edges.
+/// Starts of the search for the largest error, the same for every run. A quarter lie beside sharp edges, spread by
+/// length and half a voxel away along each axis at most. The others lie between voxel centres, up to two voxels from
+/// the surface, whose nearest triangles face different ways. Large meshes have starts at a part of their edges.
 /// @param limit  the samples' largest distance from the surface. [Units: m]
 [[nodiscard]] std::vector<CertificateSample> crease_samples(const Distances& distances, const InsideTest& inside,
                                                             const Grid& grid, const BandField& field, double limit);
