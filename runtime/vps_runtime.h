@@ -352,10 +352,10 @@ struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
   std::vector<std::uint32_t> flats;  ///< nodes whose corners answer for their points, for a manifold
   std::vector<float> codes[3];       ///< of the positions of `points`
-  std::vector<float> penetrations;   ///< of `points` at `reference`. [the field's unit]
-  std::vector<float> within;         ///< their ways at `reference` to where V may jump. [the field's unit]
+  std::vector<float> ways;           ///< by which `points` can move before they may touch. [the field's unit]
   Pose reference, last;              ///< poses of the last full traverse, and of the last query
   double reach = 0;                  ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
+  double touching = 0;               ///< contact distance for which `ways` hold. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
   float shell_scale = 1;

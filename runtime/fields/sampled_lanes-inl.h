@@ -155,18 +155,19 @@ struct SampledLanes : Everywhere {
     return finish(walk);
   }
 
-  // Distance to the end of the point's brick; 0 where there are no samples.
-  HWY_INLINE F within_brick(const Looked& found) const {
+  // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/bounds.md, "Lists of
+  // points". 0 where there are no samples.
+  // @param jump  most by which the errors of two samples differ
+  static HWY_INLINE F way_in_brick(const Looked& found, F gap, float jump) {
     const F edge = hn::Mul(found.cell, set(kFieldEdge - 1));
     const auto along = [&](F a) {
       const F begin = hn::Mul(hn::Floor(hn::Div(a, edge)), edge);
       return hn::Min(hn::Sub(a, begin), hn::Sub(hn::Add(begin, edge), a));
     };
     const F within = hn::Min(hn::Min(along(found.grid.x), along(found.grid.y)), along(found.grid.z));
-    return hn::IfThenElseZero(found.sampled, within);
+    const F steepest = hn::Mul(set(std::sqrt(3.0F)), hn::Add(set(1), hn::Div(set(jump), found.cell)));
+    return hn::IfThenElseZero(found.sampled, hn::Min(hn::Div(gap, steepest), within));
   }
-  // Most by which V changes within a brick for each voxel: docs/bounds.md, "Lists of points".
-  [[nodiscard]] float steepest() const { return std::sqrt(3.0F) * (1 + 2 * map.step / std::ldexp(1.0F, kFinestLevel)); }
 
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 

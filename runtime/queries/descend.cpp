@@ -304,30 +304,14 @@ HWY_INLINE Points listed_codes(const PointList& list, std::uint32_t first) {
           hn::LoadU(f32, list.codes[2] + first)};
 }
 
-// Which listed points may have become hits: docs/bounds.md, "Lists of points".
 template <class Lanes>
-HWY_INLINE M may_be_hits(const Lanes& field, const Descent& d, const Before& before, std::uint32_t first, F v) {
-  const F gap = hn::Neg(hn::Add(v, set(d.contact_distance)));
-  F way = hn::Sub(gap, set(before.jump));
-  if constexpr (Lanes::kHasFarGrid) {
-    const F within = hn::LoadU(f32, before.within + first);
-    way = hn::Max(way, hn::Min(hn::Mul(gap, set(1 / field.steepest())), within));
-  }
-  return hn::Le(way, set(before.moved));
-}
-
-template <class Lanes>
-float test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
+void test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
   const Words u32;
   PointTests<Lanes> tests(field, d);
-  F left = set(std::numeric_limits<float>::lowest());
   for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
     M wanted = hn::FirstN(f32, list.count - i);
-    if (list.before.penetrations != nullptr) {
-      const F v = hn::LoadU(f32, list.before.penetrations + i);
-      const M near = may_be_hits(field, d, list.before, i, v);
-      left = hn::IfThenElse(hn::AndNot(near, wanted), hn::Max(left, v), left);
-      wanted = hn::And(near, wanted);
+    if (list.ways != nullptr) {
+      wanted = hn::And(wanted, hn::Le(hn::LoadU(f32, list.ways + i), set(list.moved)));
       if (hn::AllFalse(f32, wanted)) continue;
     }
     d.points_tested += static_cast<std::uint32_t>(hn::CountTrue(f32, wanted));
@@ -335,15 +319,17 @@ float test_list_lanes(const Lanes& field, Descent& d, const PointList& list) {
                wanted);
   }
   tests.finish();
-  return hn::GetLane(hn::MaxOfLanes(f32, left));
 }
 
 template <class Lanes>
-void measure_within_lanes(const Lanes& field, const Descent& d, const PointList& list, float* within) {
-  if constexpr (Lanes::kHasFarGrid) {
-    for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
-      hn::StoreU(field.within_brick(field.look_up(field.place(d.points, listed_codes(list, i)))), f32, within + i);
+void measure_ways_lanes(const Lanes& field, const Descent& d, const PointList& list, float jump, float* ways) {
+  for (std::uint32_t i = 0; i < list.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
+    const F gap = hn::Neg(hn::Add(hn::LoadU(f32, d.penetrations + i), set(d.contact_distance)));
+    F way = hn::Sub(gap, set(jump));
+    if constexpr (Lanes::kHasFarGrid) {
+      way = hn::Max(way, field.way_in_brick(field.look_up(field.place(d.points, listed_codes(list, i))), gap, jump));
     }
+    hn::StoreU(way, f32, ways + i);
   }
 }
 
@@ -380,11 +366,11 @@ struct Kernels {
     return touches_one(lanes(field, d), d, node);
   }
   static void descend(const void* field, Descent& d) { descend_lanes(lanes(field, d), d); }
-  static float test_list(const void* field, Descent& d, const PointList& list) {
-    return test_list_lanes(lanes(field, d), d, list);
+  static void test_list(const void* field, Descent& d, const PointList& list) {
+    test_list_lanes(lanes(field, d), d, list);
   }
-  static void measure_within(const void* field, const Descent& d, const PointList& list, float* within) {
-    measure_within_lanes(lanes(field, d), d, list, within);
+  static void measure_ways(const void* field, const Descent& d, const PointList& list, float jump, float* ways) {
+    measure_ways_lanes(lanes(field, d), d, list, jump, ways);
   }
   static void test_parents(const void* field, Descent& d, std::uint32_t from, std::uint32_t to) {
     test_parents_lanes(lanes(field, d), d, from, to);
@@ -394,7 +380,7 @@ struct Kernels {
 template <class... Fields>
 const DescentKernels& kernels_at(std::size_t kind, const std::tuple<Fields...>*) {
   static constexpr DescentKernels kAll[] = {{&Kernels<Fields>::touches, &Kernels<Fields>::descend,
-                                             &Kernels<Fields>::test_list, &Kernels<Fields>::measure_within,
+                                             &Kernels<Fields>::test_list, &Kernels<Fields>::measure_ways,
                                              &Kernels<Fields>::test_parents}...};
   return kAll[kind];
 }

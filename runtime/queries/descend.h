@@ -46,28 +46,22 @@ struct Descent {
   std::uint32_t nodes_tested = 0, points_tested = 0;
 };
 
-/// What is known of points at an earlier pose, and since then. In the field's unit.
-struct Before {
-  const float* penetrations = nullptr;  ///< V of the points; null: nothing is known
-  const float* within = nullptr;        ///< distance to the end of a part of the field where V has no jumps
-  float moved = 0;                      ///< a point has moved by at most this
-  float jump = 0;                       ///< most by which V changes beyond the way of a point
-};
 /// Listed points: `codes` are the rows of their positions, as floats. Arrays reach kLanePadding beyond `count`.
 struct PointList {
   const float* codes[3] = {};
   const std::uint32_t* points = nullptr;
   const std::uint32_t* leaves = nullptr;
   std::uint32_t count = 0;
-  Before before{};  ///< points that cannot have become hits are left out
+  const float* ways = nullptr;  ///< if not null: points whose way is longer than `moved` are left out
+  float moved = 0;              ///< in the field's unit
 };
 
 /// The loops for one kind of field, compiled for the machine's instructions.
 struct DescentKernels {
   bool (*touches)(const void* field, Descent& descent, std::uint32_t node);
   void (*descend)(const void* field, Descent& descent);
-  float (*test_list)(const void* field, Descent& descent, const PointList& list);
-  void (*measure_within)(const void* field, const Descent& descent, const PointList& list, float* within);
+  void (*test_list)(const void* field, Descent& descent, const PointList& list);
+  void (*measure_ways)(const void* field, const Descent& descent, const PointList& list, float jump, float* ways);
   void (*test_parents)(const void* field, Descent& descent, std::uint32_t first, std::uint32_t last);
 };
 /// @param kind  index in KernelFields
@@ -86,13 +80,12 @@ class DescentField {
   /// nodes that are left; the nodes before `begin` were expanded.
   void descend(Descent& descent) const noexcept { kernels_.descend(field_, descent); }
   /// Tests listed points. `hits` and `leaves` become those of the list.
-  /// @return the largest earlier V of the points that were left out
-  float test_list(Descent& descent, const PointList& list) const noexcept {
-    return kernels_.test_list(field_, descent, list);
-  }
-  /// Fills Before::within of listed points.
-  void measure_within(const Descent& descent, const PointList& list, float* within) const noexcept {
-    kernels_.measure_within(field_, descent, list, within);
+  void test_list(Descent& descent, const PointList& list) const noexcept { kernels_.test_list(field_, descent, list); }
+  /// Ways by which points can move before they may be hits: docs/bounds.md, "Lists of points".
+  /// @param list  all hits of the descent, whose `penetrations` are at hand
+  /// @param jump  most by which V may change beyond a point's way, in the field's unit
+  void measure_ways(const Descent& descent, const PointList& list, float jump, float* ways) const noexcept {
+    kernels_.measure_ways(field_, descent, list, jump, ways);
   }
   /// Tests the points that represent nodes: [first, last) of the queue. `leaves` become those nodes.
   void test_parents(Descent& descent, std::uint32_t first, std::uint32_t last) const noexcept {

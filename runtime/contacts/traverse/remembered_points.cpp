@@ -3,7 +3,8 @@
 // 1967. A traverse of these points alone finds what Algorithm 1 (Sec. 2.3) does.
 //
 // V changes by at most the distance that a point moves. A point with V < -reach at the reference pose cannot be in
-// contact before it has moved by reach - contact distance, less the field's error at both places.
+// contact before it has moved by reach - contact distance, less the field's error at both places. Each point of the
+// list, too, is only tested when it has moved by its own way.
 #include <algorithm>
 
 #include "runtime/contacts/traverse/traverse_query.h"
@@ -19,20 +20,25 @@ PointList list_of(const ContactCache& cache) noexcept {
           static_cast<std::uint32_t>(cache.points.size() - kLanePadding)};
 }
 
+// Most by which V changes beyond the way of a point. In the field's unit.
+float jump_of(const TraverseQuery& query) noexcept {
+  return 2 * query.facts.error / query.descent.unit;
+}
+
 void remember_hits(const TraverseQuery& query, ContactCache& cache) {
   const Descent& d = query.descent;
   cache.flats.assign(d.flats, d.flats + d.flat_count);
   const std::size_t count = d.hit_count;
   cache.points.assign(d.hits, d.hits + count);
   cache.leaves.assign(d.leaves, d.leaves + count);
-  cache.penetrations.assign(d.penetrations, d.penetrations + count);
-  for (std::vector<std::uint32_t>* const row : {&cache.points, &cache.leaves}) row->resize(count + kLanePadding);
-  for (std::vector<float>* const row : {&cache.penetrations, &cache.within}) row->resize(count + kLanePadding);
+  cache.points.resize(count + kLanePadding);
+  cache.leaves.resize(count + kLanePadding);
+  cache.ways.resize(count + kLanePadding);
   for (int axis = 0; axis < 3; ++axis) {
     cache.codes[axis].resize(count + kLanePadding);
     for (std::size_t i = 0; i < count; ++i) cache.codes[axis][i] = query.shell.position[axis][d.hits[i]];
   }
-  query.field.measure_within(d, list_of(cache), cache.within.data());
+  query.field.measure_ways(d, list_of(cache), jump_of(query), cache.ways.data());
 }
 
 void drop_hits_below(float least, Descent& d) noexcept {
@@ -75,18 +81,18 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const double room = std::clamp(kSteps * step, least, most);
   // That of a body which has become slow is longer than it has to be.
   if (same && cache.reach > 0 && cache.reach >= needed + spent && spent <= 2 * room) {
+    const double farther = std::max(0.0, query.reach - cache.touching);
+    const auto moved = static_cast<float>((spent + farther) / d.unit);
     PointList list = list_of(cache);
-    const auto jump = static_cast<float>(2.0 * query.facts.error / d.unit);
-    const auto moved = static_cast<float>(spent / d.unit);
-    const float both_rounded = 2 * rounding(shell, d.nodes, d.unit);
-    list.before = {cache.penetrations.data(), cache.within.data(), moved + both_rounded, jump};
-    float left = query.field.test_list(d, list);
+    list.ways = cache.ways.data();
+    list.moved = moved + 2 * rounding(shell, d.nodes, d.unit);
+    query.field.test_list(d, list);
     if (d.hit_count == 0 && query.has_sums) {
       // The distance is that of the nearest point, which may be one of those that were left out.
-      list.before = {};
-      left = query.field.test_list(d, list);
+      list.ways = nullptr;
+      query.field.test_list(d, list);
     }
-    d.rejected = std::max(left, static_cast<float>(-cache.reach / d.unit)) + moved + jump;
+    d.rejected = std::max(-d.contact_distance, static_cast<float>(-cache.reach / d.unit) + moved + jump_of(query));
     std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
     ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
     return 0;
@@ -112,6 +118,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   // Without memory for a list there is none.
   const bool is_remembered = try_to_grow([&] { remember_hits(query, cache); }) == Status::ok;
   cache.reach = is_remembered ? reach : 0;
+  cache.touching = query.reach;
   drop_hits_below(-wanted, d);
   ask_flat_nodes(query, d.flat_count);
   return d.end;
