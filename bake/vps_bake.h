@@ -23,7 +23,8 @@ enum class Repair : std::uint8_t {
   stitch,     ///< join open edges that are at most a voxel apart
   fill,       ///< triangulate all holes
   wrap,       ///< replace the mesh by a skin around it
-  automatic,  ///< the least invasive of none, weld, stitch and fill that works; holes wider than a voxel are refused
+  automatic,  ///< the least invasive of none, weld, stitch and fill that works. A mesh with holes wider than a voxel is
+              ///< refused where it may be a solid or have thin walls, or where filling would lose sheets
 };
 
 /// "none", "weld" and so on.
@@ -126,8 +127,7 @@ struct MeshReport {
   double thin_share = 0;   ///< share of the surface over walls thinner than two voxels; 0 without a voxel size
 };
 
-/// Checks a mesh without baking it. Without a voxel size and a resolution it leaves out stitching, the holes that
-/// `automatic` fills, and thin walls.
+/// Checks a mesh without baking it. Without a voxel size and a resolution it leaves out stitching and thin walls.
 /// @throw BakeError on bad indices or coordinates only
 [[nodiscard]] MeshReport inspect_mesh(const TriangleMesh& mesh, const BakeOptions& options);
 

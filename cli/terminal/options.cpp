@@ -57,8 +57,8 @@ void add_surface_options(CLI::App& app, BakeArguments& arguments) {
   add_unit_options(app, arguments);
   add_text_option(
       app, "--repair", [&](const std::string& text) { arguments.options.repair = parse_repair(text); },
-      "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the least invasive that works, but "
-      "holes wider than a voxel are refused]")
+      "How far to go to close the mesh: none, weld, stitch, fill or wrap [default: the least invasive that works; "
+      "refused where the mesh may be solid or hollow]")
       ->option_text("HOW")
       ->type_name("{none,weld,stitch,fill,wrap}")
       ->group("Mesh");

@@ -19,11 +19,11 @@ HEADER = """\
 # What becomes of a corpus of meshes
 
 Each mesh is baked as it is, at 200 voxels along its longest side, with the default contents: field `scaled`, pointshell, tree.
-`make corpus` writes this page. A mesh that is refused has a second row with `--repair fill` or, if that is refused too, with
-`--repair wrap`. Lengths are in millimetres where `vpsbake check` takes the numbers for millimetres, else in metres. "Thin": the
-wall there is thinner than two voxels. Time is that of the whole command, import and write included, on a machine under other
-load. Errors of the field, from the certificate's samples, and the covering radius of the pointshell are in voxels. Memory is
-resident, of the largest process.
+`make corpus` writes this page; [decisions.md](decisions.md) has the test that decides which holes are filled. A mesh that is
+refused has a second row with `--repair fill` or, if that is refused too, with `--repair wrap`. Lengths are in millimetres where
+`vpsbake check` takes the numbers for millimetres, else in metres. "Thin": the wall there is thinner than two voxels. Time is that of
+the whole command, import and write included, on a machine under other load. Errors of the field, from the certificate's samples,
+and the covering radius of the pointshell are in voxels. Memory is resident, of the largest process.
 """
 COLUMNS = ("file", "triangles", "verdict", "repair", "notes", "time, s", "asset, MB", "error, max", "error, 99 %",
            "covering", "memory, MB")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Repair of cracked, open, inside-out and overlapping meshes. The volume shows whether the solid is right.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <map>
@@ -121,7 +122,7 @@ TEST(Repair, CracksCloseToTheSameSurfaceForAllLargerVoxels) {
     const Repaired r = repaired(soup, with(Repair::automatic, 2 / voxels));
     EXPECT_EQ(r.outcome.used, Repair::stitch);
     ASSERT_EQ(r.outcome.notes.size(), 1U) << voxels;
-    EXPECT_NE(r.outcome.notes[0].find("; voxels smaller than that leave them open"), std::string::npos);
+    EXPECT_NE(r.outcome.notes[0].find("; not with voxels smaller than that"), std::string::npos);
     EXPECT_EQ(r.volume, volume.value_or(r.volume)) << voxels;
     EXPECT_NEAR(r.volume, right, 1e-3);
     volume = r.volume;
@@ -144,16 +145,49 @@ TEST(Repair, AVertexBesideAnOpenEdgeSplitsIt) {
   EXPECT_EQ(repaired(mesh, with(Repair::automatic, 1.5)).volume, r.volume);
 }
 
-TEST(Repair, AHoleBelowAVoxelIsFilledAndAWiderOneIsNot) {
+TEST(Repair, HolesAreFilledWhereTheMeshSurroundsTheSolid) {
   const TriangleMesh open = without(make_sphere(1, 4), 100, 1);
   EXPECT_EQ(repaired(open, with(Repair::automatic, 0.1)).outcome.used, Repair::stitch);  // corners closer than a voxel
   const TriangleMesh wide = without(make_sphere(1, 3), 100, 40);
-  const std::string said = repair_refusal(wide, with(Repair::automatic));
+  const std::string said = repair_refusal(wide, with(Repair::stitch));
   EXPECT_NE(said.find("it leaks through"), std::string::npos) << said;
-  const Repaired filled = repaired(wide, with(Repair::fill));
+  const Repaired filled = repaired(wide, with(Repair::automatic));
   EXPECT_EQ(filled.outcome.used, Repair::fill);
   EXPECT_TRUE(is_closed(filled.surface));
   EXPECT_NEAR(filled.volume, mass_properties(checked(make_sphere(1, 3))).volume, 0.1);
+  EXPECT_EQ(filled.surface.triangles, repaired(wide, with(Repair::fill)).surface.triangles);
+  EXPECT_EQ(filled.outcome.notes, repaired(wide, with(Repair::fill)).outcome.notes);
+}
+
+TEST(Repair, WhereTwoAnswersDifferTheRefusalNamesBoth) {
+  // A box without its lid is a block or a container. A long one is a bar without an end.
+  const auto without_lid = [](double height) { return without(make_box({1, 1, height}), 2, 2); };
+  for (const double height : {0.5, 1.0, 1.4}) {
+    const std::string said = repair_refusal(without_lid(height), with(Repair::automatic));
+    EXPECT_NE(said.find(fmt::format(
+                  "; it is a solid of {:.3g} m^3 if the holes are filled, or hollow with thin walls; ", 8 * height)),
+              std::string::npos)
+        << said;
+  }
+  EXPECT_EQ(repaired(without_lid(10), with(Repair::automatic)).outcome.used, Repair::fill);
+}
+
+TEST(Repair, AHoleInsideAnotherSolidIsFilled) {
+  // A box without its bottom stands on another: the hole lies inside of that one.
+  const TriangleMesh mesh = joined(make_box({2, 2, 0.5}), without(make_box({1, 1, 1}, {0, 0, 1.25}), 0, 2));
+  const Repaired r = repaired(mesh, with(Repair::automatic));
+  EXPECT_EQ(r.outcome.used, Repair::fill);
+  EXPECT_NEAR(r.volume, 16 + 8 - 4 * 0.25, 1e-9);
+}
+
+TEST(Repair, OnlyTinySheetsAreDroppedUnasked) {
+  const TriangleMesh open = without(make_sphere(1, 3), 100, 40);
+  const auto beside = [&](double half) { return joined(open, make_sheet(half, half, {3, 0, 0})); };
+  EXPECT_NEAR(repaired(beside(0.05), with(Repair::automatic)).volume, repaired(open, with(Repair::fill)).volume, 1e-12);
+  const std::string said = repair_refusal(beside(0.2), with(Repair::automatic));
+  EXPECT_NE(said.find("; filling the holes would drop 1.3 % of the area, thickening would keep it; "),
+            std::string::npos)
+      << said;
 }
 
 TEST(Repair, FillingClosesASolidBesideTrianglesThatBoundNothing) {
@@ -176,7 +210,7 @@ TEST(Repair, OnlyRepairsThatWorkAreAdvised) {
     return options;
   };
   using Options = std::vector<std::string>;
-  const TriangleMesh open_box = without(make_box({1, 1, 1}), 0, 1);
+  const TriangleMesh open_box = without(make_box({1, 1, 1}), 2, 2);
   const TriangleMesh sheet = make_sheet(1, 1, {0, 0, 0});
   EXPECT_EQ(advised(repair_refusal(open_box, with(Repair::automatic))),
             (Options{"--repair fill", "--repair wrap", "--open-surface"}));
@@ -188,11 +222,12 @@ TEST(Repair, OnlyRepairsThatWorkAreAdvised) {
 }
 
 TEST(Repair, ARefusalSaysHowWideTheHoleIs) {
-  const TriangleMesh open_box = without(make_box({1, 1, 1}), 0, 1);
+  const TriangleMesh open_box = without(make_box({1, 1, 1}), 2, 2);
   const std::string wide = repair_refusal(open_box, with(Repair::automatic));
-  EXPECT_NE(wide.find("up to 1.414 m wide, more than a voxel of 50 mm; close it there"), std::string::npos) << wide;
+  EXPECT_NE(wide.find("up to 1.414 m wide, more than a voxel of 50 mm; "), std::string::npos) << wide;
   const std::string unknown = repair_refusal(open_box, with(Repair::automatic, 0));
-  EXPECT_NE(unknown.find("up to 1.414 m wide; give --voxel or --resolution"), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("up to 1.414 m wide; "), std::string::npos) << unknown;
+  EXPECT_NE(unknown.find("; give --voxel or --resolution"), std::string::npos) << unknown;
 }
 
 TEST(Repair, WrapClosesWhatNothingElseDoes) {

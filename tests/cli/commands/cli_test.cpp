@@ -433,7 +433,8 @@ INSTANTIATE_TEST_SUITE_P(
                     RealMesh{"nested_instances", "nested_instances.glb"},
                     RealMesh{"ur5_upperarm", "ur5_upperarm_collision.stl"}, RealMesh{"propeller", "propeller.stl"},
                     RealMesh{"milk_truck", "milk_truck.glb"}, RealMesh{"bearing", "bearing.stl --repair fill"},
-                    RealMesh{"teapot", "teapot.obj --repair wrap"},
+                    RealMesh{"teapot", "teapot.obj"}, RealMesh{"teapot_wrapped", "teapot.obj --repair wrap"},
+                    RealMesh{"franka_link5", "franka_link5.dae"},
                     RealMesh{"half_tunnel", "half_tunnel.off --scale 0.01 --open-surface thicken=4mm"},
                     RealMesh{"truck_soup", "truck_soup.obj --repair wrap", true}),
     [](const auto& mesh) { return std::string(mesh.param.name); });
@@ -443,11 +444,10 @@ TEST(Cli, RealMeshesAreRefusedForWhatIsWrongWithThem) {
   const TemporaryFolder folder;
   const auto file = [&](const char* name) { return (meshes / name).string(); };
   const std::pair<const char*, const char*> bad[] = {
-      {"bunny_full.obj", "the mesh is open"},       {"teapot.obj", "the mesh is open"},
-      {"truck_soup.obj", "the mesh is open"},       {"half_tunnel.off", "the mesh is open"},
-      {"triangle_soup.stl", "the mesh is open"},    {"concave_polygon.obj", "concave_polygon.obj: "},
-      {"invalid/empty.ply", "the file is empty"},   {"invalid/points_only.ply", "no triangles"},
-      {"invalid/malformed_index.obj", "malformed"},
+      {"bearing.stl", "if the holes are filled"},       {"open_cube_insideout.off", "hollow with thin walls"},
+      {"half_tunnel.off", "the mesh is open"},          {"triangle_soup.stl", "the mesh is open"},
+      {"concave_polygon.obj", "concave_polygon.obj: "}, {"invalid/empty.ply", "the file is empty"},
+      {"invalid/points_only.ply", "no triangles"},      {"invalid/malformed_index.obj", "malformed"},
   };
   for (const auto& [name, why] : bad) expect_refusal(folder, file(name) + " --resolution 60 -o a.vps.hdf", 3, why);
 }

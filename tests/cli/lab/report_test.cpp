@@ -376,8 +376,8 @@ void write_cracked_cube(const std::filesystem::path& file) {
 TEST(Report, ASettingWhoseBakeLeavesACrackOpenIsLeftOut) {
   const TemporaryFolder folder;
   write_cracked_cube(folder / "crack.obj");
-  const Outcome run =
-      vpsbake(folder, "report crack.obj --voxel 2.2mm --poses 3 --rounds 1 --without hull,hacd,gimpact,fcl");
+  const Outcome run = vpsbake(
+      folder, "report crack.obj --repair stitch --voxel 2.2mm --poses 3 --rounds 1 --without hull,hacd,gimpact,fcl");
   ASSERT_EQ(run.code, 0) << run.err;
   const Json mesh = Json::parse(read_file(folder / "report.json"))["meshes"][0];
   std::size_t leaks = 0;
