@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
 #include <span>
+#include <string_view>
 #include <system_error>
 
 #include "bake/quantity_text.h"
@@ -47,6 +49,41 @@ std::string plan_line(const bake::BakePlan& plan) {
   if (plan.predicted_points > 0) line += fmt::format(", about {} points", plan.predicted_points);
   return line +
          fmt::format(", about {} of memory", bake::format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
+}
+
+// A stage in a user's words, and the share of a bake that is done when it begins.
+struct StageText {
+  std::string_view stage;
+  const char* words;
+  double done;
+};
+
+// The shares are those of a scan and a screw at 200 voxels. Other meshes differ, and the estimate corrects itself.
+constexpr StageText kStageTexts[] = {{"import", "reading the mesh", 0},
+                                     {"check", "checking the mesh", 0},
+                                     {"voxelize", "voxels", 0.1},
+                                     {"fill_layers", "voxels", 0.1},
+                                     {"distance_field", "distances", 0.13},
+                                     {"coarse_layers", "voxels", 0.2},
+                                     {"sample_field", "distances", 0.25},
+                                     {"certify", "errors", 0.65},
+                                     {"thin_walls", "walls", 0.65},
+                                     {"far_field", "distances", 0.65},
+                                     {"sample_pointshell", "points", 0.7},
+                                     {"free_searches", "planes", 0.75},
+                                     {"fit_planes", "planes", 0.8},
+                                     {"cluster_points", "point tree", 0.85},
+                                     {"bounding_spheres", "point tree", 0.9},
+                                     {"done", "writing", 0.97}};
+
+void show_stage(const Progress& progress, std::string_view stage) {
+  const auto* const found = std::find_if(std::begin(kStageTexts), std::end(kStageTexts),
+                                         [&](const StageText& t) { return t.stage == stage; });
+  if (found != std::end(kStageTexts)) {
+    progress.show(found->words, found->done);
+  } else {
+    progress.show(std::string(stage), 0);
+  }
 }
 
 // One bake from the command line.
@@ -139,7 +176,7 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
 }
 
 int deliver(BakeRun& run, const Asset& asset) {
-  run.progress.show("write", 1);
+  show_stage(run.progress, "done");
   const auto begin = Clock::now();
   write_whole(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
@@ -164,7 +201,7 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
 }
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
-  run.progress.show("import", 0);
+  show_stage(run.progress, "import");
   return print_dry_run(run, bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings));
 }
 
@@ -203,7 +240,7 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
 int bake_file(const BakeArguments& arguments) {
   BakeRun run{arguments, output_path(arguments)};
   bake::BakeSettings settings = complete_settings(arguments);
-  settings.options.progress = [&](const char* stage, double fraction) { run.progress.show(stage, fraction); };
+  settings.options.progress = [&](const char* stage, double) { show_stage(run.progress, stage); };
   if (arguments.dry_run) return plan_file(run, settings);
   try {
     return bake_output(run, settings);

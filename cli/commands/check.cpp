@@ -104,7 +104,7 @@ void print_check(const BakeArguments& arguments, const bake::MeshReport& r) {
 int run_check(const BakeArguments& arguments) {
   return guarded(arguments.mesh, [&] {
     const Progress progress;
-    progress.show("import", 0);
+    progress.show("reading the mesh", 0);
     const ImportedMesh mesh = import_with(arguments);
     bake::BakeOptions options = arguments.options;
     options.progress = [&](const char* step, double fraction) { progress.show(step, fraction); };

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+/// @file Estimates how much of a long work is done, and how long the rest takes, from the fractions that it reports.
+#pragma once
+
+namespace vps::cli {
+
+/// Corrects itself while the work runs. What it shows rises at every later time, and stays below 1 until 1 is reported.
+class Estimate {
+ public:
+  struct Shown {
+    double fraction = 0;
+    double left = -1;  ///< [s]; below 0: not known yet
+  };
+
+  /// @param fraction  done, 0 to 1. Lower ones than before are ignored.
+  /// @param time  since the work began; never falls. [s]
+  void report(double fraction, double time);
+  /// @param time  as above
+  [[nodiscard]] Shown at(double time);
+
+ private:
+  double reported_ = 0, reported_at_ = 0;
+  double shown_ = 0, shown_at_ = 0;
+};
+
+}  // namespace vps::cli
