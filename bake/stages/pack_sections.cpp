@@ -14,6 +14,7 @@
 
 #include "bake/plan.h"
 #include "bake/stages/certify.h"
+#include "bake/stages/close_faces.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
@@ -62,6 +63,21 @@ double layers_penetration(const Surface& surface, const Grid& grid, const BandFi
   return inward_normal.dot(centre - p) + layers[at] * grid.voxel_size;
 }
 
+// Eq. (1) truncates; rounding to nearest halves the error at the same size.
+void round_samples(const FieldTolerance& tolerance, double voxel_size, Representations& fields) {
+  const FieldTree& tree = fields.tree;
+  fields.scaled.resize(tree.penetration.size());
+  std::vector<double> steps(tree.levels.size());
+  tbb::parallel_for(std::size_t{0}, tree.levels.size(), [&](std::size_t brick) {
+    const double limit = fields.scaled_limit;
+    const double step = steps[brick] = fields.step(brick);
+    for (std::size_t at = brick * kFieldStride; at < (brick + 1) * kFieldStride; ++at) {
+      fields.scaled[at] = static_cast<std::int16_t>(std::lrint(std::clamp(tree.penetration[at] / step, -limit, limit)));
+    }
+  });
+  close_faces(tree, tolerance, voxel_size, {fields.scaled, steps, fields.scaled_limit});
+}
+
 }  // namespace
 
 Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
@@ -70,23 +86,19 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
   if (!options.scaled && !options.real) return out;
   const double s = grid.voxel_size;
-  out.tree = sample_field(surface, grid, runs, field, inside,
-                          {options.field_error * s, options.band_inside * s, options.band_outside * s}, options.real);
-  if (!options.scaled) return out;
-  out.lambda = lambda;
-  out.scaled_limit = scaled_limit(options, s, lambda);
-  out.scaled.resize(out.tree.penetration.size());
-  tbb::parallel_for(std::size_t{0}, out.tree.levels.size(), [&](std::size_t brick) {
-    // Eq. (1) truncates; rounding to nearest halves the error at the same size.
-    const double step = out.step(brick);
-    for (std::size_t at = brick * kFieldStride; at < (brick + 1) * kFieldStride; ++at) {
-      const double limit = out.scaled_limit;
-      out.scaled[at] =
-          static_cast<std::int16_t>(std::lrint(std::clamp(out.tree.penetration[at] / step, -limit, limit)));
-    }
-  });
-  // Frees eight bytes per sample at the peak of memory; these values are not used again.
-  if (!options.real) std::vector<double>().swap(out.tree.penetration);
+  const FieldTolerance tolerance{options.field_error * s, options.band_inside * s, options.band_outside * s};
+  out.tree = sample_field(surface, grid, runs, field, inside, tolerance, options.real);
+  if (options.scaled) {
+    out.lambda = lambda;
+    out.scaled_limit = scaled_limit(options, s, lambda);
+    round_samples(tolerance, s, out);
+  }
+  if (options.real) {
+    close_faces(out.tree, tolerance, s, out.tree.penetration);
+  } else {
+    // Frees eight bytes per sample at the peak of memory; these values are not used again.
+    std::vector<double>().swap(out.tree.penetration);
+  }
   return out;
 }
 
