@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "runtime/contacts/manifold_contact.h"
+#include "runtime/bullet/manifold_contact.h"
 
-namespace vps::detail {
+namespace vps::bullet {
 
 /// Three points support a face.
 inline constexpr int kContactsPerSegment = 3;
@@ -41,4 +41,4 @@ struct SegmentMemory {
 std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside, float alike,
                                             SegmentMemory& memory);
 
-}  // namespace vps::detail
+}  // namespace vps::bullet
