@@ -2,7 +2,9 @@
 /// @file A sphere's shell and a torus' voxelmap.
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "tests/support/baked.h"
@@ -19,6 +21,10 @@ inline Vec3 apply(const Pose& pose, Vec3 v, bool as_direction) {
              (as_direction ? 0 : static_cast<float>(pose.translation[r]));
   }
   return {out[0], out[1], out[2]};
+}
+
+inline bool same_bytes(std::span<const Contact> a, std::span<const Contact> b) {
+  return std::ranges::equal(std::as_bytes(a), std::as_bytes(b));
 }
 
 struct Pair {
