@@ -41,6 +41,25 @@ void remember_hits(const TraverseQuery& query, ContactCache& cache) {
   query.field.measure_ways(d, list_of(cache), jump_of(query), cache.ways.data());
 }
 
+// @param spent  largest motion of a point since the list was made. [m]
+void test_remembered(const ContactCache& cache, double spent, TraverseQuery& query) noexcept {
+  Descent& d = query.descent;
+  const double farther = std::max(0.0, query.reach - cache.touching);
+  const auto moved = static_cast<float>((spent + farther) / d.unit);
+  PointList list = list_of(cache);
+  list.ways = cache.ways.data();
+  list.moved = moved + 2 * rounding(query.shell, d.nodes, d.unit);
+  query.field.test_list(d, list);
+  if (d.hit_count == 0 && query.has_sums) {
+    // The distance is that of the nearest point, which may be one of those that were left out.
+    list.ways = nullptr;
+    query.field.test_list(d, list);
+  }
+  d.rejected = std::max(-d.contact_distance, static_cast<float>(-cache.reach / d.unit) + moved + jump_of(query));
+  std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
+  ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
+}
+
 void drop_hits_below(float least, Descent& d) noexcept {
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < d.hit_count; ++i) {
@@ -81,20 +100,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   const double room = std::clamp(kSteps * step, least, most);
   // That of a body which has become slow is longer than it has to be.
   if (same && cache.reach > 0 && cache.reach >= needed + spent && spent <= 2 * room) {
-    const double farther = std::max(0.0, query.reach - cache.touching);
-    const auto moved = static_cast<float>((spent + farther) / d.unit);
-    PointList list = list_of(cache);
-    list.ways = cache.ways.data();
-    list.moved = moved + 2 * rounding(shell, d.nodes, d.unit);
-    query.field.test_list(d, list);
-    if (d.hit_count == 0 && query.has_sums) {
-      // The distance is that of the nearest point, which may be one of those that were left out.
-      list.ways = nullptr;
-      query.field.test_list(d, list);
-    }
-    d.rejected = std::max(-d.contact_distance, static_cast<float>(-cache.reach / d.unit) + moved + jump_of(query));
-    std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
-    ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
+    test_remembered(cache, spent, query);
     return 0;
   }
   cache.shell = shell.position[0];
