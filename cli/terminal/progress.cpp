@@ -25,7 +25,7 @@ std::string time_text(double seconds) {
   return fmt::format("{:.0f} h", seconds / 3600);
 }
 
-// Without the buffers of stdio: their locks would stay taken in a child that is forked meanwhile.
+// In one call, so that what other threads print does not come between.
 void write_to_terminal(const std::string& text) {
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
 }
