@@ -34,7 +34,7 @@ DEB_PACKAGES := dpkg-dev file lintian
 # Only for the tests of packages and of the container, in fresh systems.
 SYSTEM_PACKAGES := debootstrap
 # Only for `make scenes`: its pictures.
-SCENE_PACKAGES := libgl1-mesa-dri python3-numpy python3-vtk9 xauth xvfb
+SCENE_PACKAGES := libgl1-mesa-dri python3-numpy python3-pil python3-vtk9 xauth xvfb
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 # CGAL's headers need over a gigabyte per compiler.
 JOBS ?= $(shell awk -v n=$$(nproc) '/MemAvailable/ { m = int($$2 / 2000000); print m < 1 ? 1 : (m < n ? m : n) }' /proc/meminfo)

@@ -5,10 +5,11 @@ import argparse
 import pathlib
 import subprocess
 
+import numpy
 import vtk
+from PIL import Image
 from vtk.util.numpy_support import vtk_to_numpy
 
-from apng import write_apng
 from trajectory import read_trajectory
 
 # Program, variant, times of the pictures [s], direction from which the camera looks; no times: no pictures.
@@ -161,6 +162,14 @@ def render(bodies, frames, times, view, stem):
         writer.Write()
 
 
+def write_animation(path, pictures, delays):
+    """An animated PNG, with one palette for all pictures: small enough for a README. delays: [ms]"""
+    pictures = [p // 16 * 17 for p in pictures]  # four bits a channel: shades that vary a little stay equal between pictures
+    palette = Image.fromarray(numpy.concatenate(pictures)).quantize(256, dither=Image.Dither.NONE)
+    frames = [Image.fromarray(p).quantize(palette=palette, dither=Image.Dither.NONE) for p in pictures]
+    frames[0].save(path, save_all=True, append_images=frames[1:], duration=delays, loop=0, optimize=True)
+
+
 def animate(sides, view, path):
     """Trajectories with their titles, side by side with the camera of the first, as an animation."""
     window = make_window(2 * SIDE[0], SIDE[1])
@@ -191,7 +200,8 @@ def animate(sides, view, path):
         image = picture.GetOutput()
         width, height, _ = image.GetDimensions()
         pictures.append(vtk_to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1)[::-1, :, :3].copy())
-    write_apng(path, pictures, [900] + [60] * (len(pictures) - 2) + [1500])
+    write_animation(path, pictures, [900] + [60] * (len(pictures) - 2) + [1500])
+
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
