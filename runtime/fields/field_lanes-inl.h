@@ -89,6 +89,7 @@ struct Penetrations {
 
 struct Everywhere {
   static constexpr bool kHasFarGrid = false;
+  struct Cells {};  // of samples
   static HWY_INLINE Points place(const Affine& a, const Points& p) {
     return {row(a, 0, p), row(a, 1, p), row(a, 2, p)};
   }
@@ -191,6 +192,7 @@ struct PolytopeLanes : Everywhere {
 
 struct BelowLanes {
   static constexpr bool kHasFarGrid = false;
+  struct Cells {};
   const SolidBelow& below;
   static HWY_INLINE Points place(const Affine& a, const Points& p) { return {p.x, p.y, row(a, 2, p)}; }
   HWY_INLINE F value(const Points& p, const Batch&, M) const { return hn::Neg(p.z); }

@@ -11,6 +11,8 @@
 #include <cmath>
 #include <limits>
 
+#include <hwy/cache_control.h>
+
 #include "runtime/fields/field_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -93,30 +95,40 @@ struct SampledLanes : Everywhere {
     walk.entry = hn::IfThenElse(node, hn::GatherIndex(i32, map.nodes, at), walk.entry);
   }
 
-  HWY_INLINE Looked finish(const Walk& walk) const {
-    Looked out;
-    const auto& [gx, gy, gz] = walk.grid;
-    const M in_grid = walk.in_grid;
-    I entry = walk.entry;
+  // The eight samples around each point.
+  struct Cells {
+    Looked looked;  // without values
+    I first;        // of the first sample, in `values`. [bytes]
+    F fx, fy, fz;   // the point's place in the cell, from 0 to 1
+    F step;         // between the samples' numbers
+  };
+  HWY_INLINE Cells find_cells(const Points& p) const {
+    Walk walk = begin(p);
+    go_down<3>(walk);
     const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
-    const auto is_brick = hn::Gt(entry, hn::Set(i32, -1));
-    out.sampled = hn::And(in_grid, hn::RebindMask(f32, is_brick));
-    out.far_inside = hn::And(in_grid, hn::RebindMask(f32, hn::Eq(entry, no_brick)));
+    const auto is_brick = hn::Gt(walk.entry, hn::Set(i32, -1));
+    Cells out;
+    out.looked.sampled = hn::And(walk.in_grid, hn::RebindMask(f32, is_brick));
+    out.looked.far_inside = hn::And(walk.in_grid, hn::RebindMask(f32, hn::Eq(walk.entry, no_brick)));
+    out.looked.grid = walk.grid;
+    out.looked.in_grid = walk.in_grid;
 
-    entry = hn::IfThenElseZero(is_brick, entry);
+    const I entry = hn::IfThenElseZero(is_brick, walk.entry);
     const I brick = hn::And(entry, hn::Set(i32, kNumberMask));
     const I level = hn::ShiftRight<kLevelShift>(entry);
-    out.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
+    out.looked.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
+    const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
+    out.step = hn::IfThenElse(coarse, set(2 * map.step), set(map.step));
     const F per_cell = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel), level));
-    const F cx = hn::Mul(gx, per_cell);
-    const F cy = hn::Mul(gy, per_cell);
-    const F cz = hn::Mul(gz, per_cell);
+    const F cx = hn::Mul(walk.grid.x, per_cell);
+    const F cy = hn::Mul(walk.grid.y, per_cell);
+    const F cz = hn::Mul(walk.grid.z, per_cell);
     const I wx = hn::ConvertTo(i32, cx);
     const I wy = hn::ConvertTo(i32, cy);
     const I wz = hn::ConvertTo(i32, cz);
-    const F fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
-    const F fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
-    const F fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
+    out.fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
+    out.fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
+    out.fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
     const I three = hn::Set(i32, kFieldEdge - 2);
     static_assert(kFieldEdge == 5, "cells of a brick are counted by two bits");
     const I lx = hn::And(wx, three);
@@ -126,34 +138,44 @@ struct SampledLanes : Everywhere {
     const I sample = hn::Add(hn::Add(hn::Add(hn::ShiftLeft<2>(row_number), row_number), lx), hn::ShiftLeft<7>(brick));
     static_assert(kFieldStride == 128);
     constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
-    const I offset = hn::ShiftLeft<kBytesLog2>(sample);
+    out.first = hn::ShiftLeft<kBytesLog2>(sample);
+    return out;
+  }
+
+  // Asks memory for the samples.
+  HWY_INLINE void fetch(const Cells& cells) const {
+    HWY_ALIGN std::int32_t first[kLanePadding];
+    hn::Store(cells.first, i32, first);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    constexpr std::size_t kLast = (kFieldEdge * kFieldEdge + kFieldEdge + 1) * sizeof(Integer);
+    for (std::size_t lane = 0; lane < hn::Lanes(i32); ++lane) {
+      hwy::Prefetch(bytes + first[lane]);
+      hwy::Prefetch(bytes + first[lane] + kLast);
+    }
+  }
+
+  HWY_INLINE Looked interpolate(const Cells& cells) const {
     const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
     const auto pair_at = [&](std::size_t samples) {
-      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)), offset);
+      return hn::GatherOffset(i32, reinterpret_cast<const std::int32_t*>(bytes + samples * sizeof(Integer)),
+                              cells.first);
     };
     const auto along_x = [&](I pair) {
       const F low = low_half(pair);
-      return hn::MulAdd(fx, hn::Sub(high_half(pair), low), low);
+      return hn::MulAdd(cells.fx, hn::Sub(high_half(pair), low), low);
     };
     const F v00 = along_x(pair_at(0));
     const F v10 = along_x(pair_at(kFieldEdge));
     const F v01 = along_x(pair_at(kFieldEdge * kFieldEdge));
     const F v11 = along_x(pair_at(kFieldEdge * kFieldEdge + kFieldEdge));
-    const F v0 = hn::MulAdd(fy, hn::Sub(v10, v00), v00);
-    const F v1 = hn::MulAdd(fy, hn::Sub(v11, v01), v01);
-    const F v = hn::MulAdd(fz, hn::Sub(v1, v0), v0);
-    const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
-    out.value = hn::Mul(v, hn::IfThenElse(coarse, set(2 * map.step), set(map.step)));
-    out.grid = {gx, gy, gz};
-    out.in_grid = in_grid;
+    const F v0 = hn::MulAdd(cells.fy, hn::Sub(v10, v00), v00);
+    const F v1 = hn::MulAdd(cells.fy, hn::Sub(v11, v01), v01);
+    Looked out = cells.looked;
+    out.value = hn::Mul(hn::MulAdd(cells.fz, hn::Sub(v1, v0), v0), cells.step);
     return out;
   }
 
-  HWY_INLINE Looked look_up(const Points& p) const {
-    Walk walk = begin(p);
-    go_down<3>(walk);
-    return finish(walk);
-  }
+  HWY_INLINE Looked look_up(const Points& p) const { return interpolate(find_cells(p)); }
 
   // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/bounds.md, "Lists of
   // points". 0 where there are no samples.

@@ -159,6 +159,7 @@ class PointTests {
   HWY_INLINE void finish() {
     if constexpr (Lanes::kHasFarGrid) {
       if (count_ > 0) look_up_first(count_);
+      take_fetched();
     }
     d_.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest_));
     d_.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected_));
@@ -207,18 +208,40 @@ class PointTests {
   HWY_NOINLINE void look_up_first(std::uint32_t count) {
     const Words u32;
     const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    const Points codes = {hn::Load(f32, codes_[0]), hn::Load(f32, codes_[1]), hn::Load(f32, codes_[2])};
-    const Points p = field_.place(d_.points, codes);
-    const auto found = field_.look_up(p);
-    take(codes, p, field_.value_of(p, found), found.sampled, hn::Load(u32, points_), hn::Load(u32, leaves_),
-         hn::FirstN(f32, count));
+    take_fetched();
+    fetched_.codes = {hn::Load(f32, codes_[0]), hn::Load(f32, codes_[1]), hn::Load(f32, codes_[2])};
+    fetched_.cells = field_.find_cells(field_.place(d_.points, fetched_.codes));
+    fetched_.points = hn::Load(u32, points_);
+    fetched_.leaves = hn::Load(u32, leaves_);
+    fetched_.valid = hn::FirstN(f32, count);
+    has_fetched_ = true;
+    field_.fetch(fetched_.cells);
+    // Without a hit the next points are compared with these, and fewer are looked up.
+    if (d_.hit_count == 0) take_fetched();
     for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + lanes), f32, row);
     for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + lanes), u32, row);
     count_ -= count;
   }
 
+  struct Fetched {
+    Points codes;
+    typename Lanes::Cells cells;
+    hn::Vec<Words> points, leaves;
+    M valid;
+  };
+  HWY_NOINLINE void take_fetched() {
+    if (!has_fetched_) return;
+    has_fetched_ = false;
+    const Points p = field_.place(d_.points, fetched_.codes);
+    const auto found = field_.interpolate(fetched_.cells);
+    take(fetched_.codes, p, field_.value_of(p, found), found.sampled, fetched_.points, fetched_.leaves, fetched_.valid);
+  }
+
   const Lanes& field_;
   Descent& d_;
+  // Points whose samples come from memory while the next ones go down the octree.
+  Fetched fetched_;
+  bool has_fetched_ = false;
   const F limit_;
   F deepest_, rejected_;
   F nearest_ = set(std::numeric_limits<float>::lowest());
