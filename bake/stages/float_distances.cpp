@@ -141,6 +141,22 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
   return out;
 }
 
+ProofTriangle proof_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit, double reach) {
+  ProofTriangle out{float_triangle(mesh, triangle, centre, unit, reach), {}, {}};
+  Vector corner[3];
+  for (int k = 0; k < 3; ++k) {
+    corner[k] = (mesh.corner(triangle, k) - centre) / unit;
+    for (int axis = 0; axis < 3; ++axis) out.corner[k][axis] = static_cast<float>(corner[k][axis]);
+  }
+  const Vector a = mesh.corner(triangle, 1) - mesh.corner(triangle, 0);
+  const Vector b = mesh.corner(triangle, 2) - mesh.corner(triangle, 1);
+  const Vector up = a.cross(b);
+  const double longest_squared = std::max({a.squaredNorm(), b.squaredNorm(), (a + b).squaredNorm()});
+  constexpr double kThinnest = 1e-8;  // the normal is accurate to 1e-16 of the inverse
+  if (up.norm() > kThinnest * longest_squared) out.plane = detail::linear_from(corner[0], up.normalized(), 0);
+  return out;
+}
+
 void triangle_distances(std::span<const FloatTriangle> triangles, std::span<const std::uint32_t> chosen,
                         const Places16& places, std::span<std::array<float, 16>> distances) {
   using namespace detail;  // Highway's macros take names without a namespace

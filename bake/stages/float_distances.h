@@ -24,9 +24,17 @@ struct FloatTriangle {
   float error;        ///< bound of the distances' error
 };
 
+/// With what a proof needs besides distances.
+struct ProofTriangle : FloatTriangle {
+  Linear plane;        ///< as `height`, but for slivers, too; zero where the normal is not known
+  float corner[3][3];  ///< places
+};
+
 /// @param unit   [m]
 /// @param reach  the error is bounded for places at most this far from the centre, along each axis. [Units: units]
 [[nodiscard]] FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit,
+                                           double reach);
+[[nodiscard]] ProofTriangle proof_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit,
                                            double reach);
 
 /// Places relative to a centre. [Units: units]

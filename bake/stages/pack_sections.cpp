@@ -71,8 +71,9 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
   if (!options.scaled && !options.real) return out;
   const double s = grid.voxel_size;
-  out.tree = sample_field(surface, grid, runs, field, inside,
-                          {options.field_error * s, options.band_inside * s, options.band_outside * s}, options.real);
+  out.tree = sample_field(
+      surface, grid, runs, field, inside,
+      {options.field_error * s, options.band_inside * s, options.band_outside * s, options.prove_bound}, options.real);
   if (!options.scaled) return out;
   out.lambda = lambda;
   out.scaled_limit = scaled_limit(options, s, lambda);
@@ -124,6 +125,10 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
         sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
       return sum;
     });
+    if (options.prove_bound) {
+      certificate.bound = std::max(certificate.bound, fields.tree.proven + rounding);
+      return certificate;
+    }
     // A crease changes the slope along a line by at most 2. Where the line's middle shows an error e, the error at the
     // crease itself is below 2 e.
     // Longer searches from other starts found up to 1.1 times the largest error of this one: docs/bounds.md.

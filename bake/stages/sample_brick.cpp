@@ -52,6 +52,7 @@ bool BrickSampler::load(const std::uint32_t (&at)[3]) {
     octant_base_[axis] = static_cast<std::int32_t>(at[axis] * kBrickEdge) * kQuarters;
   listed_ = {};
   float_listed_.clear();
+  proof_listed_.clear();
   near_bricks_ = {};
   return true;
 }
@@ -104,12 +105,15 @@ void BrickSampler::list_triangles() {
   const std::uint32_t n = field_.set.index[grid_.brick_at(static_cast<std::uint32_t>(octant_base_[0] / kSpan),
                                                           static_cast<std::uint32_t>(octant_base_[1] / kSpan),
                                                           static_cast<std::uint32_t>(octant_base_[2] / kSpan))];
+  near_bricks_ = {};
   if (n == kNoBrick) return;
   listed_ =
       std::span(field_.near_triangles).subspan(field_.near_start[n], field_.near_start[n + 1] - field_.near_start[n]);
   const Vector centre = place(octant_base_) + Vector::Constant(grid_.voxel_size * kBrickEdge / 2);
   for (const std::uint32_t t : listed_) {
     float_listed_.push_back(float_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
+    if (tolerance_.prove)
+      proof_listed_.push_back(proof_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
   }
   std::vector<std::uint32_t> all(listed_.size());
   std::iota(all.begin(), all.end(), 0U);
@@ -117,11 +121,10 @@ void BrickSampler::list_triangles() {
 }
 
 std::span<const std::uint32_t> BrickSampler::near(const FieldBrick& brick) {
-  if (listed_.empty()) list_triangles();
   int octant = 0;
   for (int axis = 0; axis < 3; ++axis)
     octant |= place_in_octant(brick)[static_cast<std::size_t>(axis)] / kCells << axis;
-  return near_bricks_.in_octant(octant);
+  return near_octant(octant);
 }
 
 // Keeps the triangles whose distance to an octant's centre is at most the least one and the octant's diameter.
@@ -138,6 +141,7 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
   }
   std::vector<std::array<float, 16>> distances(from.size());
   triangle_distances(float_listed_, from, centres, distances);
+  const float farther = tolerance_.prove ? kSheetThickness + 0.01F : 0;
   NearTriangles near;
   for (std::size_t octant = 0; octant < 8; ++octant) {
     float least = std::numeric_limits<float>::infinity();
@@ -145,7 +149,7 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
       least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
     }
     // The factor is for rounding.
-    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F) + farther;
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (distances[i][octant] - float_listed_[from[i]].error <= limit) near.positions.push_back(from[i]);
     }
@@ -258,6 +262,36 @@ bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std
         const auto n = static_cast<int>(sample);
         return inside_.inside(points.at(n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)));
       });
+}
+
+double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,
+                           double enough) const {
+  const double s = grid_.voxel_size;
+  const CellLimits limits{static_cast<float>(tolerance_.band_inner / s - kHalfDiagonal),
+                          static_cast<float>(tolerance_.band_outer / s - kHalfDiagonal),
+                          static_cast<float>(enough / s)};
+  // `scaled` may clamp values beyond the band, those of level 1 beyond twice the band.
+  const double clamp = std::max(tolerance_.band_inner, tolerance_.band_outer) * (brick.level > 0 ? 2 : 1);
+  CellCube cube;
+  double nearest = std::numeric_limits<double>::infinity();
+  double shift = 0;
+  for (std::size_t n = 0; n < cube.most_stored.size(); ++n) {
+    const int i[3] = {static_cast<int>(n % 3), static_cast<int>(n / 3 % 3), static_cast<int>(n / 9)};
+    const auto at = static_cast<std::size_t>(
+        sample_at(2 * (octant & 1) + i[0], 2 * (octant >> 1 & 1) + i[1], 2 * (octant >> 2) + i[2]));
+    cube.most_stored[n] = static_cast<float>(-brick.fitted[at] / s);
+    cube.least_stored[n] = static_cast<float>(-std::clamp(brick.fitted[at], -clamp, clamp) / s);
+    nearest = std::min(nearest, std::abs(brick.value[at]) / s);
+    shift = std::max(shift, std::abs(brick.fitted[at] - brick.value[at]) / s);
+  }
+  cube.low = from_centre(brick.octant_base(octant));
+  cube.edge = static_cast<float>(step_of(brick.level)) / kQuarters;
+  // No point is farther than this from a sample.
+  const double half = kHalfDiagonal * static_cast<double>(cube.edge);
+  if (nearest - half > std::max(tolerance_.band_inner, tolerance_.band_outer) / s - kHalfDiagonal) {
+    return std::max(shift - half, 0.0) * s;
+  }
+  return std::max(static_cast<double>(CellBounds(proof_listed_, limits).bound(cube, from)), shift) * s;
 }
 
 BrickErrors BrickSampler::errors(const FieldBrick& brick) const {

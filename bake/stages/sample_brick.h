@@ -5,6 +5,7 @@
 #include <cmath>
 #include <span>
 
+#include "bake/stages/cell_bounds.h"
 #include "bake/stages/nearest_triangle.h"
 #include "bake/stages/octant_samples.h"
 #include "bake/stages/octant_trial.h"
@@ -90,11 +91,21 @@ class BrickSampler {
                                          double noted) const;
   /// Triangles that can be closest to a point of a brick with samples at the centres of voxels.
   [[nodiscard]] std::span<const std::uint32_t> near(const FieldBrick& brick);
+  /// Those that can be closest to a point of an octant of the octant that is loaded.
+  [[nodiscard]] std::span<const std::uint32_t> near_octant(int octant) {
+    if (listed_.empty()) list_triangles();
+    return near_bricks_.in_octant(octant);
+  }
   /// Those near a brick's octants. @param from  those near the brick
   [[nodiscard]] NearTriangles near_octants(const FieldBrick& brick, std::span<const std::uint32_t> from) const {
     return near_octants(brick.base, FieldBrick::step_of(brick.level) * FieldBrick::kCells, from);
   }
   [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
+  /// Proven bound of interpolation's error in an octant of a brick; ends early when it is above `enough`. [m]
+  /// @pre the tolerance asks for proofs
+  /// @param from  triangles that can be closest to its points
+  [[nodiscard]] double bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,
+                             double enough) const;
 
   [[nodiscard]] Vector place(const FieldBrick& brick, std::size_t sample) const;
   [[nodiscard]] double quarter() const { return grid_.voxel_size / kQuarters; }  ///< of a voxel. [m]
@@ -130,6 +141,7 @@ class BrickSampler {
   Index octant_base_{};                      // of its sample (0,0,0)
   std::span<const std::uint32_t> listed_;    // triangles near the octant, once they are needed
   std::vector<FloatTriangle> float_listed_;  // the same, from the octant's centre, in voxels
+  std::vector<ProofTriangle> proof_listed_;  // the same; empty without proofs
   NearTriangles near_bricks_;                // the same, by bricks of level 0
   const double reach_;                       // distances between voxel centres are known up to here. [m]
 };

@@ -16,6 +16,10 @@ constexpr int kEdge = FieldBrick::kEdge;
 constexpr int kSamples = FieldBrick::kSamples;
 constexpr int kCells = FieldBrick::kCells;
 
+// What has to be proven of interpolation, in allowed errors. A proof gives about twice the error that there is. With
+// the default tolerance the finest cells keep this without one.
+constexpr double kProven = 2.17;
+
 constexpr int sample_at(int x, int y, int z) {
   return FieldBrick::sample_at(x, y, z);
 }
@@ -29,6 +33,7 @@ struct SampledBlock {
   std::vector<float> gradient;
   double worst_error = 0;
   Vector worst_at = Vector::Zero();
+  double proven = 0;
 };
 
 class BlockSampler {
@@ -154,6 +159,18 @@ class BlockSampler {
     block_.worst_at = bricks_.place(brick, sample);
   }
 
+  double enough() const { return kProven * tolerance_.error; }
+
+  // Whether the error is proven to be small enough everywhere in an octant, if that is asked for.
+  // @param near  triangles that can be closest to its points
+  bool is_proven(const FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
+    if (!tolerance_.prove) return true;
+    const double bound = bricks_.bound(brick, octant, near, enough());
+    if (bound > enough()) return false;
+    block_.proven = std::max(block_.proven, bound);
+    return true;
+  }
+
   // Whether the tolerance that remains at the samples covers the estimated errors of the cells between them.
   bool has_room(const std::array<double, kSamples>& spare, const BrickErrors& errors) const {
     // Nearly all estimates are too high, because they add errors that the axes have at different places.
@@ -176,7 +193,7 @@ class BlockSampler {
   // The entry of a brick: its own if it is good enough everywhere, else a node's.
   // @param near  triangles that can be closest to its points, where some lie between the centres of voxels
   std::uint32_t divide(FieldBrick& brick, std::span<const std::uint32_t> near) {
-    if (brick.level == kFinestLevel) return store(brick);
+    if (brick.level == kFinestLevel) return store_finest(brick, near);
     NearTriangles near_octants;
     BrickErrors errors;
     if (brick.level <= 0) errors = bricks_.errors(brick);
@@ -184,13 +201,12 @@ class BlockSampler {
     for (int octant = 0; octant < 8; ++octant) {
       std::uint32_t entry = kFarOutside;
       if (brick.level > 0) {
-        FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
-        entry = will_do(brick, octant, fine) ? store(brick) : divide(fine, {});
-      } else if (is_suspect(brick, octant, errors)) {
+        entry = divide_voxels(brick, octant);
+      } else if (const bool suspect = is_suspect(brick, octant, errors); suspect || tolerance_.prove) {
         if (near_octants.positions.empty()) {
           near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
         }
-        entry = divide_octant(brick, octant, near_octants.in_octant(octant));
+        entry = divide_octant(brick, octant, suspect, near_octants.in_octant(octant));
       } else {
         entry = store(brick);
       }
@@ -199,10 +215,35 @@ class BlockSampler {
     return close_node(node);
   }
 
-  std::uint32_t divide_octant(FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
-    if (will_surely_do(brick, octant, near)) return store(brick);
+  std::uint32_t divide_voxels(FieldBrick& brick, int octant) {
+    FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
+    const bool good =
+        will_do(brick, octant, fine) && (!tolerance_.prove || is_proven(brick, octant, bricks_.near_octant(octant)));
+    return good ? store(brick) : divide(fine, {});
+  }
+
+  std::uint32_t divide_octant(FieldBrick& brick, int octant, bool suspect, std::span<const std::uint32_t> near) {
+    const bool tested = !suspect || will_surely_do(brick, octant, near);
+    if (tested && is_proven(brick, octant, near)) return store(brick);
     FieldBrick fine = bricks_.between(brick, octant, near);
-    return will_do(brick, octant, fine) ? store(brick) : divide(fine, near);
+    const bool good = !tested && will_do(brick, octant, fine) && is_proven(brick, octant, near);
+    return good ? store(brick) : divide(fine, near);
+  }
+
+  std::uint32_t store_finest(FieldBrick& brick, std::span<const std::uint32_t> near) {
+    if (!tolerance_.prove) return store(brick);
+    // Its samples are exact, and each point is the mean of corners that are no farther than this.
+    double bound = kHalfDiagonal * bricks_.quarter() * FieldBrick::step_of(brick.level);
+    if (bound > enough()) {
+      const NearTriangles near_octants = bricks_.near_octants(brick, near);
+      double proven = 0;
+      for (int octant = 0; octant < 8; ++octant) {
+        proven = std::max(proven, bricks_.bound(brick, octant, near_octants.in_octant(octant), enough()));
+      }
+      bound = std::min(bound, proven);
+    }
+    block_.proven = std::max(block_.proven, bound);
+    return store(brick);
   }
 
   std::uint32_t store(FieldBrick& brick) {
@@ -285,6 +326,7 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
       tree.worst_error = block.worst_error;
       tree.worst_at = block.worst_at;
     }
+    tree.proven = std::max(tree.proven, block.proven);
     block = {};
   }
   return tree;

@@ -17,6 +17,7 @@ struct FieldTolerance {
   double error = 0;       ///< [m]
   double band_inner = 0;  ///< [m]
   double band_outer = 0;  ///< [m]
+  bool prove = false;     ///< whether an error is accepted only where a bound is proven: FieldTree::proven
 };
 
 /// An octree of field bricks, as the asset stores it (vps_format.h).
@@ -29,6 +30,7 @@ struct FieldTree {
   std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless requested. [m per voxel step]
   double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
+  double proven = 0;                 ///< proven bound of interpolation's error in the band; 0 unless asked for. [m]
 };
 
 /// @param field  exact at least one voxel beyond the band of `tolerance`

@@ -137,7 +137,7 @@ std::string describe_settings(const BakeSettings& settings) {
   const auto& [options, import, max_error] = settings;
   const auto& [unit, import_memory, import_timeout] = import;
   const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
-               band_outside, field_error, alpha, thin_faces, repair, sheet_thickness, memory_limit, progress] = options;
+               band_outside, field_error, prove_bound, alpha, thin_faces, repair, sheet_thickness, memory_limit, progress] = options;
   static_cast<void>(import_memory), static_cast<void>(import_timeout);
   static_cast<void>(memory_limit), static_cast<void>(progress);
 
@@ -158,6 +158,7 @@ std::string describe_settings(const BakeSettings& settings) {
   number("band_inside", band_inside);
   number("band_outside", band_outside);
   number("field_error", field_error);
+  integer("prove_bound", prove_bound);
   number("alpha", alpha);
   number("thin_faces", thin_faces);
   text += fmt::format("repair {}\n", describe(repair));

@@ -30,6 +30,7 @@ constexpr Spelling kSpellings[] = {
     {"band_inside", "band-inside", Form::voxels},
     {"band_outside", "band-outside", Form::voxels},
     {"field_error", "field-error", Form::voxels},
+    {"prove_bound", "prove-bound", Form::flag},
     {"alpha", "alpha", Form::number},
     {"thin_faces", "thin-faces", Form::number},
     {"layers", "field layers", Form::flag},

@@ -39,6 +39,9 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
       "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
       ->option_text("VOXELS")
       ->group(kGroup);
+  app.add_flag("--prove-bound", arguments.options.prove_bound,
+               "Prove the bound of interpolated distances for every cell: 1.1 to 1.8 times the time")
+      ->group(kGroup);
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')
       ->allow_extra_args(false)

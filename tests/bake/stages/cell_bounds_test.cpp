@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The bound that is proven for interpolation, against errors that a search climbs to.
+#include "bake/stages/cell_bounds.h"
+
+#include <gtest/gtest.h>
+#include <hwy/highway.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bake/stages/certify.h"
+#include "bake/stages/sample_field.h"
+#include "bake/stages/triangle_tree.h"
+#include "tests/bake/scene.h"
+
+namespace vps::test {
+
+using namespace bake;
+namespace {
+
+// A field and its exact distances. Lengths are in metres.
+class SampledField {
+ public:
+  SampledField(const TriangleMesh& mesh, double voxel_size, double band_vx)
+      : scene_(mesh, voxel_size, band_vx + 1),
+        inside_(scene_.surface, scene_.grid),
+        triangles_(scene_.surface, (band_vx + 2) * voxel_size),
+        distances_{scene_.surface, triangles_, triangles_.error() + 1e-5 * voxel_size},
+        core_((band_vx - std::sqrt(0.75)) * voxel_size) {
+    const FieldTolerance tolerance{0.1 * voxel_size, band_vx * voxel_size, band_vx * voxel_size, true};
+    tree_ = sample_field(scene_.surface, scene_.grid, scene_.runs, scene_.field, inside_, tolerance, false);
+  }
+
+  [[nodiscard]] double bound() const { return tree_.proven; }
+  [[nodiscard]] const FieldTree& tree() const { return tree_; }
+
+  [[nodiscard]] std::vector<Vector> points_in_box(std::size_t count, std::uint64_t seed) const {
+    std::vector<Vector> points(count);
+    const Vector low = scene_.surface.bounds_min - Vector::Constant(core_);
+    const Vector size = scene_.surface.bounds_max + Vector::Constant(core_) - low;
+    for (std::size_t n = 0; n < count; ++n) {
+      Random random(n + seed);
+      const double x = random.next(), y = random.next(), z = random.next();
+      points[n] = low + size.cwiseProduct(Vector(x, y, z));
+    }
+    return points;
+  }
+
+  // The largest error that is found from the worst of some points.
+  [[nodiscard]] double climb(const std::vector<Vector>& points, std::size_t starts) const {
+    std::vector<Place> places(points.size());
+    tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t n) { places[n] = {points[n], error(points[n])}; });
+    const auto end = places.begin() + static_cast<std::ptrdiff_t>(starts);
+    std::partial_sort(places.begin(), end, places.end(),
+                      [](const Place& a, const Place& b) { return a.error > b.error; });
+    tbb::parallel_for(std::size_t{0}, starts, [&](std::size_t n) {
+      Random random(n + 99);
+      int failures = 0;
+      for (double step = scene_.grid.voxel_size; step > 0.04 * scene_.grid.voxel_size;) {
+        const double x = random.next() - 0.5, y = random.next() - 0.5, z = random.next() - 0.5;
+        const Vector way(x, y, z);
+        const Place other{places[n].point + step * way, error(places[n].point + step * way)};
+        if (other.error > places[n].error) {
+          places[n] = other;
+          failures = 0;
+        } else if (++failures > 25) {
+          step /= 2;
+          failures = 0;
+        }
+      }
+    });
+    double worst = 0;
+    for (std::size_t n = 0; n < starts; ++n) worst = std::max(worst, places[n].error);
+    return worst;
+  }
+
+ private:
+  struct Place {
+    Vector point = Vector::Zero();
+    double error = 0;
+  };
+
+  // -1 where the bound does not hold.
+  [[nodiscard]] double error(const Vector& p) const {
+    const double distance = distances_.exact(p, triangles_.distance(p));
+    if (distance > core_) return -1;
+    const FieldCell cell = find_cell(scene_.grid, tree_, p);
+    if (cell.brick < 0) return std::numeric_limits<double>::infinity();
+    double sum = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      sum += cell.weights[k] * tree_.penetration[static_cast<std::size_t>(cell.brick) * kFieldStride + cell.samples[k]];
+    }
+    return std::abs(sum - (inside_.inside(p) ? distance : -distance));
+  }
+
+  Scene scene_;
+  InsideTest inside_;
+  TriangleTree triangles_;
+  Distances distances_;
+  FieldTree tree_;
+  double core_;
+};
+
+// A ring of few corners, turned by chance.
+TriangleMesh turned_ring(std::uint64_t seed) {
+  Random random(seed);
+  const auto part = static_cast<std::uint32_t>(seed);
+  TriangleMesh mesh = make_torus(0.03 + 0.02 * random.next(), 0.012, 5 + part % 5, 4 + part % 3);
+  const double a = random.next() - 0.5, b = random.next() - 0.5, c = random.next() - 0.5, d = random.next() - 0.5;
+  const Eigen::Matrix3d turn = Eigen::Quaterniond(a, b, c, d).normalized().toRotationMatrix();
+  for (auto& v : mesh.vertices) {
+    const Vector p = turn * Vector(v[0], v[1], v[2]);
+    v = {p.x(), p.y(), p.z()};
+  }
+  return mesh;
+}
+
+TEST(CellBounds, NoErrorThatIsClimbedToExceedsTheBound) {
+  for (const std::uint64_t seed : {11, 13, 25}) {
+    const SampledField field(turned_ring(seed), 0.003, 2.5);
+    EXPECT_LE(field.climb(field.points_in_box(40000, 1000 * seed + 7), 200), field.bound()) << seed;
+    // Finest cells are within half their diagonal.
+    EXPECT_LE(field.bound(), 0.2171 * 0.003) << seed;
+  }
+}
+
+TEST(CellBounds, AFlatFaceHasNoError) {
+  const SampledField field(make_box({0.02, 0.02, 0.02}), 0.002, 2.5);
+  EXPECT_LE(field.climb(field.points_in_box(20000, 1), 100), field.bound());
+}
+
+// Cubes near a surface, with samples that err by up to 0.1 voxel: for each, places in it against its bound.
+TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
+  constexpr double kVoxel = 0.003;
+  constexpr float kCore = 1.6F;
+  constexpr float kEnough = 0.4F;
+  int proven = 0, tight = 0;
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    const Scene scene(turned_ring(seed), kVoxel);
+    const InsideTest inside(scene.surface, scene.grid);
+    const TriangleTree tree(scene.surface, 8 * kVoxel);
+    const Distances distances{scene.surface, tree, tree.error() + 1e-5 * kVoxel};
+    const auto signed_distance = [&](const Vector& p) {
+      const double distance = distances.exact(p, tree.distance(p)) / kVoxel;
+      return inside.inside(p) ? -distance : distance;
+    };
+    Random random(seed);
+    for (int n = 0; n < 400; ++n) {
+      const auto on = static_cast<std::size_t>(random.next() * static_cast<double>(scene.surface.triangles.size()));
+      const double x = random.next() - 0.5, y = random.next() - 0.5, z = random.next() - 0.5;
+      const Vector centre = point_on(scene.surface, on, random) + 3 * kVoxel * Vector(x, y, z);
+      CellCube cube;
+      cube.edge = std::ldexp(1.0F, n % 4 - 2);
+      cube.low = Vector::Constant(-double(cube.edge));
+      double stored[27];
+      const double shift = n % 3 == 0 ? 0.1 : 0.1 * random.next();
+      for (std::size_t i = 0; i < 27; ++i) {
+        const Vector at = cube.low + double(cube.edge) * Vector(int(i % 3), int(i / 3 % 3), int(i / 9));
+        stored[i] = signed_distance(centre + kVoxel * at) + shift;
+        cube.most_stored[i] = cube.least_stored[i] = static_cast<float>(stored[i]);
+      }
+      std::vector<ProofTriangle> triangles;
+      std::vector<std::uint32_t> near;
+      for (std::uint32_t t = 0; t < scene.surface.triangles.size(); ++t) {
+        triangles.push_back(proof_triangle(scene.surface, t, centre, kVoxel, 2));
+        near.push_back(t);
+      }
+      const double bound = double(CellBounds(triangles, {kCore, kCore, kEnough}).bound(cube, near));
+      if (bound > double(kEnough)) continue;
+      ++proven;
+      double worst = 0;
+      for (int i = 0; i < 60; ++i) {
+        const double u = 2 * random.next(), v = 2 * random.next(), w = 2 * random.next();
+        const int c[3] = {int(u), int(v), int(w)};
+        const double f[3] = {u - c[0], v - c[1], w - c[2]};
+        double sum = 0;
+        for (int k = 0; k < 8; ++k) {
+          const int d[3] = {k & 1, k >> 1 & 1, k >> 2};
+          double weight = 1;
+          for (int axis = 0; axis < 3; ++axis) weight *= d[axis] != 0 ? f[axis] : 1 - f[axis];
+          sum += weight * stored[(c[2] + d[2]) * 9 + (c[1] + d[1]) * 3 + c[0] + d[0]];
+        }
+        const double truth = signed_distance(centre + kVoxel * (cube.low + double(cube.edge) * Vector(u, v, w)));
+        if (std::abs(truth) <= double(kCore)) worst = std::max(worst, std::abs(sum - truth));
+      }
+      ASSERT_LE(worst, bound) << seed << ' ' << n;
+      if (worst > 0.8 * bound) ++tight;
+    }
+  }
+  EXPECT_GT(proven, 500);
+  EXPECT_GT(tight, 100);
+}
+
+TEST(CellBounds, EveryInstructionSetGivesTheSameSamples) {
+  const TriangleMesh mesh = turned_ring(11);
+  const SampledField all(mesh, 0.003, 2.5);
+  for (std::int64_t targets = hwy::SupportedTargets(); targets != 0; targets &= targets - 1) {
+    hwy::DisableTargets(~(targets & -targets));
+    const SampledField one(mesh, 0.003, 2.5);
+    hwy::DisableTargets(0);
+    EXPECT_EQ(one.tree().nodes, all.tree().nodes) << hwy::TargetName(targets & -targets);
+    EXPECT_EQ(one.bound(), all.bound()) << hwy::TargetName(targets & -targets);
+  }
+}
+
+}  // namespace
+}  // namespace vps::test
