@@ -66,7 +66,7 @@ def missing_functions():
     text = {path.relative_to(ROOT).as_posix(): path.read_text() for folder in CODE
             for path in (ROOT / folder).rglob("*") if path.suffix in (".h", ".cpp")}
     everything = "\n".join(text.values())
-    for cell in re.split(r"[|\n]", (ROOT / "docs/paper_map.md").read_text()):
+    for cell in re.split(r"[|\n]", (ROOT / "docs/internals/paper_map.md").read_text()):
         names = []
         for quoted in QUOTED.findall(cell):
             if quoted in text or quoted.endswith("/"):
@@ -85,7 +85,7 @@ def occurs(name, text):
 def main():
     faults = [f"{document.relative_to(ROOT)}: {fault}" for document in documents()
               for check in (dead_links, missing_files) for fault in check(document)]
-    faults += [f"docs/paper_map.md: {fault}" for fault in missing_functions()]
+    faults += [f"docs/internals/paper_map.md: {fault}" for fault in missing_functions()]
     faults += [f"docs/README.md: {fault}" for fault in missing_in_index()]
     print(*faults, sep="\n")
     return 1 if faults else 0
