@@ -102,15 +102,18 @@ $(BUNNY):
 demo: deps $(BUNNY)
 	$(call say,Building the program$(COMMA) the Bullet plug-in and the scenes: about 7 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=ON
-	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop nut_on_bolt
+	cmake --build --preset release -j $(JOBS) --target vpsbake bin_drop bunny_drop nut_on_bolt
 	$(call say,A nut on its bolt$(COMMA) and the same made of convex pieces)
 	python3 -B tests/scenes/nut_beside_hulls.py --vpsbake build/release/cli/vpsbake --scene build/release/tests/scenes/nut_on_bolt \
 	  --meshes sample_meshes -o build/demo/nut_on_bolt.json
+	$(call say,A bin of scans)
+	python3 -B tests/scenes/bin_of_scans.py --vpsbake build/release/cli/vpsbake --scene build/release/tests/scenes/bin_drop \
+	  --shared ../shared --models $(dir $(BUNNY)) -o build/demo/bin.json
 	$(call say,Baking the bunny and dropping it)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
 	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
-	build/release/cli/vpsbake view --motion build/demo/nut_on_bolt.json build/demo/bunny_drop.json -o build/demo/demo.html
+	build/release/cli/vpsbake view --motion build/demo/nut_on_bolt.json build/demo/bin.json build/demo/bunny_drop.json -o build/demo/demo.html
 	@echo
 	@echo "Open in a browser: build/demo/demo.html plays what was just computed, build/demo/bunny.html shows the asset."
 
