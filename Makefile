@@ -102,15 +102,18 @@ $(BUNNY):
 demo: deps $(BUNNY)
 	$(call say,Building the program$(COMMA) the Bullet plug-in and the scenes: about 7 minutes the first time)
 	cmake --preset release -DVPS_BUILD_SCENES=ON -DVPS_BUILD_LAB=ON
-	cmake --build --preset release -j $(JOBS) --target vpsbake bunny_drop nut_on_bolt
+	cmake --build --preset release -j $(JOBS) --target vpsbake bin_drop bunny_drop nut_on_bolt
 	$(call say,A nut on its bolt$(COMMA) and the same made of convex pieces)
 	python3 -B tests/scenes/nut_beside_hulls.py --vpsbake build/release/cli/vpsbake --scene build/release/tests/scenes/nut_on_bolt \
 	  --meshes sample_meshes -o build/demo/nut_on_bolt.json
+	$(call say,A bin of scans)
+	python3 -B tests/scenes/bin_of_scans.py --vpsbake build/release/cli/vpsbake --scene build/release/tests/scenes/bin_drop \
+	  --shared ../shared --models $(dir $(BUNNY)) -o build/demo/bin.json
 	$(call say,Baking the bunny and dropping it)
 	build/release/cli/vpsbake $(BUNNY) --scale 0.0775 --voxel 0.5mm -o build/demo/bunny.vps.hdf
 	build/release/tests/scenes/bunny_drop build/demo/bunny.vps.hdf --motion build/demo/bunny_drop.json
 	build/release/cli/vpsbake view build/demo/bunny.vps.hdf
-	build/release/cli/vpsbake view --motion build/demo/nut_on_bolt.json build/demo/bunny_drop.json -o build/demo/demo.html
+	build/release/cli/vpsbake view --motion build/demo/nut_on_bolt.json build/demo/bin.json build/demo/bunny_drop.json -o build/demo/demo.html
 	@echo
 	@echo "Open in a browser: build/demo/demo.html plays what was just computed, build/demo/bunny.html shows the asset."
 
@@ -159,19 +162,19 @@ endif
 bench-scale: all $(BUNNY)
 	python3 -B tests/bench/bench_scale.py --vpsbake build/release/cli/vpsbake --mesh $(BUNNY) --scale 0.0775 --work build
 
-# Repeats the paper's experiments (Sec. 4), also with Bullet's own algorithms; writes docs/paper. The first run takes minutes more,
+# Repeats the paper's experiments (Sec. 4), also with Bullet's own algorithms; writes docs/internals/paper. The first run takes minutes more,
 # for HACD.
 paper: PACKAGES += $(PAPER_PACKAGES)
 paper: deps $(BUNNY)
 	cmake --preset bench
 	cmake --build --preset bench -j $(JOBS) --target paper_runs
-	mkdir -p docs/paper
+	mkdir -p docs/internals/paper
 	$(PAPER_PYTHON) -B tests/paper/paper.py --runs build/bench/tests/paper/paper_runs --mesh $(BUNNY) --scale 0.0775 \
-	  --work build/bench/query -o docs/paper
+	  --work build/bench/query -o docs/internals/paper
 
-# Checks and bakes every mesh of ../shared; writes docs/corpus.md.
+# Checks and bakes every mesh of ../shared; writes docs/internals/corpus.md.
 corpus: all
-	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/corpus.md
+	python3 -B tests/bench/corpus.py --vpsbake build/release/cli/vpsbake --shared ../shared --work build -o docs/internals/corpus.md
 
 # Runs libFuzzer on opening and querying assets, for FUZZ_SECONDS, and keeps its findings in build/fuzz. Before that, asks everything
 # about damaged assets for as long, with the machine's widest vectors and without sanitizers; FUZZ_FIRST is the first mutant's number.
@@ -198,7 +201,7 @@ trust: deps
 	python3 -B tests/trust/trust.py --build build/dev --fuzzer build/fuzz/tests/fuzz/fuzz_asset $(if $(wildcard ../shared/meshes),--shared ../shared) \
 	  --seconds $(TRUST_SECONDS) --first $(TRUST_FIRST) --work build/trust -o docs/internals/trust.md
 
-# Takes about 40 minutes on two cores from scratch; docs/benchmarks/build.md has the times of each step.
+# Takes about 40 minutes on two cores from scratch; docs/internals/benchmarks/build.md has the times of each step.
 test: test-dev test-tsan test-sanitize
 
 # Only in `make test-all`: long tests of what others test too, on other meshes, pages or seeds; Slurm; the harness for pages; and the runtime

@@ -103,7 +103,7 @@ double limit_field_bricks(const Extent& mesh, const Grid& grid, const BakeOption
   return std::min(predict_field_bricks(mesh, grid.voxel_size, options), most);
 }
 
-// Sums the predicted sizes of the sections in docs/format.md.
+// Sums the predicted sizes of the sections in docs/internals/format.md.
 std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const BakeOptions& options) {
   constexpr double kHeader = 20e3;  // user block and HDF5's own metadata
   const Grid& grid = planned.grid;

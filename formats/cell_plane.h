@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 /// @file The code of a linear upper bound of V in a cell of 8x8x8 voxels: 32 bits. Encoded by the bake, decoded by
-/// queries. docs/format.md, "The planes". Every function accepts any code.
+/// queries. docs/internals/format.md, "The planes". Every function accepts any code.
 #pragma once
 
 #include <cstdint>

@@ -14,7 +14,7 @@ inline constexpr std::uint64_t kMostCount = std::uint64_t{1} << 30;
 /// Largest length and coordinate that an asset may have: its square fits a float at any scale. [m]
 [[nodiscard]] double longest_length(const AssetInfo& info) noexcept;
 
-/// Whether every scalar is in its range, and those of the mesh fit each other: docs/format.md, "Ranges".
+/// Whether every scalar is in its range, and those of the mesh fit each other: docs/internals/format.md, "Ranges".
 [[nodiscard]] bool info_is_good(const AssetInfo& info) noexcept;
 
 }  // namespace vps::detail

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Encodes and decodes the user block, byte by byte and little-endian. docs/format.md describes every field.
+// Encodes and decodes the user block, byte by byte and little-endian. docs/internals/format.md describes every field.
 #include <algorithm>
 #include <bit>
 #include <cstring>

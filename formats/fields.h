@@ -6,7 +6,8 @@
 
 namespace vps::detail {
 
-/// Calls visit(offset, field) for each scalar or array of the header's info block. docs/format.md has the same table.
+/// Calls visit(offset, field) for each scalar or array of the header's info block. docs/internals/format.md has the
+/// same table.
 template <class Info, class Visit>
 void for_each_info_field(Info& info, Visit visit) {
   visit(64, info.dims);

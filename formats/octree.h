@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file The octree of a sampled field: the meaning of its entries, and the look-up of a cell's entry. docs/format.md,
-/// "The sampled field".
+/// @file The octree of a sampled field: the meaning of its entries, and the look-up of a cell's entry.
+/// docs/internals/format.md, "The sampled field".
 ///
 /// A field is sampled in bricks of 4x4x4 cells whose edge is s 2^level. Cells are counted from the centre of voxel
 /// (0,0,0), at every level; a brick's lowest cell is (4 i, 4 j, 4 k) of its level. The octree finds the brick over a

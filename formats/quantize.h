@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 /// @file The 16-bit codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
-/// docs/format.md has the formulas. Standard library only; every function accepts any code.
+/// docs/internals/format.md has the formulas. Standard library only; every function accepts any code.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file The byte layout of a baked asset (`NAME.vps.hdf`) and its validation. docs/format.md describes every byte.
+/// @file The byte layout of a baked asset (`NAME.vps.hdf`) and its validation. docs/internals/format.md describes every
+/// byte.
 ///
 /// An asset is an HDF5 file whose 4096-byte user block holds a directory: scalars about the asset and a table of
 /// sections. Readers that only know this header can map the file and use it without an HDF5 library.

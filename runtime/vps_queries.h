@@ -2,7 +2,7 @@
 /// @file Distances of baked assets: separation with a two-sided bound, time of impact, rays, closest points.
 ///
 /// Frames, signs and units are those of vps_runtime.h. As there, queries are const on shared assets, allocate nothing
-/// once their Scratch has grown, and never throw. docs/bounds.md proves the bounds.
+/// once their Scratch has grown, and never throw. docs/internals/bounds.md proves the bounds.
 #pragma once
 
 #include <cstdint>

@@ -385,8 +385,8 @@ struct QueryOptions {
 
   /// Patches from find_flat_patches of this view, or empty. A face in contact then costs its rim, not its area: a patch
   /// of which all corners are in contact where V is linear, and either all or none are inside, gives four contacts in
-  /// place of its points. Force and torque differ from those of all points by what docs/bounds.md, "Flat nodes", says.
-  /// Ignored with Weight::per_point, segments, a level, a budget and `leaves_faces`.
+  /// place of its points. Force and torque differ from those of all points by what docs/internals/bounds.md, "Flat
+  /// nodes", says. Ignored with Weight::per_point, segments, a level, a budget and `leaves_faces`.
   std::span<const FlatPatch> flat_patches = {};
 
   // Budgets. The traverse goes breadth first, or segment by segment, and leaves out the rest when a budget runs out.

@@ -31,7 +31,7 @@ namespace {
 constexpr double kLargeFilling = 0.1;
 
 // Doubts up to which a filled mesh is the one sensible solid. Of the volume, scans, a teapot and robot links leave up
-// to 0.045 in doubt, a box without a lid 0.11, a bearing without its bottom 0.48 (docs/decisions.md).
+// to 0.045 in doubt, a box without a lid 0.11, a bearing without its bottom 0.48 (docs/internals/decisions.md).
 constexpr FillingDoubts kAccepted = {0.07, 0.002};
 
 [[noreturn]] void refuse(const std::string& message) {

@@ -60,7 +60,7 @@ struct Truth {
 void find_worst(const std::vector<CertificateSample>& samples, const Reconstruction& reconstruct, const Truth& truth,
                 FieldCertificate& certificate);
 
-/// Largest error of V by Eq. (4), for any unit normal and any surface: docs/bounds.md, "Layers". [Units: vx]
+/// Largest error of V by Eq. (4), for any unit normal and any surface: docs/internals/bounds.md, "Layers". [Units: vx]
 /// @param end  the error counts where the true V is at most this far from the surface. [Units: vx]
 [[nodiscard]] double layers_error_bound(double end);
 

@@ -21,7 +21,7 @@ constexpr int kMostSpacing_vx = 64;
 // The search for the certificate's worst point moves by less than a spacing.
 static_assert(kFarReach_vx > 1.001 * kRange_vx + 2 * kMostSpacing_vx);
 
-// Lower bound of a point's distance, from the coarse layers: docs/bounds.md, "Anywhere". [m]
+// Lower bound of a point's distance, from the coarse layers: docs/internals/bounds.md, "Anywhere". [m]
 double least_distance(const FarSource& from, const Vector& p) {
   const Grid& grid = from.grid;
   Vector nearest;
@@ -40,7 +40,7 @@ double least_distance(const FarSource& from, const Vector& p) {
 }
 
 // Whether a point is inside. A brick's coarse layer decides farther from the surface than the brick's centre is from
-// the point: docs/bounds.md, "Coarse layers".
+// the point: docs/internals/bounds.md, "Coarse layers".
 bool is_inside(const FarSource& from, const Vector& p) {
   const Grid& grid = from.grid;
   const Vector at = (p - grid.origin) / (kBrickEdge * grid.voxel_size);
@@ -160,7 +160,7 @@ void certify_far(const FarSource& from, double least, FarField& far) {
   far.error = certify(samples, value);
   const double deepest = far.step_inner * kLargestFarValue + far.spacing;
   find_worst(samples, value, {from.distances, from.inside, far.spacing, deepest, far.range, least, 64}, far.error);
-  // Proven: docs/bounds.md, "The far grid".
+  // Proven: docs/internals/bounds.md, "The far grid".
   far.error.bound = std::sqrt(0.75) * far.spacing + 0.5 * std::max(far.step_inner, far.step_outer);
 }
 

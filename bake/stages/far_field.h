@@ -10,8 +10,8 @@
 
 namespace vps::bake {
 
-/// V at the nodes of a regular grid that covers the mesh's bounds and `range` around them. docs/format.md, "The far
-/// grid".
+/// V at the nodes of a regular grid that covers the mesh's bounds and `range` around them. docs/internals/format.md,
+/// "The far grid".
 struct FarField {
   Index3 dims{};                          ///< nodes
   Vector origin = Vector::Zero();         ///< node (0,0,0). [m]

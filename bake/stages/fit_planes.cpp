@@ -371,13 +371,13 @@ class Fitter {
     plane.height = static_cast<int>(std::clamp(code, double{-kLargestHeight}, double{kLargestHeight}));
   }
 
-  // Whether there may be surface up to `kAround` cells away. From the coarse layers: docs/bounds.md.
+  // Whether there may be surface up to `kAround` cells away. From the coarse layers: docs/internals/bounds.md.
   [[nodiscard]] bool may_see_surface(const Index3& cell) const {
     constexpr double kSeen = (kUnseen + kHalf + 0.5) * 1.7320508075688774;  // half a voxel as below
     return std::abs(from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])]) <= kSeen;
   }
 
-  // From the coarse layers: docs/bounds.md. |c| - |P - C| <= |V(P)| for any P.
+  // From the coarse layers: docs/internals/bounds.md. |c| - |P - C| <= |V(P)| for any P.
   [[nodiscard]] CellPlane far_plane(const Index3& cell) const {
     const int layer = from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])];
     if (layer > 0) return {{}, kLargestHeight, false};

@@ -2,7 +2,7 @@
 /// @file Fits a linear upper bound of V to each cell of 8x8x8 voxels. Internal to bake.
 ///
 /// Most spheres and points of a query are far enough from the surface for one such bound to reject them. It costs one
-/// read; an octree's sample costs up to nine. docs/bounds.md, "The planes", has the proof.
+/// read; an octree's sample costs up to nine. docs/internals/bounds.md, "The planes", has the proof.
 #pragma once
 
 #include "bake/stages/pack_sections.h"

@@ -131,7 +131,7 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     }
     // A crease changes the slope along a line by at most 2. Where the line's middle shows an error e, the error at the
     // crease itself is below 2 e.
-    // Longer searches from other starts found up to 1.1 times the largest error of this one: docs/bounds.md.
+    // Longer searches from other starts found up to 1.1 times the largest error of this one: docs/internals/bounds.md.
     constexpr double kSearched = 1.15;
     certificate.bound = std::max(kSearched * certificate.max, 2 * fields.tree.worst_error + rounding);
     return certificate;

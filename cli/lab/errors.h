@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Errors of answers against the exact truth. docs/report.md defines each number.
+/// @file Errors of answers against the exact truth. docs/internals/report_method.md defines each number.
 #pragma once
 
 #include <span>

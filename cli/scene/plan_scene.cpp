@@ -21,12 +21,13 @@ namespace {
 constexpr double kUsualResolution = 200;
 constexpr double kLeastResolution = 32;
 
-// For planning with a wished error: see docs/decisions.md.
+// For planning with a wished error: see docs/internals/decisions.md.
 constexpr double kFieldBound_vx = 0.24;    // certificates' bound: 0.22 where samples were placed for 0.1 voxel
 constexpr double kCoverPerSpacing = 1.12;  // covering radius: 1.05 for the bunny
 
-// Narrowphase time of a pair in contact, on the machine of docs/benchmarks/query.md. 99 % of 400 poses of two bunnies,
-// of 36,296 and 74,236 points, took less than 31.6 and 48.7 us. 99 % of their steps on a plane took less than 3 us.
+// Narrowphase time of a pair in contact, on the machine of docs/internals/benchmarks/query.md. 99 % of 400 poses of two
+// bunnies, of 36,296 and 74,236 points, took less than 31.6 and 48.7 us. 99 % of their steps on a plane took less than
+// 3 us.
 constexpr double kPair = 5e-6;
 constexpr double kPairPerRootPoint = 0.16e-6;
 constexpr double kPrimitive = 1e-6;

@@ -30,7 +30,7 @@ namespace vps::cli {
 /// Several lines for people, units included.
 [[nodiscard]] std::string info_to_text(const AssetInfo& info);
 
-/// Name of a section as in docs/format.md; "unknown" for kinds of a later version.
+/// Name of a section as in docs/internals/format.md; "unknown" for kinds of a later version.
 [[nodiscard]] const char* section_name(SectionKind kind);
 [[nodiscard]] const char* element_name(ElementType type);
 

@@ -42,7 +42,7 @@ struct SliceRange {
   return {low - info.band_outer, high + info.band_outer, (low + high) / 2};
 }
 
-/// Name of a field, as on the command line and in docs/format.md.
+/// Name of a field, as on the command line and in docs/internals/format.md.
 [[nodiscard]] inline const char* field_name(Field field) {
   return field == Field::real ? "real" : field == Field::scaled ? "scaled" : "layers";
 }

@@ -5,7 +5,7 @@
     python3 read_asset.py bunny.vps.hdf            # scalars and points
     python3 read_asset.py bunny.vps.hdf 0.01 0 0   # and V at a place, asset frame, metres
 
-Needs h5py and numpy (Debian: python3-h5py, for /usr/bin/python3). docs/format.md defines every number.
+Needs h5py and numpy (Debian: python3-h5py, for /usr/bin/python3). docs/internals/format.md defines every number.
 """
 
 import sys

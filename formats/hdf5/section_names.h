@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file How sections appear in the HDF5 file: paths, units, meanings. docs/format.md has the same table. Internal.
+/// @file How sections appear in the HDF5 file: paths, units, meanings. docs/internals/format.md has the same table.
+/// Internal.
 #pragma once
 
 #include "formats/vps_format.h"

@@ -10,7 +10,8 @@
 namespace vps::detail {
 namespace {
 
-// Smaller rings see the rounding of the fields, larger ones the edges of the bodies (docs/benchmarks/motion.md).
+// Smaller rings see the rounding of the fields, larger ones the edges of the bodies
+// (docs/internals/benchmarks/motion.md).
 constexpr float kRing_vx = 4;
 constexpr float kRingOfOther_vx = 1.5F;
 constexpr float kOneNormal = 0.966F;  // 15 degrees

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-// Area moments of the flat nodes of a point-sphere tree. Beyond the paper. Proofs: docs/bounds.md, "Flat nodes".
+// Area moments of the flat nodes of a point-sphere tree. Beyond the paper. Proofs: docs/internals/bounds.md, "Flat
+// nodes".
 #include <algorithm>
 #include <cmath>
 

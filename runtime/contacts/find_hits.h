@@ -10,8 +10,8 @@ namespace vps::detail {
 inline constexpr std::uint32_t kExtraRows = 16;
 
 /// The regular traverse without forces: a flat face touches with thousands of points, of which few become contacts. Of
-/// a flat node that lies wholly in a contact where the field is linear, only the corners are hits: docs/bounds.md,
-/// "Flat nodes".
+/// a flat node that lies wholly in a contact where the field is linear, only the corners are hits:
+/// docs/internals/bounds.md, "Flat nodes".
 /// @param options  contact distance and cache; no budget, level, segments or facets
 /// @param hits     in the field's frame; the features are the points' numbers. The rows are the
 /// scratch's, with room for kExtraRows more

@@ -34,7 +34,7 @@ FieldFacts facts_of(const VoxelmapView& map) noexcept {
   }
   facts.takes_lists = !std::is_same_v<Kernel, detail::PlainMap>;
   if constexpr (std::is_base_of_v<detail::SampledMap, Kernel>) {
-    // The diagonal of the largest cell: docs/bounds.md.
+    // The diagonal of the largest cell: docs/internals/bounds.md.
     const float largest_cell = std::ldexp(map.voxel_size, kCoarsestLevel);
     facts.excess = 2 * std::sqrt(detail::kHalfDiagonalSquared) * largest_cell + detail::field_error(map);
     facts.known = map.band_inner;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Look-ups in a voxelmap's far grid. Internal. docs/format.md, "The far grid".
+/// @file Look-ups in a voxelmap's far grid. Internal. docs/internals/format.md, "The far grid".
 #pragma once
 
 #include <algorithm>

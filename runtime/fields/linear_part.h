@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Where a field is linear. Internal. Proofs: docs/bounds.md, "Flat nodes".
+/// @file Where a field is linear. Internal. Proofs: docs/internals/bounds.md, "Flat nodes".
 #pragma once
 
 #include <span>

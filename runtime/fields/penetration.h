@@ -180,7 +180,7 @@ inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float 
 Vec3 normal_at(const VoxelmapView& map, Vec3 point) noexcept;
 
 // Interpolation between the corners of a cell of edge h never exceeds sqrt(d^2 + 3 h^2 / 4), d the true distance:
-// docs/bounds.md has the proof.
+// docs/internals/bounds.md has the proof.
 inline constexpr float kHalfDiagonalSquared = 0.75F;
 
 /// Where the last cells of the band begin. From there on a field's own values may be clamped. [m]
@@ -192,7 +192,7 @@ inline float known_distance(const VoxelmapView& map) noexcept {
   return map.far.range > 0 ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
 }
 
-/// The plane of the cell at a point, and its height there: docs/bounds.md, "The planes".
+/// The plane of the cell at a point, and its height there: docs/internals/bounds.md, "The planes".
 struct PlaneAt {
   bool in_grid = false;
   CellPlane plane;
@@ -386,7 +386,8 @@ inline Interval interval_of_field(const VoxelmapView& map, Vec3 point) noexcept 
   return signed_interval(far, inside);
 }
 
-/// Interval of the true V at any point: docs/bounds.md. In the certified band it comes from the certificate. [m]
+/// Interval of the true V at any point: docs/internals/bounds.md. In the certified band it comes from the certificate.
+/// [m]
 inline Interval penetration_interval(const VoxelmapView& map, Vec3 point) noexcept {
   return within_far_grid(map, point, interval_of_field(map, point));
 }

@@ -177,8 +177,8 @@ struct SampledLanes : Everywhere {
 
   HWY_INLINE Looked look_up(const Points& p) const { return interpolate(find_cells(p)); }
 
-  // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/bounds.md, "Lists of
-  // points". 0 where there are no samples.
+  // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/internals/bounds.md,
+  // "Lists of points". 0 where there are no samples.
   // @param jump  most by which the errors of two samples differ
   static HWY_INLINE F way_in_brick(const Looked& found, F gap, float jump) {
     const F edge = hn::Mul(found.cell, set(kFieldEdge - 1));
@@ -328,7 +328,7 @@ struct SampledLanes : Everywhere {
     M wide;
   };
   // Upper bound of V at points outside, no less than 0 inside: from the planes, and beyond the grid from the mesh's
-  // bounds. docs/bounds.md, "The planes".
+  // bounds. docs/internals/bounds.md, "The planes".
   HWY_INLINE Ceiling ceiling(const Points& p) const {
     const auto within = [&](F a, int axis) { return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.top[axis]))); };
     const M in_grid = hn::And(hn::And(within(p.x, 0), within(p.y, 1)), within(p.z, 2));

@@ -303,7 +303,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
     const F bound = bound_at(field, d, spheres);
     const M touch = touching(batch, spheres, bound);
     const M apart = hn::AndNot(touch, valid_lanes(batch));
-    // Upper bounds of V below the spheres, unless they touch: docs/bounds.md.
+    // Upper bounds of V below the spheres, unless they touch: docs/internals/bounds.md.
     const F below = hn::Add(bound, spheres.radius);
     rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
     if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);

@@ -81,7 +81,7 @@ class DescentField {
   void descend(Descent& descent) const noexcept { kernels_.descend(field_, descent); }
   /// Tests listed points. `hits` and `leaves` become those of the list.
   void test_list(Descent& descent, const PointList& list) const noexcept { kernels_.test_list(field_, descent, list); }
-  /// Ways by which points can move before they may be hits: docs/bounds.md, "Lists of points".
+  /// Ways by which points can move before they may be hits: docs/internals/bounds.md, "Lists of points".
   /// @param list  all hits of the descent, whose `penetrations` are at hand
   /// @param jump  most by which V may change beyond a point's way, in the field's unit
   void measure_ways(const Descent& descent, const PointList& list, float jump, float* ways) const noexcept {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Separation and penetration of a shell's deepest point, with bounds for the true surfaces: docs/bounds.md.
+// Separation and penetration of a shell's deepest point, with bounds for the true surfaces: docs/internals/bounds.md.
 #include <cmath>
 #include <limits>
 #include <type_traits>

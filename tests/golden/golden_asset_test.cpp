@@ -188,7 +188,7 @@ TEST(GoldenAsset, ThoseOfThisMajorVersionOpenAndAnswerAsTheyDid) {
 }
 
 TEST(GoldenAsset, ThoseOfAnotherMajorVersionAreRefusedByTheirVersion) {
-  constexpr std::size_t kMajorOffset = 8;  // behind the magic: docs/format.md
+  constexpr std::size_t kMajorOffset = 8;  // behind the magic: docs/internals/format.md
   for (const std::string& name : golden_names()) {
     std::string bytes = read_file(fs::path(VPS_GOLDEN) / (name + ".vps.hdf"));
     if (name.starts_with("asset_" + std::to_string(kFormatMajor) + ".")) ++bytes.at(kMajorOffset);

@@ -57,4 +57,7 @@ for folder in /usr/include/vps /usr/lib/python3/dist-packages/vps /usr/share/doc
   [ ! -e $folder ] || { echo "$folder is left behind"; exit 1; }
 done
 END
+mkdir "$work/documents"
+dpkg-deb -x "$1"/vpsbake_*.deb "$work/documents"
+python3 -B "$root/tests/docs/links_test.py" "$work/documents/usr/share/doc/vpsbake"
 chroot "$system" /bin/sh /test/run

@@ -10,7 +10,11 @@ DESTDIR="$work" cmake --install "$1" --prefix /opt/vps >"$work/install.log" || {
 prefix=$work/opt/vps
 
 vpsbake=$prefix/bin/vpsbake
-[ -x "$vpsbake" ] || vpsbake=$2
+if [ -x "$vpsbake" ]; then
+  python3 -B "$here/../docs/links_test.py" "$prefix/share/doc/vpsbake"
+else
+  vpsbake=$2
+fi
 "$vpsbake" "$here/../../sample_meshes/bolt.obj" --voxel 0.5mm -o "$work/bolt.vps.hdf"
 
 export CFLAGS='-Wall -Wextra -pedantic -Werror' CXXFLAGS='-Wall -Wextra -Werror'

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""docs/paper/README.md: the method, the tables, and the cases where Bullet is better, stated only if the numbers show it."""
+"""docs/internals/paper/README.md: the method, the tables, and the cases where Bullet is better, stated only if the numbers show it."""
 import matplotlib
 
 import tables

@@ -69,7 +69,7 @@ void use_hacd(Part& part, std::size_t hulls) {
 }
 
 Run::Run(test::World& scene, double step, const Options& options) : scene_(scene), step_(step), options_(options) {
-  // At 1 kHz a nut turns down its bolt with less depth so than with two voxels (docs/decisions.md).
+  // At 1 kHz a nut turns down its bolt with less depth so than with two voxels (docs/internals/decisions.md).
   scene.split_from(5e-6);
   if (options.trajectory.empty()) return;
   trajectory_ = std::fopen(options.trajectory.c_str(), "w");

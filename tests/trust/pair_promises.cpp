@@ -230,7 +230,7 @@ double length_between(const double (&a)[3], const double (&b)[3]) {
   return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
-// Force and torque with flat patches against those of all points, over what docs/bounds.md states.
+// Force and torque with flat patches against those of all points, over what docs/internals/bounds.md states.
 Found attack_wrench(const Subject& subject, const ClimbOptions& options) {
   return over_poses(subject, options, 2, [](Pair& pair, const Meeting& m) {
     if (!pair.patches_known || pair.patches.empty()) return kNotCovered;

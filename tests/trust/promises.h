@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The promises of assets and queries, and for each the search of its worst case. docs/bounds.md has their
-/// proofs.
+/// @file The promises of assets and queries, and for each the search of its worst case. docs/internals/bounds.md has
+/// their proofs.
 #pragma once
 
 #include <functional>
@@ -60,7 +60,7 @@ struct Promise {
   std::function<Found(const Subject&, const lab::ClimbOptions&)> attack;
 };
 
-/// All of them, in the order of docs/bounds.md. Promises about pairs take a body and a copy of itself.
+/// All of them, in the order of docs/internals/bounds.md. Promises about pairs take a body and a copy of itself.
 [[nodiscard]] const std::vector<Promise>& promises();
 
 }  // namespace vps::test

@@ -31,7 +31,7 @@ as one likes, and `TRUST_FIRST` the first number of their random choices, so tha
 NOT_COVERED = """\
 ## What is not covered
 
-- A search finds worst cases, it does not prove that there are none. [bounds.md](../bounds.md) has the proofs, and says which bounds are
+- A search finds worst cases, it does not prove that there are none. [bounds.md](bounds.md) has the proofs, and says which bounds are
   measured. Bodies are attacked at one resolution, and pairs are a body and a copy of itself.
 - The contacts of the Bullet plug-in are not attacked by climbing: bodies on planes, boxes, hulls and triangle meshes, contacts ahead, kept
   segments. The tests of `tests/runtime/bullet` compare them with full queries, and damaged assets are dropped there, too.

@@ -246,7 +246,7 @@ class MeshChecks {
          {"above_bound", above}});
   }
 
-  // Whether a voxel's layer allows this distance, see docs/bounds.md, Layers.
+  // Whether a voxel's layer allows this distance, see docs/internals/bounds.md, Layers.
   [[nodiscard]] bool layer_allows(const VoxelmapView& map, const detail::Voxel& voxel, double truth) const {
     const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
     if (brick == kNoBrick) return false;

@@ -108,7 +108,7 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
                     {{"spheres", shell.nodes}, {"tests", tests}, {"outside", outside}, {"farthest", worst}}});
 }
 
-// The corners of a flat node's hull answer for its points (docs/bounds.md, "Flat nodes").
+// The corners of a flat node's hull answer for its points (docs/internals/bounds.md, "Flat nodes").
 void check_hulls(const AssetInfo& info, const PointshellView& shell, std::vector<Check>& checks) {
   if (shell.hull_offsets == nullptr) return;
   constexpr int kDirections = 24;

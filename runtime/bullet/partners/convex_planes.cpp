@@ -202,7 +202,7 @@ bool ConvexPlanes::find_nearest(Contact& contact) const {
   return true;
 }
 
-// Exact for any size. Bullet's GJK stops too early on bodies of millimetres (docs/decisions.md).
+// Exact for any size. Bullet's GJK stops too early on bodies of millimetres (docs/internals/decisions.md).
 bool ConvexPlanes::find_nearest_of_faces(Contact& contact) const {
   using detail::operator-;
   using detail::operator*;

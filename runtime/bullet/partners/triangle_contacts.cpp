@@ -247,7 +247,7 @@ class Search {
   }
 
   // Whether the corners of a flat node's hull answer for all points below it. The sheet is a plane there, and either
-  // all corners are contacts, or no point is. Proof: docs/bounds.md, "Flat nodes".
+  // all corners are contacts, or no point is. Proof: docs/internals/bounds.md, "Flat nodes".
   bool is_answered_by_hull(std::uint32_t node) {
     NearestPlace place;
     const Triangle* const plane = nearest(centre(node), sphere_radius(shell_, node) + reach_, place);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // Flat nodes of the tree. Where the field is linear, the corners of a node's hull answer for all its points: a face on
-// a face costs its rim, not its area. Beyond Algorithm 1 (Sec. 2.3). Proofs: docs/bounds.md, "Flat nodes".
+// a face costs its rim, not its area. Beyond Algorithm 1 (Sec. 2.3). Proofs: docs/internals/bounds.md, "Flat nodes".
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -48,7 +48,7 @@ struct Plates {
     bullet::TriangleMemory none;
     return find(shape, mesh, at, none);
   }
-  // What docs/bounds.md states for depths, and for places. [m]
+  // What docs/internals/bounds.md states for depths, and for places. [m]
   [[nodiscard]] float bent() const { return 6 * static_cast<float>(kHullTolerance) * few.pointshell().covering_radius; }
   [[nodiscard]] float off() const { return bent() / 2 + 3 * few.pointshell().position_step; }
 };

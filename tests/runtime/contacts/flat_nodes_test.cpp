@@ -125,7 +125,7 @@ class Queries {
   explicit Queries(const Asset& asset) {
     EXPECT_EQ(asset.pointshell(shell), Status::ok);
     contacts.resize(shell.points);
-    // What docs/bounds.md states for depths, and for places.
+    // What docs/internals/bounds.md states for depths, and for places.
     bent = 4 * static_cast<float>(kHullTolerance) * shell.covering_radius;
     off = bent / 2 + 3 * shell.position_step;
   }
@@ -345,7 +345,7 @@ TEST(FlatPatches, TheirForceAndTorqueAreThoseOfAllPoints) {
         area += double{c.area};
         sum += double{c.area} * double{c.penetration};
       }
-      // What docs/bounds.md states.
+      // What docs/internals/bounds.md states.
       const double most = 5 * f * area + double{kPatchNormal} * sum + 1e-6 * sum;
       const double off = difference(few.force, full.force);
       ASSERT_LE(off, most) << ground.name << n;
@@ -427,7 +427,7 @@ TEST(FlatPatches, FacetsStillCount) {
         options.flat_patches = patches;
         QueryResult few;
         ASSERT_EQ(traverse(q.shell, ground.field, pose, options, q.scratch, out, few), Status::ok);
-        // What docs/bounds.md states.
+        // What docs/internals/bounds.md states.
         const double f = kHullTolerance * double{q.shell.covering_radius};
         ASSERT_LE(difference(few.force, full.force), 5 * f * area + double{kPatchNormal} * sum) << ground.name << n;
       }

@@ -151,7 +151,7 @@ TEST(WrenchOfPatches, ASphereHasNoFacetsAndTheForceOfItsAreas) {
   EXPECT_LT(force_off(by_patch, {0, 0, volume_below(ball.mesh, field)}), 0.02);
 }
 
-// The medians that docs/benchmarks/accuracy.md names, with fewer poses.
+// The medians that docs/internals/benchmarks/accuracy.md names, with fewer poses.
 TEST(WrenchOfPatches, ShallowContactsOfCornersAndEdgesAreWithinFivePercentInTheMedian) {
   const TriangleMesh gear = import_mesh(std::string(VPS_SAMPLE_MESHES) + "/gear.obj");
   for (const TriangleMesh& mesh : {make_box(kHalf), gear}) {
