@@ -134,7 +134,8 @@ struct FieldCertificate {
   double p99 = 0;                    ///< 99 % of the samples are no worse. [m]
   std::array<double, 3> worst_at{};  ///< where `max` was found, asset frame. [m]
   double bound = 0;                  ///< error bound that queries use: no less than `max`; proven for `layers` and
-                                     ///< the far grid, an estimate for `scaled` and `real`. [m]
+                                     ///< the far grid; for `scaled` and `real` only if the bake was asked to
+                                     ///< prove it, else an estimate. [m]
 };
 
 /// The scalars of an asset. SI units, asset frame (the mesh's own frame, in metres).
