@@ -233,7 +233,7 @@ test-sanitize: deps
 	$(call run_tests,build/sanitize,-LE slow -E '$(LONG)|$(LONG_SANITIZED)')
 
 # Runs queries, batches and Bullet's pairs on several threads under ThreadSanitizer, on an asset that the program of the dev build
-# bakes. GCC 12's ThreadSanitizer fails where addresses are randomized in more than 28 bits, so setarch switches this off where it may.
+# bakes, and the exact cuts of crossing shells. GCC 12's ThreadSanitizer fails where addresses are randomized in more than 28 bits, so setarch switches this off where it may.
 test-tsan: deps
 	$(call say,2 of 3: threads under ThreadSanitizer: about 2 minutes)
 	cmake --preset dev
@@ -242,6 +242,7 @@ test-tsan: deps
 	cmake --build --preset tsan -j $(JOBS)
 	build/dev/cli/vpsbake sample_meshes/gear.obj --voxel 0.5mm -o build/tsan/gear.vps.hdf
 	$(shell setarch -R true 2>/dev/null && echo setarch -R) build/tsan/tests/threads/threads_test build/tsan/gear.vps.hdf
+	$(shell setarch -R true 2>/dev/null && echo setarch -R) build/tsan/tests/threads/exact_cuts_test
 
 # Builds the runtime without the baker's libraries; Install.TheRuntimeAloneBuilds of `make test-all` tests the same.
 test-runtime-only: deps

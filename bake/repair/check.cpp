@@ -167,9 +167,13 @@ bool stitch(Mesh& mesh, const std::vector<double>& tolerances, std::string& note
   if (best->changes == 0 || best->mesh.triangles.empty()) return false;
   note =
       fmt::format("repair stitch: sewed open edges within {}, {} places", format_length(best->within), best->changes);
-  if (closed) note += "; not with voxels smaller than that";
+  if (closed) note += "; smaller voxels than that may need another repair";
   mesh = best->mesh;
   return closed;
+}
+
+bool closes_by_filling(Mesh mesh, double widest) {
+  return fill_holes(mesh, widest).left == 0 && count_unbalanced(mesh) == 0;
 }
 
 // Applies the repairs from the least invasive to the most, each on top of the ones before, until only sheets inside
@@ -202,12 +206,18 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
   }
   if (allowed(Repair::stitch) && settings.voxel_size > 0) {
     std::string sewed;
-    const bool closed = stitch(work, stitch_tolerances(longest_side, settings.voxel_size), sewed);
-    if (!sewed.empty()) {
-      outcome.used = Repair::stitch;
-      note = std::move(sewed);
+    Mesh sewn = work;
+    const bool closed = stitch(sewn, stitch_tolerances(longest_side, settings.voxel_size), sewed);
+    // Sewing that collapses triangles draws the border of a hole together. Filling moves no vertex.
+    const bool draws_together = closed && sewn.triangles.size() < work.triangles.size();
+    if (!(draws_together && allowed(Repair::fill) && closes_by_filling(work, settings.voxel_size))) {
+      if (!sewed.empty()) {
+        outcome.used = Repair::stitch;
+        note = std::move(sewed);
+      }
+      work = std::move(sewn);
+      if (closed) return done();
     }
-    if (closed) return done();
   }
   // `automatic` only fills holes of at most a voxel's width, which the grid cannot distinguish from a crack.
   const double widest = settings.repair == Repair::fill        ? std::numeric_limits<double>::infinity()

@@ -15,6 +15,7 @@
 #include "bake/plan.h"
 #include "bake/stages/certify.h"
 #include "bake/stages/crease_samples.h"
+#include "bake/stages/jump_samples.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
@@ -105,26 +106,31 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
   std::vector<CertificateSample> starts =
       crease_samples(distances, inside, grid, field, std::min(truth.inner, truth.outer));
   starts.insert(starts.end(), samples.begin(), samples.end());
-  const auto certified = [&](const Reconstruction& reconstruct) {
+  const auto certified = [&](const Reconstruction& reconstruct, const std::vector<CertificateSample>& more) {
     FieldCertificate certificate = certify(samples, reconstruct);
-    find_worst(starts, reconstruct, truth, certificate);
+    std::vector<CertificateSample> all = starts;
+    all.insert(all.end(), more.begin(), more.end());
+    find_worst(all, reconstruct, truth, certificate);
     return certificate;
   };
   if (!fields.layers.empty()) {
     info.layers_error =
-        certified([&](const Vector& p) { return layers_penetration(surface, grid, field, fields.layers, p); });
+        certified([&](const Vector& p) { return layers_penetration(surface, grid, field, fields.layers, p); }, {});
     const double end = std::max(options.band_inside, options.band_outside) - std::sqrt(0.75);
     info.layers_error.bound = layers_error_bound(end) * s;
   }
   const auto sampled = [&](const auto& value, double rounding) {
-    FieldCertificate certificate = certified([&](const Vector& p) {
-      const FieldCell cell = find_cell(grid, fields.tree, p);
-      if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
-      double sum = 0;
-      for (std::size_t k = 0; k < 8; ++k)
-        sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
-      return sum;
-    });
+    const auto jumps = jump_samples(truth, grid, fields.tree, value);
+    FieldCertificate certificate = certified(
+        [&](const Vector& p) {
+          const FieldCell cell = find_cell(grid, fields.tree, p);
+          if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
+          double sum = 0;
+          for (std::size_t k = 0; k < 8; ++k)
+            sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
+          return sum;
+        },
+        jumps);
     if (options.prove_bound) {
       certificate.bound = std::max(certificate.bound, fields.tree.proven + rounding);
       return certificate;

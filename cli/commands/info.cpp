@@ -13,6 +13,8 @@
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/face_jumps.h"
+#include "cli/tools/stored_field.h"
 
 namespace vps::cli {
 namespace {
@@ -23,6 +25,11 @@ void print_info(const std::string& path, const Asset& asset) {
   fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
              bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
   fmt::print("{}", info_to_text(directory.info));
+  for (const auto& [field, jump] : face_jumps(asset)) {
+    fmt::print(
+        "faces       V of {} jumps by {} at most where the spacing of samples changes, at ({:.4g}, {:.4g}, {:.4g}) m\n",
+        field_name(field), bake::format_length(jump.largest), jump.place[0], jump.place[1], jump.place[2]);
+  }
   if (const bake::BakeRecord record = bake::record_of(asset); !record.text.empty()) {
     fmt::print("baked from\n");
     for (const std::string& line : batch::readable_settings(record)) fmt::print("  {}\n", printable(line));

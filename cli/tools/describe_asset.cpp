@@ -13,6 +13,8 @@
 
 #include "bake/quantity_text.h"
 #include "bake/store/cache.h"
+#include "cli/tools/face_jumps.h"
+#include "cli/tools/stored_field.h"
 
 namespace vps::cli {
 namespace {
@@ -119,6 +121,9 @@ nlohmann::ordered_json asset_to_json(const std::string& path, const Asset& asset
   j["bytes"] = directory.file_bytes;
   j["xxh3_64"] = fmt::format("{:016x}", hash_bytes(asset.bytes()));
   j.update(info_to_json(directory.info));
+  for (const auto& [field, jump] : face_jumps(asset)) {
+    j["certificate"][field_name(field)].update({{"jump", jump.largest}, {"jump_at", jump.place}});
+  }
   for (const auto& [name, value] : record_values(asset)) j["record"][name] = value;
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
     j["sections"].push_back(section_to_json(directory.sections[i]));

@@ -40,7 +40,8 @@ NOT_COVERED = """\
   tried.
 - Only Linux on x86-64 is tried, with little-endian numbers of 64-bit machines.
 - Damaged meshes are small, and are damaged in their bytes: what a wrong modelling program writes is in the corpus only.
-- Memory is taken to be correct. Data races are sought by ThreadSanitizer in `make test-tsan`, not here.
+- Memory is taken to be correct. Data races are sought by ThreadSanitizer in `make test-tsan`, not here: in queries, batches, pairs in
+  Bullet, and the exact cuts of crossing shells. The baker's other stages are not tried for races.
 """
 
 # Tests of faults: program of the build, filter.

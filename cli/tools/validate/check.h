@@ -32,7 +32,7 @@ bool check_structure(const std::filesystem::path& file, Asset& asset, std::vecto
 /// `hashes`, `hdf5`: whether the file agrees with its hashes, and its HDF5 part with its directory.
 void check_file(const std::filesystem::path& file, const Asset& asset, std::vector<Check>& checks);
 
-/// `values`, `spheres`, `areas`: properties of the sections that need no mesh.
+/// `values`, `faces NAME`, `spheres`, `areas`: properties of the sections that need no mesh.
 void check_contents(const Asset& asset, std::vector<Check>& checks);
 
 /// `format`, `generator`, `record`, `sections`: warnings at most.

@@ -11,6 +11,8 @@
 
 #include "bake/quantity_text.h"
 #include "cli/tools/describe_asset.h"
+#include "cli/tools/face_jumps.h"
+#include "cli/tools/stored_field.h"
 #include "cli/tools/validate/check.h"
 #include "formats/hdf5/hdf5_check.h"
 #include "formats/mesh/child_process.h"
@@ -69,6 +71,20 @@ void check_values(const Asset& asset, std::vector<Check>& checks) {
                     bad == 0 ? "all of real and its gradient are finite"
                              : fmt::format("{} of real and its gradient are not finite", bad),
                     {{"not_finite", bad}}});
+}
+
+// Where bricks of different levels meet, both sides are within the certificate's bound of the true V.
+void check_faces(const Asset& asset, Field field, std::vector<Check>& checks) {
+  VoxelmapView map;
+  if (asset.voxelmap(map, field) != Status::ok) return;
+  const FaceJump jump = largest_face_jump(map, asset.info().voxel_size);
+  const double allowed = 2 * double(detail::field_error(map));
+  const bool good = jump.largest <= allowed;
+  checks.push_back({std::string("faces ") + field_name(field),
+                    good ? Result::ok : Result::failed,
+                    fmt::format("V jumps by {} at most where the spacing of samples changes, {} are allowed",
+                                bake::format_length(jump.largest), bake::format_length(allowed)),
+                    {{"largest", jump.largest}, {"place", jump.place}, {"allowed", allowed}}});
 }
 
 // The points below each node, first and one past the last. They are contiguous in tree order.
@@ -216,6 +232,7 @@ void check_file(const std::filesystem::path& file, const Asset& asset, std::vect
 
 void check_contents(const Asset& asset, std::vector<Check>& checks) {
   check_values(asset, checks);
+  for (const Field field : {Field::scaled, Field::real}) check_faces(asset, field, checks);
   PointshellView shell;
   if (asset.pointshell(shell) != Status::ok) return;
   check_spheres(shell, checks);

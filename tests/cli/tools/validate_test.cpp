@@ -93,13 +93,13 @@ TEST_F(Validate, AnAssetIsTrueToItsMesh) {
   const Json& file = j["files"][0];
   EXPECT_TRUE(file["valid"]);
   for (const auto& [name, result] : results(file)) EXPECT_EQ(result, "ok") << name;
-  for (const char* const name :
-       {"structure", "hashes", "hdf5", "values", "spheres", "areas", "mesh", "mass", "field layers", "field scaled",
-        "field real", "far", "coarse layers", "planes", "covering", "points", "normals"}) {
+  for (const char* const name : {"structure", "hashes", "hdf5", "values", "faces scaled", "faces real", "spheres",
+                                 "areas", "mesh", "mass", "field layers", "field scaled", "field real", "far",
+                                 "coarse layers", "planes", "covering", "points", "normals"}) {
     EXPECT_TRUE(results(file).contains(name)) << name;
   }
   const Outcome text = vpsbake(folder_, "validate a.vps.hdf --mesh a.obj");
-  EXPECT_NE(text.out.find("a.vps.hdf: valid, 17 checks\n"), std::string::npos) << text.out;
+  EXPECT_NE(text.out.find("a.vps.hdf: valid, 19 checks\n"), std::string::npos) << text.out;
 }
 
 // Their walls and gaps are thinner than rounding, and their far grid is 20 voxels wide.
@@ -206,6 +206,17 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
              CellPlane plane = decode_plane(codes[i]);
              plane.height = std::max(plane.height - 2 * kHeightSteps, -kLargestHeight);
              codes[i] = encode(plane);
+           }
+         }
+       }},
+      {"faces scaled",
+       [](AssetInfo&, auto& sections) {
+         // Moves the surface by half a voxel in every other brick.
+         for (SectionData& section : sections) {
+           if (section.kind != SectionKind::scaled) continue;
+           auto* const codes = reinterpret_cast<std::int8_t*>(section.bytes.data());
+           for (std::size_t i = 0; i < section.bytes.size(); ++i) {
+             if (i / kFieldStride % 2 != 0) codes[i] = static_cast<std::int8_t>(std::min(codes[i] + 25, 127));
            }
          }
        }},

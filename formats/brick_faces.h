@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Zlib
+/// @file Values of field bricks on their common faces. docs/bounds.md, "Faces between bricks".
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "formats/octree.h"
+
+namespace vps::octree {
+
+/// Places are counted in cells of the finest level, from the centre of voxel (0,0,0).
+inline constexpr std::int64_t kPlacesPerVoxel = std::int64_t{1} << -kFinestLevel;
+using Place = std::array<std::int64_t, 3>;
+
+/// The octree of a field, as it is stored.
+struct Octree {
+  const std::uint32_t* roots;
+  const std::uint32_t* nodes;
+  const std::uint32_t* root_dims;
+};
+
+/// Distance of a brick's samples. [Units: places]
+inline std::int64_t spacing_of(std::uint32_t entry) noexcept {
+  return std::int64_t{1} << (level_of(entry) - kFinestLevel);
+}
+
+/// V that a brick interpolates at a place of a cell that its entry covers, faces included.
+/// @param sample  V of a sample, from the entry of its brick and its number there
+template <class Sample>
+double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Place& place, const Sample& sample) {
+  const int shift = level_of(entry) - kFinestLevel;  // of places to samples
+  constexpr int kCells = 2;                          // of samples to bricks
+  static_assert(kFieldEdge - 1 == 1 << kCells);
+  std::int64_t at[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    at[axis] = place[axis] - (kPlacesPerVoxel * cell[axis] >> (shift + kCells) << (shift + kCells));
+  }
+  const auto number = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
+    return sample_in_brick(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z));
+  };
+  const std::int64_t spacing = std::int64_t{1} << shift;
+  if (((at[0] | at[1] | at[2]) & (spacing - 1)) == 0) {
+    return sample(entry, number(at[0] >> shift, at[1] >> shift, at[2] >> shift));
+  }
+  std::int64_t low[3];
+  double part[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    low[axis] = std::min(at[axis] >> shift, std::int64_t{kFieldEdge} - 2);
+    part[axis] = static_cast<double>(at[axis] - (low[axis] << shift)) / static_cast<double>(spacing);
+  }
+  double sum = 0;
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
+    double weight = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) weight *= d[axis] != 0 ? part[axis] : 1 - part[axis];
+    if (weight > 0) sum += weight * sample(entry, number(low[0] + d[0], low[1] + d[1], low[2] + d[2]));
+  }
+  return sum;
+}
+
+/// Calls visit(entry, cell, edge) for each entry that leads to a brick: its lowest cell and its edge, in cells of level
+/// 0.
+template <class Visit>
+void for_each_brick_entry(const Octree& tree, const Visit& visit) {
+  const auto walk = [&](auto&& self, std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) -> void {
+    if (is_brick(entry)) return visit(entry, cell, edge);
+    if (!is_node(entry) || edge == 1) return;
+    const std::uint32_t half = edge / 2;
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      self(self, tree.nodes[8 * std::size_t{node_of(entry)} + octant],
+           {cell[0] + half * (octant & 1), cell[1] + half * (octant >> 1 & 1), cell[2] + half * (octant >> 2)}, half);
+    }
+  };
+  const std::uint32_t* root = tree.roots;
+  for (std::uint32_t z = 0; z < tree.root_dims[2]; ++z) {
+    for (std::uint32_t y = 0; y < tree.root_dims[1]; ++y) {
+      for (std::uint32_t x = 0; x < tree.root_dims[0]; ++x) {
+        walk(walk, *root++, {kRootCells * x, kRootCells * y, kRootCells * z}, kRootCells);
+      }
+    }
+  }
+}
+
+/// Calls visit(place, here, there) on every face between two bricks: V of both. The places are the samples of the finer
+/// one and the corners of the face. Between them the difference is bilinear, so that it is largest at one of them.
+/// @param sample  see interpolate
+template <class Sample, class Visit>
+void for_each_sample_on_faces(const Octree& tree, const Sample& sample, const Visit& visit) {
+  for_each_brick_entry(tree, [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+    for (std::size_t face = 0; face < 6; ++face) {
+      const std::size_t axis = face / 2;
+      const bool upper = face % 2 != 0;
+      const std::int64_t behind = std::int64_t{cell[axis]} + (upper ? std::int64_t{edge} : -1);
+      if (behind < 0 || behind >= std::int64_t{tree.root_dims[axis]} * kRootCells) continue;
+      std::uint32_t other_cell[3] = {cell[0], cell[1], cell[2]};
+      other_cell[axis] = static_cast<std::uint32_t>(behind);
+      const Found other = find_entry(tree.roots, tree.nodes, tree.root_dims, other_cell);
+      // The smaller cube has the whole face; of equal ones, the lower has it.
+      if (other.edge < edge || (other.edge == edge && !upper)) continue;
+      if (!is_brick(other.entry) || brick_of(other.entry) == brick_of(entry)) continue;
+      const std::int64_t length = kPlacesPerVoxel * edge;
+      const std::int64_t step = std::min({spacing_of(entry), spacing_of(other.entry), length});
+      Place place;
+      place[axis] = kPlacesPerVoxel * (std::int64_t{cell[axis]} + (upper ? edge : 0));
+      const std::size_t u = (axis + 1) % 3;
+      const std::size_t v = (axis + 2) % 3;
+      for (std::int64_t y = 0; y <= length; y += step) {
+        place[v] = kPlacesPerVoxel * cell[v] + y;
+        for (std::int64_t x = 0; x <= length; x += step) {
+          place[u] = kPlacesPerVoxel * cell[u] + x;
+          visit(place, interpolate(entry, cell, place, sample), interpolate(other.entry, other_cell, place, sample));
+        }
+      }
+    }
+  });
+}
+
+}  // namespace vps::octree
