@@ -20,11 +20,13 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/progress.h"
 #include "cli/terminal/wrapped.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/field_surface.h"
 #include "cli/tools/likely_unit.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -40,6 +42,7 @@ double seconds_since(Clock::time_point begin) {
 fs::path output_path(const BakeArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path path = arguments.mesh;
+  if (is_standard_stream(path)) return path;
   return path.replace_extension(".vps.hdf");
 }
 
@@ -99,8 +102,9 @@ struct BakeRun {
 
 // Prints one line, wrapped on a terminal.
 template <class... Values>
-void print_line(fmt::format_string<Values...> form, Values&&... values) {
-  fmt::print("{}\n", fitted(fmt::format(form, std::forward<Values>(values)...), STDOUT_FILENO));
+void print_line(const BakeRun& run, fmt::format_string<Values...> form, Values&&... values) {
+  std::FILE* const file = messages_beside(run.output);
+  fmt::print(file, "{}\n", fitted(fmt::format(form, std::forward<Values>(values)...), ::fileno(file)));
 }
 
 // "16 mm x 18.5 mm x 7.5 mm, voxel 0.25 mm, error up to 0.02 mm": of several fields the largest error.
@@ -141,9 +145,9 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
 void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json || run.arguments.verbosity == Verbosity::quiet) return;
   run.progress.clear();
-  if (run.arguments.verbosity == Verbosity::verbose) print_line("{}: {}", run.arguments.mesh, plan_line(plan));
+  if (run.arguments.verbosity == Verbosity::verbose) print_line(run, "{}: {}", run.arguments.mesh, plan_line(plan));
   if (run.arguments.default_grid) {
-    print_line("note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it",
+    print_line(run, "note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it",
                run.arguments.options.resolution);
   }
   std::fflush(stdout);
@@ -154,7 +158,7 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
-  const std::string unit = likely_unit(arguments.mesh, longest);
+  const std::string unit = likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
   if (unit == "m") return;
   complain("warning", arguments.mesh,
            fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
@@ -164,21 +168,22 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
 void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   if (run.arguments.json) return print_json(run, info, bytes);
   if (run.arguments.verbosity == Verbosity::quiet) return;
-  for (const std::string& note : run.report.notes) print_line("note: {}", note);
+  for (const std::string& note : run.report.notes) print_line(run, "note: {}", note);
   const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
   const std::string size = bake::format_bytes(static_cast<double>(bytes));
   if (run.arguments.verbosity == Verbosity::verbose) {
-    fmt::print("{}", info_to_text(info));
-    print_line("{}: {} in {:.2f} s{}", run.output.string(), size, seconds_since(run.begin), cache);
+    fmt::print(messages_beside(run.output), "{}", info_to_text(info));
+    print_line(run, "{}: {} in {:.2f} s{}", run.output.string(), size, seconds_since(run.begin), cache);
   } else {
-    print_line("{}: {}, {}, {:.2f} s{}", run.output.string(), contents_of(info), size, seconds_since(run.begin), cache);
+    print_line(run, "{}: {}, {}, {:.2f} s{}", run.output.string(), contents_of(info), size, seconds_since(run.begin),
+               cache);
   }
 }
 
 int deliver(BakeRun& run, const Asset& asset) {
   show_stage(run.progress, "done");
   const auto begin = Clock::now();
-  write_whole(run.output, asset.bytes());
+  write_bytes(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
   run.progress.clear();
   warn_of_unit(run.arguments, asset.info());
@@ -194,15 +199,15 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
     j["plan"]["predicted_asset_bytes"] = plan.predicted_asset_bytes;
     fmt::print("{}", to_text(j));
   } else {
-    fmt::print("{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan), run.output.string(),
-               bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+    fmt::print(messages_beside(run.output), "{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan),
+               run.output.string(), bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
   }
   return kOk;
 }
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
   show_stage(run.progress, "import");
-  return print_dry_run(run, bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings));
+  return print_dry_run(run, bake::plan_bake(import_mesh(mesh_file(run.arguments), settings.import), settings));
 }
 
 // Ends a bake that becomes a dry run.
@@ -224,7 +229,7 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
     print_plan(run, plan);
   };
   const bake::BakeHooks hooks = {[&] { check_output(run); }, planned};
-  const bake::StoredAsset stored = bake::bake_stored(arguments.mesh, settings, cache, hooks);
+  const bake::StoredAsset stored = bake::bake_stored(mesh_file(arguments), settings, cache, hooks);
   run.report = stored.report;
   run.times = stored.times;
   if (cache != nullptr) run.cache = stored.baked ? "miss" : "hit";
@@ -284,7 +289,7 @@ int run_bake(const BakeArguments& arguments) {
   if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });
   return guarded(arguments.depfile, [&] {
     const fs::path output = output_path(arguments);
-    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh);
+    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh, arguments.import_options);
     const std::string reason = depfile_refusal(arguments.depfile, {output}, files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
     const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });

@@ -87,7 +87,7 @@ int run_batch(BatchArguments& arguments) {
   const Played played = play(jobs, arguments.play);
   if (played.results.empty()) return played.code;
   const int code = finish_batch(arguments, jobs, played.results, files);
-  print_played(jobs, played, arguments.play.json);
+  print_played(jobs, played, arguments.play);
   return code == kOk ? played.code : code;
 }
 
@@ -101,7 +101,7 @@ Command add_batch_command(CLI::App& app) {
   add_input_options(*batch, a.inputs, a.scratch);
   batch->add_option("-o,--output", a.folder, "Folder of the assets, made when missing")
       ->required()
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   add_play_options(*batch, a.play);
@@ -109,7 +109,7 @@ Command add_batch_command(CLI::App& app) {
       ->add_option("--depfile", a.depfile,
                    "Write what the assets depend on, for make and ninja; the target is vpsbake.json "
                    "in the folder of assets")
-      ->check(not_empty())
+      ->check(not_stream())
       ->excludes(batch->get_option("--dry-run"))
       ->option_text("FILE")
       ->group("Output");

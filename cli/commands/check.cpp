@@ -20,7 +20,8 @@ namespace {
 std::string guess_unit(const BakeArguments& arguments, const bake::MeshReport& r) {
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, r.bounds_max[axis] - r.bounds_min[axis]);
-  return likely_unit(arguments.mesh, longest / complete_settings(arguments).import.unit);
+  const ImportOptions import = complete_settings(arguments).import;
+  return likely_unit(mesh_format(arguments.mesh, import), longest / import.unit);
 }
 
 nlohmann::ordered_json to_json(const BakeArguments& arguments, const bake::MeshReport& r) {
@@ -129,6 +130,7 @@ Command add_check_command(CLI::App& app) {
   const auto arguments = std::make_shared<BakeArguments>();
   add_mesh_options(*check, *arguments)->required();
   add_import_options(*check, *arguments);
+  add_format_option(*check, *arguments);
   add_grid_options(*check, *arguments);
   check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   check->footer("Example: vpsbake check scan.ply --voxel 1mm");

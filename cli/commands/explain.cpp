@@ -16,6 +16,7 @@
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
@@ -78,8 +79,9 @@ void explain_now(const LastRun& last) {
 }
 
 int explain(const std::string& file, const std::string& folder) {
-  const std::optional<LastRun> last =
-      last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
+  std::optional<LastRun> last;
+  if (!is_standard_stream(file))
+    last = last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
   if (last) {
     explain_last(*last);
     explain_now(*last);
@@ -91,7 +93,8 @@ int explain(const std::string& file, const std::string& folder) {
   if (const int code = open_asset(file, asset); code != kOk) return code;
   const bake::BakeRecord record = bake::record_of(asset);
   if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
-  fmt::print("no batch is known in its folder; it was baked with\n");
+  if (!is_standard_stream(file)) fmt::print("no batch is known in its folder; ");
+  fmt::print("it was baked with\n");
   for (const std::string& setting : readable_settings(record)) fmt::print("  {}\n", setting);
   return kOk;
 }

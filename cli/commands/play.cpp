@@ -23,6 +23,7 @@
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
@@ -67,15 +68,15 @@ bool has_default_grid(const Job& job) {
 }
 
 // A line of the table, on a terminal cut to its width, 100 columns at most, with failures in red.
-std::string on_terminal(std::string line) {
-  const auto width = static_cast<std::size_t>(std::clamp(columns_of(STDOUT_FILENO), 40, 100));
-  if (::isatty(STDOUT_FILENO) != 0 && line.size() > width) {
+std::string on_terminal(std::string line, int fd) {
+  const auto width = static_cast<std::size_t>(std::clamp(columns_of(fd), 40, 100));
+  if (::isatty(fd) != 0 && line.size() > width) {
     std::size_t end = width - 3;
     while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0U) == 0x80U) --end;  // inside a UTF-8 character
     line = line.substr(0, end) + "...";
   }
   const std::size_t failed = line.find("FAILED");
-  if (failed == line.npos || !takes_colour(STDOUT_FILENO)) return line;
+  if (failed == line.npos || !takes_colour(fd)) return line;
   return line.insert(failed + 6, "\033[0m").insert(failed, "\033[1;31m");
 }
 
@@ -105,7 +106,7 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       ->group(kGroup);
   add_cache_options(app, arguments.run.cache, arguments.run.cache_bytes, kGroup);
   app.add_flag("--json", arguments.json, "Print what was done as JSON")->group("Reports");
-  app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI")
+  app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI; - is standard output")
       ->check(not_empty())
       ->option_text("FILE")
       ->group("Reports");
@@ -115,6 +116,8 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   RunOptions& run = arguments.run;
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
+  if (arguments.json && is_standard_stream(arguments.junit))
+    return {fail(kCommandLine, "command line", "--json and --junit - both go to standard output; choose one"), {}, 0};
   if (!arguments.junit.empty()) {
     const fs::path name = fs::path(arguments.junit).filename();
     for (const Job& job : jobs) {
@@ -152,7 +155,9 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   int code = any_failed(results) ? kSomeFailed : kOk;
-  if (!arguments.junit.empty() && write_quietly(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
+  if (!arguments.junit.empty() && !is_standard_stream(arguments.junit) &&
+      write_quietly(arguments.junit, to_junit(jobs, results)) != kOk)
+    code = kIo;
   if (!arguments.log.empty()) {
     nlohmann::ordered_json json = to_json(jobs, results);
     json.update(arguments.asked);
@@ -162,19 +167,18 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   return {code, std::move(results), seconds};
 }
 
-void print_played(const std::vector<Job>& jobs, const Played& played, bool json) {
+void print_played(const std::vector<Job>& jobs, const Played& played, const PlayArguments& arguments) {
   if (played.results.empty()) return;
-  if (json) {
-    fmt::print("{}", to_text(to_json(jobs, played.results)));
-    return;
-  }
+  if (arguments.json) return fmt::print("{}", to_text(to_json(jobs, played.results)));
+  std::FILE* const file = messages_beside(arguments.junit);
   std::istringstream table(to_table(jobs, played.results, played.seconds));
-  for (std::string line; std::getline(table, line);) fmt::print("{}\n", on_terminal(line));
+  for (std::string line; std::getline(table, line);) fmt::print(file, "{}\n", on_terminal(line, ::fileno(file)));
+  if (is_standard_stream(arguments.junit)) fmt::print("{}", to_junit(jobs, played.results));
 }
 
 int play_and_print(const std::vector<Job>& jobs, const PlayArguments& arguments) {
   const Played played = play(jobs, arguments);
-  print_played(jobs, played, arguments.json);
+  print_played(jobs, played, arguments);
   return played.code;
 }
 

@@ -31,8 +31,8 @@ struct Played {
 /// bakes, starts no more, and still writes both.
 [[nodiscard]] Played play(const std::vector<batch::Job>& jobs, PlayArguments arguments);
 
-/// Prints the table or JSON. Call it after all files are written: standard output may be a closed pipe.
-void print_played(const std::vector<batch::Job>& jobs, const Played& played, bool json);
+/// Prints the table, JSON or JUnit XML. Call it after all files are written: standard output may be a closed pipe.
+void print_played(const std::vector<batch::Job>& jobs, const Played& played, const PlayArguments& arguments);
 
 /// Both. @return the exit code
 [[nodiscard]] int play_and_print(const std::vector<batch::Job>& jobs, const PlayArguments& arguments);

@@ -178,6 +178,7 @@ Command add_recommend_command(CLI::App& app) {
   const auto arguments = std::make_shared<RecommendArguments>();
   add_mesh_options(*recommend, arguments->bake)->required();
   add_import_options(*recommend, arguments->bake);
+  add_format_option(*recommend, arguments->bake);
   add_text_option(
       *recommend, "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
       "Largest error of depths and distances of whole queries, such as 0.2mm, and of the field, the only one that "

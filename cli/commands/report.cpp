@@ -336,7 +336,7 @@ Command add_report_command(CLI::App& app) {
   add_grid_options(*report, arguments->bake);
   add_sweep_options(*report, *arguments);
   report->add_option("-o,--output", arguments->output, "Write NAME.html, NAME.csv and NAME.json [default: report]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("NAME")
       ->group("Output");
   add_open_option(*report, arguments->open)->group("Output");
@@ -345,7 +345,7 @@ Command add_report_command(CLI::App& app) {
       ->add_option("--cache", arguments->cache,
                    "Keep poses, exact forces and HACD's hulls there, which take minutes [default: the environment's "
                    "VPSBAKE_CACHE, or nowhere]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   report->footer(

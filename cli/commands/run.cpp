@@ -48,7 +48,7 @@ int run_share(const RunArguments& arguments) {
 Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
-  run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote")->required();
+  run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote; - is standard input")->required();
   auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999,
                                  "Only the job of this number, counted from 1 to 99999999");
   task->option_text("N")->group("Which jobs");

@@ -105,7 +105,7 @@ Command add_scene_command(CLI::App& app) {
   scene
       ->add_option("-o,--output", arguments->output,
                    "Folder for the assets and the manifest NAME.vps.json [default: NAME.vps beside the scene]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR");
   auto* const dry = scene->add_flag("--dry-run", arguments->dry_run, "Print the plan, bake and write nothing");
   auto* const full = scene->add_flag("--full", arguments->full, "Bake everything: both parts and all fields");
@@ -117,7 +117,7 @@ Command add_scene_command(CLI::App& app) {
   scene
       ->add_option("--cache", arguments->cache,
                    "Take what was baked before from this folder, and keep there what is new [default: VPSBAKE_CACHE]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR");
   scene->footer("Example: vpsbake scene table.toml --dry-run");
   return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }, true};

@@ -237,11 +237,11 @@ Command add_stress_command(CLI::App& app) {
       ->group("Mesh");
   add_unit_options(*stress, a.mesh);
   stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json [default: neither]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("NAME")
       ->group("Output");
   stress->add_option("--junit", a.junit, "Write JUnit XML, for CI [default: none]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("FILE")
       ->group("Output");
   stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*' [default: all]")
@@ -293,7 +293,7 @@ Command add_stress_command(CLI::App& app) {
       ->add_option(
           "--cache", cache,
           "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   stress->footer(

@@ -14,6 +14,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/standard_streams.h"
 #include "cli/tools/validate/check.h"
 
 namespace vps::cli {
@@ -89,8 +90,9 @@ void print_validate(const Validation& validation) {
 void run_checks(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   Asset asset;
   std::vector<Check>& checks = validation.checks;
-  if (!check_structure(validation.file, asset, checks)) return;
-  check_file(validation.file, asset, checks);
+  const std::string file = file_to_read(validation.file).string();
+  if (!check_structure(file, asset, checks)) return;
+  check_file(file, asset, checks);
   // More checks of damaged numbers would only repeat the failure.
   const bool sound =
       std::none_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == Result::failed; });
@@ -105,13 +107,14 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
 
 int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   std::error_code error;
-  const fs::file_status status = fs::status(validation.file, error);
+  const fs::path file = file_to_read(validation.file);
+  const fs::file_status status = fs::status(file, error);
   if (!fs::is_regular_file(status)) {
     return fail(
         kIo, validation.file,
         fs::exists(status) ? "this is not a regular file; give a .vps.hdf file" : describe(Status::cannot_open));
   }
-  validation.bytes = fs::file_size(validation.file, error);
+  validation.bytes = fs::file_size(file, error);
   std::string refusal;
   try {
     run_checks(arguments, mesh, validation);
@@ -168,8 +171,9 @@ Command add_validate_command(CLI::App& app) {
   validate->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   add_surface_options(*validate, arguments->mesh);
   add_import_options(*validate, arguments->mesh);
-  for (const char* const name :
-       {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory", "--import-timeout"}) {
+  add_format_option(*validate, arguments->mesh);
+  for (const char* const name : {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory",
+                                 "--import-timeout", "--format"}) {
     validate->get_option(name)->needs("--mesh");
   }
   validate->footer("Example: vpsbake validate gear.vps.hdf --mesh gear.stl --unit mm --strict");
