@@ -42,14 +42,8 @@ void add_output_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
-  auto* const quiet = app.add_flag_callback(
-      "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Print errors and warnings only");
-  quiet->group("Output");
-  app.add_flag_callback(
-         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; },
-         "Print the plan and all that the asset holds, not one line")
-      ->excludes(quiet)
-      ->group("Output");
+  add_verbosity_options(app, arguments.verbosity, "Print errors and warnings only",
+                        "Print the plan and all that the asset holds, not one line");
   add_text_option(
       app, "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
       "Refuse to bake when more is needed, such as 4GB [default: 8GB]")

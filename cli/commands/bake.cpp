@@ -18,8 +18,8 @@
 #include "bake/store/vps_store.h"
 #include "cli/lab/oracle.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
-#include "cli/terminal/wrapped.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
@@ -93,19 +93,12 @@ void show_stage(const Progress& progress, std::string_view stage) {
 struct BakeRun {
   const BakeArguments& arguments;
   fs::path output;
-  Progress progress = {};
+  Progress progress{arguments.verbosity};
   Clock::time_point begin = Clock::now();
   std::vector<bake::StageTime> times = {};
   const char* cache = "off";  // off, hit or miss
   bake::BakeReport report = {};
 };
-
-// Prints one line, wrapped on a terminal.
-template <class... Values>
-void print_line(const BakeRun& run, fmt::format_string<Values...> form, Values&&... values) {
-  std::FILE* const file = messages_beside(run.output);
-  fmt::print(file, "{}\n", fitted(fmt::format(form, std::forward<Values>(values)...), ::fileno(file)));
-}
 
 // "16 mm x 18.5 mm x 7.5 mm, voxel 0.25 mm, error up to 0.02 mm": of several fields the largest error.
 std::string contents_of(const AssetInfo& info) {
@@ -145,10 +138,12 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
 void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json || run.arguments.verbosity == Verbosity::quiet) return;
   run.progress.clear();
-  if (run.arguments.verbosity == Verbosity::verbose) print_line(run, "{}: {}", run.arguments.mesh, plan_line(plan));
+  if (run.arguments.verbosity == Verbosity::verbose)
+    print_lines(messages_beside(run.output), "{}: {}\n", run.arguments.mesh, plan_line(plan));
   if (run.arguments.default_grid) {
-    print_line(run, "note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it",
-               run.arguments.options.resolution);
+    print_lines(messages_beside(run.output),
+                "note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it\n",
+                run.arguments.options.resolution);
   }
   std::fflush(stdout);
 }
@@ -168,15 +163,16 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
 void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   if (run.arguments.json) return print_json(run, info, bytes);
   if (run.arguments.verbosity == Verbosity::quiet) return;
-  for (const std::string& note : run.report.notes) print_line(run, "note: {}", note);
+  for (const std::string& note : run.report.notes) print_lines(messages_beside(run.output), "note: {}\n", note);
   const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
   const std::string size = bake::format_bytes(static_cast<double>(bytes));
   if (run.arguments.verbosity == Verbosity::verbose) {
-    fmt::print(messages_beside(run.output), "{}", info_to_text(info));
-    print_line(run, "{}: {} in {:.2f} s{}", run.output.string(), size, seconds_since(run.begin), cache);
+    print_lines(messages_beside(run.output), "{}", info_to_text(info));
+    print_lines(messages_beside(run.output), "{}: {} in {:.2f} s{}\n", run.output.string(), size,
+                seconds_since(run.begin), cache);
   } else {
-    print_line(run, "{}: {}, {}, {:.2f} s{}", run.output.string(), contents_of(info), size, seconds_since(run.begin),
-               cache);
+    print_lines(messages_beside(run.output), "{}: {}, {}, {:.2f} s{}\n", run.output.string(), contents_of(info), size,
+                seconds_since(run.begin), cache);
   }
 }
 
@@ -199,8 +195,8 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
     j["plan"]["predicted_asset_bytes"] = plan.predicted_asset_bytes;
     fmt::print("{}", to_text(j));
   } else {
-    fmt::print(messages_beside(run.output), "{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan),
-               run.output.string(), bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+    print_lines(messages_beside(run.output), "{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan),
+                run.output.string(), bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
   }
   return kOk;
 }

@@ -47,7 +47,8 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
                  const std::vector<fs::path>& files) {
   const fs::path folder = arguments.folder;
   for (const std::string& name : left_over(folder, jobs))
-    complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
+    if (arguments.play.verbosity != Verbosity::quiet)
+      complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
   // A failed job counts as missing, even where an older asset is left.
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].state == JobResult::State::failed) jobs[i].refusal = results[i].error;

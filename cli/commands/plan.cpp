@@ -13,6 +13,7 @@
 #include "cli/batch/jobs_file.h"
 #include "cli/commands/batch.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
@@ -55,11 +56,11 @@ int run_plan(PlanArguments& arguments) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }
   if (const int code = write_quietly(script.file, to_lines(jobs, script.file)); code != kOk) return code;
-  fmt::print(messages_beside(script.file), "{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
+  print_lines(messages_beside(script.file), "{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
   if (script.engine.empty()) return kOk;
   script.tasks = std::min(jobs.size(), arguments.most_tasks);
   if (const int code = write_quietly(name, script_text(script)); code != kOk) return code;
-  fmt::print("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
+  print_lines("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
   return kOk;
 }
 

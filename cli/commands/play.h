@@ -16,9 +16,10 @@ struct PlayArguments {
   std::string junit, log;        ///< files; empty: none
   nlohmann::ordered_json asked;  ///< goes into the log: inputs from which `explain` finds the jobs again
   bool json = false;
+  Verbosity verbosity = Verbosity::usual;
 };
 
-/// Adds --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit.
+/// Adds --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit, -q, -v.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {

@@ -8,6 +8,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/play.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 
 namespace vps::cli {
 namespace {
@@ -39,7 +40,7 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
 int run_share(const RunArguments& arguments) {
   const std::vector<Job> jobs = chosen_jobs(arguments);
   if (!jobs.empty()) return play_and_print(jobs, arguments.play);
-  fmt::print("no job in share {}\n", arguments.share);
+  print_lines("no job in share {}\n", arguments.share);
   return kOk;
 }
 

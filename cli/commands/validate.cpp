@@ -12,6 +12,7 @@
 
 #include "bake/quantity_text.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/standard_streams.h"
@@ -52,6 +53,19 @@ const char* result_word(Result result) {
   return "";
 }
 
+TextColour colour_of(Result result) {
+  switch (result) {
+    case Result::ok:
+      return TextColour::green;
+    case Result::warning:
+    case Result::skipped:
+      return TextColour::yellow;
+    case Result::failed:
+      return TextColour::red;
+  }
+  return TextColour::plain;
+}
+
 bool counts(const Check& check, bool strict) {
   return check.result == Result::failed || (strict && check.result != Result::ok);
 }
@@ -79,9 +93,11 @@ nlohmann::ordered_json to_json(const Validation& validation) {
 }
 
 void print_validate(const Validation& validation) {
-  fmt::print("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
+  print_lines("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
   for (const Check& check : validation.checks) {
-    fmt::print("  {:<8} {:<14} {}\n", result_word(check.result), check.name, one_line(check.says));
+    const std::string verdict =
+        painted(fmt::format("{:<8}", result_word(check.result)), colour_of(check.result), STDOUT_FILENO);
+    print_lines("  {} {:<14} {}\n", verdict, check.name, one_line(check.says));
   }
   std::fflush(stdout);
 }
@@ -128,7 +144,9 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
     if (counts(check, arguments.strict)) failed += (failed.empty() ? "" : ", ") + check.name;
   }
   if (failed.empty()) {
-    if (!arguments.json) fmt::print("{}: valid, {} checks\n", validation.file, validation.checks.size());
+    if (!arguments.json)
+      print_lines("{}: {}, {} checks\n", validation.file, painted("valid", TextColour::green, STDOUT_FILENO),
+                  validation.checks.size());
     return kOk;
   }
   return fail(kBadInput, validation.file,

@@ -11,12 +11,10 @@
 
 #include "bake/store/cache.h"
 #include "bake/vps_bake.h"
+#include "cli/terminal/verbosity.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
-
-/// How much a bake prints: only errors and warnings, one line, or everything.
-enum class Verbosity : std::uint8_t { quiet, line, verbose };
 
 struct BakeArguments {
   std::string mesh;                              ///< "-": standard input
@@ -33,7 +31,7 @@ struct BakeArguments {
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
   std::string depfile;          ///< to write for make or ninja; empty: none
   bool json = false;
-  Verbosity verbosity = Verbosity::line;
+  Verbosity verbosity = Verbosity::usual;
   bool dry_run = false;                                                 ///< bake nothing, print what would be baked
   std::size_t dry_run_above = std::numeric_limits<std::size_t>::max();  ///< the same if it would need more [bytes]
   unsigned threads = 0;                                                 ///< 0: all cores

@@ -33,6 +33,17 @@ CLI::Validator not_empty() {
   return {[](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""};
 }
 
+void add_verbosity_options(CLI::App& app, Verbosity& verbosity, const char* quiet, const char* verbose) {
+  auto* const less = app.add_flag_callback(
+                            "-q,--quiet", [&] { verbosity = Verbosity::quiet; }, quiet)
+                         ->group("Output");
+  if (verbose == nullptr) return;
+  app.add_flag_callback(
+         "-v,--verbose", [&] { verbosity = Verbosity::verbose; }, verbose)
+      ->excludes(less)
+      ->group("Output");
+}
+
 CLI::Validator not_stream() {
   return {[](std::string& name) {
             return std::string(name.empty() ? "is empty" : name == "-" ? "takes a name, not -" : "");

@@ -52,6 +52,10 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
+/// -q and, where it prints something, -v.
+/// @param verbose  null: there is no -v
+void add_verbosity_options(CLI::App& app, Verbosity& verbosity, const char* quiet, const char* verbose);
+
 /// Refuses an empty text, and "-" where an output is not one file.
 [[nodiscard]] CLI::Validator not_stream();
 

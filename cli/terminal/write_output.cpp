@@ -5,6 +5,7 @@
 
 #include "bake/quantity_text.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/standard_streams.h"
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -32,7 +33,7 @@ int write_quietly(const fs::path& output, std::string_view bytes) {
 
 int write_output(const fs::path& output, std::string_view bytes) {
   if (const int code = write_quietly(output, bytes); code != kOk) return code;
-  fmt::print(messages_beside(output), "{}: {}\n", output.string(), bake::format_bytes(double(bytes.size())));
+  print_lines(messages_beside(output), "{}: {}\n", output.string(), bake::format_bytes(double(bytes.size())));
   return kOk;
 }
 
