@@ -54,39 +54,41 @@ std::string plan_line(const bake::BakePlan& plan) {
          fmt::format(", about {} of memory", bake::format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
 }
 
-// A stage in a user's words, and the share of a bake that is done when it begins.
+// A stage in a user's words.
 struct StageText {
   std::string_view stage;
   const char* words;
-  double done;
 };
 
-// The shares are those of a scan and a screw at 200 voxels. Other meshes differ, and the estimate corrects itself.
-constexpr StageText kStageTexts[] = {{"import", "reading the mesh", 0},
-                                     {"check", "checking the mesh", 0},
-                                     {"voxelize", "voxels", 0.1},
-                                     {"fill_layers", "voxels", 0.1},
-                                     {"distance_field", "distances", 0.13},
-                                     {"coarse_layers", "voxels", 0.2},
-                                     {"sample_field", "distances", 0.25},
-                                     {"certify", "errors", 0.65},
-                                     {"thin_walls", "walls", 0.65},
-                                     {"far_field", "distances", 0.65},
-                                     {"sample_pointshell", "points", 0.7},
-                                     {"free_searches", "planes", 0.75},
-                                     {"fit_planes", "planes", 0.8},
-                                     {"cluster_points", "point tree", 0.85},
-                                     {"bounding_spheres", "point tree", 0.9},
-                                     {"done", "writing", 0.97}};
+constexpr StageText kStageTexts[] = {{"import", "reading the mesh"},
+                                     {"search", "finding the voxel size"},
+                                     {"check", "checking the mesh"},
+                                     {"describe", "checking the mesh"},
+                                     {"voxelize", "voxels"},
+                                     {"fill_layers", "voxels"},
+                                     {"distance_field", "distances"},
+                                     {"coarse_layers", "voxels"},
+                                     {"inside_test", "distances"},
+                                     {"sample_field", "distances"},
+                                     {"triangle_tree", "errors"},
+                                     {"certify", "errors"},
+                                     {"thin_walls", "walls"},
+                                     {"far_field", "distances"},
+                                     {"free_searches", "points"},
+                                     {"sample_pointshell", "points"},
+                                     {"fit_planes", "planes"},
+                                     {"cluster_points", "point tree"},
+                                     {"bounding_spheres", "point tree"},
+                                     {"done", "writing"}};
 
-void show_stage(const Progress& progress, std::string_view stage) {
+constexpr double kBaked = 0.98;  // of the command, when only the writing is left
+
+// @param fraction  of the whole command
+void show_stage(const Progress& progress, std::string_view stage, double fraction) {
+  if (stage.starts_with("check: ")) stage = "check";
   const auto* const found = std::find_if(std::begin(kStageTexts), std::end(kStageTexts),
                                          [&](const StageText& t) { return t.stage == stage; });
-  if (found != std::end(kStageTexts)) {
-    progress.show(found->words, found->done);
-  } else {
-    progress.show(std::string(stage), 0);
-  }
+  progress.show(found != std::end(kStageTexts) ? found->words : std::string(stage), fraction);
 }
 
 // One bake from the command line.
@@ -177,7 +179,7 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
 }
 
 int deliver(BakeRun& run, const Asset& asset) {
-  show_stage(run.progress, "done");
+  show_stage(run.progress, "done", kBaked);
   const auto begin = Clock::now();
   write_bytes(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
@@ -202,7 +204,7 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
 }
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
-  show_stage(run.progress, "import");
+  show_stage(run.progress, "import", 0);
   return print_dry_run(run, bake::plan_bake(import_mesh(mesh_file(run.arguments), settings.import), settings));
 }
 
@@ -241,7 +243,9 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
 int bake_file(const BakeArguments& arguments) {
   BakeRun run{arguments, output_path(arguments)};
   bake::BakeSettings settings = complete_settings(arguments);
-  settings.options.progress = [&](const char* stage, double) { show_stage(run.progress, stage); };
+  settings.options.progress = [&](const char* stage, double fraction) {
+    show_stage(run.progress, stage, kBaked * fraction);
+  };
   if (arguments.dry_run) return plan_file(run, settings);
   try {
     return bake_output(run, settings);
