@@ -62,6 +62,12 @@ void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<st
       100 * thin.share, thin.thinnest / voxel_size, thin.place.x(), thin.place.y(), thin.place.z()));
 }
 
+GridPlan plan_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
+  Extent extent = measure_extent(mesh);
+  extent.creases = measure_creases(mesh);
+  return plan_grid(extent, options);
+}
+
 }  // namespace
 
 const char* describe(Repair repair) {
@@ -83,9 +89,7 @@ const char* describe(Repair repair) {
 }
 
 BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
-  Extent extent = measure_extent(mesh);
-  extent.creases = measure_creases(mesh);
-  return plan_grid(extent, options).plan;
+  return plan_mesh(mesh, options).plan;
 }
 
 ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
@@ -103,11 +107,16 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakeOptions options = asked;
   Surface surface;
   GridPlan planned;
+  const GridPlan before = plan_mesh(mesh, asked);
   const Grid& grid = planned.grid;
   StageGraph stages(options.progress);
 
+  const auto expect_times = [&](const GridPlan& plan) {
+    stages.expect([&](const char* stage) { return expected_seconds(stage, plan.size); });
+  };
+
   const auto check = stages.add("check", {}, [&] {
-    options.voxel_size = plan_bake(mesh, asked).voxel_size;  // a skin or thickness must not change it
+    options.voxel_size = before.grid.voxel_size;  // a skin or thickness must not change it
     RepairOutcome outcome;
     surface =
         check_mesh(mesh, {options.repair, options.voxel_size, options.sheet_thickness, report_steps(options)}, outcome);
@@ -115,6 +124,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     asset.filled_share = outcome.filled_share;
     asset.notes = std::move(outcome.notes);
     planned = plan_grid(extent_of(surface), options);
+    expect_times(planned);
     asset.info.voxel_size = grid.voxel_size;
   });
   const auto described = stages.add("describe", {check}, [&] { describe_mesh(surface, asset.info); });
@@ -138,13 +148,14 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   FarField far;
   std::vector<std::uint32_t> planes;
   auto certified = measured;
-  auto last_of_map = measured;
+  auto last_of_map = measured, fielded = measured, sampled = measured;
   if (options.voxelmap) {
     const auto layered =
         stages.add("coarse_layers", {voxelized, filled}, [&] { coarse = coarse_layers(grid, voxels, runs); });
     const auto sided = stages.add("inside_test", {check}, [&] { inside.emplace(surface, grid); });
-    const auto fielded = stages.add("sample_field", {voxelized, measured, sided}, [&] {
-      fields = represent(surface, grid, voxels, runs, field, *inside, options, planned.lambda);
+    fielded = stages.add("sample_field", {voxelized, measured, sided}, [&] {
+      fields = represent(surface, grid, voxels, runs, field, *inside, options, planned.lambda,
+                         [&](double done) { stages.advance(fielded, done); });
       describe_voxelmap(grid, voxels, runs, options, planned.lambda, asset.info);
     });
     const auto treed =
@@ -182,9 +193,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   auto last_in_parallel = certified;
   if (options.pointshell) {
     // Side by side with the samples of the field, or with the trees, it would raise the peak of memory.
-    const auto sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
-      shell =
-          sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces);
+    sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
+      shell = sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces,
+                                [&](double done) { stages.advance(sampled, done); });
     });
     const auto clustered = stages.add("cluster_points", {sampled}, [&] {
       point_tree = cluster_points(shell.positions, shell.faces, surface.area, options.branching);
@@ -204,6 +215,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     });
   }
 
+  expect_times(before);
   stages.run();
   asset.times = stages.times();
   if (options.voxelmap) pack_far(far, asset.info, asset.sections);

@@ -240,6 +240,8 @@ GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {
   // Random sequential packing of discs reaches 0.7 of the densest packing.
   plan.predicted_points =
       options.pointshell ? static_cast<std::uint64_t>(0.81 * mesh.area / (spacing * spacing)) + 1 : 0;
+  result.size = {static_cast<double>(mesh.triangles), mesh.area / (s * s), limit_field_bricks(mesh, grid, options),
+                 static_cast<double>(plan.predicted_points)};
   plan.predicted_memory_bytes = predict_memory(mesh, grid, options);
   plan.predicted_asset_bytes = predict_asset(mesh, result, options);
   if (plan.predicted_memory_bytes > options.memory_limit_bytes) {

@@ -4,6 +4,7 @@
 
 #include "bake/extent.h"
 #include "bake/grid.h"
+#include "bake/stage_times.h"
 #include "bake/vps_bake.h"
 
 namespace vps::bake {
@@ -16,6 +17,7 @@ struct GridPlan {
   int precision = 0;  ///< p of Eq. (1), or kAutoPrecision
   double lambda = 0;  ///< step of the scaled field. [m]
   BakePlan plan;
+  BakeSize size;
 };
 
 [[nodiscard]] Extent extent_of(const Surface& surface);

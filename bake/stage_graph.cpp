@@ -19,18 +19,40 @@ StageGraph::Stage StageGraph::add(const char* name, std::initializer_list<Stage>
   return stage;
 }
 
+void StageGraph::expect(const std::function<double(const char* name)>& time) {
+  const std::scoped_lock lock(announcing_);
+  for (Node& node : nodes_) node.expected = time(node.name);
+}
+
+void StageGraph::advance(Stage stage, double fraction) {
+  const std::scoped_lock lock(announcing_);
+  nodes_[stage].done = std::max(nodes_[stage].done, fraction);
+  tell(nodes_[stage].name);
+}
+
+void StageGraph::tell(const char* stage) {
+  double done = 0, all = 0;
+  for (const Node& node : nodes_) {
+    done += node.expected * node.done;
+    all += node.expected;
+  }
+  if (all > 0) told_ = std::max(told_, std::min(done / all, 1.0));
+  if (progress_) progress_(stage, told_);
+}
+
 void StageGraph::work_on(Node& node) {
   if (failed_) return;
   try {
     {
       const std::scoped_lock lock(announcing_);
-      if (progress_) progress_(node.name, static_cast<double>(started_) / static_cast<double>(nodes_.size()));
-      ++started_;
+      tell(node.name);
     }
     const auto begin = std::chrono::steady_clock::now();
     // Without isolation a thread that waits for the end of a parallel loop would begin another stage meanwhile.
     tbb::this_task_arena::isolate(node.work);
     node.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const std::scoped_lock lock(announcing_);
+    node.done = 1;
   } catch (...) {
     node.failure = std::current_exception();
     failed_ = true;
@@ -38,11 +60,11 @@ void StageGraph::work_on(Node& node) {
 }
 
 void StageGraph::run() {
-  started_ = 0;
+  told_ = 0;
   failed_ = false;
   for (Node& node : nodes_) {
     node.missing = node.after.size();
-    node.seconds = 0;
+    node.seconds = node.done = 0;
     node.failure = nullptr;
   }
   tbb::task_group group;

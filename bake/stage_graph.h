@@ -26,6 +26,13 @@ class StageGraph {
   /// @param after  earlier stages whose results the work needs
   Stage add(const char* name, std::initializer_list<Stage> after, std::function<void()> work);
 
+  /// Sets the expected times of all stages, in any unit; else they count alike. A stage may do so while it is the only
+  /// one that runs.
+  void expect(const std::function<double(const char* name)>& time);
+
+  /// A stage tells which part of its work is done, 0 to 1. From any thread.
+  void advance(Stage stage, double fraction);
+
   /// Runs all stages once. Work that runs in parallel inside a stage never waits for another stage.
   /// @throw what the first stage that failed threw; none is started after a failure
   void run();
@@ -39,15 +46,17 @@ class StageGraph {
     std::function<void()> work;
     std::vector<Stage> after, before;
     std::atomic<std::size_t> missing{0};  // stages that it waits for
+    double expected = 1, done = 0;        // time, and the part of the work
     double seconds = 0;
     std::exception_ptr failure = nullptr;
   };
   void work_on(Node& node);
+  void tell(const char* stage);  // with the lock
 
   std::function<void(const char* stage, double fraction)> progress_;
   std::deque<Node> nodes_;
   std::mutex announcing_;
-  std::size_t started_ = 0;
+  double told_ = 0;
   std::atomic<bool> failed_{false};
 };
 

@@ -52,8 +52,8 @@ struct BakeOptions {
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;
-  /// Called at the start of each stage with the fraction of stages started before (0 to 1), and at that of each step
-  /// of a mesh's check, as "check: unite shells". From any thread, by one at a time.
+  /// Called at the start of each stage and during long ones with the part of the expected time that is done (0 to 1),
+  /// and at the start of each step of a mesh's check, as "check: unite shells". From any thread, by one at a time.
   std::function<void(const char* stage, double fraction)> progress;
 
   /// Chooses a step of s/50 or finer with which the band fills the range of 8 or 16 bits. The coarsest bricks use twice

@@ -24,30 +24,26 @@
 #include "cli/terminal/options.h"
 #include "cli/terminal/suggest.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
 
 void add_output_options(CLI::App& app, BakeArguments& arguments) {
-  app.add_option("-o,--output", arguments.output, "Asset to write [default: NAME.vps.hdf beside the mesh]")
+  app.add_option("-o,--output", arguments.output,
+                 "Asset to write; - is standard output [default: NAME.vps.hdf beside the mesh]")
       ->check(not_empty())
       ->option_text("FILE")
       ->group("Output");
   app.add_option("--depfile", arguments.depfile,
                  "Write there for make or ninja which files the asset depends on: the mesh and its buffers [default: "
                  "none]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("FILE")
       ->group("Output");
   app.add_flag("--json", arguments.json, "Print the result as JSON")->group("Output");
-  auto* const quiet = app.add_flag_callback(
-      "-q,--quiet", [&] { arguments.verbosity = Verbosity::quiet; }, "Print errors and warnings only");
-  quiet->group("Output");
-  app.add_flag_callback(
-         "-v,--verbose", [&] { arguments.verbosity = Verbosity::verbose; },
-         "Print the plan and all that the asset holds, not one line")
-      ->excludes(quiet)
-      ->group("Output");
+  add_verbosity_options(app, arguments.verbosity, "Print errors and warnings only",
+                        "Print the plan and all that the asset holds, not one line");
   add_text_option(
       app, "--memory", [&](const std::string& text) { arguments.options.memory_limit_bytes = parse_size(text); },
       "Refuse to bake when more is needed, such as 4GB [default: 8GB]")
@@ -93,6 +89,16 @@ bool is_mistyped_command(const CLI::App& app, const std::string& mesh) {
          is_like_a_command(app, mesh);
 }
 
+// @throw CLI::ParseError
+void check_standard_streams(const BakeArguments& bake) {
+  const bool from_input = is_standard_stream(bake.mesh);
+  const bool to_output = is_standard_stream(bake.output) || (from_input && bake.output.empty());
+  if (to_output && bake.json)
+    throw CLI::ArgumentMismatch("--json and the asset both go to standard output; give the asset a file with -o");
+  if ((from_input || to_output) && !bake.depfile.empty())
+    throw CLI::ArgumentMismatch("--depfile needs a mesh and an output that are files, not -");
+}
+
 int program(int argc, char** argv);
 
 // A bake in a child process, which gets --cache-size instead of the variable. Its last word is the mesh: `ps` shows it.
@@ -111,6 +117,7 @@ int run(int argc, char** argv) {
   BakeArguments bake;
   app.add_option("MESH", bake.mesh, kMeshHelp);
   add_bake_options(app, bake);
+  add_format_option(app, bake);
   add_output_options(app, bake);
   add_cache_options(app, bake.cache, bake.cache_bytes, "Output");
   std::vector<Command> commands = {add_batch_command(app),   add_plan_command(app),    add_run_command(app),
@@ -139,6 +146,7 @@ int run(int argc, char** argv) {
       }
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
+      check_standard_streams(bake);
       if (is_mistyped_command(app, bake.mesh)) return fail_usage(unknown_command(app, bake.mesh));
       complete_bake_options(app, bake);
       read_cache_size(app, bake.cache_bytes);
@@ -165,7 +173,10 @@ int program(int argc, char** argv) {
   try {
     code = run(argc, argv);
   } catch (const std::system_error& error) {
-    return fail(kIo, "standard output", std::string(error.what()) + "; free space or redirect it");
+    const bool closed = error.code() == std::errc::broken_pipe;
+    return fail(
+        kIo, "standard output",
+        error.what() + std::string(closed ? "; the program that reads it has ended" : "; free space or redirect it"));
   }
   if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
     return fail(kIo, "standard output", "it cannot be written; free space or redirect it");

@@ -67,14 +67,16 @@ double layers_penetration(const Surface& surface, const Grid& grid, const BandFi
 }  // namespace
 
 Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,
-                          const BandField& field, const InsideTest& inside, const BakeOptions& options, double lambda) {
+                          const BandField& field, const InsideTest& inside, const BakeOptions& options, double lambda,
+                          const StageProgress& progress) {
   Representations out;
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
   if (!options.scaled && !options.real) return out;
   const double s = grid.voxel_size;
-  out.tree = sample_field(
-      surface, grid, runs, field, inside,
-      {options.field_error * s, options.band_inside * s, options.band_outside * s, options.prove_bound}, options.real);
+  out.tree =
+      sample_field(surface, grid, runs, field, inside,
+                   {options.field_error * s, options.band_inside * s, options.band_outside * s, options.prove_bound},
+                   options.real, progress);
   if (!options.scaled) return out;
   out.lambda = lambda;
   out.scaled_limit = scaled_limit(options, s, lambda);

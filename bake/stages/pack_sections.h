@@ -27,7 +27,7 @@ struct Representations {
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
                                         const InsideRuns& runs, const BandField& field, const InsideTest& inside,
-                                        const BakeOptions& options, double lambda);
+                                        const BakeOptions& options, double lambda, const StageProgress& progress);
 
 void certify_fields(const Surface& surface, const Distances& distances, const InsideTest& inside, const Grid& grid,
                     const BandField& field, const Representations& fields, const BakeOptions& options, AssetInfo& info);

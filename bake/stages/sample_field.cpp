@@ -299,16 +299,19 @@ std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uin
 }  // namespace
 
 FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, const BandField& field,
-                       const InsideTest& inside, const FieldTolerance& tolerance, bool with_gradient) {
+                       const InsideTest& inside, const FieldTolerance& tolerance, bool with_gradient,
+                       const StageProgress& progress) {
   FieldTree tree;
   for (std::size_t axis = 0; axis < 3; ++axis) tree.root_dims[axis] = (grid.dims[axis] + kRootCells - 1) / kRootCells;
   const std::size_t plane = std::size_t{tree.root_dims[0]} * tree.root_dims[1];
   std::vector<SampledBlock> blocks(plane * tree.root_dims[2]);
+  LoopProgress loop(progress, blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
     BlockSampler sampler({surface, grid, runs, field, inside, tolerance}, with_gradient);
     blocks[n] = sampler.sample(static_cast<std::uint32_t>(n % tree.root_dims[0]),
                                static_cast<std::uint32_t>(n / tree.root_dims[0] % tree.root_dims[1]),
                                static_cast<std::uint32_t>(n / plane));
+    loop.step();
   });
   std::size_t bricks = 0;
   for (const SampledBlock& block : blocks) bricks += block.levels.size();

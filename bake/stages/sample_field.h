@@ -6,6 +6,7 @@
 /// Here the samples are also fitted, so that interpolation errs to both sides.
 #pragma once
 
+#include "bake/loop_progress.h"
 #include "bake/repair/winding.h"
 #include "bake/stages/distance_field.h"
 
@@ -36,7 +37,7 @@ struct FieldTree {
 /// @param field  exact at least one voxel beyond the band of `tolerance`
 [[nodiscard]] FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs,
                                      const BandField& field, const InsideTest& inside, const FieldTolerance& tolerance,
-                                     bool with_gradient);
+                                     bool with_gradient, const StageProgress& progress = {});
 
 /// The field brick at a point, and the samples that interpolation uses there.
 struct FieldCell {

@@ -2,6 +2,7 @@
 /// @file The pointshell: points on the surface with inward normals and areas. Paper: Sec. 2.1.2. Internal to bake.
 #pragma once
 
+#include "bake/loop_progress.h"
 #include "bake/stages/distance_field.h"
 #include "bake/stages/fit_facets.h"
 
@@ -30,6 +31,7 @@ struct Pointshell {
 /// @param spacing  alpha * s. [Units: m]
 /// @param thin     see BakeOptions::thin_faces
 [[nodiscard]] Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,
-                                           const InsideRuns& runs, const BandField& field, double spacing, double thin);
+                                           const InsideRuns& runs, const BandField& field, double spacing, double thin,
+                                           const StageProgress& progress = {});
 
 }  // namespace vps::bake

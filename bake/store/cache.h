@@ -55,7 +55,8 @@ struct MeshState {
 
 /// The files that determine a mesh's geometry: the mesh file, and the buffers of a gltf or glb file. Includes files
 /// that cannot be read.
-[[nodiscard]] std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& mesh);
+[[nodiscard]] std::vector<std::filesystem::path> mesh_files(const std::filesystem::path& mesh,
+                                                            const ImportOptions& import = {});
 
 /// Puts a record into an asset that was just baked.
 void add_record(const BakeRecord& record, BakedAsset& baked);

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -95,12 +94,6 @@ std::vector<fs::path> beside(const fs::path& mesh, const std::vector<std::string
   return files;
 }
 
-std::string lower_extension(const fs::path& mesh) {
-  std::string extension = mesh.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 // The files of a mesh and their hashes, the mesh first. A hash is empty when the file cannot be read.
 struct HashedFiles {
   std::vector<fs::path> paths;
@@ -109,13 +102,12 @@ struct HashedFiles {
   bool understood = true;  // false: what the mesh refers to is not known
 };
 
-bool is_gltf(const fs::path& mesh) {
-  const std::string extension = lower_extension(mesh);
-  return extension == ".gltf" || extension == ".glb";
+bool is_gltf(const std::string& format) {
+  return format == "gltf" || format == "glb";
 }
 
-HashedFiles hash_files(const fs::path& mesh) {
-  const bool gltf = is_gltf(mesh);
+HashedFiles hash_files(const fs::path& mesh, const std::string& format) {
+  const bool gltf = is_gltf(format);
   std::string text;
   HashedFiles out;
   out.paths.push_back(mesh);
@@ -135,10 +127,11 @@ HashedFiles hash_files(const fs::path& mesh) {
 std::string describe_settings(const BakeSettings& settings) {
   // Names every field, so that a new one does not compile until it is handled here.
   const auto& [options, import, max_error] = settings;
-  const auto& [unit, import_memory, import_timeout] = import;
+  const auto& [unit, import_memory, import_timeout, import_format] = import;
   const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
-               band_outside, field_error, prove_bound, alpha, thin_faces, repair, sheet_thickness, memory_limit, progress] = options;
-  static_cast<void>(import_memory), static_cast<void>(import_timeout);
+               band_outside, field_error, prove_bound, alpha, thin_faces, repair, sheet_thickness, memory_limit,
+               progress] = options;
+  static_cast<void>(import_memory), static_cast<void>(import_timeout), static_cast<void>(import_format);
   static_cast<void>(memory_limit), static_cast<void>(progress);
 
   std::string text = fmt::format("program {}\nformat {}.{}\n", VPSBAKE_CACHE_PROGRAM, kFormatMajor, kFormatMinor);
@@ -166,16 +159,19 @@ std::string describe_settings(const BakeSettings& settings) {
   return text;
 }
 
-std::vector<fs::path> mesh_files(const fs::path& mesh) {
-  return is_gltf(mesh) ? hash_files(mesh).paths : std::vector{mesh};  // other formats name no files with geometry
+std::vector<fs::path> mesh_files(const fs::path& mesh, const ImportOptions& import) {
+  const std::string format = mesh_format(mesh, import);
+  return is_gltf(format) ? hash_files(mesh, format).paths
+                         : std::vector{mesh};  // other formats name no files with geometry
 }
 
 MeshState mesh_state(const fs::path& mesh, const BakeSettings& settings) {
-  HashedFiles files = hash_files(mesh);
+  const std::string format = mesh_format(mesh, settings.import);
+  HashedFiles files = hash_files(mesh, format);
   MeshState state{std::nullopt, std::move(files.stamps)};
   BakeRecord record{describe_settings(settings)};
   if (files.hashes[0].empty()) return state;
-  record.text += fmt::format("mesh {} {}\n", lower_extension(mesh), files.hashes[0]);
+  record.text += fmt::format("mesh .{} {}\n", format, files.hashes[0]);
   for (std::size_t i = 1; i < files.hashes.size(); ++i) {
     std::error_code ignored;
     const bool unreadable = files.hashes[i].empty();

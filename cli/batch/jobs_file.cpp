@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "cli/tools/standard_streams.h"
 #include "cli/tools/utf8.h"
 
 namespace vps::cli::batch {
@@ -60,7 +61,7 @@ std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
 }
 
 std::vector<Job> read_jobs(const fs::path& file, const OptionReader& reader) {
-  std::ifstream in(file, std::ios::binary);
+  std::ifstream in(file_to_read(file), std::ios::binary);
   if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan", kIo);
   std::vector<Job> jobs;
   std::set<fs::path> assets;

@@ -35,8 +35,8 @@ std::string plain(std::string text) {
 }
 
 // Errors were printed when they occurred.
-bool has_row(const JobResult& result) {
-  return result.state != State::unchanged && result.state != State::failed;
+bool has_row(const JobResult& result, TableRows rows) {
+  return (rows == TableRows::all || result.state != State::unchanged) && result.state != State::failed;
 }
 
 std::string row(const Job& job, const JobResult& result, int width) {
@@ -99,16 +99,17 @@ std::map<std::string, std::string> known_failures(const std::filesystem::path& l
   return out;
 }
 
-std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds) {
+std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds,
+                     TableRows rows) {
   std::size_t width = 0;
   std::map<State, std::size_t> counts;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
     ++counts[results[i].state];
-    if (has_row(results[i])) width = std::max(width, jobs[i].output.size());
+    if (has_row(results[i], rows)) width = std::max(width, jobs[i].output.size());
   }
   std::string out;
   for (std::size_t i = 0; i < jobs.size(); ++i) {
-    if (!has_row(results[i])) continue;
+    if (!has_row(results[i], rows)) continue;
     out += row(jobs[i], results[i], static_cast<int>(std::min<std::size_t>(width, 48)));
     for (const std::string& note : results[i].notes) out += fmt::format("              note: {}\n", note);
   }

@@ -2,6 +2,7 @@
 /// @file Reports the results of a batch, for people, programs and CI.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -13,10 +14,14 @@
 
 namespace vps::cli::batch {
 
-/// A line for each asset that was made or would be, with the reasons, a line with the counts, and one with the options
+/// The rows of a table: assets that were made or would be, or those that were up to date, too.
+enum class TableRows : std::uint8_t { made, all };
+
+/// A line for each asset of these rows, with the reasons, a line with the counts, and one with the options
 /// that would help those that failed. Errors are not repeated.
 /// @param seconds  time of the whole batch
-[[nodiscard]] std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds);
+[[nodiscard]] std::string to_table(const std::vector<Job>& jobs, const std::vector<JobResult>& results, double seconds,
+                                   TableRows rows = TableRows::made);
 
 /// docs/schemas/batch.schema.json
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<Job>& jobs, const std::vector<JobResult>& results);

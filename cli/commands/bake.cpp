@@ -18,13 +18,15 @@
 #include "bake/store/vps_store.h"
 #include "cli/lab/oracle.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
-#include "cli/terminal/wrapped.h"
+#include "cli/terminal/write_output.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/field_surface.h"
 #include "cli/tools/likely_unit.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -40,6 +42,7 @@ double seconds_since(Clock::time_point begin) {
 fs::path output_path(const BakeArguments& arguments) {
   if (!arguments.output.empty()) return arguments.output;
   fs::path path = arguments.mesh;
+  if (is_standard_stream(path)) return path;
   return path.replace_extension(".vps.hdf");
 }
 
@@ -51,57 +54,53 @@ std::string plan_line(const bake::BakePlan& plan) {
          fmt::format(", about {} of memory", bake::format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
 }
 
-// A stage in a user's words, and the share of a bake that is done when it begins.
+// A stage in a user's words.
 struct StageText {
   std::string_view stage;
   const char* words;
-  double done;
 };
 
-// The shares are those of a scan and a screw at 200 voxels. Other meshes differ, and the estimate corrects itself.
-constexpr StageText kStageTexts[] = {{"import", "reading the mesh", 0},
-                                     {"check", "checking the mesh", 0},
-                                     {"voxelize", "voxels", 0.1},
-                                     {"fill_layers", "voxels", 0.1},
-                                     {"distance_field", "distances", 0.13},
-                                     {"coarse_layers", "voxels", 0.2},
-                                     {"sample_field", "distances", 0.25},
-                                     {"certify", "errors", 0.65},
-                                     {"thin_walls", "walls", 0.65},
-                                     {"far_field", "distances", 0.65},
-                                     {"sample_pointshell", "points", 0.7},
-                                     {"free_searches", "planes", 0.75},
-                                     {"fit_planes", "planes", 0.8},
-                                     {"cluster_points", "point tree", 0.85},
-                                     {"bounding_spheres", "point tree", 0.9},
-                                     {"done", "writing", 0.97}};
+constexpr StageText kStageTexts[] = {{"import", "reading the mesh"},
+                                     {"search", "finding the voxel size"},
+                                     {"check", "checking the mesh"},
+                                     {"describe", "checking the mesh"},
+                                     {"voxelize", "voxels"},
+                                     {"fill_layers", "voxels"},
+                                     {"distance_field", "distances"},
+                                     {"coarse_layers", "voxels"},
+                                     {"inside_test", "distances"},
+                                     {"sample_field", "distances"},
+                                     {"triangle_tree", "errors"},
+                                     {"certify", "errors"},
+                                     {"thin_walls", "walls"},
+                                     {"far_field", "distances"},
+                                     {"free_searches", "points"},
+                                     {"sample_pointshell", "points"},
+                                     {"fit_planes", "planes"},
+                                     {"cluster_points", "point tree"},
+                                     {"bounding_spheres", "point tree"},
+                                     {"done", "writing"}};
 
-void show_stage(const Progress& progress, std::string_view stage) {
+constexpr double kBaked = 0.98;  // of the command, when only the writing is left
+
+// @param fraction  of the whole command
+void show_stage(const Progress& progress, std::string_view stage, double fraction) {
+  if (stage.starts_with("check: ")) stage = "check";
   const auto* const found = std::find_if(std::begin(kStageTexts), std::end(kStageTexts),
                                          [&](const StageText& t) { return t.stage == stage; });
-  if (found != std::end(kStageTexts)) {
-    progress.show(found->words, found->done);
-  } else {
-    progress.show(std::string(stage), 0);
-  }
+  progress.show(found != std::end(kStageTexts) ? found->words : std::string(stage), fraction);
 }
 
 // One bake from the command line.
 struct BakeRun {
   const BakeArguments& arguments;
   fs::path output;
-  Progress progress = {};
+  Progress progress{arguments.verbosity};
   Clock::time_point begin = Clock::now();
   std::vector<bake::StageTime> times = {};
   const char* cache = "off";  // off, hit or miss
   bake::BakeReport report = {};
 };
-
-// Prints one line, wrapped on a terminal.
-template <class... Values>
-void print_line(fmt::format_string<Values...> form, Values&&... values) {
-  fmt::print("{}\n", fitted(fmt::format(form, std::forward<Values>(values)...), STDOUT_FILENO));
-}
 
 // "16 mm x 18.5 mm x 7.5 mm, voxel 0.25 mm, error up to 0.02 mm": of several fields the largest error.
 std::string contents_of(const AssetInfo& info) {
@@ -141,10 +140,12 @@ void print_json(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
 void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json || run.arguments.verbosity == Verbosity::quiet) return;
   run.progress.clear();
-  if (run.arguments.verbosity == Verbosity::verbose) print_line("{}: {}", run.arguments.mesh, plan_line(plan));
+  if (run.arguments.verbosity == Verbosity::verbose)
+    print_lines(messages_beside(run.output), "{}: {}\n", run.arguments.mesh, plan_line(plan));
   if (run.arguments.default_grid) {
-    print_line("note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it",
-               run.arguments.options.resolution);
+    print_lines(messages_beside(run.output),
+                "note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it\n",
+                run.arguments.options.resolution);
   }
   std::fflush(stdout);
 }
@@ -154,7 +155,7 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
-  const std::string unit = likely_unit(arguments.mesh, longest);
+  const std::string unit = likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
   if (unit == "m") return;
   complain("warning", arguments.mesh,
            fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
@@ -164,21 +165,23 @@ void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
 void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) {
   if (run.arguments.json) return print_json(run, info, bytes);
   if (run.arguments.verbosity == Verbosity::quiet) return;
-  for (const std::string& note : run.report.notes) print_line("note: {}", note);
+  for (const std::string& note : run.report.notes) print_lines(messages_beside(run.output), "note: {}\n", note);
   const std::string cache = run.arguments.cache.empty() ? "" : fmt::format(" (cache: {})", run.cache);
   const std::string size = bake::format_bytes(static_cast<double>(bytes));
   if (run.arguments.verbosity == Verbosity::verbose) {
-    fmt::print("{}", info_to_text(info));
-    print_line("{}: {} in {:.2f} s{}", run.output.string(), size, seconds_since(run.begin), cache);
+    print_lines(messages_beside(run.output), "{}", info_to_text(info));
+    print_lines(messages_beside(run.output), "{}: {} in {:.2f} s{}\n", run.output.string(), size,
+                seconds_since(run.begin), cache);
   } else {
-    print_line("{}: {}, {}, {:.2f} s{}", run.output.string(), contents_of(info), size, seconds_since(run.begin), cache);
+    print_lines(messages_beside(run.output), "{}: {}, {}, {:.2f} s{}\n", run.output.string(), contents_of(info), size,
+                seconds_since(run.begin), cache);
   }
 }
 
 int deliver(BakeRun& run, const Asset& asset) {
-  show_stage(run.progress, "done");
+  show_stage(run.progress, "done", kBaked);
   const auto begin = Clock::now();
-  write_whole(run.output, asset.bytes());
+  write_bytes(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
   run.progress.clear();
   warn_of_unit(run.arguments, asset.info());
@@ -194,15 +197,15 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
     j["plan"]["predicted_asset_bytes"] = plan.predicted_asset_bytes;
     fmt::print("{}", to_text(j));
   } else {
-    fmt::print("{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan), run.output.string(),
-               bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+    print_lines(messages_beside(run.output), "{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan),
+                run.output.string(), bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
   }
   return kOk;
 }
 
 int plan_file(BakeRun& run, const bake::BakeSettings& settings) {
-  show_stage(run.progress, "import");
-  return print_dry_run(run, bake::plan_bake(import_mesh(run.arguments.mesh, settings.import), settings));
+  show_stage(run.progress, "import", 0);
+  return print_dry_run(run, bake::plan_bake(import_mesh(mesh_file(run.arguments), settings.import), settings));
 }
 
 // Ends a bake that becomes a dry run.
@@ -224,7 +227,7 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
     print_plan(run, plan);
   };
   const bake::BakeHooks hooks = {[&] { check_output(run); }, planned};
-  const bake::StoredAsset stored = bake::bake_stored(arguments.mesh, settings, cache, hooks);
+  const bake::StoredAsset stored = bake::bake_stored(mesh_file(arguments), settings, cache, hooks);
   run.report = stored.report;
   run.times = stored.times;
   if (cache != nullptr) run.cache = stored.baked ? "miss" : "hit";
@@ -240,7 +243,9 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
 int bake_file(const BakeArguments& arguments) {
   BakeRun run{arguments, output_path(arguments)};
   bake::BakeSettings settings = complete_settings(arguments);
-  settings.options.progress = [&](const char* stage, double) { show_stage(run.progress, stage); };
+  settings.options.progress = [&](const char* stage, double fraction) {
+    show_stage(run.progress, stage, kBaked * fraction);
+  };
   if (arguments.dry_run) return plan_file(run, settings);
   try {
     return bake_output(run, settings);
@@ -284,7 +289,7 @@ int run_bake(const BakeArguments& arguments) {
   if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });
   return guarded(arguments.depfile, [&] {
     const fs::path output = output_path(arguments);
-    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh);
+    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh, arguments.import_options);
     const std::string reason = depfile_refusal(arguments.depfile, {output}, files);
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
     const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });

@@ -47,7 +47,8 @@ int finish_batch(const BatchArguments& arguments, std::vector<Job> jobs, const s
                  const std::vector<fs::path>& files) {
   const fs::path folder = arguments.folder;
   for (const std::string& name : left_over(folder, jobs))
-    complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
+    if (arguments.play.verbosity != Verbosity::quiet)
+      complain("note", (folder / name).string(), "an earlier batch baked this asset, this one does not");
   // A failed job counts as missing, even where an older asset is left.
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].state == JobResult::State::failed) jobs[i].refusal = results[i].error;
@@ -87,7 +88,7 @@ int run_batch(BatchArguments& arguments) {
   const Played played = play(jobs, arguments.play);
   if (played.results.empty()) return played.code;
   const int code = finish_batch(arguments, jobs, played.results, files);
-  print_played(jobs, played, arguments.play.json);
+  print_played(jobs, played, arguments.play);
   return code == kOk ? played.code : code;
 }
 
@@ -101,7 +102,7 @@ Command add_batch_command(CLI::App& app) {
   add_input_options(*batch, a.inputs, a.scratch);
   batch->add_option("-o,--output", a.folder, "Folder of the assets, made when missing")
       ->required()
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   add_play_options(*batch, a.play);
@@ -109,7 +110,7 @@ Command add_batch_command(CLI::App& app) {
       ->add_option("--depfile", a.depfile,
                    "Write what the assets depend on, for make and ninja; the target is vpsbake.json "
                    "in the folder of assets")
-      ->check(not_empty())
+      ->check(not_stream())
       ->excludes(batch->get_option("--dry-run"))
       ->option_text("FILE")
       ->group("Output");

@@ -66,6 +66,8 @@ int guarded_batch(const std::function<int()>& work) {
     return work();
   } catch (const batch::BatchError& error) {
     return fail(error.code, error.file, error.what());
+  } catch (const ImportError& error) {
+    return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, "-", error.what());
   } catch (const CLI::ValidationError& error) {
     return fail(kCommandLine, "command line", error.what());
   } catch (const UsageError& error) {

@@ -11,6 +11,7 @@
 #include "bake/quantity_text.h"
 #include "bake/store/cache_upkeep.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
@@ -60,11 +61,12 @@ int print_usage(const CacheArguments& arguments) {
     fmt::print("{}", to_text(json));
     return kOk;
   }
-  fmt::print("{}: {}, {}\n", arguments.folder, entries_text(usage.entries), size_text(usage.bytes));
-  if (usage.entries > 0) fmt::print("last used   {} to {}\n", time_text(usage.oldest_use), time_text(usage.newest_use));
+  print_lines("{}: {}, {}\n", arguments.folder, entries_text(usage.entries), size_text(usage.bytes));
+  if (usage.entries > 0)
+    print_lines("last used   {} to {}\n", time_text(usage.oldest_use), time_text(usage.newest_use));
   if (usage.leftovers > 0) {
-    fmt::print("left over   {} of bakes that are at work or were killed, {}; prune removes them after an hour\n",
-               count_text(usage.leftovers, "file", "files"), size_text(usage.leftover_bytes));
+    print_lines("left over   {} of bakes that are at work or were killed, {}; prune removes them after an hour\n",
+                count_text(usage.leftovers, "file", "files"), size_text(usage.leftover_bytes));
   }
   return kOk;
 }
@@ -85,12 +87,12 @@ int prune(const CacheArguments& arguments) {
     json["bytes"] = pruned.bytes;
     fmt::print("{}", to_text(json));
   } else {
-    fmt::print("{}: {} {} of {}, {} of {}\n", arguments.folder, arguments.dry_run ? "would remove" : "removed",
-               pruned.removed, entries_text(pruned.removed + pruned.entries), size_text(pruned.removed_bytes),
-               size_text(pruned.removed_bytes + pruned.bytes));
+    print_lines("{}: {} {} of {}, {} of {}\n", arguments.folder, arguments.dry_run ? "would remove" : "removed",
+                pruned.removed, entries_text(pruned.removed + pruned.entries), size_text(pruned.removed_bytes),
+                size_text(pruned.removed_bytes + pruned.bytes));
     if (pruned.leftovers > 0)
-      fmt::print("left over   {} of killed bakes, {}\n", count_text(pruned.leftovers, "file", "files"),
-                 size_text(pruned.leftover_bytes));
+      print_lines("left over   {} of killed bakes, {}\n", count_text(pruned.leftovers, "file", "files"),
+                  size_text(pruned.leftover_bytes));
   }
   if (pruned.failed == 0) return kOk;
   return fail(kIo, arguments.folder,
@@ -113,10 +115,10 @@ int verify(const CacheArguments& arguments) {
       json["damaged"].push_back({{"file", entry.file.string()}, {"reason", entry.reason}, {"removed", entry.removed}});
     fmt::print("{}", to_text(json));
   } else {
-    fmt::print("{}: {}, {}, {} damaged\n", arguments.folder, entries_text(checked.entries), size_text(checked.bytes),
-               checked.damaged.empty() ? "none" : std::to_string(checked.damaged.size()));
+    print_lines("{}: {}, {}, {} damaged\n", arguments.folder, entries_text(checked.entries), size_text(checked.bytes),
+                checked.damaged.empty() ? "none" : std::to_string(checked.damaged.size()));
     if (checked.other_versions > 0)
-      fmt::print("not checked {} of another version of the format\n", entries_text(checked.other_versions));
+      print_lines("not checked {} of another version of the format\n", entries_text(checked.other_versions));
   }
   return checked.damaged.empty() ? kOk : kSomeFailed;
 }

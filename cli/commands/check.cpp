@@ -9,6 +9,7 @@
 
 #include "bake/quantity_text.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/likely_unit.h"
@@ -20,7 +21,8 @@ namespace {
 std::string guess_unit(const BakeArguments& arguments, const bake::MeshReport& r) {
   double longest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, r.bounds_max[axis] - r.bounds_min[axis]);
-  return likely_unit(arguments.mesh, longest / complete_settings(arguments).import.unit);
+  const ImportOptions import = complete_settings(arguments).import;
+  return likely_unit(mesh_format(arguments.mesh, import), longest / import.unit);
 }
 
 nlohmann::ordered_json to_json(const BakeArguments& arguments, const bake::MeshReport& r) {
@@ -56,18 +58,14 @@ nlohmann::ordered_json to_json(const BakeArguments& arguments, const bake::MeshR
 }
 
 // A thickness is infinite where no wall lies opposite: at the edges of a box, and where faces meet at an acute angle.
-void print_walls(const bake::MeshReport& r) {
-  fmt::print("walls       ");
-  if (std::isinf(r.wall_p01)) {
-    fmt::print("none: hardly any of the surface has a wall opposite to it");
-  } else if (std::isinf(r.wall_median)) {
-    fmt::print("half of the surface or more has no wall opposite to it; 1 % has one thinner than {}",
-               bake::format_length(r.wall_p01));
-  } else {
-    fmt::print("half of the surface has walls thicker than {}, 99 % thicker than {}",
-               bake::format_length(r.wall_median), bake::format_length(r.wall_p01));
+std::string walls_text(const bake::MeshReport& r) {
+  if (std::isinf(r.wall_p01)) return "none: hardly any of the surface has a wall opposite to it";
+  if (std::isinf(r.wall_median)) {
+    return fmt::format("half of the surface or more has no wall opposite to it; 1 % has one thinner than {}",
+                       bake::format_length(r.wall_p01));
   }
-  fmt::print("; {:.1f} % is thinner than two voxels\n", 100 * r.thin_share);
+  return fmt::format("half of the surface has walls thicker than {}, 99 % thicker than {}",
+                     bake::format_length(r.wall_median), bake::format_length(r.wall_p01));
 }
 
 // After the size of the mesh.
@@ -78,27 +76,29 @@ std::string unit_hint(const BakeArguments& arguments, const bake::MeshReport& r)
 }
 
 void print_check(const BakeArguments& arguments, const bake::MeshReport& r) {
-  fmt::print("{}: {} triangles, {} vertices, {} component{}\n", arguments.mesh, r.triangles, r.vertices, r.components,
-             r.components == 1 ? "" : "s");
-  fmt::print("size        {} x {} x {}{}\n", bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
-             bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
-             bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r));
+  print_lines("{}: {} triangles, {} vertices, {} component{}\n", arguments.mesh, r.triangles, r.vertices, r.components,
+              r.components == 1 ? "" : "s");
+  print_lines("size        {} x {} x {}{}\n", bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
+              bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
+              bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r));
   const auto line = [](const char* name, std::size_t count, const char* what) {
-    fmt::print("{:<11} {}{}\n", name, count == 0 ? "none" : std::to_string(count), count == 0 ? "" : what);
+    const std::string text = count == 0 ? "none" : std::to_string(count);
+    const TextColour colour = count == 0 ? TextColour::green : TextColour::yellow;
+    print_lines("{:<11} {}{}\n", name, painted(text, colour, STDOUT_FILENO), count == 0 ? "" : what);
   };
   line("open", r.open_edges, " edges with one triangle");
   line("nonmanifold", r.nonmanifold_edges, " edges with more than two triangles");
   line("", r.nonmanifold_vertices, " vertices where several fans of triangles meet");
   line("winding", r.inconsistent_edges, " edges whose triangles disagree");
-  if (r.inside_out) fmt::print("            the mesh is inside out\n");
+  if (r.inside_out) print_lines("            the mesh is inside out\n");
   line("collapsed", r.collapsed, " triangles without area");
   line("duplicate", r.duplicates, " triangles on the vertices of others");
   line("crossing", r.self_intersections, " pairs of triangles that meet where they should not");
   if (!r.usable) return;
-  fmt::print("repair      {}\n", describe(r.repair));
-  for (const std::string& note : r.notes) fmt::print("            {}\n", note);
-  fmt::print("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
-  print_walls(r);
+  print_lines("repair      {}\n", describe(r.repair));
+  for (const std::string& note : r.notes) print_lines("            {}\n", note);
+  print_lines("solid       {:.6g} m^2, {:.6g} m^3\n", r.area, r.volume);
+  print_lines("walls       {}; {:.1f} % is thinner than two voxels\n", walls_text(r), 100 * r.thin_share);
 }
 
 int run_check(const BakeArguments& arguments) {
@@ -118,6 +118,7 @@ int run_check(const BakeArguments& arguments) {
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
     (void)bake::plan_bake(mesh, arguments.options);  // throws when the grid does not fit
+    if (!arguments.json) print_lines("{}: {}\n", arguments.mesh, painted("it bakes", TextColour::green, STDOUT_FILENO));
     return int{kOk};
   });
 }
@@ -129,6 +130,7 @@ Command add_check_command(CLI::App& app) {
   const auto arguments = std::make_shared<BakeArguments>();
   add_mesh_options(*check, *arguments)->required();
   add_import_options(*check, *arguments);
+  add_format_option(*check, *arguments);
   add_grid_options(*check, *arguments);
   check->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   check->footer("Example: vpsbake check scan.ply --voxel 1mm");

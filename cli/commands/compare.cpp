@@ -9,6 +9,7 @@
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/compare/compare_assets.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/stored_field.h"
@@ -71,42 +72,42 @@ nlohmann::ordered_json to_json(const CompareArguments& arguments, const Comparis
 
 void print_values(const char* what, const std::vector<ValueDifference>& values) {
   for (const auto& [name, a, b] : values) {
-    fmt::print("{:<9} {:<32} {}  |  {}\n", what, printable(name), shown(a), shown(b));
+    print_lines("{:<9} {:<32} {}  |  {}\n", what, printable(name), shown(a), shown(b));
   }
 }
 
 void print_field(const FieldDifference& f, double voxel) {
-  if (f.points == 0) return fmt::print("field     {:<7} no point is stored in both\n", field_name(f.field));
-  fmt::print(
+  if (f.points == 0) return print_lines("field     {:<7} no point is stored in both\n", field_name(f.field));
+  print_lines(
       "field     {:<7} V differs by {} at most ({:.3g} voxels), at ({:.4g}, {:.4g}, {:.4g}) m; 99 % {}, RMS {}\n",
       field_name(f.field), bake::format_length(f.max), f.max / voxel, f.at[0], f.at[1], f.at[2],
       bake::format_length(f.p99), bake::format_length(f.rms));
-  fmt::print("          at {} points; {} more are stored in A alone, {} in B alone\n", f.points, f.only_a, f.only_b);
+  print_lines("          at {} points; {} more are stored in A alone, {} in B alone\n", f.points, f.only_a, f.only_b);
 }
 
 void print_distance(const char* which, const ShellDistance& d) {
-  fmt::print(
+  print_lines(
       "          {}: nearest points are {} apart at most, RMS {}; normals turn by {:.3g} degrees, {:.3g} at most\n",
       which, bake::format_length(d.max), bake::format_length(d.rms), kDegrees * d.angle_mean, kDegrees * d.angle_max);
 }
 
 void print_compare(const CompareArguments& arguments, const Comparison& comparison, double voxel) {
-  fmt::print("A is {}, B is {}\n", arguments.a, arguments.b);
-  if (comparison.same == Comparison::Same::bytes) return fmt::print("the same bytes\n");
+  print_lines("A is {}, B is {}\n", arguments.a, arguments.b);
+  if (comparison.same == Comparison::Same::bytes) return print_lines("the same bytes\n");
   print_values("setting", comparison.settings);
   print_values("fact", comparison.facts);
   if (comparison.same == Comparison::Same::content) {
-    return fmt::print("the same content: only the record, the program's name or HDF5's own bytes differ\n");
+    return print_lines("the same content: only the record, the program's name or HDF5's own bytes differ\n");
   }
-  fmt::print("sections  differ: {}\n", fmt::join(comparison.sections, ", "));
+  print_lines("sections  differ: {}\n", fmt::join(comparison.sections, ", "));
   for (const FieldDifference& field : comparison.fields) print_field(field, voxel);
   if (const auto& s = comparison.shell) {
-    fmt::print("shell     {} | {} points, {} | {} nodes, {:.6g} | {:.6g} m^2\n", s->points[0], s->points[1],
-               s->nodes[0], s->nodes[1], s->area[0], s->area[1]);
+    print_lines("shell     {} | {} points, {} | {} nodes, {:.6g} | {:.6g} m^2\n", s->points[0], s->points[1],
+                s->nodes[0], s->nodes[1], s->area[0], s->area[1]);
     print_distance("A to B", s->a_to_b);
     print_distance("B to A", s->b_to_a);
   }
-  fmt::print("they differ\n");
+  print_lines("they differ\n");
 }
 
 int run_compare(const CompareArguments& arguments) {

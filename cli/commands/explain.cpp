@@ -15,7 +15,9 @@
 #include "cli/commands/batch.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
@@ -54,11 +56,11 @@ std::optional<LastRun> last_run(const fs::path& file, const fs::path& from_folde
 }
 
 void explain_last(const LastRun& last) {
-  fmt::print("last batch: {}\n", last.item.at("state").get<std::string>());
-  for (const Json& reason : last.item.at("reasons")) fmt::print("  {}\n", reason.get<std::string>());
-  if (last.item.contains("error")) fmt::print("  {}\n", last.item["error"].get<std::string>());
+  print_lines("last batch: {}\n", last.item.at("state").get<std::string>());
+  for (const Json& reason : last.item.at("reasons")) print_lines("  {}\n", reason.get<std::string>());
+  if (last.item.contains("error")) print_lines("  {}\n", last.item["error"].get<std::string>());
   if (last.item.at("state") == describe(JobResult::State::unchanged))
-    fmt::print("  the mesh's bytes, every setting and the program were the same\n");
+    print_lines("  the mesh's bytes, every setting and the program were the same\n");
 }
 
 // Whether the same batch would bake the file now: the same options, and vpsbake.toml as it is now.
@@ -69,17 +71,18 @@ void explain_now(const LastRun& last) {
   const auto job =
       std::find_if(jobs.begin(), jobs.end(), [&](const Job& one) { return one.asset().string() == asset; });
   if (job == jobs.end()) {
-    fmt::print("now: the same batch would not bake it\n");
+    print_lines("now: the same batch would not bake it\n");
     return;
   }
   const Standing now = job->refusal.empty() ? compare_with_asset(*job) : Standing{{}, {job->refusal}};
-  fmt::print("now: {}\n", now.reasons.empty() ? "up to date" : "the same batch would bake it again");
-  for (const std::string& reason : now.reasons) fmt::print("  {}\n", reason);
+  print_lines("now: {}\n", now.reasons.empty() ? "up to date" : "the same batch would bake it again");
+  for (const std::string& reason : now.reasons) print_lines("  {}\n", reason);
 }
 
 int explain(const std::string& file, const std::string& folder) {
-  const std::optional<LastRun> last =
-      last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
+  std::optional<LastRun> last;
+  if (!is_standard_stream(file))
+    last = last_run(file, folder.empty() ? fs::absolute(file).parent_path() : fs::path(folder));
   if (last) {
     explain_last(*last);
     explain_now(*last);
@@ -91,8 +94,8 @@ int explain(const std::string& file, const std::string& folder) {
   if (const int code = open_asset(file, asset); code != kOk) return code;
   const bake::BakeRecord record = bake::record_of(asset);
   if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
-  fmt::print("no batch is known in its folder; it was baked with\n");
-  for (const std::string& setting : readable_settings(record)) fmt::print("  {}\n", setting);
+  print_lines("{}it was baked with\n", is_standard_stream(file) ? "" : "no batch is known in its folder; ");
+  for (const std::string& setting : readable_settings(record)) print_lines("  {}\n", setting);
   return kOk;
 }
 

@@ -14,9 +14,11 @@
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/export/export.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 #include "cli/tools/stored_field.h"
 
 namespace vps::cli {
@@ -98,8 +100,9 @@ int write_format(const ExportArguments& arguments, const Asset& asset, const Vox
   if (arguments.format == "obj") return write_output(output, to_obj(map, step));
   if (arguments.format == "cdf")
     return write_output(output, to_cdf(map, {step, arguments.reach.value_or(asset.info().band_outer)}));
+  if (is_standard_stream(output)) throw ExportError("a VTKHDF file does not go to standard output; give -o FILE");
   const std::size_t bytes = write_vtkhdf_field(asset, map, step, output);
-  fmt::print("{}: {}\n", output.string(), bake::format_bytes(double(bytes)));
+  print_lines("{}: {}\n", output.string(), bake::format_bytes(double(bytes)));
   return kOk;
 }
 

@@ -12,6 +12,7 @@
 #include "cli/batch/reasons.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/face_jumps.h"
 #include "cli/tools/stored_field.h"
@@ -22,27 +23,27 @@ namespace {
 void print_info(const std::string& path, const Asset& asset) {
   const Directory& directory = asset.directory();
   const std::string generator = printable(directory.info.generator.data());
-  fmt::print("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
-             bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
-  fmt::print("{}", info_to_text(directory.info));
+  print_lines("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
+              bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
+  print_lines("{}", info_to_text(directory.info));
   for (const auto& [field, jump] : face_jumps(asset)) {
-    fmt::print(
+    print_lines(
         "faces       V of {} jumps by {} at most where the spacing of samples changes, at ({:.4g}, {:.4g}, {:.4g}) m\n",
         field_name(field), bake::format_length(jump.largest), jump.place[0], jump.place[1], jump.place[2]);
   }
   if (const bake::BakeRecord record = bake::record_of(asset); !record.text.empty()) {
-    fmt::print("baked from\n");
-    for (const std::string& line : batch::readable_settings(record)) fmt::print("  {}\n", printable(line));
+    print_lines("baked from\n");
+    for (const std::string& line : batch::readable_settings(record)) print_lines("  {}\n", printable(line));
   }
-  fmt::print("sections\n");
+  print_lines("sections\n");
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {
     const Section& section = directory.sections[i];
     std::string shape;
     for (std::uint32_t axis = 0; axis < section.rank; ++axis) {
       shape += fmt::format("{}{}", axis == 0 ? "" : " x ", section.shape[axis]);
     }
-    fmt::print("  {:<21} {:<4} {:<22} at {:>9}, {:>9} bytes\n", section_name(section.kind),
-               element_name(section.element), shape, section.offset, section.bytes);
+    print_lines("  {:<21} {:<4} {:<22} at {:>9}, {:>9} bytes\n", section_name(section.kind),
+                element_name(section.element), shape, section.offset, section.bytes);
   }
 }
 

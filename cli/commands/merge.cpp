@@ -9,6 +9,7 @@
 #include "cli/commands/batch.h"
 #include "cli/commands/commands.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/provenance.h"
 #include "formats/hdf5/hdf5_writer.h"
 
@@ -52,8 +53,8 @@ int run_merge(const std::string& file, Checking checking) {
   }
   if (manifest.missing.size() > kNamed)
     complain("error", file, fmt::format("and {} more are missing", manifest.missing.size() - kNamed));
-  fmt::print("{}: {} assets, {} missing\n", (folder / kManifest).string(), jobs.size() - manifest.missing.size(),
-             manifest.missing.size());
+  print_lines("{}: {} assets, {} missing\n", (folder / kManifest).string(), jobs.size() - manifest.missing.size(),
+              manifest.missing.size());
   return manifest.missing.empty() ? kOk : kSomeFailed;
 }
 

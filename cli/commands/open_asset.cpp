@@ -5,6 +5,8 @@
 #include <system_error>
 
 #include "cli/terminal/complain.h"
+#include "cli/tools/standard_streams.h"
+#include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 
@@ -14,7 +16,13 @@ int open_asset(const std::string& path, Asset& asset) {
   if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
     return fail(kIo, path, "this is not a regular file; give a .vps.hdf file");
   }
-  Status status = Asset::open(path.c_str(), asset);
+  std::filesystem::path file;
+  try {
+    file = file_to_read(path);
+  } catch (const ImportError& error) {
+    return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, path, error.what());
+  }
+  Status status = Asset::open(file.c_str(), asset);
   if (status == Status::cannot_open || status == Status::cannot_map) return fail(kIo, path, describe(status));
   if (status == Status::ok) status = asset.verify();
   if (status != Status::ok) return fail(kBadInput, path, describe(status));

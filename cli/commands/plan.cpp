@@ -13,8 +13,10 @@
 #include "cli/batch/jobs_file.h"
 #include "cli/commands/batch.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
@@ -35,6 +37,8 @@ int run_plan(PlanArguments& arguments) {
   if (const std::string reason = output_refusal(script.file, "{\"mesh\"", "a file of jobs"); !reason.empty())
     return fail(kIo, script.file, reason);
   const std::string name = script.engine.empty() ? "" : script_name(script);
+  if (!name.empty() && is_standard_stream(script.file))
+    return fail(kCommandLine, "command line", "--emit needs a file of jobs; give its name with -o");
   if (name == script.file)
     return fail(kCommandLine, "command line", "the script would replace the jobs; name them jobs.jsonl");
   if (!name.empty()) {
@@ -52,11 +56,11 @@ int run_plan(PlanArguments& arguments) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }
   if (const int code = write_quietly(script.file, to_lines(jobs, script.file)); code != kOk) return code;
-  fmt::print("{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
+  print_lines(messages_beside(script.file), "{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
   if (script.engine.empty()) return kOk;
   script.tasks = std::min(jobs.size(), arguments.most_tasks);
   if (const int code = write_quietly(name, script_text(script)); code != kOk) return code;
-  fmt::print("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
+  print_lines("{}: {} tasks; start it with: {}\n", name, script.tasks, start_line(script));
   return kOk;
 }
 
@@ -68,14 +72,14 @@ Command add_plan_command(CLI::App& app) {
   const auto arguments = std::make_shared<PlanArguments>();
   PlanArguments& a = *arguments;
   add_input_options(*plan, a.inputs, a.scratch);
-  plan->add_option("-o,--output", a.script.file, "File of jobs to write, such as jobs.jsonl")
+  plan->add_option("-o,--output", a.script.file, "File of jobs to write, such as jobs.jsonl; - is standard output")
       ->required()
       ->check(not_empty())
       ->option_text("JOBS.jsonl")
       ->group("Output");
   plan->add_option("--into", a.folder, "Folder of the assets that the jobs will write")
       ->required()
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   constexpr const char* kGroup = "Script";
@@ -91,7 +95,7 @@ Command add_plan_command(CLI::App& app) {
   plan->add_option("--cache", a.script.cache,
                    "Folder of the cache that all tasks share [default: the environment's VPSBAKE_CACHE, or none]")
       ->needs(emit)
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group(kGroup);
   add_text_option(

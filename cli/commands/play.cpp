@@ -18,11 +18,13 @@
 #include "cli/batch/report.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/options.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 
 namespace vps::cli {
 namespace {
@@ -40,7 +42,7 @@ void stop_at_signal(int) {
 // Shows the running bakes on one line of a terminal.
 class ProgressLine {
  public:
-  explicit ProgressLine(std::size_t count) : count_(count) {}
+  ProgressLine(std::size_t count, Verbosity verbosity) : progress_(verbosity), count_(count) {}
   void began(const Job& job) { running_.push_back(&job), show(); }
   void ended(const Job& job) {
     std::erase(running_, &job);
@@ -64,19 +66,6 @@ class ProgressLine {
 bool has_default_grid(const Job& job) {
   return job.refusal.empty() &&
          job.options.count("voxel") + job.options.count("resolution") + job.options.count("max-error") == 0;
-}
-
-// A line of the table, on a terminal cut to its width, 100 columns at most, with failures in red.
-std::string on_terminal(std::string line) {
-  const auto width = static_cast<std::size_t>(std::clamp(columns_of(STDOUT_FILENO), 40, 100));
-  if (::isatty(STDOUT_FILENO) != 0 && line.size() > width) {
-    std::size_t end = width - 3;
-    while (end > 0 && (static_cast<unsigned char>(line[end]) & 0xC0U) == 0x80U) --end;  // inside a UTF-8 character
-    line = line.substr(0, end) + "...";
-  }
-  const std::size_t failed = line.find("FAILED");
-  if (failed == line.npos || !takes_colour(STDOUT_FILENO)) return line;
-  return line.insert(failed + 6, "\033[0m").insert(failed, "\033[1;31m");
 }
 
 }  // namespace
@@ -104,8 +93,9 @@ void add_play_options(CLI::App& app, PlayArguments& arguments) {
       ->option_text("TIME")
       ->group(kGroup);
   add_cache_options(app, arguments.run.cache, arguments.run.cache_bytes, kGroup);
+  add_verbosity_options(app, arguments.verbosity, "Print errors and warnings only", "List what was up to date, too");
   app.add_flag("--json", arguments.json, "Print what was done as JSON")->group("Reports");
-  app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI")
+  app.add_option("--junit", arguments.junit, "Write JUnit XML, for CI; - is standard output")
       ->check(not_empty())
       ->option_text("FILE")
       ->group("Reports");
@@ -115,6 +105,8 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   RunOptions& run = arguments.run;
   if (run.jobs == 0) run.jobs = std::max(1U, std::thread::hardware_concurrency());
   if (run.memory_bytes == 0) run.memory_bytes = available_memory();
+  if (arguments.json && is_standard_stream(arguments.junit))
+    return {fail(kCommandLine, "command line", "--json and --junit - both go to standard output; choose one"), {}, 0};
   if (!arguments.junit.empty()) {
     const fs::path name = fs::path(arguments.junit).filename();
     for (const Job& job : jobs) {
@@ -129,7 +121,7 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
     if (std::signal(signal, stop_at_signal) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
   const auto begin = Clock::now();
-  ProgressLine line(jobs.size());
+  ProgressLine line(jobs.size(), arguments.verbosity);
   Observer observer;
   observer.began = [&](const Job& job) { line.began(job); };
   observer.ended = [&](const Job& job, const JobResult& result) {
@@ -143,7 +135,7 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
     line.clear();
     complain("warning", "batch", text);
   };
-  if (std::any_of(jobs.begin(), jobs.end(), has_default_grid)) {
+  if (arguments.verbosity != Verbosity::quiet && std::any_of(jobs.begin(), jobs.end(), has_default_grid)) {
     complain("note", "batch",
              "200 voxels along the longest side where no size is given; --voxel or --resolution sets it");
   }
@@ -152,7 +144,9 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   if (stop_all) complain("error", "batch", "stopped; what is not baked is left for the next run");
   const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
   int code = any_failed(results) ? kSomeFailed : kOk;
-  if (!arguments.junit.empty() && write_quietly(arguments.junit, to_junit(jobs, results)) != kOk) code = kIo;
+  if (!arguments.junit.empty() && !is_standard_stream(arguments.junit) &&
+      write_quietly(arguments.junit, to_junit(jobs, results)) != kOk)
+    code = kIo;
   if (!arguments.log.empty()) {
     nlohmann::ordered_json json = to_json(jobs, results);
     json.update(arguments.asked);
@@ -162,19 +156,25 @@ Played play(const std::vector<Job>& jobs, PlayArguments arguments) {
   return {code, std::move(results), seconds};
 }
 
-void print_played(const std::vector<Job>& jobs, const Played& played, bool json) {
+void print_played(const std::vector<Job>& jobs, const Played& played, const PlayArguments& arguments) {
   if (played.results.empty()) return;
-  if (json) {
-    fmt::print("{}", to_text(to_json(jobs, played.results)));
-    return;
+  if (arguments.json) return fmt::print("{}", to_text(to_json(jobs, played.results)));
+  if (is_standard_stream(arguments.junit)) fmt::print("{}", to_junit(jobs, played.results));
+  if (arguments.verbosity == Verbosity::quiet) return;
+  std::FILE* const file = messages_beside(arguments.junit);
+  constexpr std::string_view kFailed = "FAILED";
+  const TableRows rows = arguments.verbosity == Verbosity::verbose ? TableRows::all : TableRows::made;
+  std::istringstream table(to_table(jobs, played.results, played.seconds, rows));
+  for (std::string line; std::getline(table, line);) {
+    if (const std::size_t failed = line.find(kFailed); failed != line.npos)
+      line.replace(failed, kFailed.size(), painted(std::string(kFailed), TextColour::red, ::fileno(file)));
+    print_lines(file, "{}\n", line);
   }
-  std::istringstream table(to_table(jobs, played.results, played.seconds));
-  for (std::string line; std::getline(table, line);) fmt::print("{}\n", on_terminal(line));
 }
 
 int play_and_print(const std::vector<Job>& jobs, const PlayArguments& arguments) {
   const Played played = play(jobs, arguments);
-  print_played(jobs, played, arguments.json);
+  print_played(jobs, played, arguments);
   return played.code;
 }
 

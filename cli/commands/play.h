@@ -16,9 +16,10 @@ struct PlayArguments {
   std::string junit, log;        ///< files; empty: none
   nlohmann::ordered_json asked;  ///< goes into the log: inputs from which `explain` finds the jobs again
   bool json = false;
+  Verbosity verbosity = Verbosity::usual;
 };
 
-/// Adds --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit.
+/// Adds --dry-run, --jobs, --threads, --memory, --timeout, those of add_cache_options, --json, --junit, -q, -v.
 void add_play_options(CLI::App& app, PlayArguments& arguments);
 
 struct Played {
@@ -31,8 +32,8 @@ struct Played {
 /// bakes, starts no more, and still writes both.
 [[nodiscard]] Played play(const std::vector<batch::Job>& jobs, PlayArguments arguments);
 
-/// Prints the table or JSON. Call it after all files are written: standard output may be a closed pipe.
-void print_played(const std::vector<batch::Job>& jobs, const Played& played, bool json);
+/// Prints the table, JSON or JUnit XML. Call it after all files are written: standard output may be a closed pipe.
+void print_played(const std::vector<batch::Job>& jobs, const Played& played, const PlayArguments& arguments);
 
 /// Both. @return the exit code
 [[nodiscard]] int play_and_print(const std::vector<batch::Job>& jobs, const PlayArguments& arguments);

@@ -14,6 +14,7 @@
 #include "cli/lab/report_json.h"
 #include "cli/lab/units.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
@@ -113,31 +114,37 @@ void print_recommend(const RecommendArguments& arguments, const Recommendation& 
   const Tried& chosen = r.tried[*r.chosen];
   const std::size_t contact = r.poses[std::size_t(lab::PoseKind::contact)];
   const std::size_t apart = r.poses[std::size_t(lab::PoseKind::apart)];
-  fmt::print("{}\n", command_of(arguments, chosen));
-  fmt::print("why: {}", numbers_of(chosen));
-  fmt::print(
+  print_lines("{}\n", command_of(arguments, chosen));
+  if (arguments.bake.verbosity == Verbosity::quiet) return;
+  print_lines("why: {}", numbers_of(chosen));
+  print_lines(
       "     {} poses of the body on a copy of itself, against exact depths and distances: {} up to {} deep, {} up to "
       "{} apart\n     a sample: other poses may err more\n",
       contact + apart, contact, bake::format_length(r.truth.contact), apart, bake::format_length(r.truth.gap));
   if (contact + apart < r.truth.poses[0] + r.truth.poses[1]) {
-    fmt::print("     {} were sought: the exact depths of the others take too long\n",
-               r.truth.poses[0] + r.truth.poses[1]);
+    print_lines("     {} were sought: the exact depths of the others take too long\n",
+                r.truth.poses[0] + r.truth.poses[1]);
+  }
+  if (arguments.bake.verbosity == Verbosity::verbose) {
+    for (const Tried& tried : r.tried)
+      print_lines("tried {}\n     {}", command_of(arguments, tried), numbers_of(tried));
+    return;
   }
   if (*r.chosen == 0) {
-    fmt::print("no smaller file was tried\n");
+    print_lines("no smaller file was tried\n");
     return;
   }
   const Tried& cheaper = r.tried[*r.chosen - 1];
   const std::vector<std::string> exceeds = cheaper.exceeds(r.limits);
-  fmt::print("next smaller file of {} tried: {}\n     {}", r.tried.size(), command_of(arguments, cheaper),
-             exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
+  print_lines("next smaller file of {} tried: {}\n     {}", r.tried.size(), command_of(arguments, cheaper),
+              exceeds.empty() ? numbers_of(cheaper) : fmt::format("{}\n", fmt::join(exceeds, " and ")));
 }
 
 int run_recommend(const RecommendArguments& arguments) {
   bullet::set_message_handler(nullptr);  // a body of 1 kg may be of any size
   return guarded(arguments.bake.mesh, [&] {
     const TriangleMesh mesh = import_with(arguments.bake);
-    const Progress progress;
+    const Progress progress(arguments.bake.verbosity);
     lab::RecommendOptions options;
     options.base = arguments.bake.options;
     options.limits = arguments.limits;
@@ -178,6 +185,7 @@ Command add_recommend_command(CLI::App& app) {
   const auto arguments = std::make_shared<RecommendArguments>();
   add_mesh_options(*recommend, arguments->bake)->required();
   add_import_options(*recommend, arguments->bake);
+  add_format_option(*recommend, arguments->bake);
   add_text_option(
       *recommend, "--max-error", [=](const std::string& text) { arguments->limits.error = parse_length(text); },
       "Largest error of depths and distances of whole queries, such as 0.2mm, and of the field, the only one that "
@@ -204,6 +212,8 @@ Command add_recommend_command(CLI::App& app) {
   add_integer(*recommend, "--seed", arguments->seed, 0, 99999999, "Of the poses, 0 to 99999999 [default: 1]")
       ->option_text("N")
       ->group("Measurement");
+  add_verbosity_options(*recommend, arguments->bake.verbosity, "Print the command alone",
+                        "Print every setting that was tried");
   recommend->add_flag("--json", arguments->bake.json, "Print everything that was tried as JSON")->group("Output");
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
   recommend
@@ -215,7 +225,7 @@ Command add_recommend_command(CLI::App& app) {
   recommend->footer(
       "With --max-error: the fastest steps within the limits, and of equally fast settings the smallest file. Without: "
       "the smallest error.\n"
-      "A setting that misses contacts deeper than half of --max-error is never recommended.\n"
+      "A setting that misses contacts deeper than its own error or half of --max-error is never recommended.\n"
       "Exits with 3 when no setting keeps within the limits, and says which is nearest.\n"
       "Example: vpsbake recommend gear.stl --unit mm --max-error 0.1mm --max-time 50us");
   return {recommend, [arguments] { return check_and_run(*arguments); }};

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -17,6 +18,7 @@
 #include "cli/lab/units.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/open_page.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
@@ -48,6 +50,7 @@ struct ReportArguments {
   std::uint64_t seed = 1;
   bool quick = false;
   bool open = false;
+  Verbosity verbosity = Verbosity::usual;
   std::vector<std::string> without;
 
   [[nodiscard]] std::size_t pose_count() const { return poses > 0 ? poses : quick ? 9 : 150; }
@@ -64,7 +67,7 @@ struct Candidate {
 };
 
 Candidate prepare(const ReportArguments& arguments, const std::string& file) {
-  const Progress progress;
+  const Progress progress(arguments.verbosity);
   progress.show(fs::path(file).filename().string() + ": import and close", 0);
   BakeArguments bake = arguments.bake;
   bake.mesh = file;
@@ -85,7 +88,7 @@ Candidate prepare(const ReportArguments& arguments, const std::string& file) {
 }
 
 lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
-  const Progress progress;
+  const Progress progress(arguments.verbosity);
   std::mutex mutex;
   lab::MeasureOptions& options = mesh.options;
   options.size = arguments.quick ? lab::SweepSize::quick : lab::SweepSize::full;
@@ -106,14 +109,15 @@ lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   return lab::measure(mesh.mesh, mesh.closed.mesh, options);
 }
 
-// Rows of the front's way of query: the base setting (the first), members of the front, and other libraries.
-std::vector<std::size_t> rows_to_print(const lab::Measurement& m, const lab::Front& front) {
+// Rows of the front's way of query: all, or the base setting (the first), members of the front, and other libraries.
+std::vector<std::size_t> rows_to_print(const lab::Measurement& m, const lab::Front& front, Verbosity verbosity) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < m.rows.size(); ++i) {
     const lab::Row& row = m.rows[i];
     const bool member =
         std::any_of(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
-    if (row.way == front.way && (member || out.empty() || row.knob == "peer")) out.push_back(i);
+    if (row.way == front.way && (verbosity == Verbosity::verbose || member || out.empty() || row.knob == "peer"))
+      out.push_back(i);
   }
   return out;
 }
@@ -131,58 +135,78 @@ std::string scene_names() {
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-// Median and 99 % of a whole step in each scene.
-std::string text_of(const lab::SceneTimes& steps) {
+std::string text_of(const lab::StepTimes& scene) {
+  return scene.whole.rounds > 0 ? fmt::format("{:.3g} / {:.3g}", scene.whole.p50, scene.whole.p99) : "-";
+}
+
+// Median and 99 % of a whole step: in each scene, or in the slowest.
+std::string text_of(const lab::SceneTimes& steps, Verbosity verbosity) {
   if (!steps.failure.empty()) return steps.failure;
-  if (steps.dearest().rounds == 0) return "not played";
+  const lab::Times& slowest = steps.dearest();
+  if (slowest.rounds == 0) return "not played";
+  if (verbosity != Verbosity::verbose) return fmt::format("{:.3g} / {:.3g}", slowest.p50, slowest.p99);
   std::vector<std::string> out;
-  for (const lab::StepTimes& scene : steps.scenes) {
-    out.push_back(scene.whole.rounds > 0 ? fmt::format("{:.3g} / {:.3g}", scene.whole.p50, scene.whole.p99) : "-");
-  }
+  for (const lab::StepTimes& scene : steps.scenes) out.push_back(text_of(scene));
   return fmt::format("{}", fmt::join(out, ", "));
 }
 
-void print_rows(const lab::Measurement& m, const lab::Front& front) {
-  constexpr const char* kColumns = "{:<54} {:<26} {:<14} {:<10} {}\n";
+// Columns as wide as their texts, two spaces apart.
+void print_columns(const std::vector<std::array<std::string, 5>>& rows) {
+  std::array<std::size_t, 5> widths{};
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], row[i].size());
+  }
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i + 1 < row.size(); ++i) line += fmt::format("{:<{}}", row[i], widths[i] + 2);
+    print_lines("{}\n", line + row.back());
+  }
+}
+
+void print_rows(const lab::Measurement& m, const lab::Front& front, Verbosity verbosity) {
   const bool steps = front.cost == lab::Cost::step;
-  const std::vector<std::size_t> rows = rows_to_print(m, front);
+  const std::vector<std::size_t> rows = rows_to_print(m, front, verbosity);
   std::vector<double> errors;
   for (const std::size_t i : rows) errors.push_back(m.rows[i].errors.contact.penetration.rms);
   const lab::LengthUnit unit = lab::unit_for(errors);
   const bool has_p99 =
       std::any_of(rows.begin(), rows.end(), [&](std::size_t i) { return !std::isnan(m.rows[i].contacts.p99); });
-  fmt::print(kColumns, fmt::format("  {}", lab::describe(front.way)),
-             fmt::format("depth error, RMS / max, {}", unit.name), "missed", "file, MB",
-             steps     ? "us a whole step, median / 99 %: " + scene_names()
-             : has_p99 ? "us a query, median / 99 %"
-                       : "us a query, median");
+  const std::string scenes = verbosity == Verbosity::verbose ? ": " + scene_names() : "";
+  std::vector<std::array<std::string, 5>> table = {{fmt::format("  {}", lab::describe(front.way)),
+                                                    fmt::format("error, RMS / max, {}", unit.name), "missed", "MB",
+                                                    steps     ? "us a step, median / 99 %" + scenes
+                                                    : has_p99 ? "us a query, median / 99 %"
+                                                              : "us a query, median"}};
   for (const std::size_t i : rows) {
     const lab::Row& row = m.rows[i];
     const lab::Spread& s = row.errors.contact.penetration;
     const auto member =
         std::find_if(front.members.begin(), front.members.end(), [i](const auto& one) { return one.row == i; });
     const char* const mark = member == front.members.end() ? "  " : member->tied ? "~ " : "* ";
-    fmt::print(kColumns, mark + row.name,
-               s.told == 0 ? "none" : fmt::format("{:.3g} / {:.3g}", s.rms / unit.size, s.max / unit.size),
-               fmt::format("{} of {}", row.errors.contact.missed, s.asked),
-               row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "",
-               steps ? text_of(row.steps) : text_of(row.contacts));
+    constexpr std::string_view kWay = ", in Bullet";  // the title says it
+    const std::string name = row.name.ends_with(kWay) ? row.name.substr(0, row.name.size() - kWay.size()) : row.name;
+    table.push_back({mark + name,
+                     s.told == 0 ? "none" : fmt::format("{:.3g} / {:.3g}", s.rms / unit.size, s.max / unit.size),
+                     fmt::format("{} of {}", row.errors.contact.missed, s.asked),
+                     row.bytes > 0 ? fmt::format("{:.3g}", double(row.bytes) / 1e6) : "",
+                     steps ? text_of(row.steps, verbosity) : text_of(row.contacts)});
   }
+  print_columns(table);
 }
 
-void print_table(const ReportedMesh& mesh) {
+void print_table(const ReportedMesh& mesh, Verbosity verbosity) {
   const lab::Measurement& m = mesh.measured;
-  fmt::print(
+  print_lines(
       "{}: {} triangles, {} poses; of {} rows the base, other libraries and fronts (*, ~ where the time is "
       "within the noise of the one before)\n",
       mesh.file, mesh.triangles, m.truth.poses.size(), m.rows.size());
   for (const lab::Front& front : m.fronts) {
     const bool query = front.way == lab::Way::query;
-    if (front.cost == (query ? lab::Cost::time : lab::Cost::step)) print_rows(m, front);
+    if (front.cost == (query ? lab::Cost::time : lab::Cost::step)) print_rows(m, front, verbosity);
   }
-  for (const lab::LeftOut& one : m.left_out) fmt::print("left out: {}: {}\n", one.name, one.why);
-  for (const std::string& note : mesh.closed.notes) fmt::print("note: {}\n", note);
-  for (const lab::Front& front : m.fronts) fmt::print("{}\n", front_line(m, front));
+  for (const lab::LeftOut& one : m.left_out) print_lines("left out: {}: {}\n", one.name, one.why);
+  for (const std::string& note : mesh.closed.notes) print_lines("note: {}\n", note);
+  for (const lab::Front& front : m.fronts) print_lines("{}\n", front_line(m, front));
 }
 
 ordered_json report_head(const ReportArguments& arguments) {
@@ -230,11 +254,13 @@ int check_outputs(const std::string& name) {
   return kOk;
 }
 
-int write_report(const std::string& name, const ordered_json& report) {
+int write_report(const ReportArguments& arguments, const ordered_json& report) {
+  const std::string& name = arguments.output;
+  const auto write = arguments.verbosity == Verbosity::quiet ? write_quietly : write_output;
   const Embedded libraries[] = {kChart};
-  int code = write_output(name + kJson.ending, to_text(report));
-  if (code == kOk) code = write_output(name + kCsv.ending, rows_to_csv(report));
-  if (code == kOk) code = write_output(name + kPage.ending, make_page(kReportPage.text(), libraries, report));
+  int code = write(name + kJson.ending, to_text(report));
+  if (code == kOk) code = write(name + kCsv.ending, rows_to_csv(report));
+  if (code == kOk) code = write(name + kPage.ending, make_page(kReportPage.text(), libraries, report));
   return code;
 }
 
@@ -285,7 +311,7 @@ int run_report(const ReportArguments& arguments) {
       ReportedMesh reported{mesh.file, mesh.bake_command, mesh.closed.mesh.triangles.size(), mesh.closed,
                             measure(arguments, mesh)};
       add_notes(reported.measured.truth, reported.closed.notes);
-      print_table(reported);
+      if (arguments.verbosity != Verbosity::quiet) print_table(reported, arguments.verbosity);
       std::fflush(stdout);
       report["meshes"].push_back(mesh_to_json(reported));
       return int{kOk};
@@ -293,7 +319,7 @@ int run_report(const ReportArguments& arguments) {
     if (code != kOk) return code;
   }
   tell_load(report);
-  const int code = write_report(arguments.output, report);
+  const int code = write_report(arguments, report);
   if (code == kOk && arguments.open) open_page(arguments.output + kPage.ending);
   return code;
 }
@@ -336,16 +362,18 @@ Command add_report_command(CLI::App& app) {
   add_grid_options(*report, arguments->bake);
   add_sweep_options(*report, *arguments);
   report->add_option("-o,--output", arguments->output, "Write NAME.html, NAME.csv and NAME.json [default: report]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("NAME")
       ->group("Output");
+  add_verbosity_options(*report, arguments->verbosity, "Print errors and warnings only",
+                        "Print all rows that were measured");
   add_open_option(*report, arguments->open)->group("Output");
   if (const char* const folder = std::getenv("VPSBAKE_CACHE")) arguments->cache = folder;
   report
       ->add_option("--cache", arguments->cache,
                    "Keep poses, exact forces and HACD's hulls there, which take minutes [default: the environment's "
                    "VPSBAKE_CACHE, or nowhere]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   report->footer(

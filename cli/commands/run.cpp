@@ -8,6 +8,7 @@
 #include "cli/commands/commands.h"
 #include "cli/commands/play.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 
 namespace vps::cli {
 namespace {
@@ -39,7 +40,7 @@ std::vector<Job> chosen_jobs(const RunArguments& arguments) {
 int run_share(const RunArguments& arguments) {
   const std::vector<Job> jobs = chosen_jobs(arguments);
   if (!jobs.empty()) return play_and_print(jobs, arguments.play);
-  fmt::print("no job in share {}\n", arguments.share);
+  print_lines("no job in share {}\n", arguments.share);
   return kOk;
 }
 
@@ -48,7 +49,7 @@ int run_share(const RunArguments& arguments) {
 Command add_run_command(CLI::App& app) {
   CLI::App* const run = app.add_subcommand("run", "Bake the jobs of a file that plan wrote, or a part of them");
   const auto arguments = std::make_shared<RunArguments>();
-  run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote")->required();
+  run->add_option("JOBS.jsonl", arguments->file, "File that vpsbake plan wrote; - is standard input")->required();
   auto* const task = add_integer(*run, "--task", arguments->task, 1, 99999999,
                                  "Only the job of this number, counted from 1 to 99999999");
   task->option_text("N")->group("Which jobs");

@@ -9,6 +9,7 @@
 
 #include "cli/scene/bake_scene.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
@@ -21,6 +22,7 @@ struct SceneArguments {
   std::string output;  // folder; empty: NAME.vps beside the scene
   std::string cache;   // folder of an AssetCache; empty: none
   bool dry_run = false, full = false, compare = false, json = false;
+  Verbosity verbosity = Verbosity::usual;
 };
 
 fs::path output_folder(const SceneArguments& arguments) {
@@ -58,8 +60,9 @@ void print_scene(SceneRun& run, const std::string& manifest, bool json) {
   const SceneReport report{
       run.scene, run.meshes, run.plan, run.baked, run.ordinary, run.everything, run.options.scene.string(),
       manifest,  run.removed};
-  fmt::print("{}", json ? to_text(to_json(report)) : to_text(report));
-  if (!json && !manifest.empty()) fmt::print("{}\n", manifest);
+  if (json) return fmt::print("{}", to_text(to_json(report)));
+  print_lines("{}", to_text(report));
+  if (!manifest.empty()) print_lines("{}\n", manifest);
 }
 
 int run_scene(const SceneArguments& arguments) {
@@ -82,7 +85,7 @@ int run_scene(const SceneArguments& arguments) {
       if (const auto refused = refused_output(run)) return fail_output(*refused);
       manifest = write_scene(run);
     }
-    print_scene(run, manifest, arguments.json);
+    if (arguments.json || arguments.verbosity != Verbosity::quiet) print_scene(run, manifest, arguments.json);
     return kOk;
   } catch (const SceneError& error) {
     const Place& place = error.place;
@@ -105,7 +108,7 @@ Command add_scene_command(CLI::App& app) {
   scene
       ->add_option("-o,--output", arguments->output,
                    "Folder for the assets and the manifest NAME.vps.json [default: NAME.vps beside the scene]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR");
   auto* const dry = scene->add_flag("--dry-run", arguments->dry_run, "Print the plan, bake and write nothing");
   auto* const full = scene->add_flag("--full", arguments->full, "Bake everything: both parts and all fields");
@@ -114,10 +117,11 @@ Command add_scene_command(CLI::App& app) {
   dry->excludes(full, compare);
   full->excludes(compare);
   scene->add_flag("--json", arguments->json, "Print JSON");
+  add_verbosity_options(*scene, arguments->verbosity, "Print errors and warnings only", nullptr);
   scene
       ->add_option("--cache", arguments->cache,
                    "Take what was baked before from this folder, and keep there what is new [default: VPSBAKE_CACHE]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR");
   scene->footer("Example: vpsbake scene table.toml --dry-run");
   return {scene, [arguments] { return guarded(arguments->scene, [&] { return run_scene(*arguments); }); }, true};

@@ -10,6 +10,7 @@
 #include "bake/quantity_text.h"
 #include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/slice/slice_picture.h"
@@ -60,8 +61,9 @@ int run_slice(const SliceArguments& arguments) {
   const SlicePicture slice = draw_slice(info, map, {asset_name(arguments.asset), axis, at, arguments.width});
   const int code = write_output(output, slice.picture.png());
   if (code == kOk) {
-    fmt::print("field {} at {}, asset frame; a pixel is {}, a colour one voxel of {}\n", field_name(map.field),
-               slice.place, bake::format_length(slice.pixel), bake::format_length(info.voxel_size));
+    print_lines(messages_beside(output), "field {} at {}, asset frame; a pixel is {}, a colour one voxel of {}\n",
+                field_name(map.field), slice.place, bake::format_length(slice.pixel),
+                bake::format_length(info.voxel_size));
     if (!slice.no_line.empty()) complain("note", output.string(), slice.no_line);
   }
   return code;

@@ -18,6 +18,8 @@
 #include "cli/lab/stress/report.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/open_page.h"
+#include "cli/terminal/print.h"
+#include "cli/terminal/progress.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/junit.h"
@@ -46,6 +48,7 @@ struct StressArguments {
   double mass = 1;  // [kg]
   std::uint32_t seed = 1;
   bool quick = false, list = false, strict = false, open = false;
+  Verbosity verbosity = Verbosity::usual;
   stress::SubjectOptions subject;
 };
 
@@ -70,8 +73,8 @@ std::vector<const stress::Case*> chosen(const StressArguments& arguments) {
 
 void list_cases(const StressArguments& arguments) {
   for (const stress::Case* one : chosen(arguments)) {
-    fmt::print("{:<22} {} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, one->setup, "", one->measured,
-               one->limit);
+    print_lines("{:<22} {} {}\n{:<22} measures {}; limit {}\n", one->name, one->question, one->setup, "", one->measured,
+                one->limit);
   }
 }
 
@@ -93,7 +96,8 @@ std::vector<StressOutput> outputs(const StressArguments& arguments) {
 int write_stress(const StressArguments& arguments, const std::vector<stress::AssetResult>& results) {
   int code = kOk;
   const auto write = [&](const fs::path& file, const std::string& text) {
-    if (code == kOk) code = write_output(file, text);
+    if (code == kOk)
+      code = arguments.verbosity == Verbosity::quiet ? write_quietly(file, text) : write_output(file, text);
   };
   nlohmann::ordered_json about = provenance(arguments.seed);
   about["quick"] = arguments.quick;
@@ -114,6 +118,23 @@ void add_meshes(const std::optional<TriangleMesh>& mesh, const Asset& asset, str
   if (!mesh || mesh->triangles.size() > stress::kMostTriangles) options.zero_set = zero_set(asset);
 }
 
+std::string painted(const stress::CaseResult& result, stress::Strictness strictness) {
+  std::string line = stress::to_line(result, strictness);
+  const std::string verdict = stress::describe(stress::verdict_of(result, strictness));
+  const TextColour colour = stress::is_broken(result, strictness) ? TextColour::red : TextColour::green;
+  return line.replace(0, verdict.size(), painted(verdict, colour, STDOUT_FILENO));
+}
+
+void print_case(const StressArguments& arguments, const stress::CaseResult& result) {
+  const bool broken = stress::is_broken(result, strictness(arguments));
+  if (arguments.verbosity != Verbosity::quiet || broken) print_lines("{}\n", painted(result, strictness(arguments)));
+  if (arguments.verbosity == Verbosity::verbose) {
+    print_lines("{:<9}{} {}\n{:<9}measures {}; limit {}\n", "", result.asked->question, result.asked->setup, "",
+                result.asked->measured, result.asked->limit);
+  }
+  std::fflush(stdout);
+}
+
 // Runs the chosen cases on one asset. @return kOk, or the exit code of its error
 int run_asset(const StressArguments& arguments, const std::string& path, const std::optional<TriangleMesh>& mesh,
               std::vector<stress::AssetResult>& results) {
@@ -130,7 +151,7 @@ int run_asset(const StressArguments& arguments, const std::string& path, const s
     stress::SubjectOptions options = arguments.subject;
     options.mass = arguments.mass;
     options.seed = arguments.seed;
-    options.announce_hacd = [] { fmt::print(stderr, "HACD decomposes the mesh, once: this takes minutes\n"); };
+    options.announce_hacd = [] { print_lines(stderr, "HACD decomposes the mesh, once: this takes minutes\n"); };
     add_meshes(mesh, *asset, options);
     const stress::Subject subject = stress::make_subject(path, asset, options);
     stress::AssetResult& result = results.emplace_back();
@@ -142,16 +163,20 @@ int run_asset(const StressArguments& arguments, const std::string& path, const s
     for (const stress::Column& column : subject.columns) {
       if (!column.from.empty()) result.peers[column.name] = column.from;
     }
-    if (arguments.assets.size() > 1) fmt::print("{}\n", path);
+    const bool quiet = arguments.verbosity == Verbosity::quiet;
+    if (arguments.assets.size() > 1 && !quiet) print_lines("{}\n", path);
     std::string peers;
     for (const auto& [column, from] : result.peers)
       peers += fmt::format("{}{} of {}", peers.empty() ? "peers: " : "; ", column, from);
-    if (!peers.empty()) fmt::print("{}\n", peers);
-    for (const stress::Case* one : chosen(arguments)) {
+    if (!peers.empty() && !quiet) print_lines("{}\n", peers);
+    const Progress progress(arguments.verbosity);
+    const std::vector<const stress::Case*> cases = chosen(arguments);
+    for (const stress::Case* one : cases) {
+      progress.show(one->name, double(result.cases.size()) / double(cases.size()));
       result.cases.push_back(
           stress::run_case(*one, subject, arguments.quick ? stress::Effort::quick : stress::Effort::full));
-      fmt::print("{}\n", stress::to_line(result.cases.back(), strictness(arguments)));
-      std::fflush(stdout);
+      progress.clear();
+      print_case(arguments, result.cases.back());
     }
     return int{kOk};
   });
@@ -206,7 +231,8 @@ int run_stress(const StressArguments& arguments) {
     if (one != kOk) code = arguments.assets.size() == 1 ? one : int{kSomeFailed};
   }
   for (const stress::AssetResult& result : results) {
-    fmt::print("{}\n", stress::certificate(result, strictness(arguments)));
+    if (arguments.verbosity != Verbosity::quiet)
+      print_lines("{}\n", stress::certificate(result, strictness(arguments)));
     const auto is_broken = [&](const stress::CaseResult& one) { return stress::is_broken(one, strictness(arguments)); };
     const bool nothing = std::all_of(result.cases.begin(), result.cases.end(), [&](const stress::CaseResult& one) {
       return stress::verdict_of(one, strictness(arguments)) == stress::Verdict::skipped;
@@ -237,11 +263,11 @@ Command add_stress_command(CLI::App& app) {
       ->group("Mesh");
   add_unit_options(*stress, a.mesh);
   stress->add_option("-o,--output", a.output, "Write NAME.html and NAME.json [default: neither]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("NAME")
       ->group("Output");
   stress->add_option("--junit", a.junit, "Write JUnit XML, for CI [default: none]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("FILE")
       ->group("Output");
   stress->add_option("--cases", a.cases, "Run these alone: names, or patterns such as 'rest_*,impact_*' [default: all]")
@@ -285,6 +311,7 @@ Command add_stress_command(CLI::App& app) {
       ->add_flag("--strict", a.strict,
                  "Exit code 5 also for limits that are broken without ContinuousMotion, or by Bullet's solver")
       ->group(kCases);
+  add_verbosity_options(*stress, a.verbosity, "Print broken cases only", "Print what each case does and measures");
   add_open_option(*stress, a.open)->needs("--output")->group("Output");
   stress->add_flag("--list", a.list, "Print the cases and their limits")->group(kCases);
   std::string& cache = a.mesh.cache;
@@ -293,7 +320,7 @@ Command add_stress_command(CLI::App& app) {
       ->add_option(
           "--cache", cache,
           "Keep HACD's hulls of large meshes and baked walls in this folder [default: the environment's VPSBAKE_CACHE]")
-      ->check(not_empty())
+      ->check(not_stream())
       ->option_text("DIR")
       ->group("Output");
   stress->footer(

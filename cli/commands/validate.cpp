@@ -12,8 +12,10 @@
 
 #include "bake/quantity_text.h"
 #include "cli/terminal/complain.h"
+#include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/standard_streams.h"
 #include "cli/tools/validate/check.h"
 
 namespace vps::cli {
@@ -51,6 +53,19 @@ const char* result_word(Result result) {
   return "";
 }
 
+TextColour colour_of(Result result) {
+  switch (result) {
+    case Result::ok:
+      return TextColour::green;
+    case Result::warning:
+    case Result::skipped:
+      return TextColour::yellow;
+    case Result::failed:
+      return TextColour::red;
+  }
+  return TextColour::plain;
+}
+
 bool counts(const Check& check, bool strict) {
   return check.result == Result::failed || (strict && check.result != Result::ok);
 }
@@ -78,9 +93,11 @@ nlohmann::ordered_json to_json(const Validation& validation) {
 }
 
 void print_validate(const Validation& validation) {
-  fmt::print("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
+  print_lines("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
   for (const Check& check : validation.checks) {
-    fmt::print("  {:<8} {:<14} {}\n", result_word(check.result), check.name, one_line(check.says));
+    const std::string verdict =
+        painted(fmt::format("{:<8}", result_word(check.result)), colour_of(check.result), STDOUT_FILENO);
+    print_lines("  {} {:<14} {}\n", verdict, check.name, one_line(check.says));
   }
   std::fflush(stdout);
 }
@@ -89,8 +106,9 @@ void print_validate(const Validation& validation) {
 void run_checks(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   Asset asset;
   std::vector<Check>& checks = validation.checks;
-  if (!check_structure(validation.file, asset, checks)) return;
-  check_file(validation.file, asset, checks);
+  const std::string file = file_to_read(validation.file).string();
+  if (!check_structure(file, asset, checks)) return;
+  check_file(file, asset, checks);
   // More checks of damaged numbers would only repeat the failure.
   const bool sound =
       std::none_of(checks.begin(), checks.end(), [](const Check& c) { return c.result == Result::failed; });
@@ -105,13 +123,14 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
 
 int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   std::error_code error;
-  const fs::file_status status = fs::status(validation.file, error);
+  const fs::path file = file_to_read(validation.file);
+  const fs::file_status status = fs::status(file, error);
   if (!fs::is_regular_file(status)) {
     return fail(
         kIo, validation.file,
         fs::exists(status) ? "this is not a regular file; give a .vps.hdf file" : describe(Status::cannot_open));
   }
-  validation.bytes = fs::file_size(validation.file, error);
+  validation.bytes = fs::file_size(file, error);
   std::string refusal;
   try {
     run_checks(arguments, mesh, validation);
@@ -125,7 +144,9 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
     if (counts(check, arguments.strict)) failed += (failed.empty() ? "" : ", ") + check.name;
   }
   if (failed.empty()) {
-    if (!arguments.json) fmt::print("{}: valid, {} checks\n", validation.file, validation.checks.size());
+    if (!arguments.json)
+      print_lines("{}: {}, {} checks\n", validation.file, painted("valid", TextColour::green, STDOUT_FILENO),
+                  validation.checks.size());
     return kOk;
   }
   return fail(kBadInput, validation.file,
@@ -168,8 +189,9 @@ Command add_validate_command(CLI::App& app) {
   validate->add_flag("--json", arguments->json, "Print JSON")->group("Output");
   add_surface_options(*validate, arguments->mesh);
   add_import_options(*validate, arguments->mesh);
-  for (const char* const name :
-       {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory", "--import-timeout"}) {
+  add_format_option(*validate, arguments->mesh);
+  for (const char* const name : {"--samples", "--unit", "--scale", "--repair", "--open-surface", "--import-memory",
+                                 "--import-timeout", "--format"}) {
     validate->get_option(name)->needs("--mesh");
   }
   validate->footer("Example: vpsbake validate gear.vps.hdf --mesh gear.stl --unit mm --strict");

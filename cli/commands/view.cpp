@@ -12,6 +12,7 @@
 #include "cli/terminal/open_page.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/standard_streams.h"
 #include "cli/tools/view/motion_data.h"
 #include "cli/tools/view/page.h"
 #include "cli/tools/view/view_data.h"
@@ -91,6 +92,9 @@ int view_motions(const ViewArguments& arguments) {
 }
 
 int run_view(const ViewArguments& arguments) {
+  const std::string& output = arguments.mesh.output;
+  if (arguments.open && is_standard_stream(output.empty() ? arguments.asset : output))
+    return fail(kCommandLine, "command line", "--open needs a page that is a file; give its name with -o");
   if (!arguments.motions.empty()) return view_motions(arguments);
   if (arguments.asset.empty())
     return fail(kCommandLine, "command line", "view needs an asset or --motion; run vpsbake view --help");

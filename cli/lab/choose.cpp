@@ -17,6 +17,7 @@ double excess(const Tried& t, const Limits& limits) {
   if (!t.steps.failure.empty()) return std::numeric_limits<double>::infinity();
   double most = 0;
   if (limits.missed > 0) most = std::max(most, t.deepest_missed / limits.missed);
+  if (t.misses_beyond_error()) most = std::max(most, t.deepest_missed / t.error());
   if (limits.error > 0) most = std::max(most, t.error() / limits.error);
   if (limits.microseconds > 0) most = std::max(most, t.slowest() / limits.microseconds);
   if (limits.bytes > 0) most = std::max(most, double(t.bytes) / limits.bytes);
@@ -45,10 +46,14 @@ double Tried::error() const {
   return std::max({field_bound, penetration.max, distance.max});
 }
 
+bool Tried::misses_beyond_error() const {
+  return deepest_missed > error();
+}
+
 std::vector<std::string> Tried::exceeds(const Limits& limits) const {
   std::vector<std::string> out;
   if (!steps.failure.empty()) out.push_back(steps.failure);
-  if (limits.missed > 0 && deepest_missed > limits.missed)
+  if (misses_beyond_error() || (limits.missed > 0 && deepest_missed > limits.missed))
     out.push_back("misses contacts up to " + bake::format_length(deepest_missed) + " deep");
   if (limits.error > 0 && error() > limits.error) out.push_back("is off by up to " + bake::format_length(error()));
   if (limits.microseconds > 0 && slowest() > limits.microseconds)

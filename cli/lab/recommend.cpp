@@ -152,7 +152,7 @@ class Search {
     if (!tried) return std::nullopt;
     measure();
     const Tried& t = out_.tried[*tried];
-    return t.error() <= limits_.error && t.deepest_missed <= limits_.missed;
+    return t.error() <= limits_.error && t.deepest_missed <= limits_.missed && !t.misses_beyond_error();
   }
 
   // Whether a setting keeps all limits.

@@ -47,6 +47,8 @@ struct Tried {
   SceneTimes steps;
   /// The largest error of field, penetration and distance. [m]
   [[nodiscard]] double error() const;
+  /// Whether it misses a contact that is deeper than its error: then the error says too little, and it is not advised.
+  [[nodiscard]] bool misses_beyond_error() const;
   /// Time within which 99 % of the whole steps end in the scene that takes longest, with the noise. [us]
   [[nodiscard]] double slowest() const { return steps.dearest().p99 + steps.dearest().noise_p99; }
   /// The limits that it exceeds, in words; empty when it keeps all.

@@ -20,8 +20,8 @@ class Sweep {
     add("base", base_);
     voxels_and_alphas();
     fields();
-    precisions();
-    for (const std::uint32_t k : list<std::uint32_t>({4, 8, 14, 24, 40}, {4})) {
+    if (!quick_) precisions();
+    for (const std::uint32_t k : list<std::uint32_t>({4, 8, 14, 24, 40}, {})) {
       if (k == base_.branching) continue;
       bake::BakeOptions bake = base_;
       bake.branching = k;
@@ -108,8 +108,7 @@ class Sweep {
     }
   }
 
-  // Adds steps of 10^-p m, from the coarsest that may be stored to the finest that fits 16 bits: at most four, or one
-  // in a quick sweep.
+  // Adds steps of 10^-p m, from the coarsest that may be stored to the finest that fits 16 bits: at most four.
   void precisions() {
     const double s = base_.voxel_size;
     const double band = std::max(base_.band_inside, base_.band_outside) * s;
@@ -118,7 +117,7 @@ class Sweep {
       bake::BakeOptions bake = base_;
       bake.precision = p;
       add("precision", bake, fmt::format(", p {}", p));
-      if (++count == (quick_ ? 1 : 4)) return;
+      if (++count == 4) return;
     }
   }
 

@@ -3,16 +3,29 @@
 
 #include <algorithm>
 
+#include "cli/tools/standard_streams.h"
+
 namespace vps::cli {
 namespace {
 
 ImportOptions complete_import(const BakeArguments& arguments) {
   ImportOptions options = arguments.import_options;
   options.unit = (arguments.unit > 0 ? arguments.unit : 1) * arguments.scale;
+  if (is_standard_stream(arguments.mesh) && options.format.empty()) {
+    options.format = detect_mesh_format(mesh_file(arguments));
+    if (options.format.empty())
+      throw ImportError(
+          ImportError::Kind::bad_input,
+          "standard input is no mesh of a known format; if it is one, add --format, such as --format obj");
+  }
   return options;
 }
 
 }  // namespace
+
+std::filesystem::path mesh_file(const BakeArguments& arguments) {
+  return file_to_read(arguments.mesh);
+}
 
 bake::BakeSettings complete_settings(const BakeArguments& arguments) {
   const auto has = [](const std::vector<std::string>& list, const char* name) {
@@ -29,11 +42,11 @@ bake::BakeSettings complete_settings(const BakeArguments& arguments) {
 }
 
 ImportedMesh import_with(const BakeArguments& arguments) {
-  return import_mesh(arguments.mesh, complete_import(arguments));
+  return import_mesh(mesh_file(arguments), complete_import(arguments));
 }
 
 std::function<bake::BakeRecord(const bake::BakeOptions&)> record_maker(const BakeArguments& arguments) {
-  return [mesh = arguments.mesh, import = complete_import(arguments)](const bake::BakeOptions& options) {
+  return [mesh = mesh_file(arguments), import = complete_import(arguments)](const bake::BakeOptions& options) {
     return bake::bake_record(mesh, {options, import}).value_or(bake::BakeRecord());
   };
 }

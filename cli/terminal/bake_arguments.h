@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <limits>
 #include <string>
@@ -10,15 +11,13 @@
 
 #include "bake/store/cache.h"
 #include "bake/vps_bake.h"
+#include "cli/terminal/verbosity.h"
 #include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 
-/// How much a bake prints: only errors and warnings, one line, or everything.
-enum class Verbosity : std::uint8_t { quiet, line, verbose };
-
 struct BakeArguments {
-  std::string mesh;
+  std::string mesh;                              ///< "-": standard input
   std::string output;                            ///< empty: beside the mesh, NAME.vps.hdf
   double unit = 0;                               ///< metres per unit of the mesh's numbers; 0: not given, so 1
   double max_error = 0;                          ///< choose the voxel size for this error; 0: as in `options`. [m]
@@ -32,11 +31,15 @@ struct BakeArguments {
   std::size_t cache_bytes = 0;  ///< its limit; 0: none
   std::string depfile;          ///< to write for make or ninja; empty: none
   bool json = false;
-  Verbosity verbosity = Verbosity::line;
+  Verbosity verbosity = Verbosity::usual;
   bool dry_run = false;                                                 ///< bake nothing, print what would be baked
   std::size_t dry_run_above = std::numeric_limits<std::size_t>::max();  ///< the same if it would need more [bytes]
   unsigned threads = 0;                                                 ///< 0: all cores
 };
+
+/// The file of the mesh; of standard input a copy.
+/// @throw ImportError where standard input cannot be used. The same for all functions here
+[[nodiscard]] std::filesystem::path mesh_file(const BakeArguments& arguments);
 
 /// Reads the mesh in metres. @throw ImportError
 [[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);

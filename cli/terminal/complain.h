@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "cli/terminal/print.h"
 #include "cli/terminal/terminal.h"
-#include "cli/terminal/wrapped.h"
 #include "cli/tools/exit_code.h"
 
 namespace vps::cli {
@@ -19,14 +19,12 @@ inline void complain(const char* kind, const std::string& file, const std::strin
   std::string line = std::string(kStart) + kind + ": " + file + ": " + reason;
   // A control character in a name must not break the line.
   for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  line = fitted(line, STDERR_FILENO);
-  if (takes_colour(STDERR_FILENO)) {
-    const std::string_view what = kind;
-    const char* const colour = what == "error" ? "1;31" : what == "warning" ? "1;33" : "1";
-    line.insert(kStart.size() + what.size() + 1, "\033[0m");
-    line.insert(kStart.size(), std::string("\033[") + colour + "m");
-  }
-  std::fprintf(stderr, "%s\n", line.c_str());
+  const std::string_view what = kind;
+  const TextColour colour = what == "error"     ? TextColour::red
+                            : what == "warning" ? TextColour::yellow
+                                                : TextColour::bold;
+  line.replace(kStart.size(), what.size() + 1, painted(std::string(what) + ":", colour, STDERR_FILENO));
+  std::fprintf(stderr, "%s\n", fitted(line, STDERR_FILENO).c_str());
 }
 
 /// Prints `vpsbake: error: FILE: reason; what to do` to stderr and returns the code.

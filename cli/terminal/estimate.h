@@ -2,6 +2,8 @@
 /// @file Estimates how much of a long work is done, and how long the rest takes, from the fractions that it reports.
 #pragma once
 
+#include <deque>
+
 namespace vps::cli {
 
 /// Corrects itself while the work runs. What it shows rises at every later time, and stays below 1 until 1 is reported.
@@ -19,7 +21,13 @@ class Estimate {
   [[nodiscard]] Shown at(double time);
 
  private:
+  struct Report {
+    double fraction = 0, time = 0;
+  };
+  [[nodiscard]] double pace() const;  // [1/s]
+
   double reported_ = 0, reported_at_ = 0;
+  std::deque<Report> reports_;
   double shown_ = 0, shown_at_ = 0;
 };
 

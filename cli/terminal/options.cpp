@@ -33,6 +33,24 @@ CLI::Validator not_empty() {
   return {[](std::string& name) { return std::string(name.empty() ? "is empty" : ""); }, ""};
 }
 
+void add_verbosity_options(CLI::App& app, Verbosity& verbosity, const char* quiet, const char* verbose) {
+  auto* const less = app.add_flag_callback(
+                            "-q,--quiet", [&] { verbosity = Verbosity::quiet; }, quiet)
+                         ->group("Output");
+  if (verbose == nullptr) return;
+  app.add_flag_callback(
+         "-v,--verbose", [&] { verbosity = Verbosity::verbose; }, verbose)
+      ->excludes(less)
+      ->group("Output");
+}
+
+CLI::Validator not_stream() {
+  return {[](std::string& name) {
+            return std::string(name.empty() ? "is empty" : name == "-" ? "takes a name, not -" : "");
+          },
+          ""};
+}
+
 void add_unit_options(CLI::App& app, BakeArguments& arguments) {
   add_text_option(
       app, "--unit", [&](const std::string& unit) { arguments.unit = parse_unit(unit); },
@@ -88,6 +106,15 @@ void add_import_options(CLI::App& app, BakeArguments& arguments) {
       ->group("Import");
 }
 
+void add_format_option(CLI::App& app, BakeArguments& arguments) {
+  app.add_option("--format", arguments.import_options.format,
+                 "Format of the mesh, such as stl [default: the ending of its name; for standard input, its content "
+                 "shows it]")
+      ->check(CLI::IsMember(std::vector<std::string>(std::begin(kMeshFormats), std::end(kMeshFormats))))
+      ->option_text("FORMAT")
+      ->group("Import");
+}
+
 void add_grid_options(CLI::App& app, BakeArguments& arguments) {
   auto* const voxel = add_text_option(
       app, "--voxel", [&](const std::string& text) { arguments.options.voxel_size = parse_length(text); },
@@ -111,7 +138,7 @@ void add_cache_options(CLI::App& app, std::string& folder, std::size_t& bytes, c
   auto* const cache = app.add_option("--cache", folder,
                                      "Take what was baked before from this folder, and keep there what is new "
                                      "[default: the environment's VPSBAKE_CACHE, or none]");
-  cache->check(not_empty())->option_text("DIR")->group(group);
+  cache->check(not_stream())->option_text("DIR")->group(group);
   add_text_option(
       app, "--cache-size", [&bytes](const std::string& text) { bytes = parse_size(text); },
       "Remove what was used least recently from that folder when it grows larger, such as 20GB [default: the "

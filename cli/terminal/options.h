@@ -52,16 +52,25 @@ CLI::Option* add_integer(CLI::App& app, const char* name, Integer& value, int lo
 /// Refuses an empty text.
 [[nodiscard]] CLI::Validator not_empty();
 
+/// -q and, where it prints something, -v.
+/// @param verbose  null: there is no -v
+void add_verbosity_options(CLI::App& app, Verbosity& verbosity, const char* quiet, const char* verbose);
+
+/// Refuses an empty text, and "-" where an output is not one file.
+[[nodiscard]] CLI::Validator not_stream();
+
 /// Unit of a mesh's numbers: --unit and --scale.
 void add_unit_options(CLI::App& app, BakeArguments& arguments);
 /// How to read and repair a mesh.
 void add_surface_options(CLI::App& app, BakeArguments& arguments);
-constexpr const char* kMeshHelp = "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx";
+constexpr const char* kMeshHelp = "Mesh to bake: obj, ply, stl, off, gltf, glb, dae, 3ds or fbx; - is standard input";
 
 /// The mesh, and `add_surface_options`. @return the mesh's own option
 CLI::Option* add_mesh_options(CLI::App& app, BakeArguments& arguments);
 /// Limits of reading a mesh.
 void add_import_options(CLI::App& app, BakeArguments& arguments);
+/// Format of the mesh: --format.
+void add_format_option(CLI::App& app, BakeArguments& arguments);
 /// The voxel size, as a length or by resolution.
 void add_grid_options(CLI::App& app, BakeArguments& arguments);
 /// Call after parsing: 200 voxels along the longest side where no option sets the grid.

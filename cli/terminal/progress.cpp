@@ -82,8 +82,8 @@ struct Progress::Line {
   std::thread painter;  // last: it uses the others
 };
 
-Progress::Progress() {
-  if (takes_escapes(STDERR_FILENO)) line_ = std::make_unique<Line>();
+Progress::Progress(Verbosity verbosity) {
+  if (verbosity != Verbosity::quiet && takes_escapes(STDERR_FILENO)) line_ = std::make_unique<Line>();
 }
 
 Progress::~Progress() = default;

@@ -5,13 +5,16 @@
 #include <memory>
 #include <string>
 
+#include "cli/terminal/verbosity.h"
+
 namespace vps::cli {
 
 /// One line on a terminal, rewritten in place four times a second and cut to its width, 99 columns at most: "distances
 /// 55 %, 12 s left". Shows nothing where stderr takes no escape sequences.
 class Progress {
  public:
-  Progress();
+  /// @param verbosity  quiet: shows nothing
+  explicit Progress(Verbosity verbosity = Verbosity::usual);
   ~Progress();  ///< erases the line
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

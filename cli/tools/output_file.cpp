@@ -7,6 +7,7 @@
 #include <fstream>
 #include <system_error>
 
+#include "cli/tools/standard_streams.h"
 #include "formats/vps_format.h"
 
 namespace vps::cli {
@@ -14,6 +15,8 @@ namespace vps::cli {
 namespace fs = std::filesystem;
 
 std::string output_refusal(const fs::path& output, std::string_view beginning, const char* kind) {
+  if (is_standard_stream(output))
+    return ::isatty(STDOUT_FILENO) == 0 ? "" : "standard output is a terminal; redirect it, or give the name of a file";
   std::error_code ignored;
   const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
   if (fs::is_directory(output, ignored)) return "this is a folder; give a file name with -o";
@@ -39,6 +42,7 @@ bool is_same_place(const fs::path& a, const fs::path& b) {
 }
 
 fs::path beside(const fs::path& asset, const char* ending) {
+  if (is_standard_stream(asset)) return asset;
   return asset.parent_path() / (asset_name(asset) + ending);
 }
 

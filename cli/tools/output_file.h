@@ -8,7 +8,8 @@
 
 namespace vps::cli {
 
-/// Why an output cannot be written, checked beforehand; empty when it can.
+/// Why an output cannot be written, checked beforehand; empty when it can. Standard output, "-", must be no
+/// terminal.
 /// @param beginning  first bytes of files of its kind: a file that begins otherwise is not overwritten
 /// @param kind       kind of file, such as "an asset"
 [[nodiscard]] std::string output_refusal(const std::filesystem::path& output, std::string_view beginning,
@@ -17,7 +18,8 @@ namespace vps::cli {
 /// `output_refusal` of an asset.
 [[nodiscard]] std::string asset_refusal(const std::filesystem::path& output);
 
-/// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html.
+/// The file beside an asset with another ending: parts/gear.vps.hdf to parts/gear.html. Beside standard input,
+/// "-", is standard output.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& asset, const char* ending);
 
 /// Whether two names mean the same file, which need not exist.

@@ -163,7 +163,10 @@ class Check {
 };
 
 hid_t open_file(const std::filesystem::path& file) {
-  return H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  // HDF5's default driver refuses files without a place in the file system, such as a copy of standard input.
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "set up the file");
+  if (H5Pset_fapl_stdio(access) < 0) return -1;
+  return H5Fopen(file.c_str(), H5F_ACC_RDONLY, access);
 }
 
 }  // namespace

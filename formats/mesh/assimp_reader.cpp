@@ -138,6 +138,14 @@ void keep_loaders(Assimp::Importer& importer, const std::string& extension) {
   }
 }
 
+// assimp's loaders look at the extension of the name. Where the name has another one they read from memory, with a
+// hint.
+const aiScene* read_scene(Assimp::Importer& importer, const std::string& path, const std::string& extension) {
+  if (mesh_format(path) == extension) return importer.ReadFile(path, 0);
+  const std::string bytes = read_bytes(path);
+  return importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, extension.c_str());
+}
+
 }  // namespace
 
 RawMesh read_with_assimp(const std::string& path, const std::string& extension) {
@@ -146,7 +154,7 @@ RawMesh read_with_assimp(const std::string& path, const std::string& extension) 
   if (extension == "gltf" || extension == "glb") importer.SetIOHandler(new Files(path));  // the importer deletes it
   // The asset's frame is the mesh's own, so the importer must not turn it.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* const scene = importer.ReadFile(path, 0);
+  const aiScene* const scene = read_scene(importer, path, extension);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     const std::string error = importer.GetErrorString();
     // assimp turns exceptions of its loaders into text.

@@ -26,7 +26,6 @@ namespace {
 namespace fs = std::filesystem;
 using Kind = ImportError::Kind;
 
-constexpr std::string_view kFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
 constexpr std::uint64_t kMaxTriangles = 1ull << 31;
 constexpr double kLargestCoordinate = 1e30;
 
@@ -34,24 +33,16 @@ constexpr double kLargestCoordinate = 1e30;
   throw ImportError(kind, message);
 }
 
-// In lower case, without the dot.
-std::string extension_of(const fs::path& path) {
-  std::string extension = path.extension().string();
-  if (!extension.empty()) extension.erase(0, 1);
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
-
 bool is_known(const std::string& extension) {
-  return std::find(std::begin(kFormats), std::end(kFormats), extension) != std::end(kFormats);
+  return std::find(std::begin(kMeshFormats), std::end(kMeshFormats), extension) != std::end(kMeshFormats);
 }
 
-std::string check_extension(const fs::path& path) {
-  std::string extension = extension_of(path);
+std::string check_format(const fs::path& path, const ImportOptions& options) {
+  std::string extension = mesh_format(path, options);
   if (is_known(extension)) return extension;
   std::string known;
-  for (const std::string_view format : kFormats) {
-    known += (known.empty() ? "" : format == std::end(kFormats)[-1] ? " or " : ", ") + std::string(format);
+  for (const std::string_view format : kMeshFormats) {
+    known += (known.empty() ? "" : format == std::end(kMeshFormats)[-1] ? " or " : ", ") + std::string(format);
   }
   refuse((extension.empty() ? "the file name has no extension" : "unknown mesh format ." + extension) +
          "; use one of " + known);
@@ -211,8 +202,16 @@ ImportedMesh join(const RawMesh& raw, double unit) {
 
 }  // namespace
 
+std::string mesh_format(const fs::path& path, const ImportOptions& options) {
+  if (!options.format.empty()) return options.format;
+  std::string extension = path.extension().string();
+  if (!extension.empty()) extension.erase(0, 1);
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
 bool has_mesh_extension(const fs::path& path) {
-  return is_known(extension_of(path));
+  return is_known(mesh_format(path));
 }
 
 std::string referred_file(const std::string& folder, const std::string& name) {
@@ -236,7 +235,7 @@ ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {
   if (!(options.unit > 0 && std::isfinite(options.unit)))
     refuse("the unit must be a positive number of metres; change it");
   check_is_file(path);
-  const std::string extension = check_extension(path);
+  const std::string extension = check_format(path, options);
   check_content(path);
   return join(parse(run_importer(path, extension, options), path.string()), options.unit);
 }

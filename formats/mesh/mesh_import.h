@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "formats/triangle_mesh.h"
@@ -17,6 +18,7 @@ struct ImportOptions {
   double unit = 1.0;                               ///< metres per unit of the file's numbers. [Limits: value > 0]
   std::size_t memory_limit_bytes = 4'000'000'000;  ///< address space the importer may use
   double timeout = 120.0;                          ///< the child is killed after this long. [s]
+  std::string format = {};                         ///< such as "stl"; empty: the extension of the file's name
 };
 
 /// A file that cannot be used. `what()` is "reason; what to do", without the file's name.
@@ -32,6 +34,15 @@ struct ImportedMesh : TriangleMesh {
 
 /// Whether a file's name has an extension that import_mesh reads.
 [[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
+
+/// Extensions of the formats that import_mesh reads, in lower case without the dot.
+inline constexpr std::string_view kMeshFormats[] = {"obj", "ply", "stl", "off", "gltf", "glb", "dae", "3ds", "fbx"};
+
+/// The format of a mesh: `options.format`, or the extension of its name in lower case without the dot.
+[[nodiscard]] std::string mesh_format(const std::filesystem::path& path, const ImportOptions& options = {});
+
+/// The format that the content of a file shows, whatever its name; empty when no format is recognised.
+[[nodiscard]] std::string detect_mesh_format(const std::filesystem::path& path);
 
 /// The file that a buffer's name in a glTF file refers to. Tries the name as it is written, then with its
 /// percent-encoded bytes decoded (RFC 3986, Sec. 2.1), then with slashes for backslashes too.

@@ -7,7 +7,6 @@
 #include <CGAL/IO/STL.h>
 #include <CGAL/Simple_cartesian.h>
 
-#include <fstream>
 #include <locale>
 #include <sstream>
 
@@ -21,14 +20,6 @@ namespace {
 // The PLY reader needs a kernel's point.
 using Point = CGAL::Simple_cartesian<double>::Point_3;
 using Polygon = std::vector<std::size_t>;
-
-std::string read_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  std::string bytes(file ? static_cast<std::size_t>(file.tellg()) : 0, '\0');
-  file.seekg(0);
-  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw ReadError("the file cannot be read");
-  return bytes;
-}
 
 void tidy(std::string& bytes, const std::string& extension) {
   if (extension == "off") tidy_off(bytes);

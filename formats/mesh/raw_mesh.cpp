@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/mesh/raw_mesh.h"
 
+#include <fstream>
+
 #include "formats/mesh/child_process.h"
 
 namespace vps {
+
+std::string read_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  std::string bytes(file ? static_cast<std::size_t>(file.tellg()) : 0, '\0');
+  file.seekg(0);
+  if (!file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) throw ReadError("the file cannot be read");
+  return bytes;
+}
 
 void send_mesh(int fd, const RawMesh& raw) {
   RawMeshHeader header;

@@ -34,6 +34,9 @@ struct ReadError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The bytes of a file. @throw ReadError
+[[nodiscard]] std::string read_bytes(const std::string& path);
+
 void send_mesh(int fd, const RawMesh& raw);
 void send_error(int fd, const std::string& text);
 

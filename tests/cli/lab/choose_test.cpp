@@ -56,6 +56,7 @@ TEST(Choose, ASettingThatMissesDeeperContactsThanTheLimitOrFallsThroughTheBoxExc
   lab::Limits limits;
   limits.error = 1;
   limits.missed = 0.5;
+  tried.field_bound = 1;
   tried.missed = 1;
   tried.deepest_missed = 0.5;
   EXPECT_TRUE(tried.exceeds(limits).empty());
@@ -65,6 +66,17 @@ TEST(Choose, ASettingThatMissesDeeperContactsThanTheLimitOrFallsThroughTheBoxExc
   tried.deepest_missed = 0;
   tried.steps.failure = "falls through a box";
   EXPECT_EQ(tried.exceeds(limits), std::vector<std::string>{"falls through a box"});
+}
+
+TEST(Choose, ASettingThatMissesContactsDeeperThanItsErrorIsNeverChosen) {
+  lab::Limits limits;
+  limits.bytes = 500;
+  std::vector<lab::Tried> some = {tried({100, 10, 0.1}), tried({200, 20, 0.3})};
+  some[0].missed = 1;
+  some[0].deepest_missed = 0.2;
+  EXPECT_EQ(chosen_of(some, limits).chosen, 1U) << "though the other has the smaller error";
+  some[1].deepest_missed = 0.4;
+  EXPECT_FALSE(chosen_of(some, limits).chosen);
 }
 
 }  // namespace

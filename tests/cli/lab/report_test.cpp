@@ -305,7 +305,7 @@ TEST(Report, ThePageShowsTheSameFrontAndEveryRowAndAnswersItsControls) {
   EXPECT_EQ(visit.value["tables"],
             (Json{fronts[0]["members"].size(), fronts[1]["members"].size(), fronts[3]["members"].size()}));
   EXPECT_EQ(visit.value["rows"], mesh["rows"].size());
-  EXPECT_EQ(visit.value["plots"], 8);
+  EXPECT_EQ(visit.value["plots"], 6);
   EXPECT_EQ(visit.value["axes"].size(), reported().json["measures"].size());
   EXPECT_EQ(visit.value["code"], (Json{mesh["bake_command"], reported().json["command"]}));
   EXPECT_EQ(mesh["bake_command"], "vpsbake " + sample("icosphere") + " --voxel 2.5mm");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <regex>
 #include <set>
@@ -67,26 +68,36 @@ TEST(Estimate, NothingIsKnownBeforeTheFirstReport) {
   EXPECT_GT(estimate.at(5).fraction, 0.5);
 }
 
-TEST(Progress, NoFigureOfABakeStandsForLong) {
+TEST(Estimate, FollowsAPaceThatChanges) {
+  Estimate estimate;
+  estimate.report(0.1, 10);  // slow
+  for (int n = 1; n <= 50; ++n) estimate.report(0.1 + n * 0.01, 10 + n * 0.1);
+  // 40 % are left, which take 4 s at the present pace, and 10 s at that of all the time.
+  EXPECT_GT(estimate.at(15).left, 4);
+  EXPECT_LT(estimate.at(15).left, 7);
+}
+
+// The line is painted four times a second, so that a bake of seconds gives several lines even on a busy machine.
+TEST(Progress, FiguresOfABakeRiseWhileAStageRuns) {
   const TemporaryFolder folder;
   const std::string out =
       on_terminal(folder, "TERM=xterm", sample("gear") + " --voxel 0.12mm --parts voxelmap -o gear.vps.hdf", 300);
-  const std::regex line("\033\\[K([a-z][a-z :]*)( [^\033\n]+)");
-  std::set<std::string> names;
-  std::set<std::string> figures;
-  std::string last;
-  std::size_t same = 0;
+  const std::regex line("\033\\[K([a-z][a-z :]*) ([0-9]+) %, ([0-9]+) s left");
+  std::map<std::string, std::vector<int>> percents;  // by stage
+  std::vector<int> all;
   for (std::sregex_iterator it(out.begin(), out.end(), line), end; it != end; ++it) {
-    const std::string text = (*it)[1].str() + (*it)[2].str();
-    EXPECT_LT(text.size(), 100U);
-    // Four lines a second.
-    same = text == last ? same + 1 : 0;
-    EXPECT_LT(same, 10U) << text;
-    last = text;
-    names.insert((*it)[1]);
-    figures.insert(text);
+    all.push_back(std::stoi((*it)[2]));
+    percents[(*it)[1]].push_back(all.back());
+    EXPECT_GE(std::stoi((*it)[3]), 1);
   }
-  EXPECT_GT(figures.size(), names.size()) << "figures rise while a stage runs: " << out;
+  ASSERT_GE(all.size(), 4U) << out;
+  EXPECT_TRUE(std::is_sorted(all.begin(), all.end())) << out;
+  EXPECT_LT(all.front(), 50) << out;
+  EXPECT_GT(all.back(), 50) << out;
+  const std::vector<int>& distances = percents["distances"];
+  ASSERT_GE(distances.size(), 3U) << out;
+  EXPECT_GT(distances.back(), distances.front() + 10) << out;
+  EXPECT_GT(std::set<int>(distances.begin(), distances.end()).size(), distances.size() / 2) << out;
 }
 
 }  // namespace

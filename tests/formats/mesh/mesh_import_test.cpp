@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "formats/mesh/child_process.h"
+#include "tests/formats/mesh/import_seeds.h"
 #include "tests/support/shared.h"
 #include "tests/support/temporary_folder.h"
 
@@ -121,6 +122,33 @@ TEST(ChildProcess, CrashesHangsAndExceptionsStayInTheChild) {
   });
   EXPECT_EQ(result.end, End::finished);
   EXPECT_EQ(result.bytes.size(), 200000U);
+}
+
+TEST(MeshImport, ContentShowsTheFormatWithoutTheName) {
+  const TemporaryFolder folder;
+  for (const Seed& seed : make_seeds(folder.path())) {
+    write_file(folder / "mesh", seed.bytes);
+    ImportOptions options;
+    options.format = detect_mesh_format(folder / "mesh");
+    EXPECT_EQ("." + options.format, seed.extension) << seed.name;
+    if (seed.extension == ".gltf") continue;  // its buffer is another file
+    write_file(folder / ("named" + seed.extension), seed.bytes);
+    EXPECT_TRUE(import_mesh(folder / "mesh", options).vertices ==
+                import_mesh(folder / ("named" + seed.extension)).vertices)
+        << seed.name;
+  }
+  for (const std::string& text : {"", "#", "hello v 1", "<html>", "\x17\x01"}) {
+    write_file(folder / "mesh", text);
+    EXPECT_EQ(detect_mesh_format(folder / "mesh"), "") << text;
+  }
+}
+
+TEST(MeshImport, ContentOfRealFilesShowsTheFormat) {
+  VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
+  for (const auto& entry : std::filesystem::directory_iterator(meshes)) {
+    if (has_mesh_extension(entry.path()))
+      EXPECT_EQ(detect_mesh_format(entry.path()), mesh_format(entry.path())) << entry;
+  }
 }
 
 // Numbers of welded vertices and triangles, counted by another program (README of the shared folder).
