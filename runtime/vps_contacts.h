@@ -80,6 +80,16 @@ struct ReductionScratch {
 [[nodiscard]] Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Contact> kept,
                                      ReductionScratch& scratch, Reduction& result) noexcept;
 
+/// How a body moves in a step, world.
+struct StepMotion {
+  double centre[3] = {};  ///< that it turns about, as its centre of mass. [m]
+  Vec3 way;               ///< of `centre`, with what the forces of the step add. [m]
+  Vec3 turn;              ///< rotation vector. [rad]
+  Vec3 fall;              ///< the part of `way` that the forces of the step add. [m]
+  float radius = 0;       ///< of its farthest point from `centre`; only where it turns. [m]
+  bool yields = false;    ///< whether contacts can stop it
+};
+
 /// A body of a pair in a step: baked, or an analytic field.
 struct StepBody {
   FieldRef field;  ///< its distances. A baked body without a voxelmap gives an empty VoxelmapView

@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "runtime/bullet/body_motion.h"
-#include "runtime/bullet/find_contacts.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
-#include "runtime/bullet/partners/partner_field.h"
+#include "runtime/bullet/partners/partner.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {
@@ -38,20 +37,20 @@ struct Mover {
 bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
   const PointshellView& shell = pair.shell.vps->pointshell();
   const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
-  const auto ask = [&](const auto& field, const btTransform& frame) {
-    SeparationOptions options;
-    options.tolerance = static_cast<float>(btScalar(0.1) * contact_distance(pair));
-    options.guess = guess;
-    SeparationResult result;
-    const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
-    const Status status = separation(shell, field, pose, options, Workspace::of_this_thread(shell).scratch, result);
-    guess = result.point;
-    bound = result.delta_bound + static_cast<double>(margin_of(pair));
-    return status;
-  };
-  if (pair.field.vps != nullptr) return ask(pair.field.vps->voxelmap(), pair.field.asset_frame()) == Status::ok;
-  const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
-  return on_partner(*pair.field.shape, from, planes, ask) == Status::ok;
+  if (pair.field.vps == nullptr && !is_partner_field(pair.field.shape->getShapeType())) return false;
+  const Pose field_pose = to_pose(pair.field.world, field_frame(pair.field));
+  OwnField own;
+  if (pair.field.vps == nullptr) own = own_field(*pair.field.shape, shell_in_field(pair), planes);
+  const FieldRef field = pair.field.vps != nullptr ? FieldRef(pair.field.vps->voxelmap()) : ref_of(own);
+  SeparationOptions options;
+  options.tolerance = static_cast<float>(btScalar(0.1) * contact_distance(pair));
+  options.guess = guess;
+  SeparationResult result;
+  const Status status =
+      separation(shell, field, relative_pose(field_pose, shell_pose), options, workspace().scratch, result);
+  guess = result.point;
+  bound = result.delta_bound + static_cast<double>(margin_of(pair));
+  return status == Status::ok;
 }
 
 // Time when two leaves first touch. If they touch at the start: the time when they are a little deeper. [s]

@@ -4,13 +4,11 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
-#include <limits>
 #include <typeinfo>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/vps_bullet.h"
 #include "runtime/contacts/gives_pointshell.h"
-#include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
 
@@ -66,12 +64,6 @@ inline bool needs_both_roles(const Pair& pair) {
          pair.field.vps->pointshell().points > 0 && pair.shell.vps->voxelmap().field != Field::none;
 }
 
-/// Takes a frame, given in the world, to the shell's asset frame.
-inline detail::Transform to_asset(const Pair& pair, const btTransform& frame) {
-  const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
-  return detail::Transform(relative_pose(asset, to_pose(frame, btTransform::getIdentity())));
-}
-
 /// The smaller voxel size of the two: the scale for distances between contacts. [m]
 inline btScalar voxel_size(const Pair& pair) {
   const double shell = pair.shell.vps->info().voxel_size;
@@ -83,11 +75,6 @@ inline btScalar voxel_size(const Pair& pair) {
 /// whole voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
 inline btScalar contact_distance(const Pair& pair) {
   return btScalar(0.1) * voxel_size(pair);
-}
-
-/// Points of the shell closer together than this count as the same contact. [m]
-inline btScalar beside(const Pair& pair) {
-  return 2 * voxel_size(pair);
 }
 
 /// Bullet's concave shapes that hand out triangles.
@@ -109,38 +96,6 @@ inline float margin_of(const Pair& pair) {
 inline const PenaltyLaw& foundation_of(const Pair& pair) {
   const PenaltyLaw& own = pair.shell.vps->foundation();
   return own.stiffness > 0 || pair.field.vps == nullptr ? own : pair.field.vps->foundation();
-}
-
-/// A pair and where it stands. What was found there holds as long as the pair stands still.
-struct Stand {
-  const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  btVector3 shell_scale{1, 1, 1}, field_scale{1, 1, 1};
-  Pose pose;  ///< of the shell's asset frame in the other body
-
-  Stand() = default;
-  explicit Stand(const Pair& pair)
-      : shell(pair.shell.shape),
-        field(pair.field.shape),
-        shell_scale(pair.shell.shape->getLocalScaling()),
-        field_scale(pair.field.shape->getLocalScaling()),
-        pose(relative_pose(to_pose(pair.field.world, btTransform::getIdentity()),
-                           to_pose(pair.shell.world, pair.shell.asset_frame()))) {}
-};
-
-/// How far the points of the shell have moved at most; infinite for other shapes. [m]
-inline double motion_between(const Pair& pair, const Stand& before, const Stand& now) {
-  const bool same = before.shell == now.shell && before.field == now.field && before.shell_scale == now.shell_scale &&
-                    before.field_scale == now.field_scale;
-  return same ? detail::largest_displacement(pair.shell.vps->pointshell(), before.pose, now.pose)
-              : std::numeric_limits<double>::infinity();
-}
-
-inline constexpr double kStill_vx = 0.01;
-
-/// Whether a pair stands where it stood: no point of the shell has moved farther.
-/// @param most  [vx of the shell]
-inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now, double most = kStill_vx) {
-  return motion_between(pair, before, now) <= most * pair.shell.vps->info().voxel_size;
 }
 
 }  // namespace vps::bullet
