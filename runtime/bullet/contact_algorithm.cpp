@@ -136,8 +136,6 @@ void ShellContacts::find(const Pair& pair, bool leaves_faces, btScalar step, btM
     if (apart > near_enough && apart < kFarthest) return leave_apart();
   }
   if (memory_ == nullptr) memory_ = std::make_unique<Memory>(pair);
-  const Manifolds::Previous previous = manifolds_.previous();
-  query.previous = previous;
   detail::SideContacts found;
   const std::optional<detail::Partner> partner = memory_->partner.of(pair, way > 0);
   const Status status = partner ? contacts_of_side(of_step, *partner, query, memory_->contacts, workspace(), found)
@@ -146,7 +144,7 @@ void ShellContacts::find(const Pair& pair, bool leaves_faces, btScalar step, btM
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
     manifolds_.release();
-    return;
+    return memory_->contacts.leave_apart();
   }
   const btTransform frame =
       found.in_shell_frame ? pair.shell.world * pair.shell.asset_frame() : pair.field.world * field_frame(pair.field);

@@ -5,6 +5,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
+#include <array>
 
 namespace vps::bullet {
 namespace {
@@ -71,15 +72,6 @@ void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const 
 
 Manifolds::~Manifolds() {
   release();
-}
-
-Manifolds::Previous Manifolds::previous() const {
-  Previous out;
-  if (manifolds_.size() == 0 || manifolds_[0] == nullptr) return out;
-  for (int i = 0; i < manifolds_[0]->getNumContacts(); ++i) {
-    out.features[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
-  }
-  return out;
 }
 
 void Manifolds::release_from(int slot) {

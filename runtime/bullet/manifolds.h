@@ -5,8 +5,6 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
-#include <array>
-
 #include "runtime/bullet/pair.h"
 #include "runtime/contacts/manifold_contact.h"
 
@@ -27,14 +25,6 @@ class Manifolds {
   ~Manifolds();
   Manifolds(const Manifolds&) = delete;
   Manifolds& operator=(const Manifolds&) = delete;
-
-  /// Features of the last step's regular manifold.
-  struct Previous {
-    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> features{};
-    std::size_t count = 0;
-    operator std::span<const std::uint32_t>() const { return {features.data(), count}; }
-  };
-  [[nodiscard]] Previous previous() const;
 
   /// Replaces the points of all manifolds by fresh ones. Bullet's refresh would keep the normals of the step they were
   /// made in.

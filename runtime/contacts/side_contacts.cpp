@@ -59,10 +59,23 @@ ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
 void choose(const Side& side, const FoundContacts& found) {
   const StepPair& pair = side.pair;
   std::vector<ManifoldContact>& few = side.space.few;
-  const std::span<const std::uint32_t> rows =
-      choose_few(rows_of(found, side.space), side.query.previous, pair.alike(), side.query.most, side.space);
-  remember_choice(pair, found, rows, side.memory);
-  for (const std::uint32_t row : rows) few.push_back(contact_of_row(pair, found, row));
+  const ContactRows rows = rows_of(found, side.space);
+  std::array<std::uint32_t, 4> four{};
+  const std::size_t count =
+      std::min(choose_four(rows, side.memory.last_features(), pair.alike(), four), side.query.most);
+  std::vector<std::uint32_t>& chosen = side.space.chosen;
+  chosen.assign(four.begin(), four.begin() + count);
+  if (side.query.most > four.size()) {
+    const auto squared = [&](std::size_t i, std::size_t k) {
+      const auto along = [&](int axis) { return rows.position[axis][i] - rows.position[axis][k]; };
+      return along(0) * along(0) + along(1) * along(1) + along(2) * along(2);
+    };
+    choose_more(
+        rows.count, [&](std::size_t i) { return rows.penetration[i]; }, squared, pair.alike(), side.query.most,
+        side.space.nearest, chosen);
+  }
+  remember_choice(pair, found, chosen, side.memory);
+  for (const std::uint32_t row : chosen) few.push_back(contact_of_row(pair, found, row));
   few.resize(refine(pair, side.partner, found, few));
 }
 
@@ -108,38 +121,6 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
 }
 
 }  // namespace
-
-std::span<const std::uint32_t> choose_few(const ContactRows& rows, std::span<const std::uint32_t> previous, float alike,
-                                          std::size_t most, Workspace& space) {
-  std::array<std::uint32_t, 4> four{};
-  const std::size_t count = std::min(choose_four(rows, previous, alike, four), most);
-  std::vector<std::uint32_t>& chosen = space.chosen;
-  chosen.assign(four.begin(), four.begin() + count);
-  if (most <= four.size()) return chosen;
-  std::vector<float>& nearest = space.nearest;
-  nearest.assign(rows.count, std::numeric_limits<float>::max());
-  for (std::size_t done = 0; done < chosen.size(); ++done) {
-    const std::uint32_t last = chosen[done];
-    const float at[3] = {rows.position[0][last], rows.position[1][last], rows.position[2][last]};
-    for (std::uint32_t i = 0; i < rows.count; ++i) {
-      const float x = rows.position[0][i] - at[0];
-      const float y = rows.position[1][i] - at[1];
-      const float z = rows.position[2][i] - at[2];
-      nearest[i] = std::min(nearest[i], x * x + y * y + z * z);
-    }
-    if (done + 1 < chosen.size() || chosen.size() == most) continue;
-    float best = 0;
-    std::uint32_t next = 0;
-    for (std::uint32_t i = 0; i < rows.count; ++i) {
-      const float value = worth(rows.penetration[i], nearest[i], alike);
-      if (!(value > best)) continue;
-      best = value;
-      next = i;
-    }
-    if (best > 0) chosen.push_back(next);
-  }
-  return chosen;
-}
 
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
                         Workspace& space, SideContacts& out) {
@@ -193,6 +174,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
   if (pair.use == StepUse::constraints && pair.segment_level == 0) {
     few.resize(move_between_samples(pair, partner, found, memory, space, few));
   }
+  memory.remember(few);
   out = {few, found.in_shell_frame, found.reach};
   return Status::ok;
 }

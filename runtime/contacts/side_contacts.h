@@ -12,7 +12,6 @@ struct SideQuery {
   bool leaves_faces = false;  ///< see QueryOptions
   std::span<const FlatPatch> flat_patches = {};  ///< of the shell, for springs
   Approach approach = {};                        ///< of the pair
-  std::span<const std::uint32_t> previous = {};  ///< features of the last step's contacts, at most four
   std::size_t most = 4;                          ///< contacts; with segments, kContactsPerSegment for each
 };
 
@@ -26,17 +25,33 @@ struct SideContacts {
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
                         Workspace& space, SideContacts& out);
 
-/// Chooses up to `most` contacts: four by choose_four, then those that are deep and far from others.
-/// @return their rows, in space.chosen
-std::span<const std::uint32_t> choose_few(const ContactRows& rows, std::span<const std::uint32_t> previous, float alike,
-                                          std::size_t most, Workspace& space);
-
-/// How well a contact completes those chosen: deep, and far from them. One that does not touch yet carries no load,
-/// however far out it lies.
-/// @param squared  distance from the nearest one chosen. [m^2]
-inline float worth(float penetration, float squared, float alike) noexcept {
-  const float off = alike * alike * alike / (penetration * penetration + alike * alike);
-  return squared * (penetration >= 0 ? penetration + alike : off);
+/// Chooses more contacts: the deepest if none is chosen, then those that are deep and far from those chosen. One that
+/// does not touch yet carries no load, however far out it lies.
+/// @param penetration  function of a contact's number. [m]
+/// @param squared      distance between two contacts, function of their numbers. [m^2]
+/// @param chosen       their numbers
+template <class Penetration, class Squared>
+void choose_more(std::size_t count, const Penetration& penetration, const Squared& squared, float alike,
+                 std::size_t most, std::vector<float>& nearest, std::vector<std::uint32_t>& chosen) {
+  nearest.assign(count, std::numeric_limits<float>::max());
+  for (std::size_t done = 0; done < most && count > 0; ++done) {
+    if (done == chosen.size()) {
+      float best = 0;
+      std::size_t next = count;
+      for (std::size_t i = 0; i < count; ++i) {
+        const float v = penetration(i);
+        const float off = alike * alike * alike / (v * v + alike * alike);
+        const float worth = nearest[i] * (v >= 0 ? v + alike : off);
+        const bool is_better = done == 0 ? next == count || v > penetration(next) : worth > best;
+        if (!is_better) continue;
+        best = worth;
+        next = i;
+      }
+      if (next == count) return;
+      chosen.push_back(static_cast<std::uint32_t>(next));
+    }
+    for (std::size_t i = 0; i < count; ++i) nearest[i] = std::min(nearest[i], squared(i, chosen[done]));
+  }
 }
 
 }  // namespace vps::detail

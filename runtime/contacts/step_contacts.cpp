@@ -11,19 +11,8 @@
 #include "runtime/grow.h"
 
 namespace vps {
-namespace detail {
-
-/// What one body's points in the other leave for the next step.
-struct SideMemory {
-  PairMemory pair;
-  std::array<std::uint32_t, 4> chosen{};  // features
-  std::size_t count = 0;
-};
-
-}  // namespace detail
-
 struct StepMemory::Content {
-  detail::SideMemory sides[2];  // the first body's points, the second's
+  detail::PairMemory sides[2];  // the first body's points, the second's
 };
 StepMemory::StepMemory() noexcept = default;
 StepMemory::StepMemory(StepMemory&& other) noexcept = default;
@@ -106,7 +95,7 @@ struct BothSides {
 
 // Adds the contacts of one body's points to those of the pair, in the world.
 // @param sign  of the normal: 1 where the shell's body is the first
-Status add_side(const BothSides& step, const StepBody& shell, const StepBody& field, float sign, SideMemory& memory) {
+Status add_side(const BothSides& step, const StepBody& shell, const StepBody& field, float sign, PairMemory& memory) {
   static const VoxelmapView none;
   static const StepMotion stands;
   const VoxelmapView* const map = map_of(shell);
@@ -133,14 +122,11 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   });
   SideQuery query{step.options.distance, step.both};
   query.approach = approach(pair);
-  query.previous = {memory.chosen.data(), memory.count};
   query.most = step.most;
   if (query.approach.way > 0) partner.radius = radius_of(field.field);
   SideContacts side;
-  const Status status = contacts_of_side(pair, partner, query, memory.pair, step.scratch.space, side);
+  const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
   if (status != Status::ok) return status;
-  memory.count = std::min(memory.chosen.size(), side.contacts.size());
-  for (std::size_t i = 0; i < memory.count; ++i) memory.chosen[i] = side.contacts[i].feature;
   const Pose& frame = side.in_shell_frame ? shell.pose : field.pose;
   const double* const r = frame.rotation;
   for (const Contact& contact : side.contacts) {
@@ -160,36 +146,6 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
     out.feature = contact.point | (sign < 0 ? kOfSecond : 0);
   }
   return status;
-}
-
-// The best contacts first: the deepest, then by their worth.
-// @return how many
-std::size_t put_best_first(const std::vector<StepContact>& found, float alike, std::vector<float>& nearest,
-                           std::span<StepContact> out) {
-  nearest.assign(found.size(), std::numeric_limits<float>::max());
-  std::size_t count = 0;
-  while (count < std::min(out.size(), found.size())) {
-    std::size_t next = found.size();
-    float best = -std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      if (nearest[i] < 0) continue;
-      const float value = count == 0 ? found[i].penetration : worth(found[i].penetration, nearest[i], alike);
-      if (next < found.size() && !(value > best)) continue;
-      best = value;
-      next = i;
-    }
-    out[count++] = found[next];
-    nearest[next] = -1;
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      double squared = 0;
-      for (int k = 0; k < 3; ++k) {
-        const double along = found[i].position[k] - found[next].position[k];
-        squared += along * along;
-      }
-      if (nearest[i] >= 0) nearest[i] = std::min(nearest[i], static_cast<float>(squared));
-    }
-  }
-  return count;
 }
 
 }  // namespace
@@ -223,15 +179,24 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
       const StepBody& field = of_first ? second : first;
       const float sign = of_first ? 1 : -1;
       if (memory != nullptr) return add_side(step, shell, field, sign, memory->content->sides[of_first ? 0 : 1]);
-      SideMemory none;
-      none.pair.is_lasting = false;
+      PairMemory none;
+      none.is_lasting = false;
       return add_side(step, shell, field, sign, none);
     };
     status = add(by_first);
     if (status == Status::ok && both) status = add(!by_first);
     if (status != Status::ok) return;
     const float alike = 0.02F * std::min(voxel_of(giver), voxel_of(other));
-    contacts = out.first(put_best_first(found, alike, scratch.content->space.nearest, out));
+    const auto penetration = [&](std::size_t i) { return found[i].penetration; };
+    const auto squared = [&](std::size_t i, std::size_t k) {
+      const auto along = [&](int axis) { return found[i].position[axis] - found[k].position[axis]; };
+      return static_cast<float>(along(0) * along(0) + along(1) * along(1) + along(2) * along(2));
+    };
+    detail::Workspace& space = scratch.content->space;
+    space.chosen.clear();
+    choose_more(found.size(), penetration, squared, alike, out.size(), space.nearest, space.chosen);
+    contacts = out.first(space.chosen.size());
+    std::transform(space.chosen.begin(), space.chosen.end(), out.begin(), [&](std::uint32_t i) { return found[i]; });
   });
   return grown != Status::ok ? grown : status;
 }

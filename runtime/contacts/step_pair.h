@@ -140,15 +140,27 @@ struct PairMemory {
   SlideMemory slides;
   ChoiceMemory choice;
   GapMemory gap;
-  Stand now;                ///< in this step
-  bool touched = false;     ///< in the last one
-  bool is_carried = false;  ///< it rests, without contacts ahead
+  Stand now;                            ///< in this step
+  bool touched = false;                 ///< in the last one
+  bool is_carried = false;              ///< it rests, without contacts ahead
+  std::array<std::uint32_t, 4> last{};  ///< features of the last contacts in slot 0
+  std::size_t last_count = 0;
 
+  [[nodiscard]] std::span<const std::uint32_t> last_features() const { return {last.data(), last_count}; }
+  void remember(std::span<const ManifoldContact> contacts) noexcept {
+    last_count = 0;
+    for (const ManifoldContact& contact : contacts) {
+      if (contact.slot == 0 && last_count < last.size()) last[last_count++] = contact.feature;
+    }
+  }
   /// Whether the bodies are known to be farther apart than `reach`, with their margins.
   [[nodiscard]] bool knows_apart(const StepPair& pair, double reach) const noexcept {
     return gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) - double{pair.margin} > reach;
   }
-  void leave_apart() noexcept { touched = is_carried = false; }
+  void leave_apart() noexcept {
+    touched = is_carried = false;
+    last_count = 0;
+  }
 };
 
 /// Working memory of a thread: pairs may run in parallel, assets are immutable.
