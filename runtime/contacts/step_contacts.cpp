@@ -85,6 +85,13 @@ std::array<Vec3, 8> corners_of(Vec3 h) noexcept {
   return corners;
 }
 
+bool is_finite(const StepMotion& motion) noexcept {
+  double sum = double{motion.radius};
+  for (const double x : motion.centre) sum += x;
+  for (const Vec3 v : {motion.way, motion.turn, motion.fall}) sum += double{v.x} + double{v.y} + double{v.z};
+  return std::isfinite(sum);
+}
+
 // What the sides of a pair have in common.
 struct BothSides {
   const StepOptions& options;
@@ -157,6 +164,7 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
   if (out.empty() || !(options.distance >= 0) || !std::isfinite(options.distance)) return Status::bad_argument;
   for (const StepBody* const body : {&first, &second}) {
     if (const Status status = check_pose(body->pose); status != Status::ok) return status;
+    if (body->motion != nullptr && !is_finite(*body->motion)) return Status::bad_argument;
   }
   const bool first_can = has_points(first) && has_field(second);
   const bool second_can = has_points(second) && has_field(first);

@@ -236,6 +236,46 @@ TEST(StepContacts, OfThinnedFacesBothBodiesGiveTheirPoints) {
   }
 }
 
+TEST(StepContacts, AFastBodyHasContactsWhereItArrivesInTheStep) {
+  const HalfSpaceField plane;
+  StepMotion falls;
+  falls.way = {0, 0, -0.01F};
+  StepBody body = cube().at(0, 0, 0.026);
+  body.motion = &falls;
+  Step step;
+  ASSERT_EQ(step.find(body, {plane, Pose()}, {}, 16), Status::ok);
+  ASSERT_GE(step.contacts.size(), 4U);
+  double least[2] = {};
+  double most[2] = {};
+  for (const StepContact& contact : step.contacts) {
+    EXPECT_NEAR(contact.penetration, -0.006, 1e-4);
+    EXPECT_NEAR(contact.position[2], 0.003, 1e-4);
+    EXPECT_GT(contact.normal.z, 0.999F);
+    for (int k = 0; k < 2; ++k) {
+      least[k] = std::min(least[k], contact.position[k]);
+      most[k] = std::max(most[k], contact.position[k]);
+    }
+  }
+  for (int k = 0; k < 2; ++k) EXPECT_GT(most[k] - least[k], 0.03);
+  // The same motion of the ground, and motions that do not close the gap.
+  StepMotion rises;
+  rises.way = {0, 0, 0.01F};
+  const std::size_t found = step.contacts.size();
+  body.motion = nullptr;
+  ASSERT_EQ(step.find(body, {plane, Pose(), nullptr, &rises}, {}, 16), Status::ok);
+  EXPECT_EQ(step.contacts.size(), found);
+  for (const Vec3 way : {Vec3{0, 0, 0.01F}, Vec3{0.01F, 0, 0}, Vec3{0, 0, -0.005F}}) {
+    falls.way = way;
+    body.motion = &falls;
+    ASSERT_EQ(step.find(body, {plane, Pose()}, {}, 16), Status::ok);
+    EXPECT_TRUE(step.contacts.empty()) << way.x << ' ' << way.z;
+  }
+  ASSERT_EQ(step.find(cube().at(0, 0, 0.026), {plane, Pose()}, {}, 16), Status::ok);
+  EXPECT_TRUE(step.contacts.empty());
+  falls.way.x = std::nanf("");
+  EXPECT_EQ(step.find(body, {plane, Pose()}), Status::bad_argument);
+}
+
 TEST(StepContacts, RefusesWhatItCannotAnswer) {
   const HalfSpaceField plane;
   const SphereField sphere{0.01F};
