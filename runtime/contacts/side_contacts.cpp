@@ -80,7 +80,7 @@ void choose(const Side& side, const FoundContacts& found) {
 }
 
 // Few springs that have the wrench of all penetrating points.
-void reduce(const Side& side, const FoundContacts& found) {
+Status reduce(const Side& side, const FoundContacts& found) {
   const StepPair& pair = side.pair;
   std::vector<ManifoldContact>& pressing = side.space.all;
   std::vector<Contact>& all = side.space.seeds;
@@ -98,12 +98,14 @@ void reduce(const Side& side, const FoundContacts& found) {
   const Vec3 centre{c[0], c[1], c[2]};
   const Vec3 about = found.in_shell_frame ? centre : Transform(pair.shell_to_field).apply(centre);
   Reduction reduction;
-  if (reduce_contacts(all, about, reduced, side.space.reduction, reduction) != Status::ok) reduction.kept = 0;
+  const Status status = reduce_contacts(all, about, reduced, side.space.reduction, reduction);
+  if (status != Status::ok) return status;
   for (std::size_t i = 0; i < reduction.kept; ++i) {
     const ManifoldContact& source = pressing[reduced[i].point];
     side.space.few.push_back({reduced[i], source.feature});
     side.space.few.back().point = source.point;
   }
+  return Status::ok;
 }
 
 // Sec. 2.4: up to three contacts for each segment. Each keeps its slot from step to step.
@@ -165,7 +167,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
   if (has_segments) {
     keep_of_segments(side, options.segment_level, found);
   } else if (pair.has_springs()) {
-    reduce(side, found);
+    if (const Status status = reduce(side, found); status != Status::ok) return status;
   } else {
     choose(side, found);
   }

@@ -130,6 +130,10 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   SideQuery query{step.options.distance, step.both};
   query.approach = approach(pair);
   query.most = step.most;
+  if (memory.knows_apart(pair, double{query.distance + query.approach.way})) {
+    memory.leave_apart();
+    return Status::ok;
+  }
   if (query.approach.way > 0) partner.radius = radius_of(field.field);
   SideContacts side;
   const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
