@@ -8,7 +8,6 @@
 #include <atomic>
 #include <memory>
 #include <utility>
-#include <vector>
 
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"

@@ -22,7 +22,7 @@ struct StepPair {
   float margin = 0;               ///< thickness of both bodies that the field does not include. [m]
   StepUse use = StepUse::constraints;
   std::uint32_t segment_level = 0;  ///< that the engine asks for; 0: none
-  /// Both null: no contacts ahead are sought. [m]
+  /// Both null: no contacts ahead are sought.
   const StepMotion *shell_motion = nullptr, *field_motion = nullptr;
 
   Pose shell_to_field = relative_pose(field_pose, shell_pose);
