@@ -43,8 +43,7 @@ class ShellContacts {
   /// @param looks_ahead  yes: finds speculative contacts of the step too; no: for contactTest and similar queries
   ShellContacts(btDispatcher* dispatcher, LookAhead looks_ahead) : manifolds_(dispatcher), looks_ahead_(looks_ahead) {}
 
-  /// @param leaves_faces  see QueryOptions
-  void find(const Pair& pair, bool leaves_faces, btScalar step, btManifoldResult* result);
+  void find(const Pair& pair, btScalar step, btManifoldResult* result);
   void append_to(btManifoldArray& manifolds) const { manifolds_.append_to(manifolds); }
 
  private:
@@ -83,60 +82,33 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
 // Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
 static_assert(sizeof(ContactAlgorithm) <= 192);
 
-// Poses of bodies that are farther from each other are checked by the query. [m]
-constexpr btScalar kFarthest = btScalar(1e6);
-
-// A lower bound of the distance between the bodies: the shell's first sphere and the other body's box. Cheap, as most
-// pairs whose boxes overlap are apart. [m]
-btScalar least_distance(const Pair& pair) {
-  const PointshellView& shell = pair.shell.vps->pointshell();
-  if (shell.points == 0) return 0;
-  const btVector3 centre = pair.shell.world * (pair.shell.asset_frame() * to_bt(sphere_centre(shell, 0)));
-  btVector3 low;
-  btVector3 high;
-  pair.field.shape->getAabb(btTransform::getIdentity(), low, high);
-  const btVector3 at = pair.field.world.invXform(centre);
-  btVector3 outside = at;
-  outside.setMax(low);
-  outside.setMin(high);
-  const btScalar rounding = 16 * SIMD_EPSILON * (centre.length() + pair.field.world.getOrigin().length());
-  // For rotations that check_pose accepts, and for the surface between the points.
-  constexpr btScalar kStretch = btScalar(1.001);
-  const btScalar reach = kStretch * btScalar(sphere_radius(shell, 0)) + btScalar(shell.covering_radius);
-  return (at - outside).length() - reach - margin_of(pair) - rounding;
-}
-
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo& info, btManifoldResult* result) {
   const PairBody a(first);
   const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another class with Shape's shape type
   const Pair pair = assign_roles(a, b);
-  const bool both = needs_both_roles(pair);
-  contacts_.find(pair, both, info.m_timeStep, result);
-  if (!both) return others_.reset();
+  contacts_.find(pair, info.m_timeStep, result);
+  if (!pair.both) return others_.reset();
   if (others_ == nullptr) others_ = std::make_unique<ShellContacts>(m_dispatcher, looks_ahead_);
-  others_->find({pair.field, pair.shell}, both, info.m_timeStep, result);
+  others_->find({pair.field, pair.shell, pair.both}, info.m_timeStep, result);
 }
 
-void ShellContacts::find(const Pair& pair, bool leaves_faces, btScalar step, btManifoldResult* result) {
+void ShellContacts::find(const Pair& pair, btScalar step, btManifoldResult* result) {
   if (memory_ != nullptr && !memory_->is_of(pair)) memory_.reset();
   detail::StepPair of_step = in_step(pair);
   StepMotion motions[2];
-  detail::SideQuery query{static_cast<float>(std::max(contact_distance(pair), result->m_closestPointDistanceThreshold)),
-                          leaves_faces, pair.shell.vps->flat_patches()};
+  const auto wanted = static_cast<float>(result->m_closestPointDistanceThreshold);
+  detail::SideQuery query{std::max(of_step.touching(), wanted), pair.both, pair.shell.vps->flat_patches()};
   if (looks_ahead_ == LookAhead::yes) add_motions(pair, step, motions, of_step);
   query.approach = detail::approach(of_step);
-  const float way = query.approach.way;
-  const btScalar near_enough = query.distance + way;
-  if (memory_ != nullptr && memory_->contacts.knows_apart(of_step, double{near_enough})) return leave_apart();
-  if (memory_ == nullptr || !memory_->contacts.touched) {
-    const btScalar apart = least_distance(pair);
-    if (apart > near_enough && apart < kFarthest) return leave_apart();
-  }
+  const double reach = double{query.distance + query.approach.way};
+  if (memory_ != nullptr && memory_->contacts.knows_apart(of_step, reach)) return leave_apart();
+  const bool touched = memory_ != nullptr && memory_->contacts.touched;
+  if (!touched && are_apart(of_step, box_of(pair.field), reach)) return leave_apart();
   if (memory_ == nullptr) memory_ = std::make_unique<Memory>(pair);
   detail::SideContacts found;
-  const std::optional<detail::Partner> partner = memory_->partner.of(pair, way > 0);
+  const std::optional<detail::Partner> partner = memory_->partner.of(pair, query.approach.way > 0);
   const Status status = partner ? contacts_of_side(of_step, *partner, query, memory_->contacts, workspace(), found)
                                 : Status::bad_argument;
   if (status != Status::ok) {
@@ -147,7 +119,7 @@ void ShellContacts::find(const Pair& pair, bool leaves_faces, btScalar step, btM
   }
   const btTransform frame =
       found.in_shell_frame ? pair.shell.world * pair.shell.asset_frame() : pair.field.world * field_frame(pair.field);
-  manifolds_.replace(pair, found.contacts, {frame, btScalar(found.reach)}, result);
+  manifolds_.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
 }
 
 std::atomic<bool> registered{false};
@@ -163,11 +135,6 @@ struct CreateContactAlgorithm final : btCollisionAlgorithmCreateFunc {
 };
 
 }  // namespace
-
-detail::Workspace& workspace() {
-  thread_local detail::Workspace space;
-  return space;
-}
 
 bool is_any_dispatcher_registered() {
   return registered.load(std::memory_order_relaxed);

@@ -130,7 +130,7 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
 
 void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                      btManifoldResult* result) {
-  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * placing.reach);
+  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(placing.reach));
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
@@ -154,7 +154,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
     if (has_springs) make_spring(fresh, foundation_of(pair), contacts);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, 2 * voxel_size(pair));
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, btScalar(placing.beside));
   }
 }
 

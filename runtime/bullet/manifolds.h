@@ -15,7 +15,8 @@ using detail::ManifoldContact;
 /// Where contacts are.
 struct Placing {
   btTransform frame;  ///< takes their frame to the world
-  btScalar reach;     ///< their largest distance off the surface. [m]
+  float reach;        ///< their largest distance off the surface. [m]
+  float beside;       ///< those closer together are the same one from step to step. [m]
 };
 
 /// Slot 0 for regular contacts; with segments, kContactsPerSegment slots for each. Made when first needed.

@@ -8,7 +8,7 @@
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/vps_bullet.h"
-#include "runtime/contacts/gives_pointshell.h"
+#include "runtime/contacts/pair_roles.h"
 
 namespace vps::bullet {
 
@@ -38,43 +38,19 @@ struct PairBody {
 
 struct Pair {
   PairBody shell, field;
+  bool both = false;  ///< each body's points are sought in the other one
 };
 
-/// The side with the finer voxels gives the pointshell: contacts between samples need samples where the other body is
-/// round. Of sides that are about as fine, the one with fewer points gives it (Sec. 3.2); the first if both have as
-/// many. If that side cannot, the other gives it. If neither can, the query reports it.
+/// If neither body can give its points, the query reports it.
 /// @pre one of them is a Shape
 inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
   if (first.vps == nullptr) return {second, first};
-  const auto can = [](const Shape& shell, const Shape& map) {
-    return shell.pointshell().points > 0 && map.voxelmap().field != Field::none;
+  const auto side = [](const Shape& shape) {
+    return detail::RoleSide{&shape.pointshell(), shape.voxelmap().field != Field::none, shape.info().voxel_size};
   };
-  if (!can(*second.vps, *first.vps)) return {first, second};
-  if (!can(*first.vps, *second.vps)) return {second, first};
-  const auto side = [](const Shape& shape) { return ShellSide{shape.info().voxel_size, shape.pointshell().points}; };
-  return gives_pointshell(side(*first.vps), side(*second.vps)) ? Pair{first, second} : Pair{second, first};
-}
-
-/// Whether each body's points are sought in the other one: the shell has few points inside its faces, and an edge of
-/// the other body may lie between them. Then the points inside faces are not needed: what they could touch is an edge,
-/// a corner or a curved place of the other body, or another face, and faces meet at the edge of one of them first.
-inline bool needs_both_roles(const Pair& pair) {
-  return pair.shell.vps->pointshell().face_points != nullptr && pair.field.vps != nullptr &&
-         pair.field.vps->pointshell().points > 0 && pair.shell.vps->voxelmap().field != Field::none;
-}
-
-/// The smaller voxel size of the two: the scale for distances between contacts. [m]
-inline btScalar voxel_size(const Pair& pair) {
-  const double shell = pair.shell.vps->info().voxel_size;
-  const double map = pair.field.vps != nullptr ? pair.field.vps->info().voxel_size : shell;
-  return static_cast<btScalar>(shell < map ? shell : map);
-}
-
-/// Points up to this far off the surface are contacts, so that a resting contact survives the noise of a step. With a
-/// whole voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
-inline btScalar contact_distance(const Pair& pair) {
-  return btScalar(0.1) * voxel_size(pair);
+  const detail::PairRoles roles = detail::roles_of(side(*first.vps), side(*second.vps));
+  return roles.first_gives ? Pair{first, second, roles.both_give} : Pair{second, first, roles.both_give};
 }
 
 /// Bullet's concave shapes that hand out triangles.
@@ -82,14 +58,6 @@ inline bool is_triangle_mesh(int type) {
   return type == TRIANGLE_MESH_SHAPE_PROXYTYPE || type == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE ||
          type == MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE ||
          type == GIMPACT_SHAPE_PROXYTYPE;
-}
-
-/// Sum of the margins of both shapes, without one that the field already includes. [m]
-inline float margin_of(const Pair& pair) {
-  // Fields of Bullet's convex shapes include their margins.
-  const bool thick = pair.field.vps != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
-  const btScalar field = thick ? pair.field.shape->getMargin() : btScalar(0);
-  return static_cast<float>(pair.shell.vps->getMargin() + field);
 }
 
 /// Penalty law of the pair's contacts. A stiffness of 0: they are rigid.

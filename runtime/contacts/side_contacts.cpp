@@ -124,6 +124,22 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
 
 }  // namespace
 
+bool are_apart(const StepPair& pair, const PlacedBox& box, double reach) noexcept {
+  constexpr double kFarthest = 1e6;  // the query checks the poses of bodies that are farther from each other. [m]
+  // For rotations that check_pose accepts.
+  constexpr double kStretch = 1.001;
+  const PointshellView& shell = pair.shell;
+  if (shell.points == 0) return false;
+  const Vec3 centre = Transform(relative_pose(box.pose, pair.shell_pose)).apply(sphere_centre(shell, 0));
+  const auto outside = [](float at, float low, float high) { return std::max({low - at, at - high, 0.0F}); };
+  const Vec3 off{outside(centre.x, box.low.x, box.high.x), outside(centre.y, box.low.y, box.high.y),
+                 outside(centre.z, box.low.z, box.high.z)};
+  const double distance = double{length(off)};
+  // The covering radius is for the surface between the points.
+  const double taken = kStretch * double{sphere_radius(shell, 0)} + double{shell.covering_radius + pair.margin};
+  return distance - taken > reach && distance < kFarthest;
+}
+
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
                         Workspace& space, SideContacts& out) {
   const Approach& approach = query.approach;

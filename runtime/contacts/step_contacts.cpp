@@ -6,7 +6,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "runtime/contacts/gives_pointshell.h"
+#include "runtime/contacts/pair_roles.h"
 #include "runtime/contacts/side_contacts.h"
 #include "runtime/grow.h"
 
@@ -39,9 +39,6 @@ const VoxelmapView* map_of(const StepBody& body) noexcept {
   const VoxelmapView* const map = body.field.voxelmap();
   return map != nullptr && map->field != Field::none ? map : nullptr;
 }
-bool has_points(const StepBody& body) noexcept {
-  return body.shell != nullptr && body.shell->points > 0;
-}
 bool has_field(const StepBody& body) noexcept {
   return body.field.voxelmap() == nullptr || map_of(body) != nullptr;
 }
@@ -49,30 +46,34 @@ float voxel_of(const StepBody& body) noexcept {
   const VoxelmapView* const map = map_of(body);
   if (map != nullptr) return map->voxel_size;
   // A shell alone: points are about a voxel and a half apart.
-  return has_points(body) ? body.shell->covering_radius : std::numeric_limits<float>::infinity();
+  return body.shell != nullptr && body.shell->points > 0 ? body.shell->covering_radius
+                                                         : std::numeric_limits<float>::infinity();
 }
 
-bool gives_points(const StepBody& first, const StepBody& second) noexcept {
-  return gives_pointshell({voxel_of(first), first.shell->points}, {voxel_of(second), second.shell->points});
+RoleSide side_of(const StepBody& body) noexcept {
+  return {body.shell, has_field(body), double{voxel_of(body)}};
 }
 
-// Half the diagonal of a body's box. [m]
-float radius_of(FieldRef field) noexcept {
-  return field.visit([](const auto& body) {
-    using Kind = std::remove_cvref_t<decltype(body)>;
+// Infinite for fields without bounds and for polytopes.
+PlacedBox box_of(const StepBody& body) noexcept {
+  const auto around = [&](Vec3 half) { return PlacedBox{body.pose, -1.0F * half, half}; };
+  return body.field.visit([&](const auto& field) {
+    using Kind = std::remove_cvref_t<decltype(field)>;
     if constexpr (std::is_same_v<Kind, VoxelmapView>) {
-      const auto side = [&](int axis) { return (body.bounds_max[axis] - body.bounds_min[axis]) / 2; };
-      return detail::length(Vec3{side(0), side(1), side(2)});
+      const float* const low = field.bounds_min;
+      const float* const high = field.bounds_max;
+      return PlacedBox{body.pose, {low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
     } else if constexpr (std::is_same_v<Kind, BoxField>) {
-      return detail::length(body.half_extents);
+      return around(field.half_extents);
     } else if constexpr (std::is_same_v<Kind, SphereField>) {
-      return detail::length(Vec3{body.radius, body.radius, body.radius});
+      return around({field.radius, field.radius, field.radius});
     } else if constexpr (std::is_same_v<Kind, RevolvedField>) {
-      const float out = body.radius + body.rounding;
-      const bool is_capsule = body.profile == RevolvedField::Profile::capsule;
-      return detail::length(Vec3{out, out, body.half_height + (is_capsule ? out : body.rounding)});
+      const float out = field.radius + field.rounding;
+      const bool is_capsule = field.profile == RevolvedField::Profile::capsule;
+      return around({out, out, field.half_height + (is_capsule ? out : field.rounding)});
     } else {
-      return std::numeric_limits<float>::infinity();
+      constexpr float kFar = std::numeric_limits<float>::infinity();
+      return around({kFar, kFar, kFar});
     }
   });
 }
@@ -130,11 +131,15 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   SideQuery query{step.options.distance, step.both};
   query.approach = approach(pair);
   query.most = step.most;
-  if (memory.knows_apart(pair, double{query.distance + query.approach.way})) {
+  const double reach = double{query.distance + query.approach.way};
+  const PlacedBox box = box_of(field);
+  // A field may lie a little outside the bounds of its mesh.
+  const bool is_apart = !memory.touched && are_apart(pair, box, reach + pair.voxel_size);
+  if (is_apart || memory.knows_apart(pair, reach)) {
     memory.leave_apart();
     return Status::ok;
   }
-  if (query.approach.way > 0) partner.radius = radius_of(field.field);
+  partner.radius = box.radius();
   SideContacts side;
   const Status status = contacts_of_side(pair, partner, query, memory, step.scratch.space, side);
   if (status != Status::ok) return status;
@@ -170,14 +175,10 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
     if (const Status status = check_pose(body->pose); status != Status::ok) return status;
     if (body->motion != nullptr && !is_finite(*body->motion)) return Status::bad_argument;
   }
-  const bool first_can = has_points(first) && has_field(second);
-  const bool second_can = has_points(second) && has_field(first);
-  if (!first_can && !second_can) return Status::missing_part;
-  const bool by_first = first_can && (!second_can || gives_points(first, second));
-  const StepBody& giver = by_first ? first : second;
-  const StepBody& other = by_first ? second : first;
+  const PairRoles roles = roles_of(side_of(first), side_of(second));
+  if (!roles.is_possible) return Status::missing_part;
   // Springs act on the areas of one body's points.
-  const bool both = first_can && second_can && giver.shell->face_points != nullptr && options.use != StepUse::springs;
+  const bool both = roles.both_give && options.use != StepUse::springs;
   Status status = Status::ok;
   const Status grown = try_to_grow([&] {
     if (scratch.content == nullptr) scratch.content = std::make_unique<StepScratch::Content>();
@@ -195,10 +196,10 @@ Status step_contacts(const StepBody& first, const StepBody& second, const StepOp
       none.is_lasting = false;
       return add_side(step, shell, field, sign, none);
     };
-    status = add(by_first);
-    if (status == Status::ok && both) status = add(!by_first);
+    status = add(roles.first_gives);
+    if (status == Status::ok && both) status = add(!roles.first_gives);
     if (status != Status::ok) return;
-    const float alike = 0.02F * std::min(voxel_of(giver), voxel_of(other));
+    const float alike = 0.02F * std::min(voxel_of(first), voxel_of(second));
     const auto penetration = [&](std::size_t i) { return found[i].penetration; };
     const auto squared = [&](std::size_t i, std::size_t k) {
       const auto along = [&](int axis) { return found[i].position[axis] - found[k].position[axis]; };

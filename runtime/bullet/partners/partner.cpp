@@ -9,6 +9,8 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
+#include <algorithm>
+
 #include "runtime/bullet/body_motion.h"
 
 namespace vps::bullet {
@@ -41,71 +43,13 @@ detail::Corners corners_of(const btCollisionShape& shape, std::array<Vec3, detai
   return {{places.data(), count}, type == BOX_SHAPE_PROXYTYPE ? 0 : number(solid.getMargin())};
 }
 
-float half_diagonal(const btCollisionShape& shape) {
-  btVector3 low;
-  btVector3 high;
-  shape.getAabb(btTransform::getIdentity(), low, high);
-  return number((high - low).length() / 2);
+FieldRef ref_of(const OwnField& field) {
+  return std::visit([](const auto& of) { return FieldRef(of); }, field);
 }
 
-// The effect of the forces of the step is included.
-StepMotion motion_in_step(const PairBody& side, btScalar step) {
-  const Velocity velocity = velocity_of(*side.object);
-  const btVector3 gain = step * acceleration_of(*side.object);
-  const btVector3& origin = side.object->getWorldTransform().getOrigin();
-  StepMotion motion;
-  for (int i = 0; i < 3; ++i) motion.centre[i] = static_cast<double>(origin[i]);
-  motion.way = to_vec3(step * (velocity.linear + gain));
-  motion.turn = to_vec3(step * velocity.angular);
-  motion.fall = to_vec3(step * gain);
-  // Bodies of triangles have no test of what arrives.
-  motion.yields = inverse_mass(*side.object) > 0 && !is_triangle_mesh(side.shape->getShapeType());
-  if (!velocity.angular.isZero()) {
-    btVector3 centre;
-    btScalar radius = 0;
-    side.object->getCollisionShape()->getBoundingSphere(centre, radius);
-    motion.radius = static_cast<float>(centre.length() + radius);
-  }
-  return motion;
-}
-
-}  // namespace
-
-detail::StepPair in_step(const Pair& pair) {
-  const Shape& shell = *pair.shell.vps;
-  return {shell.pointshell(),
-          shell.distances(),
-          to_pose(pair.shell.world, pair.shell.asset_frame()),
-          to_pose(pair.field.world, field_frame(pair.field)),
-          shell.info().voxel_size,
-          static_cast<double>(voxel_size(pair)),
-          margin_of(pair),
-          foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
-          shell.segment_level()};
-}
-
-void add_motions(const Pair& pair, btScalar step, StepMotion (&motions)[2], detail::StepPair& out) {
-  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return;
-  motions[0] = motion_in_step(pair.shell, step);
-  motions[1] = motion_in_step(pair.field, step);
-  out.shell_motion = &motions[0];
-  out.field_motion = &motions[1];
-}
-
-btTransform field_frame(const PairBody& body) {
-  if (body.vps != nullptr) return body.asset_frame();
-  switch (body.shape->getShapeType()) {
-    case CAPSULE_SHAPE_PROXYTYPE:
-      return along_axis(static_cast<const btCapsuleShape*>(body.shape)->getUpAxis());
-    case CYLINDER_SHAPE_PROXYTYPE:
-      return along_axis(static_cast<const btCylinderShape*>(body.shape)->getUpAxis());
-    case CONE_SHAPE_PROXYTYPE:
-      return along_axis(static_cast<const btConeShape*>(body.shape)->getConeUpIndex());
-    default:
-      return btTransform::getIdentity();
-  }
-}
-
+// Boxes and cylinders have sharp edges and Bullet's full size; cones and hulls are rounded by their margins, as in
+// Bullet.
+// @param from  position of the shell, shape's frame. [m]
 OwnField own_field(const btCollisionShape& shape, const btVector3& from, ConvexPlanes& planes) {
   switch (shape.getShapeType()) {
     case BOX_SHAPE_PROXYTYPE:
@@ -136,10 +80,84 @@ OwnField own_field(const btCollisionShape& shape, const btVector3& from, ConvexP
   }
 }
 
+// The effect of the forces of the step is included.
+StepMotion motion_in_step(const PairBody& side, btScalar step) {
+  const Velocity velocity = velocity_of(*side.object);
+  const btVector3 gain = step * acceleration_of(*side.object);
+  const btVector3& origin = side.object->getWorldTransform().getOrigin();
+  StepMotion motion;
+  for (int i = 0; i < 3; ++i) motion.centre[i] = static_cast<double>(origin[i]);
+  motion.way = to_vec3(step * (velocity.linear + gain));
+  motion.turn = to_vec3(step * velocity.angular);
+  motion.fall = to_vec3(step * gain);
+  // Bodies of triangles have no test of what arrives.
+  motion.yields = inverse_mass(*side.object) > 0 && !is_triangle_mesh(side.shape->getShapeType());
+  if (!velocity.angular.isZero()) {
+    btVector3 centre;
+    btScalar radius = 0;
+    side.object->getCollisionShape()->getBoundingSphere(centre, radius);
+    motion.radius = static_cast<float>(centre.length() + radius);
+  }
+  return motion;
+}
+
+}  // namespace
+
+detail::StepPair in_step(const Pair& pair) {
+  const Shape& shell = *pair.shell.vps;
+  const Shape* const field = pair.field.vps;
+  const double voxel = shell.info().voxel_size;
+  // Fields of Bullet's convex shapes include their margins.
+  const bool is_thick = field != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
+  return {shell.pointshell(),
+          shell.distances(),
+          to_pose(pair.shell.world, pair.shell.asset_frame()),
+          to_pose(pair.field.world, field_frame(pair.field)),
+          voxel,
+          field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
+          number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
+          foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
+          shell.segment_level()};
+}
+
+void add_motions(const Pair& pair, btScalar step, StepMotion (&motions)[2], detail::StepPair& out) {
+  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return;
+  motions[0] = motion_in_step(pair.shell, step);
+  motions[1] = motion_in_step(pair.field, step);
+  out.shell_motion = &motions[0];
+  out.field_motion = &motions[1];
+}
+
+detail::Workspace& workspace() {
+  thread_local detail::Workspace space;
+  return space;
+}
+
+btTransform field_frame(const PairBody& body) {
+  if (body.vps != nullptr) return body.asset_frame();
+  switch (body.shape->getShapeType()) {
+    case CAPSULE_SHAPE_PROXYTYPE:
+      return along_axis(static_cast<const btCapsuleShape*>(body.shape)->getUpAxis());
+    case CYLINDER_SHAPE_PROXYTYPE:
+      return along_axis(static_cast<const btCylinderShape*>(body.shape)->getUpAxis());
+    case CONE_SHAPE_PROXYTYPE:
+      return along_axis(static_cast<const btConeShape*>(body.shape)->getConeUpIndex());
+    default:
+      return btTransform::getIdentity();
+  }
+}
+
+detail::PlacedBox box_of(const PairBody& body) {
+  btVector3 low;
+  btVector3 high;
+  body.shape->getAabb(btTransform::getIdentity(), low, high);
+  return {to_pose(body.world, btTransform::getIdentity()), to_vec3(low), to_vec3(high)};
+}
+
 std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {
   const btCollisionShape& shape = *pair.field.shape;
   const auto with_radius = [&](detail::Partner partner) {
-    if (has_way) partner.radius = half_diagonal(shape);
+    if (has_way) partner.radius = box_of(pair.field).radius();
     return partner;
   };
   if (pair.field.vps != nullptr) return with_radius({pair.field.vps->voxelmap()});
@@ -148,7 +166,7 @@ std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {
     return with_radius({ref_of(field_), nullptr, this});
   }
   if (!is_partner_field(shape.getShapeType())) return std::nullopt;
-  field_ = own_field(shape, shell_in_field(pair), planes_);
+  field_ = own_field(shape, pair.field.world.invXform(pair.shell.world.getOrigin()), planes_);
   const bool is_polytope = std::holds_alternative<PolytopeField>(field_);
   return with_radius({ref_of(field_), is_polytope ? &planes_ : nullptr, nullptr, corners_of(shape, corners_)});
 }

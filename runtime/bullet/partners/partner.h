@@ -10,10 +10,11 @@
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
+#include "runtime/contacts/side_contacts.h"
 
 namespace vps::bullet {
 
-/// Whether `own_field` supports a type of shape.
+/// Whether a type of Bullet's shapes is a field for a pointshell.
 inline bool is_partner_field(int type) {
   return btBroadphaseProxy::isConvex(type) || type == STATIC_PLANE_PROXYTYPE;
 }
@@ -21,18 +22,11 @@ inline bool is_partner_field(int type) {
 /// Pose of a body's field in its shape.
 [[nodiscard]] btTransform field_frame(const PairBody& body);
 
+/// Bullet's box about a shape.
+[[nodiscard]] detail::PlacedBox box_of(const PairBody& body);
+
 /// One of Bullet's own shapes as a field.
 using OwnField = std::variant<HalfSpaceField, BoxField, SphereField, RevolvedField, PolytopeField>;
-
-/// Boxes and cylinders have sharp edges and Bullet's full size; cones and hulls are rounded by their margins, as in
-/// Bullet.
-/// @param from  position of the shell, shape's frame. [m]
-/// @pre is_partner_field
-[[nodiscard]] OwnField own_field(const btCollisionShape& shape, const btVector3& from, ConvexPlanes& planes);
-
-inline FieldRef ref_of(const OwnField& field) {
-  return std::visit([](const auto& of) { return FieldRef(of); }, field);
-}
 
 /// The pair for the engine-neutral path.
 [[nodiscard]] detail::StepPair in_step(const Pair& pair);
@@ -42,11 +36,6 @@ void add_motions(const Pair& pair, btScalar step, StepMotion (&motions)[2], deta
 
 /// Working memory of the calling thread.
 [[nodiscard]] detail::Workspace& workspace();
-
-/// Where the shell is, in the frame of the other body's shape. [m]
-inline btVector3 shell_in_field(const Pair& pair) {
-  return pair.field.world.invXform(pair.shell.world.getOrigin());
-}
 
 /// The partner of a pair, and what is remembered of its shape.
 class PairPartner final : private detail::Sheet {

@@ -47,9 +47,8 @@ TEST(FlatHulls, CornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
   const float bent = 4 * static_cast<float>(kHullTolerance) * shell.covering_radius;
   const float off = bent / 2 + 3 * shell.position_step;
   btCollisionObject object;
-  const auto touching =
-      static_cast<float>(bullet::contact_distance({bullet::PairBody(&plate, &object, btTransform::getIdentity()),
-                                                   bullet::PairBody(&plate, &object, btTransform::getIdentity())}));
+  const bullet::PairBody body(&plate, &object, btTransform::getIdentity());
+  const float touching = bullet::in_step({body, body}).touching();
   Random random;
   // The second one ends below the plate.
   const std::pair<RoundedBox, double> grounds[] = {{RoundedBox({0.2F, 0.2F, 0.05F}), 0},

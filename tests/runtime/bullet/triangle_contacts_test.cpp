@@ -216,7 +216,7 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
           bullet::assign_roles(bullet::PairBody(&shape, &body, body.getWorldTransform()),
                                bullet::PairBody(floor.getCollisionShape(), &floor, floor.getWorldTransform()));
       QueryOptions options;
-      options.contact_distance = static_cast<float>(bullet::contact_distance(pair));
+      options.contact_distance = bullet::in_step(pair).touching();
       options.segment_level = shape.segment_level();
       EXPECT_EQ(with.find(pair, options), Status::ok);
       const detail::FoundContacts& found = with.found;
