@@ -342,11 +342,22 @@ typedef struct VpsReduction {
 /// @param capacity  how many to keep at most. [Limits: value >= 1]
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction);
+/// How a body moves in a step, world.
+typedef struct VpsStepMotion {
+  double centre[3];  ///< that it turns about, as its centre of mass. [m]
+  float way[3];      ///< of `centre`, with what the forces of the step add. [m]
+  float turn[3];     ///< rotation vector. [rad]
+  float fall[3];     ///< the part of `way` that the forces of the step add. [m]
+  float radius;      ///< of its farthest point from `centre`; only where it turns. [m]
+  int32_t yields;    ///< 1: contacts can stop it; 0: they cannot
+} VpsStepMotion;
+
 /// A body of a pair in a step: baked, or an analytic field.
 typedef struct VpsStepBody {
-  VpsFieldRef field;           ///< its distances; vps_map_ref(NULL) of a baked body without a voxelmap
-  VpsPose pose;                ///< of the frame of `field` and `shell`, to world
-  const VpsPointshell* shell;  ///< its points; NULL: it has none, as analytic bodies
+  VpsFieldRef field;            ///< its distances; vps_map_ref(NULL) of a baked body without a voxelmap
+  VpsPose pose;                 ///< of the frame of `field` and `shell`, to world
+  const VpsPointshell* shell;   ///< its points; NULL: it has none, as analytic bodies
+  const VpsStepMotion* motion;  ///< for contacts ahead; NULL: it stands still
 } VpsStepBody;
 
 /// What a pair remembers from step to step. Use one for each pair, in one thread at a time, and destroy it before the
@@ -382,11 +393,12 @@ typedef struct VpsStepContact {
 
 /// The contacts of a pair for a step: chooses which body gives its points, finds those in contact, chooses few of them
 /// and gives each its final place, direction and depth. It is all that an engine needs: docs/examples/penalty.c.
-/// It finds no contacts ahead of fast bodies.
+/// With motions it finds contacts ahead too, where a body that moves farther than a voxel in the step meets the other
+/// one: their penetration is minus the distance along the normal that closes until then. They need room for more than
+/// four.
 /// @param options   NULL: all zero
 /// @param contacts  room for `capacity`, written with the best ones first: the deepest, then those that are deep and
-/// far
-///                  from others
+///                  far from others
 /// @param capacity  four hold a body on a plane. [Limits: value >= 1]
 /// @param count     how many were written
 /// @return `vps_missing_part` when neither body can give its points to the other

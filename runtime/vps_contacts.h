@@ -80,11 +80,22 @@ struct ReductionScratch {
 [[nodiscard]] Status reduce_contacts(std::span<const Contact> all, Vec3 centre, std::span<Contact> kept,
                                      ReductionScratch& scratch, Reduction& result) noexcept;
 
+/// How a body moves in a step, world.
+struct StepMotion {
+  double centre[3] = {};  ///< that it turns about, as its centre of mass. [m]
+  Vec3 way;               ///< of `centre`, with what the forces of the step add. [m]
+  Vec3 turn;              ///< rotation vector. [rad]
+  Vec3 fall;              ///< the part of `way` that the forces of the step add. [m]
+  float radius = 0;       ///< of its farthest point from `centre`; only where it turns. [m]
+  bool yields = false;    ///< whether contacts can stop it
+};
+
 /// A body of a pair in a step: baked, or an analytic field.
 struct StepBody {
   FieldRef field;  ///< its distances. A baked body without a voxelmap gives an empty VoxelmapView
   Pose pose;       ///< of the frame of `field` and `shell`, to world
   const PointshellView* shell = nullptr;  ///< its points; null: it has none, as analytic bodies
+  const StepMotion* motion = nullptr;     ///< for contacts ahead; null: it stands still
 };
 
 /// What the contacts of a step are for.
@@ -127,22 +138,28 @@ struct StepContact {
 };
 
 /// Working memory of one thread: grows with the shells.
-struct StepScratch {
-  Scratch scratch;
-  ReductionScratch reduction;
-  std::vector<Contact> contacts, few, placed;
-  std::vector<float> nearest;
-  std::vector<std::uint32_t> chosen;
-  std::vector<StepContact> found;
+class StepScratch {
+ public:
+  StepScratch() noexcept;
+  StepScratch(StepScratch&& other) noexcept;
+  StepScratch& operator=(StepScratch&& other) noexcept;
+  ~StepScratch();
+
+  struct Content;                    ///< the library's own
+  std::unique_ptr<Content> content;  ///< null before its first use
 };
 
 /// The contacts of a pair for a step: chooses which body gives its points, finds those in contact, chooses few of them
-/// and gives each its final place, direction and depth. It is all that an engine needs; runtime/mujoco has one adapter,
-/// docs/examples/penalty.c another.
+/// and gives each its final place, direction and depth. It is all that an engine needs. runtime/bullet is made of the
+/// same functions; runtime/mujoco and docs/examples/penalty.c call this one.
 ///
 /// The body with the finer voxels gives its points; of two that are about as fine, the one with fewer points. Of shells
 /// with thinned faces both bodies give theirs. Spheres, capsules and corners of boxes are also looked up in the
-/// distances of the baked body. Fast bodies may pass through each other between two steps: it finds no contacts ahead.
+/// distances of the baked body.
+///
+/// With the bodies' motions it finds contacts ahead too: where a body that moves farther than a voxel in the step meets
+/// the other one. Their penetration is minus the distance along the normal that closes until then. They need room for
+/// more contacts than four. Without motions fast bodies may pass through each other between two steps.
 /// @param contacts  room on entry, for one at least; four hold a body on a plane. On return those found, the best ones
 ///                  first: the deepest, then those that are deep and far from others
 /// @return missing_part when neither body can give its points to the other; bad_pose, bad_argument, no_memory

@@ -8,10 +8,9 @@
 #include <vector>
 
 #include "runtime/bullet/body_motion.h"
-#include "runtime/bullet/find_contacts.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/partners/for_each_leaf.h"
-#include "runtime/bullet/partners/partner_field.h"
+#include "runtime/bullet/partners/partner.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::bullet {
@@ -35,23 +34,19 @@ struct Mover {
 
 // @param bound  upper bound of the shell's penetration into its partner. [m]
 // @return false where the query fails
-bool bound_penetration(const Pair& pair, ConvexPlanes& planes, std::uint32_t& guess, double& bound) {
-  const PointshellView& shell = pair.shell.vps->pointshell();
-  const Pose shell_pose = to_pose(pair.shell.world, pair.shell.asset_frame());
-  const auto ask = [&](const auto& field, const btTransform& frame) {
-    SeparationOptions options;
-    options.tolerance = static_cast<float>(btScalar(0.1) * contact_distance(pair));
-    options.guess = guess;
-    SeparationResult result;
-    const Pose pose = relative_pose(to_pose(pair.field.world, frame), shell_pose);
-    const Status status = separation(shell, field, pose, options, Workspace::of_this_thread(shell).scratch, result);
-    guess = result.point;
-    bound = result.delta_bound + static_cast<double>(margin_of(pair));
-    return status;
-  };
-  if (pair.field.vps != nullptr) return ask(pair.field.vps->voxelmap(), pair.field.asset_frame()) == Status::ok;
-  const btVector3 from = pair.field.world.invXform(pair.shell.world.getOrigin());
-  return on_partner(*pair.field.shape, from, planes, ask) == Status::ok;
+bool bound_penetration(const Pair& pair, PairPartner& partners, std::uint32_t& guess, double& bound) {
+  const std::optional<detail::Partner> partner = partners.of(pair, false);
+  if (!partner || partner->sheet != nullptr) return false;
+  const detail::StepPair of_step = in_step(pair);
+  SeparationOptions options;
+  options.tolerance = 0.1F * of_step.touching();
+  options.guess = guess;
+  SeparationResult result;
+  const Status status =
+      separation(of_step.shell, partner->field, of_step.shell_to_field, options, workspace().scratch, result);
+  guess = result.point;
+  bound = result.delta_bound + double{of_step.margin};
+  return status == Status::ok;
 }
 
 // Time when two leaves first touch. If they touch at the start: the time when they are a little deeper. [s]
@@ -65,15 +60,15 @@ btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& 
   if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
   const double speed = double((a.motion.drift() - b.motion.drift()).length() + a.motion.swing() + b.motion.swing());
   const Pair start = pair_at(0);
-  const double reach = double(contact_distance(start));  // the next step finds contacts within this distance. [m]
-  ConvexPlanes planes;
+  const double reach = double{in_step(start).touching()};  // the next step finds contacts within this distance. [m]
+  PairPartner partners;
   std::uint32_t guess = 0;
   double allowed = 0;
   double time = 0;
   bool apart = false;
   for (std::uint32_t i = 0; i < max_iterations; ++i) {
     double penetration = 0;
-    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), planes, guess, penetration)) return step;
+    if (!bound_penetration(pair_at(static_cast<btScalar>(time)), partners, guess, penetration)) return step;
     if (i == 0) {
       apart = penetration < -0.5 * reach;
       // Springs need penetration to push: a body held at the surface would only gain speed.

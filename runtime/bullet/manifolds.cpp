@@ -5,6 +5,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <algorithm>
+#include <array>
 
 namespace vps::bullet {
 namespace {
@@ -73,15 +74,6 @@ Manifolds::~Manifolds() {
   release();
 }
 
-Manifolds::Previous Manifolds::previous() const {
-  Previous out;
-  if (manifolds_.size() == 0 || manifolds_[0] == nullptr) return out;
-  for (int i = 0; i < manifolds_[0]->getNumContacts(); ++i) {
-    out.features[out.count++] = static_cast<std::uint32_t>(manifolds_[0]->getContactPoint(i).m_index0);
-  }
-  return out;
-}
-
 void Manifolds::release_from(int slot) {
   for (int i = slot; i < manifolds_.size(); ++i) {
     if (manifolds_[i] != nullptr) dispatcher_->releaseManifold(manifolds_[i]);
@@ -110,7 +102,7 @@ btPersistentManifold* Manifolds::manifold(int slot, const btManifoldResult* resu
   return manifolds_[slot];
 }
 
-void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                         btManifoldResult* result) {
   // Of hundreds of manifolds few have points: the others are not touched.
   auto next = contacts.begin();
@@ -128,7 +120,7 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
     const auto end =
         std::find_if(contacts.begin(), contacts.end(), [=](const ManifoldContact& c) { return c.slot != slot; });
     const auto count = static_cast<std::size_t>(end - contacts.begin());
-    fill(slot, pair, contacts.first(count), found, result);
+    fill(slot, pair, contacts.first(count), placing, result);
     filled_.push_back(slot);
     contacts = contacts.subspan(count);
   }
@@ -136,9 +128,9 @@ void Manifolds::replace(const Pair& pair, std::span<const ManifoldContact> conta
   release_from(last + 1);
 }
 
-void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                      btManifoldResult* result) {
-  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(found.reach));
+  btPersistentManifold* const target = manifold(slot, result, btScalar(1.01) * btScalar(placing.reach));
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
@@ -146,8 +138,8 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   target->clearManifold();
 
   for (const ManifoldContact& contact : contacts) {
-    const btVector3 into_shell = found.frame.getBasis() * to_bt(contact.inward_normal);
-    const btVector3 position = found.frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
+    const btVector3 into_shell = placing.frame.getBasis() * to_bt(contact.inward_normal);
+    const btVector3 position = placing.frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
     const btScalar depth = -btScalar(contact.penetration);
     // Bullet wants the normal on the second body towards the first, and the point on the second.
     const btVector3 normal = shell_is_first ? into_shell : -into_shell;
@@ -162,7 +154,7 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   for (int i = 0; i < target->getNumContacts(); ++i) {
     btManifoldPoint& fresh = target->getContactPoint(i);
     if (has_springs) make_spring(fresh, foundation_of(pair), contacts);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, beside(pair));
+    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, btScalar(placing.beside));
   }
 }
 

@@ -5,11 +5,19 @@
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
-#include <array>
-
-#include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/pair.h"
+#include "runtime/contacts/manifold_contact.h"
 
 namespace vps::bullet {
+
+using detail::ManifoldContact;
+
+/// Where contacts are.
+struct Placing {
+  btTransform frame;  ///< takes their frame to the world
+  float reach;        ///< their largest distance off the surface. [m]
+  float beside;       ///< those closer together are the same one from step to step. [m]
+};
 
 /// Slot 0 for regular contacts; with segments, kContactsPerSegment slots for each. Made when first needed.
 class Manifolds {
@@ -19,18 +27,10 @@ class Manifolds {
   Manifolds(const Manifolds&) = delete;
   Manifolds& operator=(const Manifolds&) = delete;
 
-  /// Features of the last step's regular manifold.
-  struct Previous {
-    std::array<std::uint32_t, MANIFOLD_CACHE_SIZE> features{};
-    std::size_t count = 0;
-    operator std::span<const std::uint32_t>() const { return {features.data(), count}; }
-  };
-  [[nodiscard]] Previous previous() const;
-
   /// Replaces the points of all manifolds by fresh ones. Bullet's refresh would keep the normals of the step they were
   /// made in.
-  /// @param contacts  from `found`, in order of their slots; for each slot at most as many as a manifold holds
-  void replace(const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+  /// @param contacts  in order of their slots; for each slot at most as many as a manifold holds
+  void replace(const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                btManifoldResult* result);
   /// Removes the points of all manifolds.
   void clear();
@@ -43,7 +43,7 @@ class Manifolds {
 
  private:
   // @param contacts  of one slot
-  void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const FoundContacts& found,
+  void fill(int slot, const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
             btManifoldResult* result);
   // Gives back the manifolds of a slot and of all after it: Bullet visits empty ones in every step.
   void release_from(int slot);

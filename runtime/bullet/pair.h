@@ -4,13 +4,11 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
-#include <limits>
 #include <typeinfo>
 
 #include "runtime/bullet/convert.h"
 #include "runtime/bullet/vps_bullet.h"
-#include "runtime/contacts/gives_pointshell.h"
-#include "runtime/fields/place_field.h"
+#include "runtime/contacts/pair_roles.h"
 
 namespace vps::bullet {
 
@@ -40,54 +38,19 @@ struct PairBody {
 
 struct Pair {
   PairBody shell, field;
+  bool both = false;  ///< each body's points are sought in the other one
 };
 
-/// The side with the finer voxels gives the pointshell: contacts between samples need samples where the other body is
-/// round. Of sides that are about as fine, the one with fewer points gives it (Sec. 3.2); the first if both have as
-/// many. If that side cannot, the other gives it. If neither can, the query reports it.
+/// If neither body can give its points, the query reports it.
 /// @pre one of them is a Shape
 inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   if (second.vps == nullptr) return {first, second};
   if (first.vps == nullptr) return {second, first};
-  const auto can = [](const Shape& shell, const Shape& map) {
-    return shell.pointshell().points > 0 && map.voxelmap().field != Field::none;
+  const auto side = [](const Shape& shape) {
+    return detail::RoleSide{&shape.pointshell(), shape.voxelmap().field != Field::none, shape.info().voxel_size};
   };
-  if (!can(*second.vps, *first.vps)) return {first, second};
-  if (!can(*first.vps, *second.vps)) return {second, first};
-  const auto side = [](const Shape& shape) { return ShellSide{shape.info().voxel_size, shape.pointshell().points}; };
-  return gives_pointshell(side(*first.vps), side(*second.vps)) ? Pair{first, second} : Pair{second, first};
-}
-
-/// Whether each body's points are sought in the other one: the shell has few points inside its faces, and an edge of
-/// the other body may lie between them. Then the points inside faces are not needed: what they could touch is an edge,
-/// a corner or a curved place of the other body, or another face, and faces meet at the edge of one of them first.
-inline bool needs_both_roles(const Pair& pair) {
-  return pair.shell.vps->pointshell().face_points != nullptr && pair.field.vps != nullptr &&
-         pair.field.vps->pointshell().points > 0 && pair.shell.vps->voxelmap().field != Field::none;
-}
-
-/// Takes a frame, given in the world, to the shell's asset frame.
-inline detail::Transform to_asset(const Pair& pair, const btTransform& frame) {
-  const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
-  return detail::Transform(relative_pose(asset, to_pose(frame, btTransform::getIdentity())));
-}
-
-/// The smaller voxel size of the two: the scale for distances between contacts. [m]
-inline btScalar voxel_size(const Pair& pair) {
-  const double shell = pair.shell.vps->info().voxel_size;
-  const double map = pair.field.vps != nullptr ? pair.field.vps->info().voxel_size : shell;
-  return static_cast<btScalar>(shell < map ? shell : map);
-}
-
-/// Points up to this far off the surface are contacts, so that a resting contact survives the noise of a step. With a
-/// whole voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
-inline btScalar contact_distance(const Pair& pair) {
-  return btScalar(0.1) * voxel_size(pair);
-}
-
-/// Points of the shell closer together than this count as the same contact. [m]
-inline btScalar beside(const Pair& pair) {
-  return 2 * voxel_size(pair);
+  const detail::PairRoles roles = detail::roles_of(side(*first.vps), side(*second.vps));
+  return roles.first_gives ? Pair{first, second, roles.both_give} : Pair{second, first, roles.both_give};
 }
 
 /// Bullet's concave shapes that hand out triangles.
@@ -97,50 +60,10 @@ inline bool is_triangle_mesh(int type) {
          type == GIMPACT_SHAPE_PROXYTYPE;
 }
 
-/// Sum of the margins of both shapes, without one that the field already includes. [m]
-inline float margin_of(const Pair& pair) {
-  // Fields of Bullet's convex shapes include their margins.
-  const bool thick = pair.field.vps != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
-  const btScalar field = thick ? pair.field.shape->getMargin() : btScalar(0);
-  return static_cast<float>(pair.shell.vps->getMargin() + field);
-}
-
 /// Penalty law of the pair's contacts. A stiffness of 0: they are rigid.
 inline const PenaltyLaw& foundation_of(const Pair& pair) {
   const PenaltyLaw& own = pair.shell.vps->foundation();
   return own.stiffness > 0 || pair.field.vps == nullptr ? own : pair.field.vps->foundation();
-}
-
-/// A pair and where it stands. What was found there holds as long as the pair stands still.
-struct Stand {
-  const void *shell = nullptr, *field = nullptr;  ///< the shapes
-  btVector3 shell_scale{1, 1, 1}, field_scale{1, 1, 1};
-  Pose pose;  ///< of the shell's asset frame in the other body
-
-  Stand() = default;
-  explicit Stand(const Pair& pair)
-      : shell(pair.shell.shape),
-        field(pair.field.shape),
-        shell_scale(pair.shell.shape->getLocalScaling()),
-        field_scale(pair.field.shape->getLocalScaling()),
-        pose(relative_pose(to_pose(pair.field.world, btTransform::getIdentity()),
-                           to_pose(pair.shell.world, pair.shell.asset_frame()))) {}
-};
-
-/// How far the points of the shell have moved at most; infinite for other shapes. [m]
-inline double motion_between(const Pair& pair, const Stand& before, const Stand& now) {
-  const bool same = before.shell == now.shell && before.field == now.field && before.shell_scale == now.shell_scale &&
-                    before.field_scale == now.field_scale;
-  return same ? detail::largest_displacement(pair.shell.vps->pointshell(), before.pose, now.pose)
-              : std::numeric_limits<double>::infinity();
-}
-
-inline constexpr double kStill_vx = 0.01;
-
-/// Whether a pair stands where it stood: no point of the shell has moved farther.
-/// @param most  [vx of the shell]
-inline bool stands_still(const Pair& pair, const Stand& before, const Stand& now, double most = kStill_vx) {
-  return motion_between(pair, before, now) <= most * pair.shell.vps->info().voxel_size;
 }
 
 }  // namespace vps::bullet

@@ -20,15 +20,29 @@ static_assert(offsetof(VpsStepContact, penetration) == offsetof(vps::StepContact
 static_assert(offsetof(VpsStepContact, area) == offsetof(vps::StepContact, area));
 static_assert(offsetof(VpsStepContact, feature) == offsetof(vps::StepContact, feature));
 
+vps::StepMotion to_motion(const VpsStepMotion& from) {
+  vps::StepMotion motion;
+  std::copy_n(from.centre, 3, motion.centre);
+  motion.way = to_vec3(from.way);
+  motion.turn = to_vec3(from.turn);
+  motion.fall = to_vec3(from.fall);
+  motion.radius = from.radius;
+  motion.yields = from.yields != 0;
+  return motion;
+}
+
 // Calls run(vps::StepBody).
 template <class Run>
 VpsStatus with_body(const VpsStepBody& body, const Run& run) {
   const vps::PointshellView* const shell = body.shell != nullptr ? &body.shell->view : nullptr;
+  vps::StepMotion of_body;
+  if (body.motion != nullptr) of_body = to_motion(*body.motion);
+  const vps::StepMotion* const motion = body.motion != nullptr ? &of_body : nullptr;
   if (body.field.kind == vps_kind_map && body.field.field == nullptr && shell != nullptr) {
-    return run(vps::StepBody{vps::VoxelmapView(), to_pose(body.pose), shell});
+    return run(vps::StepBody{vps::VoxelmapView(), to_pose(body.pose), shell, motion});
   }
   return with_field(body.field, [&](vps::FieldRef field) {
-    return run(vps::StepBody{field, to_pose(body.pose), shell});
+    return run(vps::StepBody{field, to_pose(body.pose), shell, motion});
   });
 }
 

@@ -29,6 +29,9 @@ struct RelativeMotion {
   Vec3 shift;  ///< [m]
   Vec3 turn;   ///< [rad]
 };
+inline Vec3 way_at(const RelativeMotion& motion, Vec3 place) noexcept {
+  return motion.shift + cross(motion.turn, place);
+}
 
 /// As `traverse`, without force and torque.
 Status traverse_contacts(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_queries.h"
@@ -70,6 +71,19 @@ bool touch_between_ends(const VoxelmapView& map, const RoundInMap& body, Vec3 pl
 }
 
 }  // namespace
+
+std::optional<Round> round_of(FieldRef field) noexcept {
+  return field.visit([](const auto& body) -> std::optional<Round> {
+    using Kind = std::remove_cvref_t<decltype(body)>;
+    if constexpr (std::is_same_v<Kind, SphereField>) return Round{{}, body.radius};
+    if constexpr (std::is_same_v<Kind, RevolvedField>) {
+      if (body.profile == RevolvedField::Profile::capsule && body.rounding == 0) {
+        return Round{{0, 0, body.half_height}, body.radius};
+      }
+    }
+    return std::nullopt;
+  });
+}
 
 bool takes_round(const VoxelmapView& map, float radius) noexcept {
   if (map.field == Field::none) return false;

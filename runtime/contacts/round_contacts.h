@@ -2,12 +2,21 @@
 /// @file A baked body against spheres and capsules: its distance field at their centres. Internal.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "runtime/vps_runtime.h"
 
 namespace vps::detail {
+
+/// A sphere or capsule.
+struct Round {
+  Vec3 half_axis;    ///< from the centre to that of one end; zero: a sphere. Field's frame. [m]
+  float radius = 0;  ///< [m]
+};
+/// None for other fields.
+[[nodiscard]] std::optional<Round> round_of(FieldRef field) noexcept;
 
 /// A sphere or capsule in the asset frame of the baked body.
 struct RoundInMap {

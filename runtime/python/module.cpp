@@ -85,7 +85,7 @@ class Held {
   }
   // What it has, for pairs in which either body may give the points.
   [[nodiscard]] VpsStepBody body() const {
-    return {vps_map_ref(map_), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, shell_};
+    return {vps_map_ref(map_), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, shell_, nullptr};
   }
   // Decoded on first use.
   [[nodiscard]] std::vector<VpsPoint>& points() {

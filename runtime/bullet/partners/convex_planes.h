@@ -9,23 +9,23 @@
 #include <vector>
 
 #include "runtime/bullet/partners/triangles.h"
-#include "runtime/vps_runtime.h"
+#include "runtime/contacts/step_pair.h"
 
 namespace vps::bullet {
 
 /// Supporting planes of a convex shape, its margin included: those of its faces where it has corners, and others in all
 /// directions. So penetration() is exact inside polyhedra, and never too small.
-class ConvexPlanes {
+class ConvexPlanes final : public detail::ConvexBody {
  public:
   /// Builds the planes, unless they already belong to this shape. A body without faces gets a new last plane in each
   /// call, where it is nearest to `from`: contacts with its planes must not be cached.
   /// @param from  position of the shell, shape's frame. [m]
   PolytopeField of(const btConvexShape& shape, const btVector3& from);
-  [[nodiscard]] bool has_faces() const { return faces_ > 0; }
+  [[nodiscard]] bool has_faces() const override { return faces_ > 0; }
 
   /// V at a place. Outside the core (the shape without its margin) it is that of the nearest place on it.
   /// @param bound  V of the planes there. [m]
-  [[nodiscard]] float penetration(Vec3 place, float bound) const;
+  [[nodiscard]] float penetration(Vec3 place, float bound) const override;
 
   /// Sets penetration and direction of a contact with the shape of the last call of `of`. Outside the core they come
   /// from the nearest place on it. Inside, they come from a face: of several that are
@@ -33,7 +33,7 @@ class ConvexPlanes {
   /// planes.
   /// @param contact  shape's frame; its inward_normal is the shell's on entry, and the direction on return
   /// @param alike    penetrations that differ by no more than this count as the same. [m]
-  void finish(Contact& contact, float alike) const;
+  void finish(Contact& contact, float alike) const override;
 
  private:
   void build(const btConvexShape& shape);

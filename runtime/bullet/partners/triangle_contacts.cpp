@@ -10,9 +10,7 @@
 #include <functional>
 #include <optional>
 
-#include "runtime/bullet/manifold_contact.h"
 #include "runtime/bullet/partners/triangles.h"
-#include "runtime/fields/place_field.h"
 
 namespace vps::bullet {
 namespace {
@@ -62,7 +60,7 @@ class Search {
  public:
   // @param areas  whether the area of every contact counts: then flat nodes are not used
   Search(const Shape& body, const QueryOptions& options, Areas areas, const Pose& to_asset, Sheets& sheets,
-         TriangleContacts& out)
+         SheetContacts& out)
       : shell_(body.pointshell()),
         map_(body.voxelmap()),
         solid_(map_.field != Field::none),
@@ -96,7 +94,7 @@ class Search {
 
   // Finds known contacts alone; false when one of them is missing.
   bool run_for(std::span<const ContactPlace> known) {
-    std::array<TriangleMemory::Place, MANIFOLD_CACHE_SIZE> places{};
+    std::array<TriangleMemory::Place, 4> places{};
     std::size_t count = 0;
     for (const ContactPlace& one : known) {
       if (count == 0 || places[count - 1].node != one.leaf) places[count++] = {one.leaf, kNoNode};
@@ -525,7 +523,7 @@ class Search {
   const std::uint32_t segment_level_;
   const Pose& to_asset_;
   Sheets& sheets_;
-  TriangleContacts& out_;
+  SheetContacts& out_;
 
   TriangleMemory* memory_ = nullptr;     // where places are remembered; null: nowhere
   std::span<const ContactPlace> known_;  // if not empty, no others are sought
@@ -575,7 +573,7 @@ void SheetField::penetrations(const Places& places, Values& out) const noexcept 
 }
 
 Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std::span<const ContactPlace> known,
-                              TriangleMemory& memory, TriangleContacts& found) {
+                              TriangleMemory& memory, SheetContacts& found) {
   const Shape& body = *pair.shell.vps;
   if (body.pointshell().points == 0 || !has_triangles(*pair.field.shape)) return Status::missing_part;
   const Pose asset = to_pose(pair.shell.world, pair.shell.asset_frame());
@@ -591,7 +589,7 @@ Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std
   const bool has_springs = options.segment_level == 0 && foundation_of(pair).stiffness > 0;
   Search search(body, options, has_springs ? Areas::used : Areas::unused, to_asset, sheets, found);
   const auto finish = [&] {
-    found.triangles = sheets.triangles;
+    memory.near = sheets.triangles;
     return Status::ok;
   };
 

@@ -7,16 +7,9 @@
 
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/triangles.h"
-#include "runtime/fields/placed_field.h"
+#include "runtime/contacts/step_pair.h"
 
 namespace vps::bullet {
-
-/// Where a contact was found.
-struct ContactPlace {
-  std::uint32_t leaf = 0;     ///< node; 0 where the feature suffices
-  std::uint32_t feature = 0;  ///< see ManifoldContact
-  auto operator<=>(const ContactPlace&) const = default;
-};
 
 /// Memory of a pair: where the sheet can be in contact while the body moves little. A changed mesh is detected.
 struct TriangleMemory {
@@ -32,20 +25,13 @@ struct TriangleMemory {
   float scale = 1;                        ///< of the shell
   btVector3 low{0, 0, 0}, high{0, 0, 0};  ///< the box that was searched, mesh's frame
   std::uint64_t mesh = 0;                 ///< hash of the triangles in it
-};
-
-/// What a query has found: `features` in the order of `contacts`. Working memory of a thread.
-struct TriangleContacts {
-  std::vector<Contact> contacts;        ///< for a corner, `point` is a point of the shell near it
-  std::vector<std::uint32_t> features;  ///< see ManifoldContact
-  std::span<const Triangle> triangles;  ///< those near the body, asset frame; until the thread's next query
-  bool are_known = false;               ///< those that were known are among them, and only their leaves were searched
+  std::span<const Triangle> near;         ///< those near the body, asset frame; until the thread's next query
 };
 
 /// A sheet of triangles near a contact, as a body with its surface there.
 class SheetField final : public detail::FieldAtPlaces {
  public:
-  /// @param triangles  of `TriangleContacts`
+  /// @param triangles  TriangleMemory::near
   /// @param contact    on the side of the sheet to which its direction points
   /// @param reach      triangles farther off are left out. [m]
   SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach);
@@ -69,7 +55,8 @@ class SheetField final : public detail::FieldAtPlaces {
 /// @param known    rising: only their leaves are searched, unless one of them is no longer a contact or the mesh has
 ///                 changed; may be empty
 /// @return missing_part for a mesh that gives no triangles (btGImpactCompoundShape) or a shape without points
-Status find_triangle_contacts(const Pair& pair, const QueryOptions& options, std::span<const ContactPlace> known,
-                              TriangleMemory& memory, TriangleContacts& found);
+Status find_triangle_contacts(const Pair& pair, const QueryOptions& options,
+                              std::span<const detail::ContactPlace> known, TriangleMemory& memory,
+                              detail::SheetContacts& found);
 
 }  // namespace vps::bullet

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <map>
 
-#include "runtime/bullet/find_contacts.h"
 #include "runtime/fields/penetration.h"
+#include "tests/runtime/bullet/found_contacts.h"
 #include "tests/runtime/bullet/world.h"
 #include "tests/support/random.h"
 
@@ -47,9 +47,8 @@ TEST(FlatHulls, CornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
   const float bent = 4 * static_cast<float>(kHullTolerance) * shell.covering_radius;
   const float off = bent / 2 + 3 * shell.position_step;
   btCollisionObject object;
-  const auto touching =
-      static_cast<float>(bullet::contact_distance({bullet::PairBody(&plate, &object, btTransform::getIdentity()),
-                                                   bullet::PairBody(&plate, &object, btTransform::getIdentity())}));
+  const bullet::PairBody body(&plate, &object, btTransform::getIdentity());
+  const float touching = bullet::in_step({body, body}).touching();
   Random random;
   // The second one ends below the plate.
   const std::pair<RoundedBox, double> grounds[] = {{RoundedBox({0.2F, 0.2F, 0.05F}), 0},
@@ -69,10 +68,9 @@ TEST(FlatHulls, CornersHaveTheDepthAndTheExtentOfAllPointsInContact) {
                               bullet::PairBody(&ground.hull, &object, btTransform::getIdentity())};
       QueryOptions options;
       options.contact_distance = touching;
-      bullet::PairMemory memory;
-      bullet::FoundContacts found;
-      found.reach = touching;
-      ASSERT_EQ(bullet::find_contacts(pair, options, memory, found), Status::ok);
+      PairSearch search;
+      ASSERT_EQ(search.find(pair, options), Status::ok);
+      const detail::FoundContacts& found = search.found;
       const detail::Transform to_hull(bullet::to_pose(at, plate.asset_frame()));
       std::map<std::uint32_t, float> by_point;
       std::vector<Vec3> everywhere;

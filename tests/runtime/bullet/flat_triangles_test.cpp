@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "runtime/bullet/find_contacts.h"
+#include "runtime/bullet/partners/triangle_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 #include "tests/support/random.h"
 
@@ -33,13 +33,13 @@ struct Plates {
     all.set_foundation(law);
   }
   FoundOnMesh find(const bullet::Shape& shape, const btCollisionShape& mesh, const btTransform& at,
-                   bullet::TriangleMemory& memory, std::span<const bullet::ContactPlace> known = {}) const {
+                   bullet::TriangleMemory& memory, std::span<const detail::ContactPlace> known = {}) const {
     const bullet::Pair pair{bullet::PairBody(&shape, &object, at),
                             bullet::PairBody(&mesh, &object, btTransform::getIdentity())};
     QueryOptions options;
     options.contact_distance = touching;
     options.segment_level = level;
-    bullet::TriangleContacts found;
+    detail::SheetContacts found;
     EXPECT_EQ(bullet::find_triangle_contacts(pair, options, known, memory, found), Status::ok);
     EXPECT_TRUE(known.empty() || found.are_known);
     return {found.contacts, found.features};
@@ -221,7 +221,7 @@ TEST(FlatTriangles, KnownContactsAreFoundAlone) {
       const btTransform at = lying(random, 0.0002, tilt_of(n));
       bullet::TriangleMemory memory;
       const FoundOnMesh all = plates.find(plates.few, **sheet.ground, at, memory);
-      std::vector<bullet::ContactPlace> known;
+      std::vector<detail::ContactPlace> known;
       for (std::size_t i = 0; i < all.contacts.size() && known.size() < 4; i += 1 + all.contacts.size() / 4) {
         known.push_back({all.contacts[i].node, all.features[i]});
       }

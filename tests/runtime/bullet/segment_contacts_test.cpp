@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "runtime/bullet/segment_contacts.h"
+#include "runtime/contacts/segment_contacts.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "runtime/bullet/arriving_contacts.h"
+#include "runtime/bullet/partners/partner.h"
+#include "runtime/contacts/arriving_contacts.h"
 #include "tests/runtime/bullet/world.h"
 
 namespace vps::test {
 namespace {
 
-using bullet::keep_segments;
-using bullet::SegmentMemory;
-using bullet::SegmentPoint;
+using detail::keep_segments;
+using detail::SegmentMemory;
+using detail::SegmentPoint;
 
 constexpr float kBeside = 0.1F;
 constexpr float kAlike = 1e-4F;
 
-bullet::ManifoldContact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
-  bullet::ManifoldContact out;
+detail::ManifoldContact contact(std::uint32_t node, std::uint32_t point, float x, float penetration) {
+  detail::ManifoldContact out;
   out.node = node;
   out.point = point;
   out.feature = point;
@@ -38,9 +39,9 @@ using Points = std::vector<std::uint32_t>;
 
 TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoint) {
   SegmentMemory memory;
-  const std::vector<bullet::ManifoldContact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
+  const std::vector<detail::ManifoldContact> first = {contact(3, 10, 0, 0), contact(5, 20, 0, 0)};
   EXPECT_EQ(points_of(keep_segments(first, kBeside, kAlike, memory)), (Points{10, 20}));
-  const std::vector<bullet::ManifoldContact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0),
+  const std::vector<detail::ManifoldContact> second = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0),
                                                        contact(5, 20, 0, 0)};
   const auto kept = keep_segments(second, kBeside, kAlike, memory);
   EXPECT_EQ(points_of(kept), (Points{10, 11, 20}));
@@ -52,10 +53,10 @@ TEST(SegmentContacts, WhatASegmentTouchedWithStaysInItsPlaceBesideANewDeepestPoi
 
 TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlaces) {
   SegmentMemory memory;
-  const std::vector<bullet::ManifoldContact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
+  const std::vector<detail::ManifoldContact> both = {contact(3, 10, 0, -1e-3F), contact(3, 11, 1, 0)};
   (void)keep_segments(std::span(both).first(1), kBeside, kAlike, memory);
   (void)keep_segments(both, kBeside, kAlike, memory);
-  const std::vector<bullet::ManifoldContact> one = {contact(3, 11, 1, 0)};
+  const std::vector<detail::ManifoldContact> one = {contact(3, 11, 1, 0)};
   const auto kept = keep_segments(one, kBeside, kAlike, memory);
   ASSERT_EQ(kept.size(), 1U);
   EXPECT_EQ(kept[0].point, 11U);
@@ -65,7 +66,7 @@ TEST(SegmentContacts, WhatIsNotFoundAnyMoreIsForgottenAndTheOthersKeepTheirPlace
 
 TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) {
   SegmentMemory memory;
-  std::vector<bullet::ManifoldContact> contacts;
+  std::vector<detail::ManifoldContact> contacts;
   for (const std::uint32_t i : {0U, 1U, 2U}) {
     contacts.push_back(contact(3, i, static_cast<float>(i), i == 1 ? -2e-3F : -1e-3F));
     (void)keep_segments(contacts, kBeside, kAlike, memory);
@@ -78,7 +79,7 @@ TEST(SegmentContacts, ANewPointTakesThePlaceOfTheOneBesideItElseOfTheLeastDeep) 
 
 TEST(SegmentContacts, APointThatIsHardlyDeeperTakesNoPlace) {
   SegmentMemory memory;
-  std::vector<bullet::ManifoldContact> contacts;
+  std::vector<detail::ManifoldContact> contacts;
   for (const std::uint32_t i : {0U, 1U, 2U}) {
     contacts.push_back(contact(3, i, static_cast<float>(i), -1e-3F));
     (void)keep_segments(contacts, kBeside, kAlike, memory);
@@ -91,7 +92,7 @@ TEST(SegmentContacts, APointThatIsHardlyDeeperTakesNoPlace) {
 
 TEST(SegmentContacts, CornersBesideTheSamePointOfTheShellAreDifferentContacts) {
   SegmentMemory memory;
-  std::vector<bullet::ManifoldContact> corners = {contact(3, 10, 0, 0), contact(3, 10, 1, 0)};
+  std::vector<detail::ManifoldContact> corners = {contact(3, 10, 0, 0), contact(3, 10, 1, 0)};
   corners[0].feature = 100;
   corners[1].feature = 101;
   (void)keep_segments(std::span(corners).first(1), kBeside, kAlike, memory);
@@ -108,7 +109,7 @@ TEST(SegmentContacts, AnotherShellOrLevelForgetsAll) {
   PointshellView shell;
   shell.position[0] = codes;
   shell.points = 100;
-  const std::vector<bullet::ManifoldContact> contacts = {contact(3, 10, 0, 0)};
+  const std::vector<detail::ManifoldContact> contacts = {contact(3, 10, 0, 0)};
   const auto is_kept = [&](const PointshellView& of_shell, std::uint32_t level) {
     (void)keep_segments(contacts, kBeside, kAlike, memory);
     memory.belong_to(of_shell, level);
@@ -135,18 +136,21 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
     body.setLinearVelocity({0, 0, btScalar(-speed)});
     const bullet::Pair pair{bullet::PairBody(&shape, &body, body.getWorldTransform()),
                             bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
-    return bullet::approach(pair, btScalar(1 / rate));
+    StepMotion motions[2];
+    detail::StepPair of_step = bullet::in_step(pair);
+    bullet::add_motions(pair, btScalar(1 / rate), motions, of_step);
+    return detail::approach(of_step);
   };
   // In a step a body falls 10.9 mm, five times that is 54.5 mm; a voxel is 4 mm.
   EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
-  EXPECT_EQ(approach(0).phase, bullet::Approach::Phase::resting);
-  EXPECT_EQ(approach(1.4).phase, bullet::Approach::Phase::resting);
-  EXPECT_EQ(approach(1.5).phase, bullet::Approach::Phase::landing);
+  EXPECT_EQ(approach(0).phase, detail::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.4).phase, detail::Approach::Phase::resting);
+  EXPECT_EQ(approach(1.5).phase, detail::Approach::Phase::landing);
   EXPECT_NEAR(approach(1.5).way, 0.0609, 1e-4);
   // At 40 Hz it falls 6.1 mm, less than two voxels.
-  EXPECT_EQ(approach(0, 40).phase, bullet::Approach::Phase::still);
-  EXPECT_EQ(approach(0.15, 40).phase, bullet::Approach::Phase::still);
-  EXPECT_EQ(approach(0.17, 40).phase, bullet::Approach::Phase::resting);
+  EXPECT_EQ(approach(0, 40).phase, detail::Approach::Phase::still);
+  EXPECT_EQ(approach(0.15, 40).phase, detail::Approach::Phase::still);
+  EXPECT_EQ(approach(0.17, 40).phase, detail::Approach::Phase::resting);
   body.setRestitution(1);
   floor.setRestitution(1);
   EXPECT_EQ(approach(1.5).way, 0);
@@ -163,16 +167,19 @@ TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
     const bullet::Pair pair{bullet::PairBody(&slab, &floor, floor.getWorldTransform()),
                             bullet::PairBody(&wheel, &body, body.getWorldTransform())};
     Contact contact;
-    contact.position = {0, 0, -0.05F};
-    contact.inward_normal = {0, 0, -1};
+    const btTransform to_field = bullet::field_frame(pair.field).inverse();
+    contact.position = bullet::to_vec3(to_field * btVector3(0, 0, btScalar(-0.05)));
+    contact.inward_normal = bullet::to_vec3(to_field * btVector3(0, 0, -1));
     for (const double spin : {1.0, 100.0}) {
       body.setLinearVelocity({0, 0, -1});
       body.setAngularVelocity({btScalar(spin), 0, 0});
-      bullet::PairMemory memory;
-      bullet::FoundContacts found;
-      found.frame = body.getWorldTransform();
+      StepMotion motions[2];
+      detail::StepPair of_step = bullet::in_step(pair);
+      bullet::add_motions(pair, btScalar(1.0 / 60), motions, of_step);
+      bullet::PairPartner partner;
+      detail::FoundContacts found;
       found.contacts = {&contact, 1};
-      bullet::keep_arriving(pair, btScalar(1.0 / 60), memory, found);
+      detail::keep_arriving(of_step, *partner.of(pair, true), found);
       EXPECT_EQ(found.may_slide, spin > 50) << far;
     }
   }

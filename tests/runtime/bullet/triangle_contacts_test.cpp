@@ -4,7 +4,7 @@
 #include <cstring>
 #include <numbers>
 
-#include "runtime/bullet/find_contacts.h"
+#include "tests/runtime/bullet/found_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 
 namespace vps::test {
@@ -86,7 +86,7 @@ TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
   btBvhTriangleMeshShape mesh(&triangles, true);
   const btCollisionObject object;
   const auto at = [](double z) { return btTransform(btQuaternion::getIdentity(), {btScalar(0.0017), 0, btScalar(z)}); };
-  bullet::PairMemory memory;
+  PairSearch search;
   const std::uint32_t points = shape.pointshell().points;
   std::vector<std::uint32_t> before;
   for (const double depth : {0.002, 0.00201, 0.00202}) {
@@ -94,13 +94,13 @@ TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
                                                    bullet::PairBody(&mesh, &object, btTransform::getIdentity()));
     QueryOptions options;
     options.contact_distance = 1e-4F;
-    bullet::FoundContacts found;
-    ASSERT_EQ(bullet::find_contacts(pair, options, memory, found), Status::ok);
+    ASSERT_EQ(search.find(pair, options), Status::ok);
+    const detail::FoundContacts& found = search.found;
     ASSERT_EQ(found.features.size(), found.contacts.size());
     std::vector<std::uint32_t> corners;
     for (std::size_t i = 0; i < found.contacts.size(); ++i) {
       EXPECT_LT(found.contacts[i].point, points);
-      const std::uint32_t feature = bullet::feature_of(found.contacts, found.features, i);
+      const std::uint32_t feature = detail::feature_of(found.contacts, found.features, i);
       if (feature >= points) corners.push_back(feature);
     }
     EXPECT_FALSE(corners.empty()) << depth;
@@ -210,16 +210,16 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
     Ground ground(Kind::bvh, 0.5, 40, bumps);
     btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
     btRigidBody& body = scene.add(shape, 1, turned({1, 0, 0}, 0.3, {0, 0, btScalar(0.06)}));
-    bullet::PairMemory memory;
-    const auto found_with = [&](bullet::PairMemory& with) {
+    PairSearch search;
+    const auto found_with = [&](PairSearch& with) {
       const bullet::Pair pair =
           bullet::assign_roles(bullet::PairBody(&shape, &body, body.getWorldTransform()),
                                bullet::PairBody(floor.getCollisionShape(), &floor, floor.getWorldTransform()));
       QueryOptions options;
-      options.contact_distance = static_cast<float>(bullet::contact_distance(pair));
+      options.contact_distance = bullet::in_step(pair).touching();
       options.segment_level = shape.segment_level();
-      bullet::FoundContacts found;
-      EXPECT_EQ(bullet::find_contacts(pair, options, with, found), Status::ok);
+      EXPECT_EQ(with.find(pair, options), Status::ok);
+      const detail::FoundContacts& found = with.found;
       // Copied, as the thread's next query overwrites this memory.
       return std::pair(std::vector<Contact>(found.contacts.begin(), found.contacts.end()),
                        std::vector<std::uint32_t>(found.features.begin(), found.features.end()));
@@ -228,10 +228,10 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
     int used = 0;
     for (int i = 0; i < 240; ++i) {
       scene.step(1);
-      const Pose reference = memory.triangles.reference;
-      const auto [remembered, old_features] = found_with(memory);
-      used += std::memcmp(&reference, &memory.triangles.reference, sizeof reference) == 0;
-      bullet::PairMemory none;
+      const Pose reference = search.partner.triangles().reference;
+      const auto [remembered, old_features] = found_with(search);
+      used += std::memcmp(&reference, &search.partner.triangles().reference, sizeof reference) == 0;
+      PairSearch none;
       const auto [fresh, features] = found_with(none);
       ASSERT_EQ(old_features, features) << i;
       for (std::size_t k = 0; k < fresh.size(); ++k) {

@@ -219,8 +219,8 @@ TEST(CBatch, ContactsOfStepsAreThoseOfSingleCalls) {
   constexpr std::size_t kRoom = 6;
   VpsScratch* scratch = nullptr;
   ASSERT_EQ(vps_scratch_create(&scratch), vps_ok);
-  VpsStepBody first{vps_map_ref(torus.map), {}, torus.shell};
-  const VpsStepBody second{vps_map_ref(torus.map), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, torus.shell};
+  VpsStepBody first{vps_map_ref(torus.map), {}, torus.shell, nullptr};
+  const VpsStepBody second{vps_map_ref(torus.map), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, torus.shell, nullptr};
   for (const std::uint32_t threads : {1U, 3U}) {
     const Batch batch(threads);
     std::vector<VpsStepContact> contacts(kRoom * at.size());
@@ -320,7 +320,7 @@ TEST(CBatch, MisuseGetsAStatus) {
                                {reinterpret_cast<char*>(contacts) + 1, 80}, 1, out(&result)),
             vps_bad_argument)
       << "misaligned";
-  const VpsStepBody body{field, pose, torus.shell};
+  const VpsStepBody body{field, pose, torus.shell, nullptr};
   VpsStepContact steps[2];
   std::uint32_t counts[1];
   const auto step = [&](const VpsStepOptions& of, std::size_t capacity, VpsArray to) {

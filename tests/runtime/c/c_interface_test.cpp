@@ -220,7 +220,12 @@ TEST(CInterface, SaysWhatTheCppInterfaceSays) {
             Status::ok);
   expect_steps(c->step_contacts, c->step_count, found);
   found = room;
-  ASSERT_EQ(step_contacts({VoxelmapView(), pose, &shell}, {half_space, Pose()}, {}, step, found), Status::ok);
+  StepMotion rising;
+  rising.way = {0, 0, 0.01F};
+  rising.turn = {0.01F, 0, 0};
+  rising.radius = 0.1F;
+  const StepBody ground{half_space, Pose(), nullptr, &rising};
+  ASSERT_EQ(step_contacts({VoxelmapView(), pose, &shell}, ground, {}, step, found), Status::ok);
   expect_steps(c->ground_contacts, c->ground_count, found);
 
   ShellRole role{};

@@ -123,10 +123,11 @@ int ask(const char* path, const VpsPose* pose, const float point[3], const float
   EXPECT(vps_penalty_gradient(answers->contacts, NULL, count, &kLaw, &kTwist, &answers->gradient) == vps_ok);
   EXPECT(vps_reduce_contacts(answers->contacts, count, kTwist.centre, scratch, answers->kept, kKept,
                              &answers->reduction) == vps_ok);
-  const VpsStepBody first = {vps_map_ref(map), *pose, shell};
-  const VpsStepBody second = {vps_map_ref(map), origin, shell};
-  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), origin, NULL};
-  const VpsStepBody points = {vps_map_ref(NULL), *pose, shell};
+  const VpsStepBody first = {vps_map_ref(map), *pose, shell, NULL};
+  const VpsStepBody second = {vps_map_ref(map), origin, shell, NULL};
+  const VpsStepMotion rising = {.way = {0, 0, 0.01f}, .turn = {0.01f, 0, 0}, .radius = 0.1f};
+  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), origin, NULL, &rising};
+  const VpsStepBody points = {vps_map_ref(NULL), *pose, shell, NULL};
   VpsStepOptions springs = {.use = vps_step_springs};
   EXPECT(vps_step_memory_create(&springs.memory) == vps_ok);
   for (int i = 0; i < 2; ++i) {
@@ -353,10 +354,12 @@ static int misuse_contacts(void) {
 static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   const VpsPose pose = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}};
   const VpsPose nowhere = {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {NAN, 0, 0}};
-  const VpsStepBody body = {vps_map_ref(map), pose, shell};
-  const VpsStepBody lost = {vps_map_ref(map), nowhere, shell};
-  const VpsStepBody nothing = {vps_map_ref(NULL), pose, NULL};
-  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), pose, NULL};
+  const VpsStepBody body = {vps_map_ref(map), pose, shell, NULL};
+  const VpsStepBody lost = {vps_map_ref(map), nowhere, shell, NULL};
+  const VpsStepBody nothing = {vps_map_ref(NULL), pose, NULL, NULL};
+  const VpsStepBody ground = {vps_half_space_ref(&kHalfSpace), pose, NULL, NULL};
+  const VpsStepMotion endless = {.way = {NAN, 0, 0}};
+  const VpsStepBody thrown = {vps_map_ref(map), pose, shell, &endless};
   const VpsStepOptions inside = {-1, vps_step_samples, NULL};
   const VpsStepOptions other = {0, vps_step_springs + 1, NULL};
   VpsStepMemory* memory = NULL;
@@ -376,6 +379,7 @@ static int misuse_steps(const VpsPointshell* shell, const VpsVoxelmap* map) {
   REFUSED(vps_step_contacts(&body, &ground, &inside, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&body, &ground, &other, s, &c, 1, &count));
   REFUSED(vps_step_contacts(&nothing, &ground, NULL, s, &c, 1, &count));
+  REFUSED(vps_step_contacts(&thrown, &ground, NULL, s, &c, 1, &count));
   EXPECT(vps_step_contacts(&ground, &ground, NULL, s, &c, 1, &count) == vps_missing_part);
   EXPECT(vps_step_contacts(&lost, &ground, NULL, s, &c, 1, &count) == vps_bad_pose);
   EXPECT(count == 42);

@@ -9,6 +9,7 @@
 #include "runtime/fields/penetration.h"
 #include "runtime/vps_contacts.h"
 #include "tests/support/baked.h"
+#include "tests/support/poses.h"
 #include "tests/support/shapes.h"
 
 namespace vps::test {
@@ -30,13 +31,6 @@ struct BakedBody {
     EXPECT_EQ(asset->voxelmap(map), Status::ok);
   }
   [[nodiscard]] StepBody at(double x, double y, double z) const { return {map, pose_at(x, y, z), &shell}; }
-  static Pose pose_at(double x, double y, double z) {
-    Pose pose;
-    pose.translation[0] = x;
-    pose.translation[1] = y;
-    pose.translation[2] = z;
-    return pose;
-  }
 };
 
 struct Step {
@@ -138,7 +132,7 @@ TEST(StepContacts, ABallTouchesBetweenItsPoints) {
 
 // A rotation that turns a cube's corner down.
 Pose on_corner(double x, double y, double z) {
-  Pose pose = BakedBody::pose_at(x, y, z);
+  Pose pose = pose_at(x, y, z);
   const double a = std::sqrt(0.5);
   const double b = std::sqrt(1 / 6.0);
   const double c = -std::sqrt(1 / 3.0);
@@ -155,7 +149,7 @@ TEST(StepContacts, SmallBodiesTouchAFaceBetweenItsPoints) {
   for (int i = 0; i < 6; ++i) {
     const double x = 0.0013 + 0.0004 * i;
     const double y = 0.0007 - 0.0003 * i;
-    const auto above = [&](double height) { return BakedBody::pose_at(x, y, 0.02 + height - kDepth); };
+    const auto above = [&](double height) { return pose_at(x, y, 0.02 + height - kDepth); };
     Step step;
     for (const StepBody& body : {StepBody{sphere, above(0.0006)}, StepBody{capsule, above(0.0066)},
                                  StepBody{box, on_corner(x, y, 0.02 + 0.005 * std::sqrt(3.0) - kDepth)}}) {
@@ -236,6 +230,76 @@ TEST(StepContacts, OfThinnedFacesBothBodiesGiveTheirPoints) {
   }
 }
 
+TEST(StepContacts, AFastBodyHasContactsWhereItArrivesInTheStep) {
+  const HalfSpaceField plane;
+  StepMotion falls;
+  falls.way = {0, 0, -0.01F};
+  StepBody body = cube().at(0, 0, 0.026);
+  body.motion = &falls;
+  Step step;
+  ASSERT_EQ(step.find(body, {plane, Pose()}, {}, 16), Status::ok);
+  ASSERT_GE(step.contacts.size(), 4U);
+  double least[2] = {};
+  double most[2] = {};
+  for (const StepContact& contact : step.contacts) {
+    EXPECT_NEAR(contact.penetration, -0.006, 1e-4);
+    EXPECT_NEAR(contact.position[2], 0.003, 1e-4);
+    EXPECT_GT(contact.normal.z, 0.999F);
+    for (int k = 0; k < 2; ++k) {
+      least[k] = std::min(least[k], contact.position[k]);
+      most[k] = std::max(most[k], contact.position[k]);
+    }
+  }
+  for (int k = 0; k < 2; ++k) EXPECT_GT(most[k] - least[k], 0.03);
+  // The same motion of the ground, and motions that do not close the gap.
+  StepMotion rises;
+  rises.way = {0, 0, 0.01F};
+  const std::size_t found = step.contacts.size();
+  body.motion = nullptr;
+  ASSERT_EQ(step.find(body, {plane, Pose(), nullptr, &rises}, {}, 16), Status::ok);
+  EXPECT_EQ(step.contacts.size(), found);
+  for (const Vec3 way : {Vec3{0, 0, 0.01F}, Vec3{0.01F, 0, 0}, Vec3{0, 0, -0.005F}}) {
+    falls.way = way;
+    body.motion = &falls;
+    ASSERT_EQ(step.find(body, {plane, Pose()}, {}, 16), Status::ok);
+    EXPECT_TRUE(step.contacts.empty()) << way.x << ' ' << way.z;
+  }
+  ASSERT_EQ(step.find(cube().at(0, 0, 0.026), {plane, Pose()}, {}, 16), Status::ok);
+  EXPECT_TRUE(step.contacts.empty());
+  falls.way.x = std::nanf("");
+  EXPECT_EQ(step.find(body, {plane, Pose()}), Status::bad_argument);
+}
+
+TEST(StepContacts, ABallIsFoundWhereverItTouchesABody) {
+  Random random;
+  Step step;
+  const auto is_found_at = [&](const auto& field) {
+    for (int n = 0; n < 40; ++n) {
+      const Pose pose = random_pose(random, 1);
+      const Pose other = random_pose(random, 1);
+      // Of the ball's centre: from the field's, until its surface is 1 mm deep.
+      const Vec3 way{static_cast<float>(other.rotation[2]), static_cast<float>(other.rotation[5]),
+                     static_cast<float>(other.rotation[8])};
+      float in = 0;
+      float out = 1;
+      for (int i = 0; i < 30; ++i) {
+        const float middle = (in + out) / 2;
+        const bool touches = penetration(field, {middle * way.x, middle * way.y, middle * way.z}) > -0.019F;
+        (touches ? in : out) = middle;
+      }
+      const auto centre = moved(pose, {double{in * way.x}, double{in * way.y}, double{in * way.z}});
+      ASSERT_EQ(step.find(ball().at(centre[0], centre[1], centre[2]), {field, pose}), Status::ok);
+      EXPECT_FALSE(step.contacts.empty()) << n;
+    }
+  };
+  using Profile = RevolvedField::Profile;
+  is_found_at(BoxField{{0.03F, 0.02F, 0.01F}});
+  is_found_at(SphereField{0.03F});
+  is_found_at(RevolvedField{Profile::capsule, 0.01F, 0.03F, 0});
+  is_found_at(RevolvedField{Profile::cylinder, 0.03F, 0.01F, 0.002F});
+  is_found_at(RevolvedField{Profile::cone, 0.02F, 0.03F, 0.002F});
+}
+
 TEST(StepContacts, RefusesWhatItCannotAnswer) {
   const HalfSpaceField plane;
   const SphereField sphere{0.01F};
@@ -243,7 +307,7 @@ TEST(StepContacts, RefusesWhatItCannotAnswer) {
   EXPECT_EQ(step.find({plane, Pose()}, {sphere, Pose()}), Status::missing_part);
   const VoxelmapView none;
   EXPECT_EQ(step.find({none, Pose(), &cube().shell}, {none, Pose(), &ball().shell}), Status::missing_part);
-  EXPECT_EQ(step.find({none, BakedBody::pose_at(0, 0, 0.0199), &cube().shell}, {plane, Pose()}), Status::ok);
+  EXPECT_EQ(step.find({none, pose_at(0, 0, 0.0199), &cube().shell}, {plane, Pose()}), Status::ok);
   EXPECT_EQ(step.contacts.size(), 4U);
   EXPECT_EQ(step.find(cube().at(0, 0, 0), {plane, Pose()}, {}, 0), Status::bad_argument);
   EXPECT_EQ(step.find(cube().at(0, 0, 0), {plane, Pose()}, {-1}), Status::bad_argument);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Zlib
-/// @file Gives contacts their final direction and penetration. Internal. Paper: Sec. 2.3.
+/// @file Gives the contacts of a pair their final direction and penetration. Internal. Paper: Sec. 2.3.
 #pragma once
 
-#include "runtime/bullet/find_contacts.h"
+#include "runtime/contacts/find_contacts.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 
 /// Sets the final direction of contacts, along which the shell's body is pushed, and projects their area along it. At
 /// edges and corners the shell's normal is an average of its faces' normals. As a contact normal it pushes sideways,
@@ -13,13 +13,18 @@ namespace vps::bullet {
 /// past an edge are removed.
 /// @param contacts  some of those that were found
 /// @return number of contacts left; they come first
-std::size_t refine(const Pair& pair, PairMemory& memory, const FoundContacts& found,
+std::size_t refine(const StepPair& pair, const Partner& partner, const FoundContacts& found,
                    std::span<ManifoldContact> contacts);
 
 /// The same for all contacts with a convex body. Its planes only bound it: its nearest face, edge or corner gives the
 /// contact.
 /// @param reach  largest distance of a contact off the surface, with the margins. [m]
-void finish_polytope(const Pair& pair, const ConvexPlanes& planes, const PolytopeField& field, float reach,
-                     FoundContacts& found);
+void finish_convex(const StepPair& pair, const Partner& partner, float reach, FoundContacts& found);
 
-}  // namespace vps::bullet
+/// Moves contacts from the points of the shell to where the bodies overlap most, see Slides.
+/// @param contacts  refined; distances of shells without a voxelmap are not known, their contacts stay as they are
+/// @return number of contacts left; they come first, in their order
+std::size_t move_between_samples(const StepPair& pair, const Partner& partner, const FoundContacts& found,
+                                 PairMemory& memory, Workspace& space, std::span<ManifoldContact> contacts);
+
+}  // namespace vps::detail

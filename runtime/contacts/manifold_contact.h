@@ -6,7 +6,7 @@
 
 #include "runtime/vps_runtime.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 
 /// A contact as a manifold keeps it.
 struct ManifoldContact : Contact {
@@ -30,4 +30,4 @@ inline std::uint32_t corner_feature(const PointshellView& shell, std::uint32_t t
   return shell.points + (3 * triangle + corner) % 0x7F000000U;
 }
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

@@ -2,14 +2,14 @@
 /// @file Speculative contacts of bodies that move far in a step. Internal.
 #pragma once
 
-#include "runtime/bullet/find_contacts.h"
+#include "runtime/contacts/find_contacts.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 
 /// How far the surfaces of a pair may approach each other in a step.
 struct Approach {
   enum class Phase : std::uint8_t { still, resting, landing };
-  btScalar way = 0;  ///< upper bound if it is more than a voxel, else 0. [m]
+  float way = 0;  ///< upper bound if it is more than a voxel, else 0. [m]
   /// Whether the bodies move together. The solver may stop one of them in the step: `way` is also that of each body
   /// alone, up to the fall of five steps.
   bool is_joint = false;
@@ -19,17 +19,16 @@ struct Approach {
 };
 
 /// Speculative contacts are sought up to this far ahead, so that the solver stops a body at the surface and not behind
-/// it. The way is 0 for a pair with restitution: speculative contacts would remove the bounce.
-[[nodiscard]] Approach approach(const Pair& pair, btScalar step);
+/// it. The way is 0 for a pair without motions.
+[[nodiscard]] Approach approach(const StepPair& pair) noexcept;
 
-/// Motion of the shell in a step, relative to the field's body.
-/// @param frame  of the result, in the world
-detail::RelativeMotion motion_in(const Pair& pair, btScalar step, const btTransform& frame);
+/// Motion of the shell in the step, relative to the field's body, contacts' frame.
+[[nodiscard]] RelativeMotion motion_of(const StepPair& pair, const FoundContacts& found) noexcept;
 
 /// Removes speculative contacts that do not close in the step: a point that flies past an edge does not arrive at the
 /// nearest place of the surface. The others get the direction and the gap of the place where they arrive. Of bodies
-/// that move together those stay that close if one of the two is stopped. Contacts with triangle meshes are left as
-/// they are.
-void keep_arriving(const Pair& pair, btScalar step, PairMemory& memory, FoundContacts& found);
+/// that move together those stay that close if one of the two is stopped. Contacts with sheets are left as they are.
+/// @pre the pair has motions
+void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& found);
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

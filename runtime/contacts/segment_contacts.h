@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "runtime/bullet/manifold_contact.h"
+#include "runtime/contacts/manifold_contact.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 
 /// Three points support a face.
 inline constexpr int kContactsPerSegment = 3;
@@ -41,4 +41,4 @@ struct SegmentMemory {
 std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> contacts, float beside, float alike,
                                             SegmentMemory& memory);
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

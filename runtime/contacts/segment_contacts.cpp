@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // Matches the contacts of each segment with those of the step before. Paper: Sec. 2.4.
-#include "runtime/bullet/segment_contacts.h"
+#include "runtime/contacts/segment_contacts.h"
 
 #include <algorithm>
 #include <array>
@@ -8,17 +8,16 @@
 
 #include "runtime/fields/penetration.h"
 
-namespace vps::bullet {
+namespace vps::detail {
 namespace {
 
-using detail::operator-;
 using Kept = std::array<const ManifoldContact*, kContactsPerSegment>;
 
 // The place that a new deepest point takes.
 const ManifoldContact*& place_for(const ManifoldContact& fresh, float beside, Kept& kept) {
   const auto worth = [&](const ManifoldContact* one) {
     if (one == nullptr) return -std::numeric_limits<float>::max();
-    const bool is_beside = detail::length(one->position - fresh.position) < beside;
+    const bool is_beside = length(one->position - fresh.position) < beside;
     return is_beside ? -std::numeric_limits<float>::infinity() : one->penetration;
   };
   return *std::min_element(kept.begin(), kept.end(),
@@ -65,4 +64,4 @@ std::span<const SegmentPoint> keep_segments(std::span<const ManifoldContact> con
   return memory.points;
 }
 
-}  // namespace vps::bullet
+}  // namespace vps::detail

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Zlib
+// Follows points along the motion of the step, to where they meet the partner.
+#include "runtime/contacts/arriving_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "runtime/contacts/refine_contact.h"
+#include "runtime/contacts/round_contacts.h"
+#include "runtime/fields/analytic_fields.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+namespace {
+
+// A body that rests may fall for so many steps.
+constexpr float kStepsFromRest = 5;
+
+// Bodies move together if one of them is faster than both approach each other, by this factor.
+constexpr float kMoveTogether = 1.2F;
+// They roll on each other only if they turn by so much in a step.
+constexpr float kTurned_vx = 0.3F;
+
+// The motion of a body, seen from the frame of contacts.
+struct Course {
+  RelativeMotion motion;
+  Vec3 centre;
+
+  Course(const StepMotion& of_body, const Pose& frame) noexcept {
+    const double* const r = frame.rotation;
+    double arm[3];
+    for (int i = 0; i < 3; ++i) arm[i] = of_body.centre[i] - frame.translation[i];
+    const auto turned_back = [r](const double(&v)[3]) {
+      float out[3];
+      for (int i = 0; i < 3; ++i) out[i] = static_cast<float>(r[i] * v[0] + r[3 + i] * v[1] + r[6 + i] * v[2]);
+      return Vec3{out[0], out[1], out[2]};
+    };
+    const Vec3 w = of_body.way;
+    const Vec3 t = of_body.turn;
+    centre = turned_back(arm);
+    motion.turn = turned_back({t.x, t.y, t.z});
+    motion.shift = turned_back({w.x, w.y, w.z}) - cross(motion.turn, centre);
+  }
+  [[nodiscard]] float turned_at(Vec3 place) const noexcept { return length(cross(motion.turn, place - centre)); }
+};
+RelativeMotion difference(const RelativeMotion& a, const RelativeMotion& b) noexcept {
+  return {a.shift - b.shift, a.turn - b.turn};
+}
+const Pose& frame_of(const StepPair& pair, const FoundContacts& found) noexcept {
+  return found.in_shell_frame ? pair.shell_pose : pair.field_pose;
+}
+
+// No farther from the surface than the point is: a step must not miss it.
+float least_penetration(const VoxelmapView& map, Vec3 p) noexcept {
+  return own_penetration(map, p, {}).v;
+}
+template <class Field>
+float least_penetration(const Field& field, Vec3 p) noexcept {
+  return value_at(field, p);
+}
+
+// Follows a point in steps as long as its distance from the field (sphere tracing; Hart 1996).
+// @param way     motion of the point in the step, contacts' frame. [m]
+// @param margin  thickness by the bodies' margins that the field does not include. [m]
+// @param near    distance from the surface at which it has arrived. [m]
+// @return whether it arrives where the surfaces face each other; false also for points that take too many steps: they
+// graze
+template <class Field>
+bool arrives(const Field& field, Contact& contact, Vec3 way, float margin, float near) {
+  constexpr int kSteps = 256;
+  const float size = length(way);
+  float t = 0;
+  for (int i = 0; i < kSteps && t < 1; ++i) {
+    const Vec3 p = contact.position + t * way;
+    const float gap = -least_penetration(field, p) - margin;
+    if (gap <= near) {
+      const Vec3 normal = vps::outward_normal(field, p);
+      if (!(dot(normal, normal) > 0)) return true;
+      if (dot(normal, contact.inward_normal) < kGrazing) return false;
+      contact.inward_normal = normal;
+      contact.penetration = -std::max(0.0F, dot(normal, contact.position - p) + gap);
+      return true;
+    }
+    t += gap / size;
+  }
+  return false;
+}
+
+// Follows a place of the partner, the centre of a round end or a corner, into the shell's distance field.
+// @param motion  of the shell, relative to the partner
+bool arrives_on_map(const StepPair& pair, const Partner& partner, const FoundContacts& found, const Contact& contact,
+                    float near, const RelativeMotion& motion) {
+  const std::optional<Round> round = round_of(partner.field);
+  const float thickness = round ? round->radius : 0;
+  const Vec3 centre = contact.position + (contact.penetration - pair.margin - thickness) * contact.inward_normal;
+  const Transform to_shell = found.in_shell_frame ? Transform(Pose()) : pair.to_shell();
+  Contact moving = contact;
+  moving.position = to_shell.apply(centre);
+  moving.inward_normal = -1.0F * to_shell.rotate(contact.inward_normal);
+  return arrives(pair.distances, moving, -1.0F * to_shell.rotate(way_at(motion, centre)), thickness + pair.margin,
+                 near);
+}
+
+// Whether one of the bodies rolls: it turns about the deepest contact faster than it falls onto it, and does not fall
+// far. Its other contacts ahead then lie on surfaces that roll past. A body deep in the other one does not roll:
+// all contacts push it out.
+bool rolls(const StepPair& pair, const Course& shell, const Course& partner, const FoundContacts& found) {
+  constexpr float kDeep_vx = 2;
+  constexpr float kHop_vx = 5;  // a wheel comes down from its hops
+  const auto voxel = static_cast<float>(pair.voxel_size);
+  const auto is_shallower = [](const Contact& a, const Contact& b) { return a.penetration < b.penetration; };
+  const auto deepest = std::max_element(found.contacts.begin(), found.contacts.end(), is_shallower);
+  if (deepest == found.contacts.end()) return true;
+  if (deepest->penetration > kDeep_vx * voxel) return false;
+  const Vec3 place = deepest->position;
+  const float fall = std::abs(dot(deepest->inward_normal, way_at(difference(shell.motion, partner.motion), place)));
+  const float turned = std::max(shell.turned_at(place), partner.turned_at(place));
+  const float from_rest = kStepsFromRest * length(pair.shell_motion->fall - pair.field_motion->fall);
+  if (found.is_joint && turned < kTurned_vx * voxel) return false;
+  return turned > fall && fall < kHop_vx * voxel + from_rest;
+}
+
+}  // namespace
+
+Approach approach(const StepPair& pair) noexcept {
+  if (pair.shell_motion == nullptr || pair.field_motion == nullptr) return {};
+  const StepMotion& shell = *pair.shell_motion;
+  const StepMotion& field = *pair.field_motion;
+  const auto swing = [](const StepMotion& body) {
+    const float turn = length(body.turn);
+    return turn > 0 ? turn * body.radius : 0;
+  };
+  const float spin = swing(shell) + swing(field);
+  const float between = length(shell.way - field.way);
+  const float way = between + spin;
+  constexpr float kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
+  if (!(way < kFarthest)) return {};
+  const auto voxel = static_cast<float>(pair.voxel_size);
+  if (shell.yields && field.yields) {
+    const float fastest = std::max(length(shell.way), length(field.way));
+    const float fall = std::max(length(shell.fall), length(field.fall));
+    const float alone = std::min(fastest + spin, kStepsFromRest * fall);
+    if (fastest > kMoveTogether * between && alone > voxel && alone < kFarthest) {
+      const bool is_still = way <= voxel && fall <= 2 * voxel;
+      return {std::max(way, alone), true, is_still ? Approach::Phase::still : Approach::Phase::resting};
+    }
+  }
+  if (!(way > voxel)) return {};
+  const float fall = length(shell.fall - field.fall);
+  if (way > voxel + kStepsFromRest * fall) return {way, false, Approach::Phase::landing};
+  // Four contacts of a body that falls farther in a step may all lie on one side: it would tip through the ground.
+  const bool is_still = way <= voxel + fall && fall <= 2 * voxel;
+  return {way, false, is_still ? Approach::Phase::still : Approach::Phase::resting};
+}
+
+RelativeMotion motion_of(const StepPair& pair, const FoundContacts& found) noexcept {
+  const Pose& frame = frame_of(pair, found);
+  return difference(Course(*pair.shell_motion, frame).motion, Course(*pair.field_motion, frame).motion);
+}
+
+void keep_arriving(const StepPair& pair, const Partner& partner, FoundContacts& found) {
+  const Pose& frame = frame_of(pair, found);
+  const Course of_shell(*pair.shell_motion, frame);
+  const Course of_partner(*pair.field_motion, frame);
+  found.motion = difference(of_shell.motion, of_partner.motion);
+  found.turn = length(found.motion.turn);
+  const RelativeMotion if_shell_stops = difference({}, of_partner.motion);
+  const float near = pair.touching();
+  const auto keep = [&](const auto& field) {
+    const auto arrives_by = [&](const RelativeMotion& motion, Contact& contact) {
+      if (found.is_on_map(contact)) return arrives_on_map(pair, partner, found, contact, near, motion);
+      return arrives(field, contact, way_at(motion, contact.position), pair.margin, near);
+    };
+    const auto is_none = [&](Contact& contact) {
+      if (contact.penetration >= -near || arrives_by(found.motion, contact)) return false;
+      return !found.is_joint || !(arrives_by(of_shell.motion, contact) || arrives_by(if_shell_stops, contact));
+    };
+    const auto last = std::remove_if(found.contacts.begin(), found.contacts.end(), is_none);
+    found.contacts = {found.contacts.begin(), last};
+  };
+  if (found.refined == FoundContacts::Refined::none) {
+    found.refined = FoundContacts::Refined::arriving;
+  }
+  found.arriving_beyond = near;
+  if (partner.sheet == nullptr) {
+    partner.field.visit(keep);
+  }
+  // Corners that do not arrive must not cost a landing body its segments.
+  found.has_map_contacts = std::any_of(found.contacts.begin(), found.contacts.end(),
+                                       [&](const Contact& contact) { return found.is_on_map(contact); });
+  found.may_slide = rolls(pair, of_shell, of_partner, found);
+}
+
+}  // namespace vps::detail

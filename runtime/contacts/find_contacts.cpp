@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Zlib
+// Finds contacts with each kind of partner.
+#include "runtime/contacts/find_contacts.h"
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+#include "runtime/contacts/arriving_contacts.h"
+#include "runtime/contacts/refine_contacts.h"
+#include "runtime/contacts/round_contacts.h"
+#include "runtime/fields/analytic_fields.h"
+#include "runtime/fields/penetration.h"
+
+namespace vps::detail {
+namespace {
+
+float penetration_at(const VoxelmapView& map, Vec3 p, Vec3 into_shell) {
+  return vps::penetration(map, p, into_shell);
+}
+template <class Field>
+float penetration_at(const Field& field, Vec3 p, Vec3) {
+  return value_at(field, p);
+}
+
+// A segment farther off the surface is about to land, and its deepest point is enough. With more contacts, 10
+// iterations of the solver do not suffice.
+constexpr float kTouching_vx = 8;
+
+// Largest distance off the surface of a contact, and of a segment that touches. [m]
+struct SegmentReach {
+  float contact, touching;
+};
+
+// Where a point of a segment is now.
+template <class Field>
+Contact contact_at(const PointshellView& shell, const Field& field, const Transform& to_field,
+                   const SegmentPoint& old) {
+  const Vec3 position = to_field.apply(point_position(shell, old.point));
+  const Vec3 into_shell = to_field.rotate(point_inward_normal(shell, old.point));
+  return {position,  into_shell, penetration_at(field, position, into_shell), point_area(shell, old.point),
+          old.point, old.node};
+}
+
+void sort_by_segments(std::span<Contact> contacts) {
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return std::pair(a.node, a.point) < std::pair(b.node, b.point); });
+}
+
+// Tests again the points where a segment was in contact in the last step, if it still touches.
+// @param contacts  `found` contacts of the query, and room for more
+// @return number of contacts, which are in tree order
+template <class Field>
+std::size_t test_again(const PointshellView& shell, const Field& field, const Pose& pose, SegmentReach reach,
+                       std::span<const SegmentPoint> before, std::span<Contact> contacts, std::size_t found) {
+  const Transform to_field(pose);
+  std::size_t count = found;
+  for (const SegmentPoint& old : before) {
+    const auto deepest = std::find_if(contacts.begin(), contacts.begin() + found,
+                                      [&](const Contact& contact) { return contact.node == old.node; });
+    const bool touches = deepest != contacts.begin() + found && deepest->penetration >= -reach.touching;
+    if (!touches || deepest->point == old.point || count == contacts.size()) continue;
+    contacts[count] = contact_at(shell, field, to_field, old);
+    if (contacts[count].penetration >= -reach.contact) ++count;
+  }
+  if (count > found) sort_by_segments(contacts.first(count));
+  return count;
+}
+
+// Tests only the points that the segments kept in the last step.
+// @return false if one of them is no longer in contact
+template <class Field>
+bool test_only(const PointshellView& shell, const Field& field, const Pose& pose, SegmentReach reach,
+               std::span<const SegmentPoint> before, std::span<Contact> contacts) {
+  const Transform to_field(pose);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    contacts[i] = contact_at(shell, field, to_field, before[i]);
+    if (!(contacts[i].penetration >= -reach.contact)) return false;
+  }
+  sort_by_segments(contacts.first(before.size()));
+  return true;
+}
+
+// What every partner's query needs.
+struct FieldQuery {
+  const StepPair& pair;
+  const Partner& partner;
+  QueryOptions options;  // with the margins and the cache
+  PairMemory& memory;
+  Workspace& space;
+  bool chooses = false;  // a few of many
+};
+
+// Whether the points in contact need nothing but their depth before some are chosen. Those of bodies without faces have
+// none, and those with round bodies are seeds of others.
+bool has_hits_only(const Partner& partner) {
+  if (partner.convex != nullptr) return partner.convex->has_faces();
+  return !round_of(partner.field);
+}
+
+// Gives hits the V of the body where its planes only bound it, and removes those that are no contacts.
+void keep_hits(const FieldQuery& query, ContactRows& hits) {
+  if (query.partner.convex == nullptr) return;
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < hits.count; ++i) {
+    const Vec3 place{hits.position[0][i], hits.position[1][i], hits.position[2][i]};
+    const float v = query.partner.convex->penetration(place, hits.penetration[i]);
+    if (!(v >= -query.options.contact_distance)) continue;
+    for (float* const row : hits.position) row[kept] = row[i];
+    hits.feature[kept] = hits.feature[i];
+    hits.penetration[kept++] = v;
+  }
+  hits.count = kept;
+}
+
+// Whether a choice of contacts holds: the pair stands still. No others are sought then, unless one has left.
+bool holds(const FieldQuery& query, const FoundContacts& found) {
+  constexpr float kAlike = 1.001F;  // the way of a step is never quite the same
+  const ChoiceMemory& choice = query.memory.choice;
+  return found.reach <= kAlike * choice.reach && stands_still(query.pair, choice.stand);
+}
+std::span<const ContactPlace> chosen_before(const FieldQuery& query, const FoundContacts& found) {
+  const ChoiceMemory& choice = query.memory.choice;
+  const bool is_known = query.chooses && choice.count > 0 && holds(query, found);
+  return is_known ? choice.chosen() : std::span<const ContactPlace>();
+}
+
+// Finds points in contact.
+Status find_rows(const FieldQuery& query, FoundContacts& found) {
+  const PointshellView& shell = query.pair.shell;
+  const Pose& pose = query.pair.shell_to_field;
+  Scratch& scratch = query.space.scratch;
+  if (const std::span<const ContactPlace> known = chosen_before(query, found); !known.empty()) {
+    std::array<std::uint32_t, 4> points{};
+    std::transform(known.begin(), known.end(), points.begin(), [](const ContactPlace& place) { return place.feature; });
+    const Status status = find_hits_of({points.data(), known.size()}, shell, query.partner.field, pose, query.options,
+                                       scratch, found.hits);
+    keep_hits(query, found.hits);
+    found.are_known = found.hits.count == known.size();
+    if (status != Status::ok || found.are_known) return status;
+  }
+  const Status status = find_hits(shell, query.partner.field, pose, query.options, scratch, found.hits, found.most);
+  keep_hits(query, found.hits);
+  return status;
+}
+
+template <class Field>
+Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts& found) {
+  const StepPair& pair = query.pair;
+  const PointshellView& shell = pair.shell;
+  const Pose& pose = pair.shell_to_field;
+  QueryOptions options = query.options;
+  // Planes of a body without faces change from query to query.
+  if (query.partner.convex != nullptr && !query.partner.convex->has_faces()) options.cache = nullptr;
+  std::vector<Contact>& contacts = query.space.contacts;
+  const SegmentReach reach{options.contact_distance, pair.margin + kTouching_vx * static_cast<float>(pair.voxel_size)};
+  const std::span<const SegmentPoint> segments = query.memory.segments.points;
+  if (!segments.empty() && holds(query, found) && test_only(shell, field, pose, reach, segments, contacts)) {
+    found.contacts = {contacts.data(), segments.size()};
+    found.are_known = true;
+    return Status::ok;
+  }
+  query.memory.choice = {pair.shell_to_field, found.reach, {}, 0};
+  QueryResult result;
+  const Status status = [&] {
+    if (!(found.way > 0)) return traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
+    options.contact_distance -= found.way;
+    // The ways of bodies that move together may have any direction.
+    const RelativeMotion motion = found.is_joint ? RelativeMotion{{found.way, 0, 0}, {}} : motion_of(pair, found);
+    return traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
+  }();
+  if (status != Status::ok) return status;
+  const std::size_t count = test_again(shell, field, pose, reach, segments, contacts, result.contacts);
+  found.contacts = {contacts.data(), count};
+  return status;
+}
+
+Status find_on_sheet(const FieldQuery& query, FoundContacts& found) {
+  SheetContacts& on_sheet = query.space.on_sheet;
+  const Status status = query.partner.sheet->find(query.options, chosen_before(query, found), on_sheet);
+  found.are_known = on_sheet.are_known;
+  found.contacts = on_sheet.contacts;
+  found.features = on_sheet.features;
+  found.in_shell_frame = true;
+  found.refined = FoundContacts::Refined::all;
+  return status;
+}
+
+// Replaces points of the shell that touch a sphere or capsule by places on the shell's own distance field.
+void use_distances(const FieldQuery& query, const Round& round, FoundContacts& found) {
+  const StepPair& pair = query.pair;
+  if (!takes_round(pair.distances, round.radius)) return;
+  const Transform to_map = pair.to_shell();
+  std::vector<Contact>& seeds = query.space.seeds;
+  seeds.assign(found.contacts.begin(), found.contacts.end());
+  for (Contact& seed : seeds) {
+    seed.position = to_map.apply(seed.position);
+    seed.inward_normal = to_map.rotate(seed.inward_normal);
+  }
+  const RoundInMap in_map{to_map.apply({0, 0, 0}), to_map.rotate(round.half_axis), round.radius};
+  std::vector<Contact>& contacts = query.space.on_map;
+  if (!find_round_contacts(pair.distances, in_map, seeds, query.options.contact_distance, found.shell_points,
+                           contacts)) {
+    return;
+  }
+  found.has_map_contacts = true;
+  found.contacts = contacts;
+  found.in_shell_frame = true;
+  found.refined = FoundContacts::Refined::all;
+}
+
+// Corners may lie between the points of the shell.
+void add_corners(const FieldQuery& query, FoundContacts& found) {
+  const StepPair& pair = query.pair;
+  std::vector<Contact>& contacts = query.space.on_map;
+  contacts.clear();
+  if (query.partner.corners.places.empty() || pair.distances.field == Field::none ||
+      !add_corner_contacts(pair.distances, pair.shell, pair.to_shell(), query.partner.corners,
+                           query.options.contact_distance, contacts)) {
+    return;
+  }
+  found.has_map_contacts = true;
+  const float least = least_beside(contacts, pair.touching());
+  if (least > -std::numeric_limits<float>::infinity()) keep_deeper(least, found.hits);
+  std::copy_if(found.contacts.begin(), found.contacts.end(), std::back_inserter(contacts),
+               [&](const Contact& contact) { return contact.penetration > least; });
+  found.contacts = contacts;
+}
+
+Status find_in_solid(const FieldQuery& query, FoundContacts& found) {
+  const StepPair& pair = query.pair;
+  const Partner& partner = query.partner;
+  const bool has_hits = query.chooses && has_hits_only(partner);
+  const Status status =
+      has_hits ? find_rows(query, found)
+               : partner.field.visit([&](const auto& field) { return find_in_field(query, field, found); });
+  if (status != Status::ok || partner.map() != nullptr) return status;
+  if (partner.convex != nullptr && !has_hits) {
+    finish_convex(pair, partner, query.options.contact_distance, found);
+  }
+  // Springs act on the areas of points.
+  if (pair.segment_level > 0 || pair.has_springs()) return status;
+  if (const std::optional<Round> round = round_of(partner.field); round) {
+    use_distances(query, *round, found);
+  } else {
+    add_corners(query, found);
+  }
+  return status;
+}
+
+}  // namespace
+
+Status find_contacts(const StepPair& pair, const Partner& partner, QueryOptions options, PairMemory& memory,
+                     Workspace& space, FoundContacts& found) {
+  options.contact_distance += pair.margin;
+  if (memory.is_lasting) options.cache = &memory.cache;
+  memory.segments.belong_to(pair.shell, options.segment_level);
+  if (space.contacts.size() < pair.shell.points) space.contacts.resize(pair.shell.points);
+  const bool chooses = options.segment_level == 0 && !pair.has_springs();
+  found.shell_points = pair.shell.points;
+  const FieldQuery query{pair, partner, options, memory, space, chooses};
+  const Status status = [&] {
+    if (partner.sheet != nullptr) return find_on_sheet(query, found);
+    if (partner.map() == nullptr || !(found.way > 0)) return find_in_solid(query, found);
+    // Where a point arrives is found later: farther out a bound of its distance is enough.
+    VoxelmapView map = *partner.map();
+    map.far.range = std::numeric_limits<float>::max();
+    return find_in_solid({pair, Partner{map}, options, memory, space, chooses}, found);
+  }();
+  if (status != Status::ok) return status;
+  if (pair.margin > 0) {
+    for (Contact& contact : found.contacts) contact.penetration += pair.margin;
+    for (std::uint32_t i = 0; i < found.hits.count; ++i) found.hits.penetration[i] += pair.margin;
+  }
+  return status;
+}
+
+void remember_choice(const StepPair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
+                     PairMemory& memory) {
+  if (found.are_known) return;
+  ChoiceMemory& choice = memory.choice;
+  choice.count = 0;
+  choice.reach = found.reach;
+  choice.stand = pair.shell_to_field;
+  if (rows.size() > choice.places.size()) return;
+  for (const std::uint32_t row : rows) {
+    if (row < found.hits.count) {
+      choice.places[choice.count++] = {0, found.hits.feature[row]};
+    } else if (!found.features.empty()) {
+      choice.places[choice.count++] = {found.contacts[row].node, found.features[row]};
+    }
+  }
+  std::sort(choice.places.begin(), choice.places.begin() + choice.count);
+}
+
+ContactRows rows_of(const FoundContacts& found, Workspace& space) {
+  // Beside hits there are no contacts but those of corners.
+  static_assert(kMostCorners <= kExtraRows);
+  ContactRows rows = found.hits;
+  if (rows.count == 0) {
+    const std::size_t room = found.contacts.size() + kLanePadding;
+    for (std::vector<float>& row : space.rows) {
+      if (row.size() < room) row.resize(room);
+    }
+    if (space.features.size() < room) space.features.resize(room);
+    rows = {{space.rows[0].data(), space.rows[1].data(), space.rows[2].data()},
+            space.rows[3].data(),
+            space.features.data()};
+  }
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+    const Contact& contact = found.contacts[i];
+    rows.position[0][rows.count] = contact.position.x;
+    rows.position[1][rows.count] = contact.position.y;
+    rows.position[2][rows.count] = contact.position.z;
+    rows.penetration[rows.count] = contact.penetration;
+    rows.feature[rows.count++] = feature_of(found.contacts, found.features, i);
+  }
+  return rows;
+}
+
+ManifoldContact contact_of_row(const StepPair& pair, const FoundContacts& found, std::uint32_t row) {
+  if (row >= found.hits.count) {
+    const std::size_t i = row - found.hits.count;
+    return {found.contacts[i], feature_of(found.contacts, found.features, i)};
+  }
+  const Transform transform(pair.shell_to_field);
+  const std::uint32_t point = found.hits.feature[row];
+  return {{transform.apply(point_position(pair.shell, point)), transform.rotate(point_inward_normal(pair.shell, point)),
+           found.hits.penetration[row], point_area(pair.shell, point), point, 0},
+          point};
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Zlib
+// Gives the contacts of a pair to what slides them.
+#include "runtime/contacts/refine_contacts.h"
+
+namespace vps::detail {
+namespace {
+
+constexpr float kRolls = 0.05F;  // turn of a body that may be rolling. [rad]
+
+// The places of a pair that has not moved since.
+std::vector<Slid>* recalled(const StepPair& pair, std::uint64_t sheet, PairMemory& of_pair) {
+  if (!of_pair.is_lasting) return nullptr;
+  SlideMemory& memory = of_pair.slides;
+  if (memory.sheet != sheet || !stands_still(pair, memory.stand)) {
+    memory.slid.clear();
+    memory.stand = pair.shell_to_field;
+    memory.sheet = sheet;
+  }
+  return &memory.slid;
+}
+
+SlidingContact to_slide(const FoundContacts& found, ManifoldContact& contact) {
+  SlidingContact out{&contact, contact.feature};
+  if (found.is_on_map(contact) || found.is_met_alone(contact)) {
+    out.kind = SlidingContact::Kind::fixed;
+  } else if (found.is_ahead(contact)) {
+    out.kind = SlidingContact::Kind::ahead;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::size_t move_between_samples(const StepPair& pair, const Partner& partner, const FoundContacts& found,
+                                 PairMemory& memory, Workspace& space, std::span<ManifoldContact> contacts) {
+  const VoxelmapView* const map = partner.map();
+  if (contacts.empty() || pair.distances.field == Field::none) return contacts.size();
+  if (map != nullptr && map->field == Field::layers) return contacts.size();
+  std::vector<SlidingContact>& sliding = space.sliding;
+  sliding.resize(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) sliding[i] = to_slide(found, contacts[i]);
+  const float voxel = pair.distances.voxel_size;
+  const SlideOptions options{voxel, map != nullptr ? map->voxel_size : 0, !found.may_slide, found.turn > kRolls};
+  Slides slides(options, sliding, recalled(pair, partner.sheet != nullptr ? partner.sheet->version() : 0, memory));
+  if (!slides.recall()) {
+    const PlacedField distances(pair.distances,
+                                found.in_shell_frame ? Pose() : relative_pose(pair.shell_pose, pair.field_pose));
+    if (partner.sheet != nullptr) {
+      partner.sheet->slide(distances, slides);
+    } else {
+      const PlacedField placed(partner.field, Pose());
+      slides.search({distances, placed, voxel});
+    }
+  }
+  slides.keep();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (sliding[i].is_kept) contacts[kept++] = contacts[i];
+  }
+  return kept;
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Zlib
+// From a pair to its contacts in a step. Paper: Secs. 2.4 and 3.2.
+#include "runtime/contacts/side_contacts.h"
+
+#include <algorithm>
+#include <array>
+
+#include "runtime/contacts/refine_contacts.h"
+
+namespace vps::detail {
+namespace {
+
+// A body that lands needs contacts wherever it may touch first. A level has some 12 times as many clusters as the one
+// above it, so there are 23 segments at least, and 280 at most: with 19 a wheel at 5 m/s and 60 Hz hops and turns
+// aside.
+constexpr std::uint32_t kLandingSegments = 80;
+constexpr std::uint32_t kJointSegments = 64;  // at least
+
+// The level of a landing pair's segments. Where the partner is smaller than the shell, so are the segments: on a single
+// one it would tip.
+std::uint32_t landing_level(const PointshellView& shell, float radius) {
+  if (shell.points == 0) return 0;
+  const double ratio = double(sphere_radius(shell, 0)) / std::max(double{radius}, 1e-9);
+  const double wanted = kLandingSegments * std::max(1.0, ratio * ratio);
+  return segment_level_for(shell, static_cast<std::uint32_t>(std::min<double>(wanted, shell.points)));
+}
+
+// Bodies that move together need many contacts: one of them may be stopped at any place. @return 1 is the root
+std::uint32_t joint_level(const PointshellView& shell) {
+  std::uint32_t level = 1;
+  while (level < shell.levels && shell.level_offsets[level] - shell.level_offsets[level - 1] < kJointSegments) ++level;
+  return level;
+}
+
+// Motion in a step that ends the rest of a pair. [vx]
+constexpr double kCarried_vx = 0.05;
+
+// A pair that touches and has not moved is carried. With a voxel smaller than the fall of a step, it would else get
+// contacts ahead for ever. It is carried until it moves more: with few contacts and many in turn, stacks sway.
+bool is_carried(const StepPair& pair, const Approach& approach, const PairMemory& memory) {
+  return approach.phase == Approach::Phase::still && memory.touched &&
+         stands_still(pair, memory.now, memory.is_carried ? kCarried_vx : kStill_vx);
+}
+
+// What the functions below need.
+struct Side {
+  const StepPair& pair;
+  const Partner& partner;
+  const SideQuery& query;
+  PairMemory& memory;
+  Workspace& space;
+};
+
+ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
+  return {found.contacts[i], feature_of(found.contacts, found.features, i)};
+}
+
+// Few contacts of many.
+void choose(const Side& side, const FoundContacts& found) {
+  const StepPair& pair = side.pair;
+  std::vector<ManifoldContact>& few = side.space.few;
+  const ContactRows rows = rows_of(found, side.space);
+  std::array<std::uint32_t, 4> four{};
+  const std::size_t count =
+      std::min(choose_four(rows, side.memory.last_features(), pair.alike(), four), side.query.most);
+  std::vector<std::uint32_t>& chosen = side.space.chosen;
+  chosen.assign(four.begin(), four.begin() + count);
+  if (side.query.most > four.size()) {
+    const auto squared = [&](std::size_t i, std::size_t k) {
+      const auto along = [&](int axis) { return rows.position[axis][i] - rows.position[axis][k]; };
+      return along(0) * along(0) + along(1) * along(1) + along(2) * along(2);
+    };
+    choose_more(
+        rows.count, [&](std::size_t i) { return rows.penetration[i]; }, squared, pair.alike(), side.query.most,
+        side.space.nearest, chosen);
+  }
+  remember_choice(pair, found, chosen, side.memory);
+  for (const std::uint32_t row : chosen) few.push_back(contact_of_row(pair, found, row));
+  few.resize(refine(pair, side.partner, found, few));
+}
+
+// Few springs that have the wrench of all penetrating points.
+Status reduce(const Side& side, const FoundContacts& found) {
+  const StepPair& pair = side.pair;
+  std::vector<ManifoldContact>& pressing = side.space.all;
+  std::vector<Contact>& all = side.space.seeds;
+  std::vector<Contact>& reduced = side.space.on_map;
+  pressing.clear();
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) {
+    if (found.contacts[i].penetration >= 0) pressing.push_back(with_feature(found, i));
+  }
+  pressing.resize(refine(pair, side.partner, found, pressing));
+  // The reduction ignores features but keeps `point`: it holds the contact's index in `pressing` here.
+  all.assign(pressing.begin(), pressing.end());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i].point = static_cast<std::uint32_t>(i);
+  reduced.resize(side.query.most);
+  const float* const c = pair.shell.centre_of_mass;
+  const Vec3 centre{c[0], c[1], c[2]};
+  const Vec3 about = found.in_shell_frame ? centre : Transform(pair.shell_to_field).apply(centre);
+  Reduction reduction;
+  const Status status = reduce_contacts(all, about, reduced, side.space.reduction, reduction);
+  if (status != Status::ok) return status;
+  for (std::size_t i = 0; i < reduction.kept; ++i) {
+    const ManifoldContact& source = pressing[reduced[i].point];
+    side.space.few.push_back({reduced[i], source.feature});
+    side.space.few.back().point = source.point;
+  }
+  return Status::ok;
+}
+
+// Sec. 2.4: up to three contacts for each segment. Each keeps its slot from step to step.
+void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts& found) {
+  const StepPair& pair = side.pair;
+  const std::uint32_t base = pair.shell.level_offsets[level - 1];
+  std::vector<ManifoldContact>& contacts = side.space.all;
+  contacts.clear();
+  for (std::size_t i = 0; i < found.contacts.size(); ++i) contacts.push_back(with_feature(found, i));
+  contacts.resize(refine(pair, side.partner, found, contacts));
+  for (const SegmentPoint& kept : keep_segments(contacts, pair.beside(), pair.alike(), side.memory.segments)) {
+    side.space.few.push_back(*kept.at);
+    side.space.few.back().slot = static_cast<int>(kept.node - base) * kContactsPerSegment + kept.place;
+  }
+}
+
+}  // namespace
+
+bool are_apart(const StepPair& pair, const PlacedBox& box, double reach) noexcept {
+  constexpr double kFarthest = 1e6;  // the query checks the poses of bodies that are farther from each other. [m]
+  // For rotations that check_pose accepts.
+  constexpr double kStretch = 1.001;
+  const PointshellView& shell = pair.shell;
+  if (shell.points == 0) return false;
+  const Vec3 centre = Transform(relative_pose(box.pose, pair.shell_pose)).apply(sphere_centre(shell, 0));
+  const auto outside = [](float at, float low, float high) { return std::max({low - at, at - high, 0.0F}); };
+  const Vec3 off{outside(centre.x, box.low.x, box.high.x), outside(centre.y, box.low.y, box.high.y),
+                 outside(centre.z, box.low.z, box.high.z)};
+  const double distance = double{length(off)};
+  // The covering radius is for the surface between the points.
+  const double taken = kStretch * double{sphere_radius(shell, 0)} + double{shell.covering_radius + pair.margin};
+  return distance - taken > reach && distance < kFarthest;
+}
+
+Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
+                        Workspace& space, SideContacts& out) {
+  const Approach& approach = query.approach;
+  memory.is_carried = is_carried(pair, approach, memory);
+  const float way = memory.is_carried ? 0 : approach.way;
+  memory.now = pair.shell_to_field;
+  memory.touched = false;
+  QueryOptions options;
+  options.contact_distance = query.distance + way;
+  options.segment_level = pair.segment_level;
+  options.leaves_faces = query.leaves_faces;
+  // With a margin contacts press before they are inside.
+  if (pair.has_springs() && !(pair.margin > 0)) options.flat_patches = query.flat_patches;
+  if (way > 0) {
+    // With more than one contact for each segment, the solver's iterations do not suffice to stop a landing body.
+    if (approach.phase == Approach::Phase::landing) memory.segments.points.clear();
+    if (options.segment_level == 0 && !pair.has_springs()) {
+      options.segment_level = approach.is_joint ? joint_level(pair.shell) : landing_level(pair.shell, partner.radius);
+    }
+  }
+  FoundContacts found;
+  found.reach = options.contact_distance;
+  found.way = way;
+  found.is_joint = approach.is_joint;
+  if (const Status status = find_contacts(pair, partner, options, memory, space, found); status != Status::ok) {
+    return status;
+  }
+  if (way > 0) keep_arriving(pair, partner, found);
+  if (found.most < 0 && found.hits.count == 0 && found.contacts.empty()) {
+    // Every place of the surface is within the covering radius of a point.
+    memory.gap = {pair.shell_to_field, -double{found.most} - double{pair.shell.covering_radius}};
+  }
+  const float touching = pair.touching();
+  memory.touched = found.hits.count > 0 || std::any_of(found.contacts.begin(), found.contacts.end(),
+                                                       [=](const Contact& c) { return c.penetration >= -touching; });
+  std::vector<ManifoldContact>& few = space.few;
+  few.clear();
+  const Side side{pair, partner, query, memory, space};
+  const bool has_segments = options.segment_level > 0 && !found.has_map_contacts;
+  if (!has_segments) memory.segments.points.clear();
+  if (has_segments) {
+    keep_of_segments(side, options.segment_level, found);
+  } else if (pair.has_springs()) {
+    if (const Status status = reduce(side, found); status != Status::ok) return status;
+  } else {
+    choose(side, found);
+  }
+  // Who asks for samples or segments gets them: their normals carry a nut down its thread, and one slid over a field
+  // does not.
+  if (pair.use == StepUse::constraints && pair.segment_level == 0) {
+    few.resize(move_between_samples(pair, partner, found, memory, space, few));
+  }
+  memory.remember(few);
+  out = {few, found.in_shell_frame, found.reach};
+  return Status::ok;
+}
+
+}  // namespace vps::detail

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Zlib
+/// @file A pair in a step as every engine describes it: one body's points in the other body. Internal. Paper: Sec. 3.2.
+#pragma once
+
+#include <optional>
+
+#include "runtime/contacts/between_samples.h"
+#include "runtime/contacts/corner_contacts.h"
+#include "runtime/contacts/segment_contacts.h"
+#include "runtime/fields/place_field.h"
+#include "runtime/vps_contacts.h"
+
+namespace vps::detail {
+
+/// The pair: where both bodies are and how they move.
+struct StepPair {
+  const PointshellView& shell;
+  const VoxelmapView& distances;  ///< of the shell's body, scaled or real; Field::none: it has none
+  Pose shell_pose, field_pose;    ///< of the frames of shell and field, to world
+  double shell_voxel = 0;         ///< of the shell's body. [m]
+  double voxel_size = 0;          ///< the smaller one of the two: the scale for distances between contacts. [m]
+  float margin = 0;               ///< thickness of both bodies that the field does not include. [m]
+  StepUse use = StepUse::constraints;
+  std::uint32_t segment_level = 0;  ///< that the engine asks for; 0: none
+  /// Both null: no contacts ahead are sought.
+  const StepMotion *shell_motion = nullptr, *field_motion = nullptr;
+
+  Pose shell_to_field = relative_pose(field_pose, shell_pose);
+  [[nodiscard]] Transform to_shell() const noexcept { return Transform(relative_pose(shell_pose, field_pose)); }
+  /// Points up to this far off the surface touch, so that a resting contact survives the noise of a step. With a whole
+  /// voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
+  [[nodiscard]] float touching() const noexcept { return static_cast<float>(0.1 * voxel_size); }
+  /// Penetrations of a flat contact differ by the rounding of the samples: a fiftieth of a voxel. [m]
+  [[nodiscard]] float alike() const noexcept { return static_cast<float>(0.02 * voxel_size); }
+  /// Faces with penetrations that differ by less are equally deep: the spacing of the points resolves no more. [m]
+  [[nodiscard]] float alike_faces() const noexcept { return static_cast<float>(0.5 * voxel_size); }
+  /// Contacts closer together are the same one. [m]
+  [[nodiscard]] float beside() const noexcept { return static_cast<float>(2 * voxel_size); }
+  [[nodiscard]] bool has_springs() const noexcept { return use == StepUse::springs; }
+};
+
+/// A convex body whose field, planes, only bounds it.
+class ConvexBody {
+ public:
+  virtual ~ConvexBody() = default;
+  /// False: the planes change from query to query.
+  [[nodiscard]] virtual bool has_faces() const = 0;
+  /// V at a place. @param bound  V of the planes there. [m]
+  [[nodiscard]] virtual float penetration(Vec3 place, float bound) const = 0;
+  /// Sets penetration and direction of a contact.
+  /// @param contact  field's frame; its inward_normal is the shell's on entry, and the direction on return
+  /// @param alike    penetrations that differ by no more than this count as the same. [m]
+  virtual void finish(Contact& contact, float alike) const = 0;
+};
+
+/// Where a contact was found.
+struct ContactPlace {
+  std::uint32_t leaf = 0;     ///< node; 0 where the feature suffices
+  std::uint32_t feature = 0;  ///< see ManifoldContact
+  auto operator<=>(const ContactPlace&) const = default;
+};
+
+/// Contacts with a sheet: `features` in the order of `contacts`.
+struct SheetContacts {
+  std::vector<Contact> contacts;        ///< for a corner, `point` is a point of the shell near it
+  std::vector<std::uint32_t> features;  ///< see ManifoldContact
+  bool are_known = false;               ///< those that were known are among them, and only their leaves were searched
+};
+
+/// A body that is a sheet of triangles.
+class Sheet {
+ public:
+  virtual ~Sheet() = default;
+  /// @param options  contact_distance with the margins, and segment_level
+  /// @param known    rising; may be empty
+  /// @param found    final, in the shell's asset frame, in tree order
+  virtual Status find(const QueryOptions& options, std::span<const ContactPlace> known, SheetContacts& found) = 0;
+  /// Changes when the triangles near the shell do.
+  [[nodiscard]] virtual std::uint64_t version() const = 0;
+  /// Slides contacts over the triangles that the last `find` of this thread met.
+  /// @param distances  of the shell's body, its asset frame
+  virtual void slide(const PlacedField& distances, Slides& slides) const = 0;
+};
+
+/// The other body of a pair.
+struct Partner {
+  FieldRef field;                      ///< not used with a sheet
+  const ConvexBody* convex = nullptr;  ///< null: the field is exact
+  Sheet* sheet = nullptr;              ///< null: it is a solid
+  Corners corners = {};                ///< of a polyhedron, field's frame
+  float radius = 0;                    ///< of a sphere as large as its box; only for contacts ahead. [m]
+
+  [[nodiscard]] const VoxelmapView* map() const noexcept { return sheet == nullptr ? field.voxelmap() : nullptr; }
+};
+
+/// A pose of the shell in the field's frame at which something held; none: it never did.
+using Stand = std::optional<Pose>;
+
+/// How far the points of the shell have moved at most. [m]
+inline double motion_between(const PointshellView& shell, const Stand& before, const Pose& now) noexcept {
+  return before ? largest_displacement(shell, *before, now) : std::numeric_limits<double>::infinity();
+}
+
+inline constexpr double kStill_vx = 0.01;
+
+/// Whether a pair stands where it stood: no point of the shell has moved farther.
+/// @param most  [vx of the shell]
+inline bool stands_still(const StepPair& pair, const Stand& before, double most = kStill_vx) noexcept {
+  return motion_between(pair.shell, before, pair.shell_to_field) <= most * pair.shell_voxel;
+}
+
+/// Where contacts slid to. A pair that stands still need not search again.
+struct SlideMemory {
+  Stand stand;
+  std::uint64_t sheet = 0;  ///< Sheet::version
+  std::vector<Slid> slid;
+};
+
+/// The contacts that were chosen. While the pair stands still, no others are sought: a face touches with thousands of
+/// points. Those of segments are in SegmentMemory.
+struct ChoiceMemory {
+  Stand stand;      ///< where the pair stood when all were sought
+  float reach = 0;  ///< contact distance of that query. [m]
+  std::array<ContactPlace, 4> places{};
+  std::size_t count = 0;
+  [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
+};
+
+/// A proven distance between the bodies. As long as they have not moved that far, no contacts are sought.
+struct GapMemory {
+  Stand stand;
+  double distance = 0;  ///< without margins; at most 0: none. [m]
+};
+
+/// What a pair remembers from step to step.
+struct PairMemory {
+  bool is_lasting = true;  ///< false: it is for one step
+  ContactCache cache;
+  SegmentMemory segments;
+  SlideMemory slides;
+  ChoiceMemory choice;
+  GapMemory gap;
+  Stand now;                            ///< in this step
+  bool touched = false;                 ///< in the last one
+  bool is_carried = false;              ///< it rests, without contacts ahead
+  std::array<std::uint32_t, 4> last{};  ///< features of the last contacts in slot 0
+  std::size_t last_count = 0;
+
+  [[nodiscard]] std::span<const std::uint32_t> last_features() const { return {last.data(), last_count}; }
+  void remember(std::span<const ManifoldContact> contacts) noexcept {
+    last_count = 0;
+    for (const ManifoldContact& contact : contacts) {
+      if (contact.slot == 0 && last_count < last.size()) last[last_count++] = contact.feature;
+    }
+  }
+  /// Whether the bodies are known to be farther apart than `reach`, with their margins.
+  [[nodiscard]] bool knows_apart(const StepPair& pair, double reach) const noexcept {
+    return gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) - double{pair.margin} > reach;
+  }
+  void leave_apart() noexcept {
+    touched = is_carried = false;
+    last_count = 0;
+  }
+};
+
+/// Working memory of a thread: pairs may run in parallel, assets are immutable.
+struct Workspace {
+  Scratch scratch;
+  ReductionScratch reduction;
+  std::vector<float> rows[4];  // x, y, z, penetration
+  std::vector<std::uint32_t> features, chosen;
+  std::vector<float> nearest;
+  std::vector<Contact> contacts, on_map, seeds;
+  SheetContacts on_sheet;
+  std::vector<ManifoldContact> all, few;
+  std::vector<SlidingContact> sliding;
+};
+
+}  // namespace vps::detail
