@@ -45,7 +45,7 @@ struct BakeOptions {
   double field_error = 0.1;           ///< largest interpolation error that sampling aims for, before samples are
                                       ///< rounded. [Limits: 0.01 <= value <= 1] [Units: vx]
   bool prove_bound = false;           ///< prove the bound of `scaled` and `real` for every cell, instead of estimating
-                                      ///< it from the largest error that a search finds (docs/bounds.md)
+                                      ///< it from the largest error that a search finds (docs/internals/bounds.md)
   double alpha = 1.4142135623730951;  ///< spacing of the pointshell divided by s. [Limits: 0.25 <= value <= 64]
   double thin_faces = 1;              ///< largest spacing of the points inside faces, flat or nearly so, divided by
                                       ///< that elsewhere. [Limits: 1 <= value <= 4]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file Values of field bricks on their common faces. docs/bounds.md, "Faces between bricks".
+/// @file Values of field bricks on their common faces. docs/internals/bounds.md, "Faces between bricks".
 #pragma once
 
 #include <algorithm>

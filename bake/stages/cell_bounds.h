@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Proves how far interpolation can be from the exact distance anywhere in a cell. docs/bounds.md, "Between
-/// samples". Vectorized. Internal to bake.
+/// @file Proves how far interpolation can be from the exact distance anywhere in a cell. docs/internals/bounds.md,
+/// "Between samples". Vectorized. Internal to bake.
 #pragma once
 
 #include <array>

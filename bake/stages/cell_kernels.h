@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file The two proofs for single cells: by a plane and by triangles. Vectorized; docs/bounds.md, "Between samples".
-/// Internal to bake.
+/// @file The two proofs for single cells: by a plane and by triangles. Vectorized; docs/internals/bounds.md, "Between
+/// samples". Internal to bake.
 #pragma once
 
 #include <array>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Jumps of a sampled field where the spacing of its samples changes: docs/bounds.md, "Faces between levels".
+/// @file Jumps of a sampled field where the spacing of its samples changes: docs/internals/bounds.md, "Faces between
+/// levels".
 #pragma once
 
 #include <array>
