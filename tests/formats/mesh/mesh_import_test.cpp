@@ -137,7 +137,7 @@ TEST(MeshImport, ContentShowsTheFormatWithoutTheName) {
                 import_mesh(folder / ("named" + seed.extension)).vertices)
         << seed.name;
   }
-  for (const std::string& text : {"", "#", "hello v 1", "<html>", "\x17\x01"}) {
+  for (const char* const text : {"", "#", "hello v 1", "<html>", "\x17\x01"}) {
     write_file(folder / "mesh", text);
     EXPECT_EQ(detect_mesh_format(folder / "mesh"), "") << text;
   }
@@ -146,8 +146,8 @@ TEST(MeshImport, ContentShowsTheFormatWithoutTheName) {
 TEST(MeshImport, ContentOfRealFilesShowsTheFormat) {
   VPS_SHARED_FILE_OR_SKIP(meshes, "meshes");
   for (const auto& entry : std::filesystem::directory_iterator(meshes)) {
-    if (has_mesh_extension(entry.path()))
-      EXPECT_EQ(detect_mesh_format(entry.path()), mesh_format(entry.path())) << entry;
+    if (!has_mesh_extension(entry.path())) continue;
+    EXPECT_EQ(detect_mesh_format(entry.path()), mesh_format(entry.path())) << entry;
   }
 }
 
