@@ -122,7 +122,7 @@ nlohmann::ordered_json asset_to_json(const std::string& path, const Asset& asset
   j["xxh3_64"] = fmt::format("{:016x}", hash_bytes(asset.bytes()));
   j.update(info_to_json(directory.info));
   for (const auto& [field, jump] : face_jumps(asset)) {
-    j["certificate"][field_name(field)].update({{"jump", jump.largest}, {"jump_at", jump.place}});
+    j["jumps"][field_name(field)] = {{"largest", jump.largest}, {"at", jump.place}};
   }
   for (const auto& [name, value] : record_values(asset)) j["record"][name] = value;
   for (std::uint32_t i = 0; i < directory.section_count; ++i) {

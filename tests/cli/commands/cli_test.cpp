@@ -59,6 +59,10 @@ TEST(Cli, JsonSaysWhatTheFileHolds) {
   const auto read = nlohmann::json::parse(info.out);
   for (const char* part : {"mesh", "mass", "voxel_size", "voxelmap", "certificate", "pointshell"})
     EXPECT_EQ(read[part], baked[part]);
+  for (const char* field : {"scaled", "real"}) {
+    EXPECT_GT(read["jumps"][field]["largest"], 0) << field;
+    EXPECT_LE(read["jumps"][field]["largest"], 2 * read["certificate"][field]["bound"].get<double>()) << field;
+  }
   EXPECT_EQ(read["sections"].size(), 22U) << "the record is one, the hulls of flat nodes are two";
 }
 
