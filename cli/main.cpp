@@ -82,11 +82,11 @@ int fail_usage(const std::string& reason) {
   return fail(kCommandLine, "command line", reason);
 }
 
-// A mesh has an extension or is there.
-bool is_mistyped_command(const CLI::App& app, const std::string& mesh) {
+// A mesh has an extension, is there, or is standard input.
+bool is_no_mesh(const std::string& word) {
   std::error_code ignored;
-  return !mesh.empty() && !std::filesystem::path(mesh).has_extension() && !std::filesystem::exists(mesh, ignored) &&
-         is_like_a_command(app, mesh);
+  return !word.empty() && !is_standard_stream(word) && !std::filesystem::path(word).has_extension() &&
+         !std::filesystem::exists(word, ignored);
 }
 
 // @throw CLI::ParseError
@@ -147,7 +147,8 @@ int run(int argc, char** argv) {
     } else {
       if (bake.mesh.empty()) throw CLI::RequiredError("a mesh");
       check_standard_streams(bake);
-      if (is_mistyped_command(app, bake.mesh)) return fail_usage(unknown_command(app, bake.mesh));
+      if (is_no_mesh(bake.mesh) && is_like_a_command(app, bake.mesh))
+        return fail_usage(unknown_command(app, bake.mesh));
       complete_bake_options(app, bake);
       read_cache_size(app, bake.cache_bytes);
     }
@@ -157,8 +158,8 @@ int run(int argc, char** argv) {
     const CLI::App* named = &app;
     while (!named->get_subcommands().empty()) named = named->get_subcommands().front();
     if (const std::vector<std::string> left = app.remaining(true); !left.empty()) {
-      return fail_usage(is_mistyped_command(app, bake.mesh) ? unknown_command(app, bake.mesh)
-                                                            : unexpected_word(*named, left.front()));
+      return fail_usage(is_no_mesh(bake.mesh) ? unknown_command(app, bake.mesh)
+                                              : unexpected_word(*named, left.front()));
     }
     return fail_usage(std::string(error.what()) + "; run " + full_name(*named) + " --help");
   }

@@ -284,6 +284,9 @@ int guarded(const std::string& mesh, const std::function<int()>& work) {
 }
 
 int run_bake(const BakeArguments& arguments) {
+  if (std::error_code ignored; fs::is_directory(arguments.mesh, ignored))
+    return fail(kIo, arguments.mesh,
+                "this is a folder; give a mesh file, or bake all of its meshes with vpsbake batch");
   std::optional<tbb::global_control> limit;
   if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);
   if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string_view>
 #include <system_error>
 
 #include "bake/quantity_text.h"
@@ -102,6 +103,18 @@ void print_validate(const Validation& validation) {
   std::fflush(stdout);
 }
 
+// What to do about a file that opens, and is not valid.
+std::string_view advise(const std::vector<Check>& checks) {
+  const auto has = [&](Result result, std::string_view name) {
+    return std::any_of(checks.begin(), checks.end(),
+                       [&](const Check& check) { return check.result == result && check.name == name; });
+  };
+  if (has(Result::failed, "hashes") || has(Result::failed, "hdf5")) return "copy or bake it again";
+  if (has(Result::warning, "mesh"))
+    return "check that this is its mesh, with the --unit, --scale, --repair and --open-surface of the bake";
+  return "bake it again, with smaller voxels if it fails again";
+}
+
 // @throw BakeError and ImportError of the mesh
 void run_checks(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
   Asset asset;
@@ -149,8 +162,10 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
                   validation.checks.size());
     return kOk;
   }
+  const Check& structure = validation.checks.front();
+  const bool opens = structure.result != Result::failed;
   return fail(kBadInput, validation.file,
-              "not valid: " + failed + "; bake it again, with smaller voxels if it fails again");
+              "not valid: " + (opens ? fmt::format("{}; {}", failed, advise(validation.checks)) : structure.says));
 }
 
 int run_validate(const ValidateArguments& arguments) {

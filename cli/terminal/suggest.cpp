@@ -29,6 +29,8 @@ bool is_like_a_command(const CLI::App& app, const std::string& word) {
 }
 
 std::string unknown_command(const CLI::App& app, const std::string& word) {
+  if (word == "bake" && app.get_parent() == nullptr)
+    return "there is no command 'bake'; a mesh alone is baked: vpsbake mesh.obj";
   return fmt::format("there is no command '{}'{}", word, ending(app, nearest_command(app, word)));
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
 // A penalty integrator in C: a torque turns a nut down a fixed bolt, without friction. Contacts are springs.
-// cc -std=c99 penalty.c $(pkg-config --cflags --libs vps-shared) -lm; usage: penalty BOLT NUT
+// cc -std=c99 penalty.c $(pkg-config --cflags --libs vps-shared) -lm
 #include <math.h>
 #include <stdio.h>
 
@@ -78,7 +78,11 @@ int main(int argc, char** argv) {
   VpsStepBody bolt = {0};
   Nut nut = {0};
   double turned = 0, fallen = 0, off = 0;
-  VpsStatus status = argc == 3 ? open_body(argv[1], 0, &bolt, &nut.info) : vps_bad_argument;
+  if (argc != 3) {
+    fprintf(stderr, "usage: penalty BOLT NUT\n");
+    return 1;
+  }
+  VpsStatus status = open_body(argv[1], 0, &bolt, &nut.info);
   if (status == vps_ok) status = open_body(argv[2], 3 * kPitch, &nut.body, &nut.info);
   if (status == vps_ok) status = vps_scratch_create(&scratch);
   for (int i = 0; i < 3; ++i) nut.centre[i] = nut.info.centre_of_mass[i] + nut.body.pose.translation[i];

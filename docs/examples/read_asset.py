@@ -96,6 +96,8 @@ def far_penetration(f, point):
 
 
 def main():
+    if len(sys.argv) not in (2, 5):
+        sys.exit(__doc__)
     with h5py.File(sys.argv[1]) as f:
         for name, value in sorted(f.attrs.items()):
             print(f"{name:28} {value.decode() if isinstance(value, bytes) else value}")
