@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <iterator>
 #include <span>
 #include <string_view>
 #include <system_error>
@@ -20,6 +19,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
 #include "cli/terminal/progress.h"
+#include "cli/terminal/stage_words.h"
 #include "cli/terminal/write_output.h"
 #include "cli/tools/depfile.h"
 #include "cli/tools/describe_asset.h"
@@ -54,41 +54,11 @@ std::string plan_line(const bake::BakePlan& plan) {
          fmt::format(", about {} of memory", bake::format_bytes(static_cast<double>(plan.predicted_memory_bytes)));
 }
 
-// A stage in a user's words.
-struct StageText {
-  std::string_view stage;
-  const char* words;
-};
-
-constexpr StageText kStageTexts[] = {{"import", "reading the mesh"},
-                                     {"search", "finding the voxel size"},
-                                     {"check", "checking the mesh"},
-                                     {"describe", "checking the mesh"},
-                                     {"voxelize", "voxels"},
-                                     {"fill_layers", "voxels"},
-                                     {"distance_field", "distances"},
-                                     {"coarse_layers", "voxels"},
-                                     {"inside_test", "distances"},
-                                     {"sample_field", "distances"},
-                                     {"triangle_tree", "errors"},
-                                     {"certify", "errors"},
-                                     {"thin_walls", "walls"},
-                                     {"far_field", "distances"},
-                                     {"free_searches", "points"},
-                                     {"sample_pointshell", "points"},
-                                     {"fit_planes", "planes"},
-                                     {"cluster_points", "point tree"},
-                                     {"bounding_spheres", "point tree"},
-                                     {"done", "writing"}};
-
 constexpr double kBaked = 0.98;  // of the command, when only the writing is left
 
 // @param fraction  of the whole command
 void show_stage(const Progress& progress, std::string_view stage, double fraction) {
-  if (stage.starts_with("check: ")) stage = "check";
-  const auto* const found = std::find_if(std::begin(kStageTexts), std::end(kStageTexts),
-                                         [&](const StageText& t) { return t.stage == stage; });
-  progress.show(found != std::end(kStageTexts) ? found->words : std::string(stage), fraction);
+  progress.show(stage_words(stage), fraction);
 }
 
 // One bake from the command line.

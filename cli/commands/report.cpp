@@ -38,6 +38,7 @@ constexpr std::uint32_t kResolution = 200;
 constexpr std::uint32_t kQuickResolution = 64;
 // Most pieces of an exact force's integral. Where they do not suffice, errors of forces are not reported.
 constexpr std::size_t kQuickPieces = 200000;
+constexpr double kQuickForceTolerance = 0.01;  // relative
 constexpr int kQuickRotations = 2;
 
 struct ReportArguments {
@@ -94,7 +95,10 @@ lab::Measurement measure(const ReportArguments& arguments, Candidate& mesh) {
   options.size = arguments.quick ? lab::SweepSize::quick : lab::SweepSize::full;
   options.truth = lab::truth_options_for(mesh.closed.mesh, arguments.pose_count());
   options.truth.seed = arguments.seed;
-  if (arguments.quick) options.truth.wrench.most_pieces = kQuickPieces;
+  if (arguments.quick) {
+    options.truth.wrench.tolerance = kQuickForceTolerance;
+    options.truth.wrench.most_pieces = kQuickPieces;
+  }
   options.rounds.rounds = arguments.round_count();
   if (arguments.quick) options.rotations = kQuickRotations;
   options.without = arguments.without;
@@ -286,6 +290,10 @@ void add_notes(const lab::GroundTruth& truth, std::vector<std::string>& notes) {
         fmt::format("exact forces and torques are known to {:.2g} % instead of {:.2g} %: errors of force and torque "
                     "are left out",
                     100 * truth.wrench_error, 100 * truth.options.wrench.tolerance));
+  } else if (truth.options.wrench.tolerance > lab::WrenchOptions().tolerance) {
+    notes.push_back(
+        fmt::format("exact forces and torques are known to {:.2g} %: smaller errors of force and torque say nothing",
+                    100 * truth.options.wrench.tolerance));
   }
 }
 

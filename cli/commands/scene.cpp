@@ -10,6 +10,8 @@
 #include "cli/scene/bake_scene.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
+#include "cli/terminal/progress.h"
+#include "cli/terminal/stage_words.h"
 #include "cli/tools/describe_asset.h"
 
 namespace vps::cli {
@@ -68,19 +70,27 @@ void print_scene(SceneRun& run, const std::string& manifest, bool json) {
 int run_scene(const SceneArguments& arguments) {
   const fs::path folder = output_folder(arguments);
   SceneRun run{{arguments.scene, folder, arguments.cache, arguments.full, arguments.compare, arguments.dry_run, {}}};
-  run.options.warn = [&](const std::string& reason) {
-    complain("warning", arguments.cache, reason + "; the asset is not kept there");
-  };
   try {
+    const Progress progress(arguments.verbosity);  // erased before errors
+    run.options.warn = [&](const std::string& reason) {
+      progress.clear();
+      complain("warning", arguments.cache, reason + "; the asset is not kept there");
+    };
+    run.options.progress = [&](const fs::path& mesh, const char* stage, double fraction) {
+      progress.show(mesh.filename().string() + ": " + stage_words(stage), fraction);
+    };
+    progress.show("reading the meshes", 0);
     plan_run(run);
+    progress.clear();
     const bool writes = !arguments.dry_run;
     if (writes) {
       if (const auto refused = refused_output(run)) return fail_output(*refused);
     }
     check_meshes(run);
+    if (writes) bake_scene(run);
+    progress.clear();
     std::string manifest;
     if (writes) {
-      bake_scene(run);
       // The names of assets change where the bake chose finer voxels, so they are checked again.
       if (const auto refused = refused_output(run)) return fail_output(*refused);
       manifest = write_scene(run);

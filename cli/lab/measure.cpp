@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <list>
 #include <stdexcept>
 
@@ -81,7 +82,8 @@ class Run {
     TruthOptions truth = options_.truth;
     truth.progress = [this](const char* what, double fraction) { progress(std::string("oracle: ") + what, fraction); };
     out_.truth = find_truth(body_, truth, Wrenches::exact, options_.cache);
-    measure_bake_noise(base);
+    out_.bake_noise = std::numeric_limits<double>::quiet_NaN();
+    if (options_.size != SweepSize::quick) measure_bake_noise(base);
     const std::vector<Setting> settings = sweep(base, levels, options_.size);
     for (std::size_t i = 0; i < settings.size(); ++i) {
       baking_ = settings[i].name;

@@ -29,7 +29,7 @@ struct MeasureOptions {
 struct Measurement {
   GroundTruth truth;
   std::array<double, 3> size{};  ///< sides of the mesh's bounds. [m]
-  double bake_noise = 0;         ///< spread of the times of three bakes of the base, over their median
+  double bake_noise = 0;         ///< spread of the times of three bakes of the base, over their median; NaN: quick
   std::vector<Row> rows;         ///< the base first, other libraries last
   std::vector<LeftOut> left_out;
   std::vector<Front> fronts;

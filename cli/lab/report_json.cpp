@@ -266,7 +266,7 @@ ordered_json mesh_to_json(const ReportedMesh& mesh) {
                         {"force_error", m.truth.wrench_error},
                         {"force_rms", m.truth.force_rms[std::size_t(lab::PoseKind::contact)]},
                         {"deep_force_rms", m.truth.force_rms[std::size_t(lab::PoseKind::deep)]}}},
-                      {"bake_noise", m.bake_noise},
+                      {"bake_noise", or_null(m.bake_noise)},
                       {"rows", ordered_json::array()},
                       {"left_out", left_out_to_json(m.left_out)},
                       {"fronts", ordered_json::array()}};

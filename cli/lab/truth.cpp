@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "bake/extent.h"
@@ -70,6 +71,17 @@ void add_wrenches(const TriangleMesh& body, GroundTruth& truth, const std::files
   write_numbers(file, to_numbers(truth.poses));
 }
 
+// A tenth of the distance between the depths that are sought next to each other: a range is as evenly covered, and the
+// last small steps of an approach are saved, each of which may take tens of thousands of points. [m]
+double arrival_of(const TruthOptions& options) {
+  const double ranges[] = {options.gap, options.contact, options.deep - options.contact};
+  double arrival = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (options.poses[i] > 0) arrival = std::min(arrival, 0.1 * ranges[i] / double(options.poses[i]));
+  }
+  return std::max(arrival, 0.1 * options.tolerance);
+}
+
 }  // namespace
 
 TruthOptions truth_options_for(const TriangleMesh& body, std::size_t poses) {
@@ -96,7 +108,7 @@ GroundTruth find_truth(const TriangleMesh& body, const TruthOptions& options, Wr
                          {options.poses[1], 0, options.contact},
                          {options.poses[2], options.contact, options.deep}};
   pose_options.tolerance = options.tolerance;
-  pose_options.arrival = 0.1 * options.tolerance;
+  pose_options.arrival = arrival_of(options);
   pose_options.seed = options.seed;
   pose_options.most_work = options.most_work;
   const double count = double(options.poses[0] + options.poses[1] + options.poses[2]);

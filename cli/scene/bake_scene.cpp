@@ -47,6 +47,12 @@ const bake::BakeOptions& wanted_options(const SceneRun& run, const PlannedAsset&
   return run.options.full ? asset.everything : asset.options;
 }
 
+// Predicted, of the bake of what is written.
+double seconds_of(const SceneRun& run, const PlannedAsset& asset) {
+  if (!is_written(run, asset)) return 0;
+  return run.options.full ? asset.seconds_everything : asset.seconds;
+}
+
 void name_asset(SceneRun& run, PlannedAsset& asset) {
   asset.file = asset_file(run.meshes[asset.mesh], wanted_options(run, asset));
 }
@@ -55,16 +61,26 @@ void name_asset(SceneRun& run, PlannedAsset& asset) {
   throw SceneError(asset.place, fmt::format("mesh '{}': {}", run.meshes[asset.mesh].file.string(), reason));
 }
 
-BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::BakeOptions& options,
+void report_progress(const SceneRun& run, const PlannedAsset& asset, const char* stage, double seconds) {
+  if (!run.options.progress) return;
+  const double fraction = run.seconds > 0 ? (run.seconds_done + seconds) / run.seconds : 0;
+  run.options.progress(run.meshes[asset.mesh].file, stage, fraction);
+}
+
+// @param seconds  predicted
+BakedPart bake_part(const SceneRun& run, const PlannedAsset& asset, const bake::BakeOptions& options, double seconds,
                     const std::string& cache) {
   const auto begin = std::chrono::steady_clock::now();
   bake::BakeSettings settings;
   settings.options = options;
+  settings.options.progress = [&](const char* stage, double fraction) {
+    report_progress(run, asset, stage, fraction * seconds);
+  };
   try {
     bake::StoredAsset loaded = bake::load_or_bake(run.meshes[asset.mesh].mesh, settings, cache);
     if (!loaded.warning.empty() && run.options.warn) run.options.warn(loaded.warning);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    return {std::move(loaded.asset), loaded.baked ? seconds : 0, !loaded.baked, std::move(loaded.report.notes)};
+    const double measured = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    return {std::move(loaded.asset), loaded.baked ? measured : 0, !loaded.baked, std::move(loaded.report.notes)};
   } catch (const bake::LoadError& error) {
     if (error.stage == "write") throw WriteError(error.what());
     refuse_mesh(run, asset, error.what());
@@ -84,7 +100,7 @@ void bake_asset(SceneRun& run, std::size_t i) {
   if (!is_written(run, asset)) return;
   constexpr int kTrials = 5;
   for (int trial = 1;; ++trial) {
-    run.baked[i] = bake_part(run, asset, wanted_options(run, asset), run.options.cache);
+    run.baked[i] = bake_part(run, asset, wanted_options(run, asset), seconds_of(run, asset), run.options.cache);
     if (run.scene.error.value == 0) return;
     const double by = lacking(asset, run.baked[i].asset->info(), run.scene.error.value);
     if (by <= 1) return;
@@ -142,6 +158,7 @@ void check_meshes(const SceneRun& run) {
         bake::AssetCache(cache).open(bake::cache_key(bake::bake_record(mesh, settings)), cached, ignored))
       continue;
     if (is_written(run, asset) && std::exchange(is_first, false)) continue;
+    report_progress(run, asset, "check", 0);
     try {
       (void)bake::closed_mesh(mesh, settings.options);
     } catch (const bake::BakeError& error) {
@@ -152,11 +169,21 @@ void check_meshes(const SceneRun& run) {
 
 void bake_scene(SceneRun& run) {
   run.baked.resize(run.plan.assets.size());
-  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) bake_asset(run, i);
+  for (const PlannedAsset& asset : run.plan.assets) {
+    run.seconds += seconds_of(run, asset);
+    if (run.options.compare) run.seconds += asset.seconds_ordinary + asset.seconds_everything;
+  }
+  for (std::size_t i = 0; i < run.plan.assets.size(); ++i) {
+    const double seconds = seconds_of(run, run.plan.assets[i]);  // a finer bake may take longer
+    bake_asset(run, i);
+    run.seconds_done += seconds;
+  }
   if (run.options.compare) {
     for (const PlannedAsset& asset : run.plan.assets) {
-      run.ordinary.push_back(bake_part(run, asset, asset.ordinary, ""));
-      run.everything.push_back(bake_part(run, asset, asset.everything, ""));
+      run.ordinary.push_back(bake_part(run, asset, asset.ordinary, asset.seconds_ordinary, ""));
+      run.seconds_done += asset.seconds_ordinary;
+      run.everything.push_back(bake_part(run, asset, asset.everything, asset.seconds_everything, ""));
+      run.seconds_done += asset.seconds_everything;
     }
   }
   double bytes = 0;

@@ -20,6 +20,9 @@ struct SceneBakeOptions {
   bool compare = false;          ///< also bakes ordinary and full assets, to compare
   bool dry_run = false;
   std::function<void(const std::string& warning)> warn;  ///< of the cache, without a full stop; may be empty
+  /// Takes the mesh in work, its stage as BakeOptions::progress has it, and the finished fraction of all bakes, 0 to 1.
+  /// Called from any thread, by one at a time. May be empty.
+  std::function<void(const std::filesystem::path& mesh, const char* stage, double fraction)> progress = {};
 };
 
 /// A scene on its way from the file to its assets.
@@ -30,6 +33,7 @@ struct SceneRun {
   ScenePlan plan = {};
   std::vector<BakedPart> baked = {}, ordinary = {}, everything = {};
   std::vector<std::string> removed = {};  ///< assets of an earlier plan
+  double seconds = 0, seconds_done = 0;   ///< predicted, of all bakes and of those that have ended
 };
 
 /// A file that cannot be written. `reason` is "reason; what to do".

@@ -210,5 +210,20 @@ TEST(Errors, ThinBodiesAreAskedForDepthsThatTheyHave) {
   EXPECT_EQ(lab::find_truth(plate, options, lab::Wrenches::none, folder.path()).poses.size(), 6U);
 }
 
+// Each depth of two pegs side by side takes tens of thousands of points.
+TEST(Errors, PosesOfContactOfALongBodyAreFoundNearTheDepthsThatAreSought) {
+  const TriangleMesh peg = samples::make_peg();
+  lab::TruthOptions options = lab::truth_options_for(peg, 9);
+  options.poses[0] = options.poses[2] = 0;
+  const TemporaryFolder folder;
+  const GroundTruth truth = lab::find_truth(peg, options, lab::Wrenches::none, folder.path());
+  ASSERT_EQ(truth.poses.size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double sought = options.contact * (double(i) + 0.5) / 3;
+    EXPECT_LE(truth.poses[i].pose.depth, sought);
+    EXPECT_GE(truth.poses[i].pose.depth, sought - options.contact / 30);
+  }
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -155,6 +155,14 @@ TEST(Report, SixPosesHaveNoNinetyNinthPercentile) {
   const Json& base = row_of(reported().json, "base");
   EXPECT_TRUE(base["errors"]["penetration"]["p99"].is_null());
   EXPECT_TRUE(base["contacts_us"]["p99"].is_null());
+  EXPECT_TRUE(reported().json["meshes"][0]["bake_noise"].is_null());
+}
+
+TEST(Report, AQuickOneSaysHowExactItsForcesAre) {
+  const Json& mesh = reported().json["meshes"][0];
+  EXPECT_EQ(mesh["oracle"]["force_tolerance"], 0.01);
+  EXPECT_LE(mesh["oracle"]["force_error"], 0.01);
+  EXPECT_NE(mesh["notes"].dump().find("exact forces and torques are known to 1 %"), std::string::npos) << mesh["notes"];
 }
 
 // The depth of its pose of contact takes more than 60,000 points of the oracle.

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/cli/program.h"
+#include "tests/cli/scene/scene_plan.h"
 #include "tests/cli/terminal/terminal.h"
 
 namespace vps::test {
@@ -98,6 +99,25 @@ TEST(Progress, FiguresOfABakeRiseWhileAStageRuns) {
   ASSERT_GE(distances.size(), 3U) << out;
   EXPECT_GT(distances.back(), distances.front() + 10) << out;
   EXPECT_GT(std::set<int>(distances.begin(), distances.end()).size(), distances.size() / 2) << out;
+}
+
+TEST(Progress, OfASceneNamesTheMeshAndRisesOverAllBakes) {
+  const TemporaryFolder folder;
+  write_file(folder / "scene.toml",
+             std::string(kPlane) + body("gear", "gear", "mass = \"20g\"") + body("torus", "torus", "mass = \"20g\""));
+  const std::string out = on_terminal(folder, "TERM=xterm", "scene scene.toml", 300);
+  const std::regex line("\033\\[K([a-z]+)\\.obj: [a-z ]+ ([0-9]+) %, [0-9]+ s left");
+  std::vector<int> all, gear;
+  for (std::sregex_iterator it(out.begin(), out.end(), line), end; it != end; ++it) {
+    all.push_back(std::stoi((*it)[2]));
+    if ((*it)[1] == "gear") gear.push_back(all.back());
+  }
+  ASSERT_GE(gear.size(), 2U) << out;
+  EXPECT_LT(gear.front(), 50) << out;
+  EXPECT_LT(gear.back(), 90) << "the torus is left: " << out;
+  EXPECT_TRUE(std::is_sorted(all.begin(), all.end())) << out;
+  EXPECT_NE(out.find("\033[Kscene.toml: 3 bodies"), std::string::npos) << out;
+  EXPECT_EQ(on_terminal(folder, "TERM=xterm", "scene scene.toml -q --dry-run"), "");
 }
 
 }  // namespace
