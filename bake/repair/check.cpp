@@ -60,12 +60,19 @@ double area_of(const Mesh& mesh) {
   return sum;
 }
 
-void warn_of_large_filling(RepairOutcome& outcome) {
+// Walls of two voxels are known well.
+std::string thickened(double voxel_size) {
+  std::string thickness = voxel_size > 0 ? format_length(2 * voxel_size) : "2mm";
+  std::erase(thickness, ' ');
+  return "--open-surface thicken=" + thickness;
+}
+
+void warn_of_large_filling(double voxel_size, RepairOutcome& outcome) {
   if (outcome.filled_share < kLargeFilling) return;
   outcome.notes.push_back(
       fmt::format("{:.0f} % of the surface fills holes: the solid may be a plug of what was open; a sheet keeps its "
-                  "shape with --open-surface thicken=2mm",
-                  100 * outcome.filled_share));
+                  "shape with {}",
+                  100 * outcome.filled_share, thickened(voxel_size)));
 }
 
 // Fills holes first. Otherwise the skin would enter through wide holes, and the solid would be hollow.
@@ -319,7 +326,7 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   };
   begin("check: close");
   close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome, filling);
-  warn_of_large_filling(outcome);
+  warn_of_large_filling(settings.voxel_size, outcome);
   begin("check: crossing triangles");
   const std::vector<TrianglePair> pairs = self_intersections(mesh);
   begin("check: unite shells");
@@ -390,7 +397,7 @@ std::string advise_options(const TriangleMesh& input, const RepairSettings& sett
     options.push_back(fmt::format("--repair {}", describe(repair)));
   }
   if (settings.repair != Repair::wrap) options.emplace_back("--repair wrap");
-  if (settings.sheet_thickness == 0) options.emplace_back("--open-surface thicken=2mm for a sheet");
+  if (settings.sheet_thickness == 0) options.push_back(thickened(settings.voxel_size) + " for a sheet");
   if (options.size() > 1) options.back() = "or " + options.back();
   return fmt::format("{}", fmt::join(options, options.size() > 2 ? ", " : " "));
 }

@@ -50,9 +50,9 @@ std::string row(const Job& job, const JobResult& result, int width) {
   return line + '\n';
 }
 
-// An error ends with what to do.
-bool advises(const std::string& error, std::string_view option) {
-  return error.find(option, std::min(error.find(';'), error.size())) != std::string::npos;
+// Where an error names an option: it ends with what to do, the best first.
+std::size_t advised_at(const std::string& error, std::string_view option) {
+  return error.find(option, std::min(error.find(';'), error.size()));
 }
 
 // "to bake those that failed: 11 with --repair fill"; empty when no error names an option.
@@ -61,10 +61,12 @@ std::string advice(const std::vector<JobResult>& results) {
                                            "--memory",      "--timeout",     "--import-memory", "--import-timeout"};
   std::map<std::string_view, std::size_t> counts;
   for (const JobResult& result : results) {
-    const auto* const option = std::find_if(std::begin(kOptions), std::end(kOptions), [&](std::string_view one) {
-      return result.state == State::failed && advises(result.error, one);
-    });
-    if (option != std::end(kOptions)) ++counts[*option];
+    if (result.state != State::failed) continue;
+    const auto* const first =
+        std::min_element(std::begin(kOptions), std::end(kOptions), [&](std::string_view a, std::string_view b) {
+          return advised_at(result.error, a) < advised_at(result.error, b);
+        });
+    if (advised_at(result.error, *first) != std::string::npos) ++counts[*first];
   }
   std::string text;
   for (const auto& [option, count] : counts)

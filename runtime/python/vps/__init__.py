@@ -351,13 +351,20 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
     baker = _baker("vps.bake")
     given: dict[str, Any] = {"voxel": voxel, "resolution": resolution, "max_error": max_error, "repair": repair, **options}
     settings = {name: value for name, value in given.items() if value is not None}
-    if sum(name in settings for name in ("voxel", "resolution", "max_error")) != 1:
-        raise ValueError("give one of voxel, resolution and max_error")
     unknown = sorted(settings.keys() - {
         "voxel", "resolution", "max_error", "repair", "layers", "scaled", "real", "voxelmap", "pointshell", "alpha",
         "sheet_thickness"})
     if unknown:
         raise TypeError(f"vps.bake has no option {unknown[0]!r}")
+    if sum(name in settings for name in ("voxel", "resolution", "max_error")) != 1:
+        raise ValueError("give one of voxel, resolution and max_error")
+    for name in ("voxel", "resolution", "max_error", "alpha", "sheet_thickness"):
+        kinds = (int, np.integer) if name == "resolution" else (int, float, np.integer, np.floating)
+        value = settings.get(name, 1)
+        if not isinstance(value, kinds):
+            raise TypeError(f"{name}: {'a whole number' if name == 'resolution' else 'a number'}, not {value!r}")
+        if name in ("voxel", "resolution", "max_error") and not 0 < value < np.inf:
+            raise ValueError(f"{name}: finite and more than 0, not {value!r}")
     if not 0 < unit < np.inf:
         raise ValueError("unit: finite and more than 0 m")
     folder = "" if cache is None else os.fspath(cache)
