@@ -17,7 +17,8 @@ namespace {
 TEST(FaceJumps, NoPlaceOnAFaceHasALargerOne) {
   const bake::BakeOptions options = all_fields(0.1);
   const std::shared_ptr<Asset> asset = baked(samples::make_box({1, 1, 1}), options);
-  for (const auto& [field, jump] : cli::face_jumps(*asset)) {
+  for (const auto& [field, found_jump] : cli::face_jumps(*asset)) {
+    const auto& jump = found_jump;  // lambdas may not capture the other
     VoxelmapView map;
     ASSERT_EQ(asset->voxelmap(map, field), Status::ok);
     const detail::CertifiedBand band = detail::certified_band(map);
