@@ -11,7 +11,7 @@ namespace vps::bake {
 /// Takes the part of a stage that is done, 0 to 1. Called from any thread; may be empty.
 using StageProgress = std::function<void(double fraction)>;
 
-/// Counts the steps of a parallel loop, and tells about a hundred of them.
+/// Counts the steps of a parallel loop, and reports about a hundred of them.
 class LoopProgress {
  public:
   LoopProgress(const StageProgress& progress, std::size_t steps) : progress_(progress), steps_(steps) {}

@@ -30,7 +30,7 @@ class StageGraph {
   /// one that runs.
   void expect(const std::function<double(const char* name)>& time);
 
-  /// A stage tells which part of its work is done, 0 to 1. From any thread.
+  /// A stage reports which part of its work is done, 0 to 1. From any thread.
   void advance(Stage stage, double fraction);
 
   /// Runs all stages once. Work that runs in parallel inside a stage never waits for another stage.

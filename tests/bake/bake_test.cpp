@@ -193,7 +193,7 @@ TEST(Bake, ProgressNamesTheStagesAndEndsAtOne) {
   EXPECT_EQ(steps, (std::vector<std::string>{"check: close", "check: crossing triangles", "check: unite shells"}));
   EXPECT_EQ(last, 1);
   EXPECT_EQ(asset.times.size() + 1, names.size());
-  EXPECT_GT(std::count(stages.begin(), stages.end(), "sample_field"), 4) << "a long stage tells how far it is";
+  EXPECT_GT(std::count(stages.begin(), stages.end(), "sample_field"), 4) << "a long stage reports how far it is";
 }
 
 TEST(Bake, AWallThinnerThanTwoVoxelsIsNoted) {
