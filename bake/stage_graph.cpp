@@ -27,10 +27,10 @@ void StageGraph::expect(const std::function<double(const char* name)>& time) {
 void StageGraph::advance(Stage stage, double fraction) {
   const std::scoped_lock lock(announcing_);
   nodes_[stage].done = std::max(nodes_[stage].done, fraction);
-  tell(nodes_[stage].name);
+  report(nodes_[stage].name);
 }
 
-void StageGraph::tell(const char* stage) {
+void StageGraph::report(const char* stage) {
   double done = 0, all = 0;
   for (const Node& node : nodes_) {
     done += node.expected * node.done;
@@ -45,7 +45,7 @@ void StageGraph::work_on(Node& node) {
   try {
     {
       const std::scoped_lock lock(announcing_);
-      tell(node.name);
+      report(node.name);
     }
     const auto begin = std::chrono::steady_clock::now();
     // Without isolation a thread that waits for the end of a parallel loop would begin another stage meanwhile.

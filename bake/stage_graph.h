@@ -51,7 +51,7 @@ class StageGraph {
     std::exception_ptr failure = nullptr;
   };
   void work_on(Node& node);
-  void tell(const char* stage);  // with the lock
+  void report(const char* stage);  // with the lock
 
   std::function<void(const char* stage, double fraction)> progress_;
   std::deque<Node> nodes_;

@@ -424,20 +424,20 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
                              const InsideRuns& runs, const BandField& field, double spacing, double thin,
                              const StageProgress& progress) {
   // The shares of the steps, measured.
-  const auto tell = [&](double done) {
+  const auto report = [&](double done) {
     if (progress) progress(done);
   };
   Sampler sampler(surface, spacing);
   sampler.sample_features();
-  tell(0.05);
+  report(0.05);
   sampler.sample_triangles(grid, voxels);
-  tell(0.15);
+  report(0.15);
   sampler.fill_gaps();
-  tell(0.45);
+  report(0.45);
   sampler.measure_areas();
-  tell(0.75);
+  report(0.75);
   sampler.find_folds();
-  tell(0.87);
+  report(0.87);
   std::vector<Sample*> samples = sampler.samples();
   Pointshell shell;
   shell.spacing = spacing;
