@@ -23,7 +23,7 @@ Velocity joint_velocity(const btMultiBody& multibody, int link) {
 
 // Sums the motions of the joints from the link up to the base. Their poses follow from the link's own: Bullet updates
 // those of links without colliders only while it solves.
-Velocity link_velocity(const btMultiBodyLinkCollider& collider) {
+Velocity velocity_of_link(const btMultiBodyLinkCollider& collider) {
   const btMultiBody& multibody = *collider.m_multiBody;
   const btVector3& place = collider.getWorldTransform().getOrigin();
   Velocity sum;
@@ -90,17 +90,12 @@ btTransform pose_in_parent(const btMultiBody& multibody, int link, btScalar befo
 
 }  // namespace
 
-Velocity velocity_of(const btCollisionObject& object) {
-  if (const btRigidBody* const body = btRigidBody::upcast(&object)) {
-    if (body->isStaticObject()) return {};
-    return {body->getLinearVelocity(), body->getAngularVelocity()};
-  }
+Velocity link_velocity(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object);
-  return link != nullptr ? link_velocity(*link) : Velocity{};
+  return link != nullptr ? velocity_of_link(*link) : Velocity{};
 }
 
-btScalar inverse_mass(const btCollisionObject& object) {
-  if (const btRigidBody* const body = btRigidBody::upcast(&object)) return body->getInvMass();
+btScalar link_inverse_mass(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object);
   if (link == nullptr || !is_free(*link) || !(mass_of(*link) > 0)) return 0;
   return 1 / mass_of(*link);
@@ -113,10 +108,7 @@ btVector3 local_inertia(const btCollisionObject& object) {
   return link->m_link < 0 ? link->m_multiBody->getBaseInertia() : link->m_multiBody->getLinkInertia(link->m_link);
 }
 
-btVector3 acceleration_of(const btCollisionObject& object) {
-  if (const btRigidBody* const body = btRigidBody::upcast(&object)) {
-    return body->getInvMass() * body->getTotalForce();
-  }
+btVector3 link_acceleration(const btCollisionObject& object) {
   const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object);
   if (link == nullptr) return {0, 0, 0};
   const btMultiBody& multibody = *link->m_multiBody;

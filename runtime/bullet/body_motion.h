@@ -14,17 +14,32 @@ struct Velocity {
   btVector3 angular{0, 0, 0};  ///< [rad/s]
 };
 
+// Each pair calls the functions below in each step, and most objects are rigid bodies. These are for links.
+[[nodiscard]] Velocity link_velocity(const btCollisionObject& object);
+[[nodiscard]] btScalar link_inverse_mass(const btCollisionObject& object);
+[[nodiscard]] btVector3 link_acceleration(const btCollisionObject& object);
+
 /// Zero for objects that do not move.
-[[nodiscard]] Velocity velocity_of(const btCollisionObject& object);
+[[nodiscard]] inline Velocity velocity_of(const btCollisionObject& object) {
+  const btRigidBody* const body = btRigidBody::upcast(&object);
+  if (body == nullptr) return link_velocity(object);
+  return body->isStaticObject() ? Velocity{} : Velocity{body->getLinearVelocity(), body->getAngularVelocity()};
+}
 
 /// 0 for objects that the solver does not move. That of a link alone: its joints only make it harder to move. [1/kg]
-[[nodiscard]] btScalar inverse_mass(const btCollisionObject& object);
+[[nodiscard]] inline btScalar inverse_mass(const btCollisionObject& object) {
+  const btRigidBody* const body = btRigidBody::upcast(&object);
+  return body != nullptr ? body->getInvMass() : link_inverse_mass(object);
+}
+
+/// By the forces of the step, without what joints and contacts do. [m/s^2]
+[[nodiscard]] inline btVector3 acceleration_of(const btCollisionObject& object) {
+  const btRigidBody* const body = btRigidBody::upcast(&object);
+  return body != nullptr ? body->getInvMass() * body->getTotalForce() : link_acceleration(object);
+}
 
 /// Moments of inertia about the object's axes; zero for objects that are neither rigid bodies nor links. [kg m^2]
 [[nodiscard]] btVector3 local_inertia(const btCollisionObject& object);
-
-/// By the forces of the step, without what joints and contacts do. [m/s^2]
-[[nodiscard]] btVector3 acceleration_of(const btCollisionObject& object);
 
 /// The motion of an object in the step that has just ended. Links move with their joints, along arcs.
 class PastMotion {

@@ -7,60 +7,37 @@
 #include <algorithm>
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner.h"
+#include "runtime/contacts/known_gap.h"
 #include "runtime/contacts/side_contacts.h"
 
 namespace vps::bullet {
 namespace {
 
-enum class LookAhead : std::uint8_t { no, yes };
-
-// What a pair remembers from step to step, as long as its shapes stay as they are.
-struct Memory {
-  const btCollisionShape *shell, *field;
-  btVector3 shell_scale, field_scale;
-  detail::PairMemory contacts;
+// One body's points in the other body, from step to step.
+struct ShellContacts {
+  Manifolds manifolds;
+  detail::PairMemory memory;  // as long as the shapes stay as they are
   PairPartner partner;
 
-  explicit Memory(const Pair& pair)
-      : shell(pair.shell.shape),
-        field(pair.field.shape),
-        shell_scale(shell->getLocalScaling()),
-        field_scale(field->getLocalScaling()) {}
-  [[nodiscard]] bool is_of(const Pair& pair) const {
-    return shell == pair.shell.shape && field == pair.field.shape && shell_scale == shell->getLocalScaling() &&
-           field_scale == field->getLocalScaling();
-  }
-};
-
-// The contacts of one body's points in the other body.
-class ShellContacts {
- public:
-  /// @param looks_ahead  yes: finds speculative contacts of the step too; no: for contactTest and similar queries
-  ShellContacts(btDispatcher* dispatcher, LookAhead looks_ahead) : manifolds_(dispatcher), looks_ahead_(looks_ahead) {}
-
-  void find(const Pair& pair, btScalar step, btManifoldResult* result);
-  void append_to(btManifoldArray& manifolds) const { manifolds_.append_to(manifolds); }
-
- private:
+  explicit ShellContacts(btDispatcher* dispatcher) : manifolds(dispatcher) {}
+  void forget() { memory = {}, partner = {}; }
   void leave_apart() {
-    manifolds_.clear();
-    if (memory_ != nullptr) memory_->contacts.leave_apart();
+    manifolds.clear();
+    memory.leave_apart();
   }
-
-  Manifolds manifolds_;
-  const LookAhead looks_ahead_;
-  std::unique_ptr<Memory> memory_;  // none before the bodies come near each other
 };
 
 class ContactAlgorithm final : public btCollisionAlgorithm {
  public:
-  ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead looks_ahead)
-      : btCollisionAlgorithm(info), contacts_(info.m_dispatcher1, looks_ahead), looks_ahead_(looks_ahead) {}
+  /// @param ahead  yes: finds speculative contacts of the step too; no: for contactTest and similar queries
+  ContactAlgorithm(const btCollisionAlgorithmConstructionInfo& info, LookAhead ahead)
+      : btCollisionAlgorithm(info), ahead_(ahead) {}
 
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                         const btDispatcherInfo& info, btManifoldResult* result) override;
@@ -70,14 +47,26 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
     return 1;
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
-    contacts_.append_to(manifolds);
-    if (others_ != nullptr) others_->append_to(manifolds);
+    for_each_side([&](const ShellContacts& side) { side.manifolds.append_to(manifolds); });
   }
 
  private:
-  ShellContacts contacts_;
-  std::unique_ptr<ShellContacts> others_;  // with the roles exchanged; none for shells with points everywhere
-  const LookAhead looks_ahead_;
+  // @return a distance that the bodies surely have, without their margins; at most 0: none. [m]
+  double find(std::unique_ptr<ShellContacts>& side, const Pair& pair, const PairStep& step, btManifoldResult* result);
+  template <class Call>
+  void for_each_side(const Call& call) {
+    for (const std::unique_ptr<ShellContacts>& side : sides_) {
+      if (side != nullptr) call(*side);
+    }
+  }
+
+  // A pair that is apart needs nothing else: the memories of thousands of pairs fit no cache.
+  detail::KnownGap gap_;
+  SeenShapes seen_;
+  const LookAhead ahead_;
+  bool is_left_ = true;  // the sides have no contacts
+  // Made when the bodies come near. The second has the roles exchanged; none for shells with points everywhere.
+  std::unique_ptr<ShellContacts> sides_[2];
 };
 // Bullet allocates algorithms from a pool of fixed-size elements, and its release builds do not check the size.
 static_assert(sizeof(ContactAlgorithm) <= 192);
@@ -87,39 +76,58 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   const PairBody a(first);
   const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another class with Shape's shape type
+  if (seen_.change_to(a, b)) {
+    gap_ = {};
+    for_each_side([](ShellContacts& side) { side.forget(); });
+  }
+  PairStep step = step_of(a, b, info.m_timeStep, result->m_closestPointDistanceThreshold, ahead_);
+  const detail::PlaceRef<btScalar> places[2] = {place_of(a), place_of(b)};
+  if (gap_.exceeds(static_cast<float>(step.reach) + step.margin, places)) {
+    if (!std::exchange(is_left_, true)) for_each_side([](ShellContacts& side) { side.leave_apart(); });
+    return;
+  }
+  is_left_ = false;
   const Pair pair = assign_roles(a, b);
-  contacts_.find(pair, info.m_timeStep, result);
-  if (!pair.both) return others_.reset();
-  if (others_ == nullptr) others_ = std::make_unique<ShellContacts>(m_dispatcher, looks_ahead_);
-  others_->find({pair.field, pair.shell, pair.both}, info.m_timeStep, result);
+  if (&pair.shell.world != &a.world) std::swap(step.motions[0], step.motions[1]);
+  double gap = find(sides_[0], pair, step, result);
+  if (pair.both) {
+    std::swap(step.motions[0], step.motions[1]);
+    gap = std::min(gap, find(sides_[1], {pair.field, pair.shell, pair.both}, step, result));
+  } else {
+    sides_[1].reset();
+  }
+  gap_ = gap > step.reach ? detail::KnownGap(gap, places, {arm_of(a), arm_of(b)}) : detail::KnownGap();
 }
 
-void ShellContacts::find(const Pair& pair, btScalar step, btManifoldResult* result) {
-  if (memory_ != nullptr && !memory_->is_of(pair)) memory_.reset();
-  detail::StepPair of_step = in_step(pair);
-  StepMotion motions[2];
-  const auto wanted = static_cast<float>(result->m_closestPointDistanceThreshold);
-  detail::SideQuery query{std::max(of_step.touching(), wanted), pair.both, pair.shell.vps->flat_patches()};
-  if (looks_ahead_ == LookAhead::yes) add_motions(pair, step, motions, of_step);
-  query.approach = detail::approach(of_step);
-  const double reach = double{query.distance + query.approach.way};
-  if (memory_ != nullptr && memory_->contacts.knows_apart(of_step, reach)) return leave_apart();
-  const bool touched = memory_ != nullptr && memory_->contacts.touched;
-  if (!touched && are_apart(of_step, box_of(pair.field), reach)) return leave_apart();
-  if (memory_ == nullptr) memory_ = std::make_unique<Memory>(pair);
+double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& pair, const PairStep& step,
+                              btManifoldResult* result) {
+  const detail::StepPair of_step = in_step(pair, &step);
+  const double reach = step.reach + double{of_step.margin};
+  double gap = side != nullptr ? side->memory.known_distance(of_step) : 0;
+  if (!(gap > reach) && (side == nullptr || !side->memory.touched)) gap = distance_to_box(of_step, box_of(pair.field));
+  if (gap > reach) {
+    if (side != nullptr) side->leave_apart();
+    return is_triangle_mesh(pair.field.shape->getShapeType()) ? 0 : gap;  // triangles may move
+  }
+  if (side == nullptr) side = std::make_unique<ShellContacts>(m_dispatcher);
+  detail::SideQuery query = step.query;
+  query.leaves_faces = pair.both;
+  query.flat_patches = pair.shell.vps->flat_patches();
   detail::SideContacts found;
-  const std::optional<detail::Partner> partner = memory_->partner.of(pair, query.approach.way > 0);
-  const Status status = partner ? contacts_of_side(of_step, *partner, query, memory_->contacts, workspace(), found)
-                                : Status::bad_argument;
+  const std::optional<detail::Partner> other = side->partner.of(pair, query.approach.way > 0);
+  const Status status =
+      other ? contacts_of_side(of_step, *other, query, side->memory, workspace(), found) : Status::bad_argument;
   if (status != Status::ok) {
     pair.shell.vps->report(status);
     if (pair.field.vps != nullptr) pair.field.vps->report(status);
-    manifolds_.release();
-    return memory_->contacts.leave_apart();
+    side->manifolds.release();
+    side->memory.leave_apart();
+    return 0;
   }
   const btTransform frame =
       found.in_shell_frame ? pair.shell.world * pair.shell.asset_frame() : pair.field.world * field_frame(pair.field);
-  manifolds_.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
+  side->manifolds.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
+  return found.contacts.empty() ? side->memory.known_distance(of_step) : 0;
 }
 
 std::atomic<bool> registered{false};

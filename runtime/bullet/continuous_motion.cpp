@@ -53,9 +53,12 @@ bool bound_penetration(const Pair& pair, PairPartner& partners, std::uint32_t& g
 // @return `step` if that does not happen in the step
 btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
                 std::uint32_t max_iterations) {
+  btTransform at_a;
+  btTransform at_b;
   const auto pair_at = [&](btScalar time) {
-    return assign_roles(PairBody(leaf_a.shape, a.object, a.motion.at(time) * leaf_a.local),
-                        PairBody(leaf_b.shape, b.object, b.motion.at(time) * leaf_b.local));
+    at_a = a.motion.at(time) * leaf_a.local;
+    at_b = b.motion.at(time) * leaf_b.local;
+    return assign_roles(PairBody(leaf_a.shape, a.object, at_a), PairBody(leaf_b.shape, b.object, at_b));
   };
   if (as_vps(leaf_a.shape) == nullptr && as_vps(leaf_b.shape) == nullptr) return step;
   const double speed = double((a.motion.drift() - b.motion.drift()).length() + a.motion.swing() + b.motion.swing());

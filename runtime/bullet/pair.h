@@ -22,15 +22,16 @@ inline const Shape* as_vps(const btCollisionShape* shape) {
 /// One of the two bodies of a pair: a shape and its pose. The pose comes from the wrapper, as only the wrapper's is
 /// right for children of compounds.
 struct PairBody {
-  const btCollisionShape* shape = nullptr;
-  const btCollisionObject* object = nullptr;
-  btTransform world;
-  const Shape* vps = nullptr;  ///< null for Bullet's own shapes
+  const btCollisionShape* shape;
+  const Shape* vps;  ///< null for Bullet's own shapes
+  const btCollisionObject* object;
+  const btTransform& world;  ///< not copied
 
   explicit PairBody(const btCollisionObjectWrapper* wrap)
       : PairBody(wrap->getCollisionShape(), wrap->getCollisionObject(), wrap->getWorldTransform()) {}
   PairBody(const btCollisionShape* of_shape, const btCollisionObject* of_object, const btTransform& at)
-      : shape(of_shape), object(of_object), world(at), vps(as_vps(of_shape)) {}
+      : shape(of_shape), vps(as_vps(of_shape)), object(of_object), world(at) {}
+  PairBody(const btCollisionShape*, const btCollisionObject*, btTransform&&) = delete;
 
   /// Takes the asset's frame to the shape's.
   [[nodiscard]] const btTransform& asset_frame() const { return vps->asset_frame(); }
@@ -51,13 +52,6 @@ inline Pair assign_roles(const PairBody& first, const PairBody& second) {
   };
   const detail::PairRoles roles = detail::roles_of(side(*first.vps), side(*second.vps));
   return roles.first_gives ? Pair{first, second, roles.both_give} : Pair{second, first, roles.both_give};
-}
-
-/// Bullet's concave shapes that hand out triangles.
-inline bool is_triangle_mesh(int type) {
-  return type == TRIANGLE_MESH_SHAPE_PROXYTYPE || type == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE ||
-         type == MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE ||
-         type == GIMPACT_SHAPE_PROXYTYPE;
 }
 
 /// Penalty law of the pair's contacts. A stiffness of 0: they are rigid.

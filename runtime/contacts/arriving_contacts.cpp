@@ -122,23 +122,20 @@ bool rolls(const StepPair& pair, const Course& shell, const Course& partner, con
 
 }  // namespace
 
-Approach approach(const StepPair& pair) noexcept {
-  if (pair.shell_motion == nullptr || pair.field_motion == nullptr) return {};
-  const StepMotion& shell = *pair.shell_motion;
-  const StepMotion& field = *pair.field_motion;
+Approach fast_approach(const StepMotion& first, const StepMotion& second, double voxel_size) noexcept {
   const auto swing = [](const StepMotion& body) {
     const float turn = length(body.turn);
     return turn > 0 ? turn * body.radius : 0;
   };
-  const float spin = swing(shell) + swing(field);
-  const float between = length(shell.way - field.way);
+  const float spin = swing(first) + swing(second);
+  const float between = length(first.way - second.way);
   const float way = between + spin;
   constexpr float kFarthest = 1000;  // a body that moves farther in a step has left its world. [m]
   if (!(way < kFarthest)) return {};
-  const auto voxel = static_cast<float>(pair.voxel_size);
-  if (shell.yields && field.yields) {
-    const float fastest = std::max(length(shell.way), length(field.way));
-    const float fall = std::max(length(shell.fall), length(field.fall));
+  const auto voxel = static_cast<float>(voxel_size);
+  if (first.yields && second.yields) {
+    const float fastest = std::max(length(first.way), length(second.way));
+    const float fall = std::max(length(first.fall), length(second.fall));
     const float alone = std::min(fastest + spin, kStepsFromRest * fall);
     if (fastest > kMoveTogether * between && alone > voxel && alone < kFarthest) {
       const bool is_still = way <= voxel && fall <= 2 * voxel;
@@ -146,7 +143,7 @@ Approach approach(const StepPair& pair) noexcept {
     }
   }
   if (!(way > voxel)) return {};
-  const float fall = length(shell.fall - field.fall);
+  const float fall = length(first.fall - second.fall);
   if (way > voxel + kStepsFromRest * fall) return {way, false, Approach::Phase::landing};
   // Four contacts of a body that falls farther in a step may all lie on one side: it would tip through the ground.
   const bool is_still = way <= voxel + fall && fall <= 2 * voxel;

@@ -2,6 +2,8 @@
 /// @file Speculative contacts of bodies that move far in a step. Internal.
 #pragma once
 
+#include <cmath>
+
 #include "runtime/contacts/find_contacts.h"
 
 namespace vps::detail {
@@ -18,9 +20,24 @@ struct Approach {
   Phase phase = Phase::still;
 };
 
+/// For bodies that are not slow.
+[[nodiscard]] Approach fast_approach(const StepMotion& first, const StepMotion& second, double voxel_size) noexcept;
+
 /// Speculative contacts are sought up to this far ahead, so that the solver stops a body at the surface and not behind
-/// it. The way is 0 for a pair without motions.
-[[nodiscard]] Approach approach(const StepPair& pair) noexcept;
+/// it. It does not depend on the order of the bodies.
+/// @param voxel_size  the smaller one of the two. [m]
+[[nodiscard]] inline Approach approach(const StepMotion& first, const StepMotion& second, double voxel_size) noexcept {
+  // Most bodies are slow, and an upper bound of a length is cheaper than the length.
+  const auto bound = [](Vec3 v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); };
+  const float way =
+      bound(first.way) + bound(second.way) + bound(first.turn) * first.radius + bound(second.turn) * second.radius;
+  return way <= static_cast<float>(voxel_size) ? Approach() : fast_approach(first, second, voxel_size);
+}
+/// The way is 0 for a pair without motions.
+[[nodiscard]] inline Approach approach(const StepPair& pair) noexcept {
+  const bool moves = pair.shell_motion != nullptr && pair.field_motion != nullptr;
+  return moves ? approach(*pair.shell_motion, *pair.field_motion, pair.voxel_size) : Approach();
+}
 
 /// Motion of the shell in the step, relative to the field's body, contacts' frame.
 [[nodiscard]] RelativeMotion motion_of(const StepPair& pair, const FoundContacts& found) noexcept;

@@ -147,6 +147,14 @@ Status find_rows(const FieldQuery& query, FoundContacts& found) {
   return status;
 }
 
+// As FoundContacts::most.
+float most_of(FieldRef field, const QueryResult& result) {
+  const VoxelmapView* const map = field.voxelmap();
+  const auto bound = static_cast<float>(result.delta_bound);
+  if (map == nullptr) return bound;
+  return map->field == Field::scaled ? bound + field_error(*map) : std::numeric_limits<float>::max();
+}
+
 template <class Field>
 Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts& found) {
   const StepPair& pair = query.pair;
@@ -173,6 +181,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
     return traverse_ahead(shell, field, pose, options, motion, query.space.scratch, contacts, result);
   }();
   if (status != Status::ok) return status;
+  found.most = most_of(field, result);
   const std::size_t count = test_again(shell, field, pose, reach, segments, contacts, result.contacts);
   found.contacts = {contacts.data(), count};
   return status;
@@ -276,6 +285,17 @@ Status find_contacts(const StepPair& pair, const Partner& partner, QueryOptions 
     for (std::uint32_t i = 0; i < found.hits.count; ++i) found.hits.penetration[i] += pair.margin;
   }
   return status;
+}
+
+float bound_farther(const StepPair& pair, const Partner& partner, float distance, Workspace& space) {
+  QueryOptions options;
+  options.contact_distance = distance;
+  options.max_tests = 2048;  // some 10 us
+  QueryResult result;
+  const Status status =
+      traverse_contacts(pair.shell, partner.field, pair.shell_to_field, options, space.scratch, {}, result);
+  const bool is_answer = status == Status::ok || status == Status::output_full;
+  return is_answer ? most_of(partner.field, result) : std::numeric_limits<float>::max();
 }
 
 void remember_choice(const StepPair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,

@@ -66,6 +66,10 @@ struct FoundContacts {
 Status find_contacts(const StepPair& pair, const Partner& partner, QueryOptions options, PairMemory& memory,
                      Workspace& space, FoundContacts& found);
 
+/// Upper bound of the true V of the shell's points, without margins, from a query with a budget. [m]
+/// @param distance  up to which it is of use. [m]
+[[nodiscard]] float bound_farther(const StepPair& pair, const Partner& partner, float distance, Workspace& space);
+
 /// Remembers the hits and the contacts with sheets among the rows that were chosen.
 void remember_choice(const StepPair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
                      PairMemory& memory);

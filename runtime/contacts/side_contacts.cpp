@@ -51,6 +51,31 @@ struct Side {
   Workspace& space;
 };
 
+// Remembers how far apart a pair without contacts is. A query may only have proven that the bodies do not touch, and
+// the pair would be asked in each step. So a pair that stays near is looked at again, some steps of its motion farther.
+// @param before  where it was in the last step; none if it touched then
+void remember_gap(const Side& side, const FoundContacts& found, const Stand& before) {
+  constexpr float kSteps = 5;
+  const StepPair& pair = side.pair;
+  GapMemory& gap = side.memory.gap;
+  float most = found.most;
+  const float ahead = std::max(static_cast<float>(pair.voxel_size), kSteps * found.way);
+  const float farther = found.reach + pair.margin + ahead;
+  // Bodies that are faster do not stay near.
+  const auto moved = [&](const Stand& since) { return motion_between(pair.shell, since, pair.shell_to_field); };
+  const bool stays = ahead < 0.5F * sphere_radius(pair.shell, 0) && moved(before) < 0.25 * double{ahead};
+  if (stays && most > -farther && moved(gap.sought) > 0.5 * double{ahead}) {
+    gap.sought = pair.shell_to_field;
+    most = std::min(most, bound_farther(pair, side.partner, farther, side.space));
+  }
+  // Corners and round bodies also meet the surface between the points, which is within the covering radius of one.
+  const float between = side.partner.map() == nullptr ? pair.shell.covering_radius : 0;
+  const double distance = -double{most} - double{between};
+  if (!(distance > 0)) return;
+  gap.stand = pair.shell_to_field;
+  gap.distance = distance;
+}
+
 ManifoldContact with_feature(const FoundContacts& found, std::size_t i) {
   return {found.contacts[i], feature_of(found.contacts, found.features, i)};
 }
@@ -124,20 +149,20 @@ void keep_of_segments(const Side& side, std::uint32_t level, const FoundContacts
 
 }  // namespace
 
-bool are_apart(const StepPair& pair, const PlacedBox& box, double reach) noexcept {
+double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept {
   constexpr double kFarthest = 1e6;  // the query checks the poses of bodies that are farther from each other. [m]
   // For rotations that check_pose accepts.
   constexpr double kStretch = 1.001;
   const PointshellView& shell = pair.shell;
-  if (shell.points == 0) return false;
-  const Vec3 centre = Transform(relative_pose(box.pose, pair.shell_pose)).apply(sphere_centre(shell, 0));
+  if (shell.points == 0) return 0;
+  const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(shell, 0));
   const auto outside = [](float at, float low, float high) { return std::max({low - at, at - high, 0.0F}); };
   const Vec3 off{outside(centre.x, box.low.x, box.high.x), outside(centre.y, box.low.y, box.high.y),
                  outside(centre.z, box.low.z, box.high.z)};
   const double distance = double{length(off)};
   // The covering radius is for the surface between the points.
-  const double taken = kStretch * double{sphere_radius(shell, 0)} + double{shell.covering_radius + pair.margin};
-  return distance - taken > reach && distance < kFarthest;
+  const double taken = kStretch * double{sphere_radius(shell, 0)} + double{shell.covering_radius};
+  return distance < kFarthest ? distance - taken : 0;
 }
 
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,
@@ -145,6 +170,7 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
   const Approach& approach = query.approach;
   memory.is_carried = is_carried(pair, approach, memory);
   const float way = memory.is_carried ? 0 : approach.way;
+  const Stand before = memory.touched ? Stand() : memory.now;
   memory.now = pair.shell_to_field;
   memory.touched = false;
   QueryOptions options;
@@ -168,9 +194,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
     return status;
   }
   if (way > 0) keep_arriving(pair, partner, found);
-  if (found.most < 0 && found.hits.count == 0 && found.contacts.empty()) {
-    // Every place of the surface is within the covering radius of a point.
-    memory.gap = {pair.shell_to_field, -double{found.most} - double{pair.shell.covering_radius}};
+  if (found.hits.count == 0 && found.contacts.empty() && partner.sheet == nullptr && memory.is_lasting) {
+    remember_gap({pair, partner, query, memory, space}, found, before);
   }
   const float touching = pair.touching();
   memory.touched = found.hits.count > 0 || std::any_of(found.contacts.begin(), found.contacts.end(),

@@ -21,17 +21,16 @@ struct SideContacts {
   float reach = 0;                      ///< largest distance of a contact off the surface. [m]
 };
 
-/// A box about a body.
-struct PlacedBox {
-  Pose pose;  ///< of its frame, to world
+/// A box about a body, in the frame of its field.
+struct FieldBox {
   Vec3 low, high;
   /// Half the diagonal. [m]
   [[nodiscard]] float radius() const noexcept { return length(high - low) / 2; }
 };
 
-/// Whether the bodies are surely farther apart than `reach`, with their margins: by the shell's first sphere and a box
-/// about the other body. Cheap, as most pairs whose boxes overlap are apart.
-[[nodiscard]] bool are_apart(const StepPair& pair, const PlacedBox& box, double reach) noexcept;
+/// A distance that the bodies surely have, without their margins: between the shell's first sphere and a box about the
+/// other body. Cheap, as most pairs whose boxes overlap are apart. At most 0: none. [m]
+[[nodiscard]] double distance_to_box(const StepPair& pair, const FieldBox& box) noexcept;
 
 /// The one way from a pair to its contacts. Throws std::bad_alloc.
 Status contacts_of_side(const StepPair& pair, const Partner& partner, const SideQuery& query, PairMemory& memory,

@@ -55,14 +55,14 @@ RoleSide side_of(const StepBody& body) noexcept {
 }
 
 // Infinite for fields without bounds and for polytopes.
-PlacedBox box_of(const StepBody& body) noexcept {
-  const auto around = [&](Vec3 half) { return PlacedBox{body.pose, -1.0F * half, half}; };
+FieldBox box_of(const StepBody& body) noexcept {
+  const auto around = [&](Vec3 half) { return FieldBox{-1.0F * half, half}; };
   return body.field.visit([&](const auto& field) {
     using Kind = std::remove_cvref_t<decltype(field)>;
     if constexpr (std::is_same_v<Kind, VoxelmapView>) {
       const float* const low = field.bounds_min;
       const float* const high = field.bounds_max;
-      return PlacedBox{body.pose, {low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
+      return FieldBox{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
     } else if constexpr (std::is_same_v<Kind, BoxField>) {
       return around(field.half_extents);
     } else if constexpr (std::is_same_v<Kind, SphereField>) {
@@ -132,10 +132,10 @@ Status add_side(const BothSides& step, const StepBody& shell, const StepBody& fi
   query.approach = approach(pair);
   query.most = step.most;
   const double reach = double{query.distance + query.approach.way};
-  const PlacedBox box = box_of(field);
+  const FieldBox box = box_of(field);
   // A field may lie a little outside the bounds of its mesh.
-  const bool is_apart = !memory.touched && are_apart(pair, box, reach + pair.voxel_size);
-  if (is_apart || memory.knows_apart(pair, reach)) {
+  const bool is_apart = !memory.touched && distance_to_box(pair, box) > reach + pair.voxel_size;
+  if (is_apart || memory.known_distance(pair) > reach) {
     memory.leave_apart();
     return Status::ok;
   }

@@ -12,6 +12,13 @@
 
 namespace vps::detail {
 
+/// Points up to this far off the surface touch, so that a resting contact survives the noise of a step. With a whole
+/// voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
+/// @param voxel_size  the smaller one of a pair. [m]
+inline float touching_distance(double voxel_size) noexcept {
+  return static_cast<float>(0.1 * voxel_size);
+}
+
 /// The pair: where both bodies are and how they move.
 struct StepPair {
   const PointshellView& shell;
@@ -27,9 +34,7 @@ struct StepPair {
 
   Pose shell_to_field = relative_pose(field_pose, shell_pose);
   [[nodiscard]] Transform to_shell() const noexcept { return Transform(relative_pose(shell_pose, field_pose)); }
-  /// Points up to this far off the surface touch, so that a resting contact survives the noise of a step. With a whole
-  /// voxel, a bunny on a box tests five times as many points, and its flickering manifold never comes to rest. [m]
-  [[nodiscard]] float touching() const noexcept { return static_cast<float>(0.1 * voxel_size); }
+  [[nodiscard]] float touching() const noexcept { return touching_distance(voxel_size); }
   /// Penetrations of a flat contact differ by the rounding of the samples: a fiftieth of a voxel. [m]
   [[nodiscard]] float alike() const noexcept { return static_cast<float>(0.02 * voxel_size); }
   /// Faces with penetrations that differ by less are equally deep: the spacing of the points resolves no more. [m]
@@ -126,10 +131,12 @@ struct ChoiceMemory {
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
 };
 
-/// A proven distance between the bodies. As long as they have not moved that far, no contacts are sought.
+/// A proven distance between the bodies. As long as their relative pose has not changed by that much, no contacts are
+/// sought.
 struct GapMemory {
   Stand stand;
   double distance = 0;  ///< without margins; at most 0: none. [m]
+  Stand sought;         ///< where it was last sought farther than contacts are
 };
 
 /// What a pair remembers from step to step.
@@ -153,9 +160,9 @@ struct PairMemory {
       if (contact.slot == 0 && last_count < last.size()) last[last_count++] = contact.feature;
     }
   }
-  /// Whether the bodies are known to be farther apart than `reach`, with their margins.
-  [[nodiscard]] bool knows_apart(const StepPair& pair, double reach) const noexcept {
-    return gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) - double{pair.margin} > reach;
+  /// A distance that the bodies surely have, without their margins. At most 0: none. [m]
+  [[nodiscard]] double known_distance(const StepPair& pair) const noexcept {
+    return gap.distance > 0 ? gap.distance - motion_between(pair.shell, gap.stand, pair.shell_to_field) : 0;
   }
   void leave_apart() noexcept {
     touched = is_carried = false;

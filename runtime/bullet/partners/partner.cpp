@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "runtime/bullet/body_motion.h"
 
@@ -80,35 +81,50 @@ OwnField own_field(const btCollisionShape& shape, const btVector3& from, ConvexP
   }
 }
 
-// The effect of the forces of the step is included.
-StepMotion motion_in_step(const PairBody& side, btScalar step) {
-  const Velocity velocity = velocity_of(*side.object);
-  const btVector3 gain = step * acceleration_of(*side.object);
-  const btVector3& origin = side.object->getWorldTransform().getOrigin();
-  StepMotion motion;
-  for (int i = 0; i < 3; ++i) motion.centre[i] = static_cast<double>(origin[i]);
-  motion.way = to_vec3(step * (velocity.linear + gain));
-  motion.turn = to_vec3(step * velocity.angular);
-  motion.fall = to_vec3(step * gain);
-  // Bodies of triangles have no test of what arrives.
-  motion.yields = inverse_mass(*side.object) > 0 && !is_triangle_mesh(side.shape->getShapeType());
-  if (!velocity.angular.isZero()) {
-    btVector3 centre;
-    btScalar radius = 0;
-    side.object->getCollisionShape()->getBoundingSphere(centre, radius);
-    motion.radius = static_cast<float>(centre.length() + radius);
-  }
-  return motion;
+// How a body moves in the step. The effect of the forces of the step is included.
+StepMotion motion_in_step(const PairBody& body, btScalar step) {
+  const btCollisionObject& object = *body.object;
+  const Velocity velocity = velocity_of(object);
+  const btVector3 gain = step * acceleration_of(object);
+  btVector3 centre(0, 0, 0);
+  btScalar radius = 0;
+  if (!velocity.angular.isZero()) object.getCollisionShape()->getBoundingSphere(centre, radius);
+  const btVector3& at = object.getWorldTransform().getOrigin();
+  return {{double(at.x()), double(at.y()), double(at.z())},
+          to_vec3(step * (velocity.linear + gain)),
+          to_vec3(step * velocity.angular),
+          to_vec3(step * gain),
+          number(centre.length() + radius),
+          // Bodies of triangles have no test of what arrives.
+          inverse_mass(object) > 0 && !is_triangle_mesh(body.shape->getShapeType())};
 }
 
 }  // namespace
 
-detail::StepPair in_step(const Pair& pair) {
+PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance, LookAhead ahead) {
+  const bool looks_ahead =
+      ahead == LookAhead::yes && !(first.object->getRestitution() * second.object->getRestitution() > 0);
+  const auto motion_of = [&](const PairBody& body) { return looks_ahead ? motion_in_step(body, step) : StepMotion(); };
+  PairStep out{{motion_of(first), motion_of(second)}, looks_ahead, {}, 0, 0};
+  double voxel = std::numeric_limits<double>::max();
+  for (const PairBody* const body : {&first, &second}) {
+    if (body->vps == nullptr) continue;
+    voxel = std::min(voxel, body->vps->info().voxel_size);
+    out.margin += number(body->vps->getMargin());
+  }
+  if (looks_ahead) out.query.approach = detail::approach(out.motions[0], out.motions[1], voxel);
+  out.query.distance = std::max(detail::touching_distance(voxel), number(distance));
+  out.reach = double{out.query.distance + out.query.approach.way};
+  return out;
+}
+
+detail::StepPair in_step(const Pair& pair, const PairStep* step) {
   const Shape& shell = *pair.shell.vps;
   const Shape* const field = pair.field.vps;
   const double voxel = shell.info().voxel_size;
   // Fields of Bullet's convex shapes include their margins.
   const bool is_thick = field != nullptr || is_triangle_mesh(pair.field.shape->getShapeType());
+  const bool moves = step != nullptr && step->looks_ahead;
   return {shell.pointshell(),
           shell.distances(),
           to_pose(pair.shell.world, pair.shell.asset_frame()),
@@ -117,15 +133,9 @@ detail::StepPair in_step(const Pair& pair) {
           field != nullptr ? std::min(voxel, field->info().voxel_size) : voxel,
           number(shell.getMargin() + (is_thick ? pair.field.shape->getMargin() : 0)),
           foundation_of(pair).stiffness > 0 ? StepUse::springs : StepUse::constraints,
-          shell.segment_level()};
-}
-
-void add_motions(const Pair& pair, btScalar step, StepMotion (&motions)[2], detail::StepPair& out) {
-  if (pair.shell.object->getRestitution() * pair.field.object->getRestitution() > 0) return;
-  motions[0] = motion_in_step(pair.shell, step);
-  motions[1] = motion_in_step(pair.field, step);
-  out.shell_motion = &motions[0];
-  out.field_motion = &motions[1];
+          shell.segment_level(),
+          moves ? &step->motions[0] : nullptr,
+          moves ? &step->motions[1] : nullptr};
 }
 
 detail::Workspace& workspace() {
@@ -147,11 +157,20 @@ btTransform field_frame(const PairBody& body) {
   }
 }
 
-detail::PlacedBox box_of(const PairBody& body) {
+detail::FieldBox box_of(const PairBody& body) {
   btVector3 low;
   btVector3 high;
-  body.shape->getAabb(btTransform::getIdentity(), low, high);
-  return {to_pose(body.world, btTransform::getIdentity()), to_vec3(low), to_vec3(high)};
+  body.shape->getAabb(field_frame(body).inverse(), low, high);
+  return {to_vec3(low), to_vec3(high)};
+}
+
+float arm_of(const PairBody& body) {
+  if (body.vps == nullptr) return std::numeric_limits<float>::infinity();
+  btVector3 centre;
+  btScalar radius = 0;
+  body.vps->getBoundingSphere(centre, radius);
+  const btScalar thinned = std::max(-body.vps->getMargin(), btScalar(0));
+  return number(centre.length() + radius + thinned + btScalar(body.vps->info().voxel_size));
 }
 
 std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {

@@ -10,29 +10,96 @@
 #include "runtime/bullet/pair.h"
 #include "runtime/bullet/partners/convex_planes.h"
 #include "runtime/bullet/partners/triangle_contacts.h"
+#include "runtime/contacts/known_gap.h"
 #include "runtime/contacts/side_contacts.h"
 
 namespace vps::bullet {
+
+enum class LookAhead : std::uint8_t { no, yes };
 
 /// Whether a type of Bullet's shapes is a field for a pointshell.
 inline bool is_partner_field(int type) {
   return btBroadphaseProxy::isConvex(type) || type == STATIC_PLANE_PROXYTYPE;
 }
 
+/// Bullet's concave shapes that hand out triangles.
+inline bool is_triangle_mesh(int type) {
+  return type == TRIANGLE_MESH_SHAPE_PROXYTYPE || type == SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE ||
+         type == MULTIMATERIAL_TRIANGLE_MESH_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE ||
+         type == GIMPACT_SHAPE_PROXYTYPE;
+}
+
 /// Pose of a body's field in its shape.
 [[nodiscard]] btTransform field_frame(const PairBody& body);
 
 /// Bullet's box about a shape.
-[[nodiscard]] detail::PlacedBox box_of(const PairBody& body);
+[[nodiscard]] detail::FieldBox box_of(const PairBody& body);
 
 /// One of Bullet's own shapes as a field.
 using OwnField = std::variant<HalfSpaceField, BoxField, SphereField, RevolvedField, PolytopeField>;
 
+/// A pair in a step before its roles and poses are known: a pair that is apart needs no more.
+struct PairStep {
+  StepMotion motions[2];    ///< of the first body, and of the second
+  bool looks_ahead;         ///< whether contacts ahead are sought
+  detail::SideQuery query;  ///< the same for both sides
+  double reach;             ///< farthest distance at which contacts are sought, without the margins. [m]
+  float margin;             ///< thickness of the pair by the margins of its Shapes. [m]
+};
+/// @param step      [s]
+/// @param distance  at which surfaces are in contact in any case. [m]
+/// @param ahead     no: contacts ahead are not sought. Nor are they for a pair with restitution: they would remove the
+///                  bounce
+/// @pre one of the bodies is a Shape
+[[nodiscard]] PairStep step_of(const PairBody& first, const PairBody& second, btScalar step, btScalar distance,
+                               LookAhead ahead);
+
 /// The pair for the engine-neutral path.
-[[nodiscard]] detail::StepPair in_step(const Pair& pair);
-/// Adds how the bodies move, for contacts ahead. None for a pair with restitution: they would remove the bounce.
-/// @param motions  used by `out`
-void add_motions(const Pair& pair, btScalar step, StepMotion (&motions)[2], detail::StepPair& out);
+/// @param step  of the pair, whose first body gives the shell; null: without motions. Used by the result
+[[nodiscard]] detail::StepPair in_step(const Pair& pair, const PairStep* step = nullptr);
+
+/// The shapes of a pair as they were in the last step. While they do not change, what the pair remembers holds.
+class SeenShapes {
+ public:
+  /// @return whether one of them is another one or has another size
+  bool change_to(const PairBody& first, const PairBody& second) {
+    if (shapes_[0].is_of(first) && shapes_[1].is_of(second)) return false;
+    shapes_[0] = Seen(first);
+    shapes_[1] = Seen(second);
+    return true;
+  }
+
+ private:
+  struct Seen {
+    const btCollisionShape* shape = nullptr;
+    Vec3 scaling;
+    float margin = 0;
+
+    Seen() = default;
+    explicit Seen(const PairBody& body)
+        : shape(body.shape), scaling(to_vec3(scaling_of(body))), margin(margin_of(body)) {}
+    [[nodiscard]] bool is_of(const PairBody& body) const {
+      const Vec3 now = to_vec3(scaling_of(body));
+      return shape == body.shape && scaling.x == now.x && scaling.y == now.y && scaling.z == now.z &&
+             margin == margin_of(body);
+    }
+  };
+  // The calls of a Shape need no look-up.
+  static const btVector3& scaling_of(const PairBody& body) {
+    return body.vps != nullptr ? body.vps->getLocalScaling() : body.shape->getLocalScaling();
+  }
+  static float margin_of(const PairBody& body) {
+    return static_cast<float>(body.vps != nullptr ? body.vps->getMargin() : body.shape->getMargin());
+  }
+
+  Seen shapes_[2];
+};
+
+inline detail::PlaceRef<btScalar> place_of(const PairBody& body) {
+  return {body.world.getBasis()[0].m_floats, body.world.getOrigin().m_floats};
+}
+/// Radius of a sphere about the body's origin that holds its surface; infinite for Bullet's own shapes. [m]
+[[nodiscard]] float arm_of(const PairBody& body);
 
 /// Working memory of the calling thread.
 [[nodiscard]] detail::Workspace& workspace();

@@ -136,10 +136,7 @@ TEST(SegmentContacts, ABodyIsLandingWhereItMovesFartherThanFromRestInFiveSteps) 
     body.setLinearVelocity({0, 0, btScalar(-speed)});
     const bullet::Pair pair{bullet::PairBody(&shape, &body, body.getWorldTransform()),
                             bullet::PairBody(&plane, &floor, floor.getWorldTransform())};
-    StepMotion motions[2];
-    detail::StepPair of_step = bullet::in_step(pair);
-    bullet::add_motions(pair, btScalar(1 / rate), motions, of_step);
-    return detail::approach(of_step);
+    return step_of(pair.shell, pair.field, btScalar(1 / rate), 0, bullet::LookAhead::yes).query.approach;
   };
   // In a step a body falls 10.9 mm, five times that is 54.5 mm; a voxel is 4 mm.
   EXPECT_NEAR(approach(0).way, 0.0109, 1e-4);
@@ -173,9 +170,8 @@ TEST(SegmentContacts, WhetherABodyRollsDoesNotDependOnTheOrigin) {
     for (const double spin : {1.0, 100.0}) {
       body.setLinearVelocity({0, 0, -1});
       body.setAngularVelocity({btScalar(spin), 0, 0});
-      StepMotion motions[2];
-      detail::StepPair of_step = bullet::in_step(pair);
-      bullet::add_motions(pair, btScalar(1.0 / 60), motions, of_step);
+      const bullet::PairStep step = step_of(pair.shell, pair.field, btScalar(1.0 / 60), 0, bullet::LookAhead::yes);
+      const detail::StepPair of_step = bullet::in_step(pair, &step);
       bullet::PairPartner partner;
       detail::FoundContacts found;
       found.contacts = {&contact, 1};

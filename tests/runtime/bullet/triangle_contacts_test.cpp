@@ -90,7 +90,8 @@ TEST(TriangleContacts, CornersHaveFeaturesOfTheirOwnAndPointsAreTheShells) {
   const std::uint32_t points = shape.pointshell().points;
   std::vector<std::uint32_t> before;
   for (const double depth : {0.002, 0.00201, 0.00202}) {
-    const bullet::Pair pair = bullet::assign_roles(bullet::PairBody(&shape, &object, at(0.05 - depth)),
+    const btTransform place = at(0.05 - depth);
+    const bullet::Pair pair = bullet::assign_roles(bullet::PairBody(&shape, &object, place),
                                                    bullet::PairBody(&mesh, &object, btTransform::getIdentity()));
     QueryOptions options;
     options.contact_distance = 1e-4F;
