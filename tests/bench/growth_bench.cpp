@@ -156,6 +156,7 @@ Section pairs_section(const Options& options, Bodies& bodies) {
   out.judged = "apart";
   const ShapePtr bunny = bodies.bunny(std::min(1e4, options.most_points));
   const std::vector<Places> apart = apart_places(*bunny);
+  const std::vector<Places> far = apart_places(*bunny, 16);
   std::vector<Places> mixed = apart;
   const std::vector<Places> touch = touching_places(*bunny);
   for (std::size_t i = 0; i < mixed.size(); i += 10) mixed[i] = touch[i];
@@ -171,9 +172,12 @@ Section pairs_section(const Options& options, Bodies& bodies) {
     const double step = 0.1 * voxel_of(*bunny);
     add("apart, first step", bunny, apart, Play::first, 0);
     add("apart, still", bunny, apart, Play::still, 0);
-    add("apart, 0.1 voxel a step", bunny, apart, Play::moving, step);
+    add("apart, 0.1 voxel a step", bunny, apart, Play::placed, step);
+    add("apart, drift together, 3 voxels a step", bunny, apart, Play::drifting, 30 * step);
+    add("apart, one turns by 1 voxel a step", bunny, far, Play::turning, 10 * step);
+    add("apart, one flies 3 voxels a step", bunny, far, Play::flying, 30 * step);
     add("one in ten touches, still", bunny, mixed, Play::still, 0);
-    add("one in ten touches, 0.1 voxel a step", bunny, mixed, Play::moving, step);
+    add("one in ten touches, 0.1 voxel a step", bunny, mixed, Play::placed, step);
     add("Bullet's spheres, apart, still", ball, balls, Play::still, 0);
   }
   return out;

@@ -170,7 +170,7 @@ std::vector<btTransform> pair_poses(const bullet::Shape& shape) {
   return poses;
 }
 
-std::vector<Places> apart_places(const bullet::Shape& shape) {
+std::vector<Places> apart_places(const bullet::Shape& shape, double least_vx) {
   lab::Random random;
   std::vector<Places> places;
   while (places.size() < kPoses) {
@@ -178,7 +178,7 @@ std::vector<Places> apart_places(const bullet::Shape& shape) {
     const btMatrix3x3 basis = rotation(random);
     const btVector3 along = direction(random);
     const auto at = [&](double way) { return first * btTransform(basis, btScalar(way) * along); };
-    const double nearest = double(touching(shape, basis, along, -2 * voxel_of(shape)).getOrigin().length());
+    const double nearest = double(touching(shape, basis, along, -least_vx * voxel_of(shape)).getOrigin().length());
     btVector3 low, high, other_low, other_high;
     shape.getAabb(first, low, high);
     const double farthest = first_apart(2 * radius_of(shape), [&](double way) {

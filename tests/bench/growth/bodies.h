@@ -76,7 +76,7 @@ struct Ground {
 struct Places {
   btTransform first, second;
 };
-/// A body and its copy. Their boxes overlap, and they are at least two voxels apart: anywhere between.
-[[nodiscard]] std::vector<Places> apart_places(const bullet::Shape& shape);
+/// A body and its copy. Their boxes overlap, and they are at least so far apart: anywhere between.
+[[nodiscard]] std::vector<Places> apart_places(const bullet::Shape& shape, double least_vx = 2);
 
 }  // namespace vps::bench

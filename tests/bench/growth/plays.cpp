@@ -14,8 +14,28 @@ namespace {
 
 using test::World;
 
-constexpr double kRate = 240;      // of `drive`. [Hz]
+constexpr double kRate = 240;      // of motion with velocities. [Hz]
 constexpr double kEnough = 0.3e6;  // of the narrowphase in a ride. [us]
+
+// Moves the bodies of pairs for a step.
+void move(World& world, Play play, double step, int i) {
+  const bool is_back = play == Play::placed ? i % 2 != 0 : i % 8 >= 4;
+  const btVector3 way(btScalar(is_back && play != Play::drifting ? -step : step), 0, 0);
+  for (std::size_t b = 0; b < world.bodies.size(); b += play == Play::drifting ? 1 : 2) {
+    btRigidBody& body = *world.bodies[b];
+    if (play == Play::turning) {
+      btVector3 centre;
+      btScalar radius = 0;
+      body.getCollisionShape()->getBoundingSphere(centre, radius);
+      const btScalar angle = way.x() / (centre.length() + radius);
+      body.getWorldTransform().setRotation(btQuaternion({0, 0, 1}, angle) * body.getWorldTransform().getRotation());
+      body.setAngularVelocity({0, 0, btScalar(kRate) * angle});
+      continue;
+    }
+    body.getWorldTransform().getOrigin() += way;
+    if (play != Play::placed) body.setLinearVelocity(btScalar(kRate) * way);
+  }
+}
 
 }  // namespace
 
@@ -90,13 +110,12 @@ Times many_pairs(btCollisionShape& shape, const std::vector<Places>& places, int
   world.world.computeOverlappingPairs();
   const int found = world.broadphase.getOverlappingPairCache()->getNumOverlappingPairs();
   if (found != pairs) throw std::runtime_error(fmt::format("{} pairs instead of {}", found, pairs));
+  world.world.getDispatchInfo().m_timeStep = btScalar(1 / kRate);
   const auto heap = [] { return double(mallinfo2().uordblks + mallinfo2().hblkhd); };
   const double before = heap();
   Times us;
-  for (int i = 0; i < (play == Play::first ? 1 : 8); ++i) {
-    for (std::size_t b = 0; play == Play::moving && b < world.bodies.size(); b += 2) {
-      world.bodies[b]->getWorldTransform().getOrigin() += btVector3(btScalar(i % 2 == 0 ? step : -step), 0, 0);
-    }
+  for (int i = 0; i < (play == Play::first ? 1 : 18); ++i) {
+    if (play != Play::first && play != Play::still) move(world, play, step, i);
     world.world.performDiscreteCollisionDetection();
     if (play == Play::first || i >= 2) us.push_back(world.dispatcher.last_us / pairs);
   }

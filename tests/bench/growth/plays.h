@@ -23,9 +23,16 @@ Times ride(bullet::Shape& shape, const Ground& ground, const btTransform& start,
 /// A body is moved along a path, with the velocity of each step.
 [[nodiscard]] Times drive(bullet::Shape& shape, const Ground& ground, const std::vector<btTransform>& path);
 
-enum class Play : std::uint8_t { first, still, moving };
+enum class Play : std::uint8_t {
+  first,     ///< one step of new pairs
+  still,     ///< nothing moves
+  placed,    ///< one body is put back and forth, without a velocity
+  flying,    ///< four steps forth, four back, with the velocity of each step: contacts ahead are sought
+  drifting,  ///< both bodies fly on together
+  turning,   ///< one body turns about its centre, forth and back, with its velocity
+};
 /// Pairs 1 m apart. @return times per pair
-/// @param step   along x in each step, there and back. [m]
+/// @param step   along x in each step; for `turning` the way of a body's farthest points. [m]
 /// @param bytes  gets the memory of a pair on the heap; may be null
 Times many_pairs(btCollisionShape& shape, const std::vector<Places>& places, int pairs, Play play, double step,
                  double* bytes = nullptr);
