@@ -125,7 +125,7 @@ void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
 void note_size(const BakeArguments& arguments, const std::array<double, 3>& size) {
   constexpr double kLeast = 1e-3, kMost = 1e3;  // of the longest side. [m]
   const double longest = *std::max_element(size.begin(), size.end());
-  if (longest >= kLeast && longest <= kMost) return;
+  if (arguments.verbosity == Verbosity::quiet || (longest >= kLeast && longest <= kMost)) return;
   complain("note", arguments.mesh,
            fmt::format("it is {} x {} x {} large; check --unit, which says what its numbers mean",
                        bake::format_length(size[0]), bake::format_length(size[1]), bake::format_length(size[2])));

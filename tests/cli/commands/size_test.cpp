@@ -77,8 +77,9 @@ TEST(Cli, AnImplausibleSizeIsOneNote) {
             "vpsbake: note: box.stl: it is 200 um x 100 um x 100 um large; check --unit, which says what its numbers "
             "mean\n");
   EXPECT_NE(said("big.stl --scale 1000").find("it is 2 km x 1 km x 1 km large; check --unit"), std::string::npos);
-  for (const char* plausible : {"big.stl --unit mm", "big.stl --unit m", "big.stl --scale 0.0005", "box.stl"})
-    EXPECT_EQ(said(plausible), "") << plausible;
+  for (const char* without :
+       {"big.stl --unit mm", "big.stl --unit m", "big.stl --scale 0.0005", "box.stl", "box.stl --unit mm -q"})
+    EXPECT_EQ(said(without), "") << without;
 }
 
 TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {
