@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <span>
@@ -120,13 +121,24 @@ void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   std::fflush(stdout);
 }
 
+// A size that hardly any body has: the unit is likely wrong.
+void note_size(const BakeArguments& arguments, const std::array<double, 3>& size) {
+  constexpr double kLeast = 1e-3, kMost = 1e3;  // of the longest side. [m]
+  const double longest = *std::max_element(size.begin(), size.end());
+  if (arguments.verbosity == Verbosity::quiet || (longest >= kLeast && longest <= kMost)) return;
+  complain("note", arguments.mesh,
+           fmt::format("it is {} x {} x {} large; check --unit, which says what its numbers mean",
+                       bake::format_length(size[0]), bake::format_length(size[1]), bake::format_length(size[2])));
+}
+
+// One line at most about a size that points to a wrong unit.
 void warn_of_unit(const BakeArguments& arguments, const AssetInfo& info) {
-  if (arguments.unit > 0 || arguments.scale != 1) return;
-  double longest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    longest = std::max(longest, info.bounds_max[axis] - info.bounds_min[axis]);
+  std::array<double, 3> size{};
+  for (std::size_t axis = 0; axis < 3; ++axis) size[axis] = info.bounds_max[axis] - info.bounds_min[axis];
+  if (arguments.unit > 0 || arguments.scale != 1) return note_size(arguments, size);
+  const double longest = *std::max_element(size.begin(), size.end());
   const std::string unit = likely_unit(mesh_format(arguments.mesh, complete_settings(arguments).import), longest);
-  if (unit == "m") return;
+  if (unit == "m") return note_size(arguments, size);
   complain("warning", arguments.mesh,
            fmt::format("its numbers are likely {0}, but were read as metres; add --unit {0}, or --unit m to keep them",
                        unit));

@@ -3,6 +3,7 @@
 
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
+#include <fcl/narrowphase/detail/traversal/collision_node.h>
 #include <fcl/narrowphase/distance.h>
 
 #include <algorithm>
@@ -80,7 +81,43 @@ class Distance final : public PairPeer {
   std::unique_ptr<Model> model_;
 };
 
+// FCL's own traversal, which also counts its tests and ends at a limit.
+using Node = fcl::detail::MeshDistanceTraversalNodeOBBRSSd;
+
+class LimitedNode final : public Node {
+ public:
+  explicit LimitedNode(std::size_t most_tests) : most_tests_(most_tests) {}
+  double BVTesting(int first, int second) const override {
+    ++tests_;
+    return Node::BVTesting(first, second);
+  }
+  bool canStop(double bound) const override { return tests_ >= most_tests_ || Node::canStop(bound); }
+  [[nodiscard]] std::size_t tests() const { return tests_; }
+
+ private:
+  const std::size_t most_tests_;
+  mutable std::size_t tests_ = 0;  // FCL's interface is const
+};
+
 }  // namespace
+
+struct LimitedDistance::Impl {
+  std::unique_ptr<Model> model;
+};
+
+LimitedDistance::LimitedDistance(const TriangleMesh& body) : impl_(new Impl{make_model(body)}) {}
+LimitedDistance::~LimitedDistance() = default;
+
+CountedDistance LimitedDistance::query(const Pose& first_in_second, std::size_t most_tests) const {
+  const fcl::DistanceRequestd request;
+  fcl::DistanceResultd result;
+  LimitedNode node(most_tests);
+  const Model& model = *impl_->model;
+  fcl::detail::initialize(node, model, transform(first_in_second), model, fcl::Transform3d::Identity(), request,
+                          result);
+  fcl::detail::distance(&node);
+  return {std::max(result.min_distance, 0.0), node.tests()};
+}
 
 std::unique_ptr<PairPeer> fcl_collide(const TriangleMesh& body) {
   return std::make_unique<Collide>(body);

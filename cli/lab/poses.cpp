@@ -5,7 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
+#include <limits>
 #include <stdexcept>
 
 #include "cli/lab/fcl.h"
@@ -23,13 +23,11 @@ class DeepestPoint {
  public:
   /// @param most_work  of PoseOptions
   DeepestPoint(const TriangleMesh& body, std::size_t most_work)
-      : oracle_(body), distance_(fcl_distance(body)), tree_(body), most_work_(most_work) {}
+      : oracle_(body), distance_(body), tree_(body), most_work_(most_work) {}
   /// The depth of a point of the surface; the greatest depth is at most `tolerance` more. Neither body may lie inside
   /// the other without a common point of their surfaces. [m]
   [[nodiscard]] double depth(const Pose& first_in_second, double tolerance) {
-    constexpr std::size_t kDistance = 1000;  // one distance query takes as long as so many points
-    work_ += kDistance;
-    if (const double apart = distance_->query(first_in_second).depth; apart < 0) return apart;
+    if (const double apart = distance(first_in_second); apart > 0) return -apart;
     Search search{first_in_second, tolerance};
     visit(0, penetration(tree_.ball(0).centre, first_in_second), search);
     return search.best;
@@ -39,7 +37,7 @@ class DeepestPoint {
   /// Whether the work is used up: the last `depth` may then be too small.
   [[nodiscard]] bool exhausted() const { return most_work_ > 0 && work_ >= most_work_; }
   /// Radius of a ball round the origin that holds the body. [m]
-  [[nodiscard]] double reach() const { return distance(tree_.ball(0).centre, {}) + tree_.ball(0).radius; }
+  [[nodiscard]] double reach() const { return lab::distance(tree_.ball(0).centre, {}) + tree_.ball(0).radius; }
 
  private:
   struct Search {
@@ -48,6 +46,17 @@ class DeepestPoint {
     double best = 0;  // the depth at the surfaces' common points
     [[nodiscard]] bool worth(double bound) const { return bound > best + tolerance; }
   };
+
+  // Too large when it uses up the work. [m]
+  [[nodiscard]] double distance(const Pose& first_in_second) {
+    constexpr std::size_t kLeast = 1000;  // points that take as long as a usual query
+    constexpr std::size_t kTests = 50;    // tests of boxes that take as long as a point
+    const std::size_t left = most_work_ > work_ ? most_work_ - work_ : 1;
+    const std::size_t most_tests = most_work_ > 0 ? kTests * left : std::numeric_limits<std::size_t>::max();
+    const CountedDistance answer = distance_.query(first_in_second, most_tests);
+    work_ += std::max(kLeast, answer.tests / kTests);
+    return answer.distance;
+  }
 
   [[nodiscard]] double penetration(const Point& point, const Pose& pose) {
     ++work_;
@@ -88,7 +97,7 @@ class DeepestPoint {
   }
 
   Oracle oracle_;
-  std::unique_ptr<PairPeer> distance_;
+  LimitedDistance distance_;
   PatchTree tree_;
   const std::size_t most_work_;
   std::size_t work_ = 0;
@@ -122,9 +131,30 @@ bool place(DeepestPoint& deepest, double wanted, const PoseOptions& options, Ran
   return false;
 }
 
+// The middle of one of `count` equal parts of the range. [m]
+double wanted_depth(const DepthRange& range, std::size_t i, std::size_t count) {
+  return range.least + (double(i) + 0.5) / double(count) * (range.most - range.least);
+}
+
+// Whether one of a few poses spread over the range is found. Where none is, the search for the ranges before it would
+// be in vain. The random numbers are its own, so that it changes no pose.
+bool is_reached(DeepestPoint& deepest, const DepthRange& range, const PoseOptions& options) {
+  constexpr std::size_t kTrials = 3;
+  Random random(options.seed);
+  PairPose pose;
+  for (std::size_t i = 0; i < kTrials; ++i) {
+    if (place(deepest, wanted_depth(range, i, kTrials), options, random, pose)) return true;
+  }
+  return false;
+}
+
 std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& options) {
   constexpr int kInARow = 5;  // after so many poses left out in a row, the rest of the range is left out
   DeepestPoint deepest(body, options.most_work);
+  if (options.essential < options.ranges.size() && options.most_work > 0) {
+    const DepthRange& range = options.ranges[options.essential];
+    if (range.count > 0 && !is_reached(deepest, range, options)) return {};
+  }
   Random random(options.seed);
   std::vector<PairPose> poses;
   std::size_t asked = 0;
@@ -133,8 +163,7 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
     const std::size_t before = poses.size();
     int failed = 0;
     for (std::size_t i = 0; i < range.count && failed < kInARow; ++i) {
-      const double part = (double(i) + 0.5) / double(range.count);
-      const double wanted = range.least + part * (range.most - range.least);
+      const double wanted = wanted_depth(range, i, range.count);
       PairPose pose;
       pose.range = r;
       if (place(deepest, wanted, options, random, pose)) {
@@ -158,8 +187,8 @@ std::vector<PairPose> compute(const TriangleMesh& body, const PoseOptions& optio
 std::vector<PairPose> pair_poses(const TriangleMesh& body, const PoseOptions& options,
                                  const std::filesystem::path& folder) {
   constexpr std::size_t kNumbers = 14;  // rotation, translation, depth, range
-  std::vector<double> key{options.tolerance, options.arrival, double(options.seed), double(options.most_work),
-                          double(kNumbers)};
+  std::vector<double> key{options.tolerance,         options.arrival,           double(options.seed),
+                          double(options.most_work), double(options.essential), double(kNumbers)};
   std::size_t count = 0;
   for (const DepthRange& range : options.ranges) {
     key.insert(key.end(), {double(range.count), range.least, range.most});

@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <vector>
 
 #include "formats/triangle_mesh.h"
@@ -42,6 +43,9 @@ struct PoseOptions {
   /// rest of the range is left out, and after a range without any pose all later ranges. 0: no limit; a depth that no
   /// approach reaches is then an error. The limit is not a time, so that every run has the same poses.
   std::size_t most_work = 0;
+  /// Index of a range without which the others are of no use: where none of three poses spread over it is found
+  /// first, each with `most_work`, there are no poses at all. Beyond the last range: none.
+  std::size_t essential = std::numeric_limits<std::size_t>::max();
   std::function<void(std::size_t asked)> progress;  ///< takes the number of poses tried; may be empty
 };
 

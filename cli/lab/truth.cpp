@@ -111,6 +111,7 @@ GroundTruth find_truth(const TriangleMesh& body, const TruthOptions& options, Wr
   pose_options.arrival = arrival_of(options);
   pose_options.seed = options.seed;
   pose_options.most_work = options.most_work;
+  pose_options.essential = std::size_t(PoseKind::contact);
   const double count = double(options.poses[0] + options.poses[1] + options.poses[2]);
   pose_options.progress = [&](std::size_t placed) {
     if (options.progress) options.progress("poses", double(placed) / count);
@@ -121,7 +122,8 @@ GroundTruth find_truth(const TriangleMesh& body, const TruthOptions& options, Wr
   }
   if (options.poses[std::size_t(PoseKind::contact)] > 0 && truth.found[std::size_t(PoseKind::contact)] == 0) {
     throw MeasureError(
-        "no pose of contact with a copy was found; the walls may be too thin, or too many triangles touch");
+        "no pose of contact with a copy was found; the walls may be too thin, or too many triangles touch: measure its "
+        "parts one by one, or thicken it with --repair wrap");
   }
   if (wrenches == Wrenches::none) return truth;
   add_wrenches(body, truth, folder, options.progress);

@@ -86,7 +86,8 @@ class Integral {
     child({m[0], m[1], m[2]}, {vm[0], vm[1], vm[2]});
   }
 
-  void push(Piece piece) {
+  // Takes a reference: a copy would read the middles before they are set.
+  void push(Piece& piece) {
     piece.longest = longest_side(piece.corners);
     // No point of the triangle is farther than this from its nearest corner, and V changes by no more than the
     // distance.

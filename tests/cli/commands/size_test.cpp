@@ -64,6 +64,24 @@ TEST(Cli, AnUnlikelyUnitIsOneWarningUnlessItIsGiven) {
   EXPECT_EQ(vpsbake(folder, "batch nut.stl other.stl -o out").err, "");
 }
 
+TEST(Cli, AnImplausibleSizeIsOneNote) {
+  const TemporaryFolder folder;
+  write_file(folder / "box.stl", box_stl(0.2));
+  write_file(folder / "big.stl", box_stl(2));
+  const auto said = [&](const std::string& arguments) {
+    const Outcome run = vpsbake(folder, arguments + " --resolution 20");
+    EXPECT_EQ(run.code, 0) << run.err;
+    return run.err;
+  };
+  EXPECT_EQ(said("box.stl --unit mm"),
+            "vpsbake: note: box.stl: it is 200 um x 100 um x 100 um large; check --unit, which says what its numbers "
+            "mean\n");
+  EXPECT_NE(said("big.stl --scale 1000").find("it is 2 km x 1 km x 1 km large; check --unit"), std::string::npos);
+  for (const char* without :
+       {"big.stl --unit mm", "big.stl --unit m", "big.stl --scale 0.0005", "box.stl", "box.stl --unit mm -q"})
+    EXPECT_EQ(said(without), "") << without;
+}
+
 TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {
   const TemporaryFolder folder;
   const std::string mesh = sample("cube");  // 0.1 units wide
