@@ -196,6 +196,10 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
       shell = sample_pointshell(surface, grid, voxels, runs, field, options.alpha * grid.voxel_size, options.thin_faces,
                                 [&](double done) { stages.advance(sampled, done); });
+      // No later stage needs these.
+      field = {};
+      voxels = {};
+      runs = {};
     });
     const auto clustered = stages.add("cluster_points", {sampled}, [&] {
       point_tree = cluster_points(shell.positions, shell.faces, surface.area, options.branching);

@@ -124,27 +124,27 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
   return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
 }
 
-// Upper estimate of the peak of resident bytes. At 200 voxels it is 1.04 to 2 times the peak measured over the corpus
-// (see predict_field_bricks), and 1.5 times for the bunny at 2048. It leaves out the exact arithmetic that unites
-// crossing shells, which took up to 100 MB there.
+// Upper estimate of the peak of resident bytes: docs/internals/benchmarks/scale.md, "Memory before a bake". It leaves
+// out the exact arithmetic that unites crossing shells, which took up to 400 MB.
 std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptions& options) {
   const double area = mesh.area / (grid.voxel_size * grid.voxel_size);
   const auto grid_bricks = static_cast<double>(grid.brick_count());
   const double bricks = predict_bricks(mesh, grid, options);
   const double field_bricks = limit_field_bricks(mesh, grid, options);
 
-  // Held during the whole bake: the program, the mesh with its tree, distances and triangles of the band, an index
-  // of bricks for each sparse set, scanlines and lists of triangles.
-  constexpr double kProgram = 24e6;
+  // Held during the whole bake: the program, the mesh with its tree, distances and triangles of the band's voxels,
+  // masks of bricks, an index of bricks for each sparse set, scanlines and lists of triangles.
+  constexpr double kProgram = 38e6;
+  const double band_voxels =
+      std::min(bricks * kBrickVoxels, 1.2 * (options.band_inside + options.band_outside + 2) * area);
   const double held = kProgram + 400 * static_cast<double>(mesh.triangles) +
-                      bricks * (kBrickVoxels * (sizeof(double) + sizeof(std::uint32_t) + (options.layers ? 2 : 0))) +
-                      12 * grid_bricks + 75 * area;
-  // Held by one stage at a time. coarse_layers: brick distances for each slice of voxels. sample_field: samples in
-  // parts, as a whole and as integers. The pointshell's stages: points, blocks of the surface, clusters.
-  const double coarse = options.voxelmap ? 4 * kBrickEdge * grid_bricks : 0;
-  const double field = field_bricks * (1930 + (options.real ? 6000 : 0));
-  const double shell = options.pointshell ? 550 * 0.81 * area / (options.alpha * options.alpha) : 0;
-  return static_cast<std::size_t>(held + std::max({coarse, field, shell}));
+                      band_voxels * (sizeof(double) + sizeof(std::uint32_t)) +
+                      bricks * (300 + (options.layers ? 2 * kBrickVoxels : 0)) + 14 * grid_bricks + 20 * area;
+  // Held by one stage at a time. sample_field: samples as integers and packed. The pointshell's stages: points, blocks
+  // of the surface, clusters.
+  const double field = field_bricks * (1000 + (options.real ? 6000 : 0));
+  const double shell = options.pointshell ? 350 * 0.81 * area / (options.alpha * options.alpha) : 0;
+  return static_cast<std::size_t>(held + std::max(field, shell));
 }
 
 }  // namespace

@@ -31,6 +31,24 @@ CGAL::Orientation orientation(const Vector& a, const Vector& b, const Vector& c,
   return CGAL::orientation(point(a), point(b), point(c), point(d));
 }
 
+// The grid with its voxels joined, so that a triangle meets about 64 columns and no more. More columns would only take
+// memory: each has the same few triangles as its neighbours.
+Grid columns_for(const Mesh& mesh, const Grid& grid) {
+  double sum = 0;  // of the triangles' edges along y and z
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector size = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2)) -
+                        mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
+    sum += (size.y() + size.z()) / 2;
+  }
+  constexpr double kColumns = 8;  // of a triangle along an axis
+  const double wanted = sum / static_cast<double>(mesh.triangles.size()) / kColumns / grid.voxel_size;
+  const auto joined = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, 64.0));
+  Grid columns = grid;
+  columns.voxel_size *= joined;
+  for (std::uint32_t& count : columns.dims) count = (count + joined - 1) / joined;
+  return columns;
+}
+
 }  // namespace
 
 int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle) {
@@ -89,20 +107,20 @@ Grid column_grid(const Mesh& mesh) {
   return grid;
 }
 
-InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), grid_(grid) {
-  const double slack = rounding_slack(grid) + 1e-9 * grid.voxel_size;
+InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), columns_(columns_for(mesh, grid)) {
+  const double slack = rounding_slack(columns_) + 1e-9 * columns_.voxel_size;
   const auto for_each_column = [&](auto visit) {
     for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
       const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
-      const VoxelRange js = voxel_range(grid, 1, low.y(), high.y(), slack);
-      const VoxelRange ks = voxel_range(grid, 2, low.z(), high.z(), slack);
+      const VoxelRange js = voxel_range(columns_, 1, low.y(), high.y(), slack);
+      const VoxelRange ks = voxel_range(columns_, 2, low.z(), high.z(), slack);
       for (std::uint32_t k = ks.first; k <= ks.last; ++k) {
-        for (std::uint32_t j = js.first; j <= js.last; ++j) visit(std::size_t{k} * grid.dims[1] + j, t);
+        for (std::uint32_t j = js.first; j <= js.last; ++j) visit(std::size_t{k} * columns_.dims[1] + j, t);
       }
     }
   };
-  start_.assign(std::size_t{grid.dims[1]} * grid.dims[2] + 1, 0);
+  start_.assign(std::size_t{columns_.dims[1]} * columns_.dims[2] + 1, 0);
   for_each_column([&](std::size_t column, std::uint32_t) { ++start_[column + 1]; });
   for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
   triangles_.resize(start_.back());
@@ -112,10 +130,10 @@ InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), grid_(
 
 std::size_t InsideTest::column(double y, double z) const {
   const auto index = [&](double x, int axis) {
-    const double cell = std::floor((x - grid_.origin[axis]) / grid_.voxel_size);
-    return static_cast<std::size_t>(std::clamp(cell, 0.0, grid_.dims[static_cast<std::size_t>(axis)] - 1.0));
+    const double cell = std::floor((x - columns_.origin[axis]) / columns_.voxel_size);
+    return static_cast<std::size_t>(std::clamp(cell, 0.0, columns_.dims[static_cast<std::size_t>(axis)] - 1.0));
   };
-  return index(z, 2) * grid_.dims[1] + index(y, 1);
+  return index(z, 2) * columns_.dims[1] + index(y, 1);
 }
 
 bool InsideTest::inside(const Vector& point) const {

@@ -32,7 +32,7 @@ namespace vps::bake {
 /// Exact inside test for any point of a grid: winding number > 0. A point on the surface may count as either.
 class InsideTest {
  public:
-  /// @param mesh, grid  must outlive this object
+  /// @param mesh  must outlive this object
   InsideTest(const Mesh& mesh, const Grid& grid);
 
   /// Safe from several threads. Points beyond the grid are outside.
@@ -53,8 +53,8 @@ class InsideTest {
   [[nodiscard]] std::size_t column(double y, double z) const;
 
   const Mesh& mesh_;
-  const Grid& grid_;
-  std::vector<std::size_t> start_;        // per voxel column along x
+  Grid columns_;                          // one or more voxels wide
+  std::vector<std::size_t> start_;        // per column along x
   std::vector<std::uint32_t> triangles_;  // those whose box meets the column
 };
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/stages/brick_items.h"
 #include "bake/stages/exact_distance.h"
 #include "bake/uniform.h"
 
@@ -34,21 +35,22 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
                                                    const Grid& grid, const BandField& field, double band_inner,
                                                    double band_outer) {
   // Voxels with their centre in the band.
-  std::vector<std::size_t> voxels;
-  for (std::size_t at = 0; at < field.closest.size(); ++at) {
-    const double v = field.penetration[at];
-    if (v <= band_inner && v >= -band_outer) voxels.push_back(at);
-  }
-  std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.size()));
+  const auto for_each_voxel = [&](std::size_t brick, const auto& visit) {
+    field.for_each_exact(brick, [&](std::uint32_t voxel, std::size_t at) {
+      const double v = field.penetration[at];
+      if (v <= band_inner && v >= -band_outer) visit(voxel);
+    });
+  };
+  const auto voxels = brick_items<std::uint32_t>(field.set.bricks.size(), for_each_voxel);
+  std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.count()));
   std::vector<std::uint8_t> used(samples.size(), 0);
   const double half_diagonal = std::sqrt(0.75) * grid.voxel_size;
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     const std::uint64_t counter = 4 * static_cast<std::uint64_t>(n);
-    const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.size()));
-    const std::size_t at = voxels[std::min(pick, voxels.size() - 1)];
+    const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.count()));
+    const auto [brick, voxel] = voxels.find(std::min(pick, voxels.count() - 1));
     CertificateSample& sample = samples[n];
-    const Vector centre =
-        grid.centre(field.set.bricks[at / kBrickVoxels], static_cast<std::uint32_t>(at % kBrickVoxels));
+    const Vector centre = grid.centre(field.set.bricks[brick], voxel);
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
     sample.point = centre + grid.voxel_size * offset;
     const bool within = inside.inside(sample.point);

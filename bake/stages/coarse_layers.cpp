@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace vps::bake {
 namespace {
@@ -15,30 +16,41 @@ namespace {
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kBrickHalves = 2 * static_cast<int>(kBrickEdge);
 
-// Squared distance from each brick's centre along x to the nearest surface voxel of the row; `row` holds 8 bits per
-// brick.
-void nearest_in_row(const std::vector<std::uint8_t>& row, float* out) {
-  const auto bricks = static_cast<int>(row.size());
-  constexpr int kNone = 1 << 28;
-  int last = -kNone;
-  for (int b = 0; b < bricks; ++b) {
-    const int centre = kBrickHalves * b + kBrickHalves / 2;
-    const auto bits = std::uint32_t{row[static_cast<std::size_t>(b)]};
-    const std::uint32_t below = bits & 0xF;
-    if (below != 0) last = kBrickHalves * b + 2 * (std::bit_width(below) - 1) + 1;
-    const auto d = static_cast<float>(centre - last);
-    out[b] = last < 0 ? kFar : d * d;
-    if (bits >> 4 != 0) last = kBrickHalves * b + 2 * (std::bit_width(bits) - 1) + 1;
+// The surface voxels of a brick in a row along x, 8 bits.
+struct RowBits {
+  int brick;
+  std::uint32_t bits;  // not 0
+  [[nodiscard]] int first() const { return at(std::countr_zero(bits)); }
+  [[nodiscard]] int last() const { return at(std::bit_width(bits) - 1); }
+  [[nodiscard]] RowBits below_centre() const { return {brick, bits & 0xF}; }
+  [[nodiscard]] RowBits above_centre() const { return {brick, bits & 0xF0}; }
+
+ private:
+  [[nodiscard]] int at(int bit) const { return kBrickHalves * brick + 2 * bit + 1; }
+};
+
+// Squared distance from the centres of bricks [begin, end) along x to the nearest surface voxel of the row.
+// @param row  not empty
+void nearest_in_row(const std::vector<RowBits>& row, int begin, int end, float* out) {
+  const auto squared = [](int d) { return static_cast<float>(d) * static_cast<float>(d); };
+  const auto centre = [](int b) { return kBrickHalves * b + kBrickHalves / 2; };
+  std::size_t n = 0;
+  for (int b = begin; b < end; ++b) {
+    while (n < row.size() && row[n].brick < b) ++n;
+    const bool here = n < row.size() && row[n].brick == b && row[n].below_centre().bits != 0;
+    out[b - begin] = here    ? squared(centre(b) - row[n].below_centre().last())
+                     : n > 0 ? squared(centre(b) - row[n - 1].last())
+                             : kFar;
   }
-  int next = kNone;
-  for (int b = bricks - 1; b >= 0; --b) {
-    const int centre = kBrickHalves * b + kBrickHalves / 2;
-    const auto bits = std::uint32_t{row[static_cast<std::size_t>(b)]};
-    const std::uint32_t above = bits & 0xF0;
-    if (above != 0) next = kBrickHalves * b + 2 * std::countr_zero(above) + 1;
-    const auto d = static_cast<float>(next - centre);
-    if (next < kNone) out[b] = std::min(out[b], d * d);
-    if ((bits & 0xF) != 0) next = kBrickHalves * b + 2 * std::countr_zero(bits) + 1;
+  n = row.size();  // row[n - 1] is the last one at or before b
+  for (int b = end - 1; b >= begin; --b) {
+    while (n > 0 && row[n - 1].brick > b) --n;
+    const bool here = n > 0 && row[n - 1].brick == b && row[n - 1].above_centre().bits != 0;
+    if (here) {
+      out[b - begin] = std::min(out[b - begin], squared(row[n - 1].above_centre().first() - centre(b)));
+    } else if (n < row.size()) {
+      out[b - begin] = std::min(out[b - begin], squared(row[n].first() - centre(b)));
+    }
   }
 }
 
@@ -83,57 +95,93 @@ class Envelope {
   std::vector<Parabola> parabolas_;
 };
 
-// Squared distances over x and y for one slice of voxels. `plane` holds a value per brick column, [by][bx].
-void slice_distances(const Grid& grid, const SurfaceVoxels& voxels, std::uint32_t k, float* plane) {
-  const std::uint32_t bx = grid.brick_dims[0];
-  std::vector<float> rows(std::size_t{grid.dims[1]} * bx, kFar);
-  std::vector<std::uint8_t> row(bx);
-  for (std::uint32_t j = 0; j < grid.dims[1]; ++j) {
-    bool any = false;
-    for (std::uint32_t b = 0; b < bx; ++b) {
-      const std::uint32_t brick = voxels.set.index[grid.brick_at(b, j / kBrickEdge, k / kBrickEdge)];
-      row[b] = brick == kNoBrick ? std::uint8_t{0}
-                                 : static_cast<std::uint8_t>(voxels.masks[brick][k % kBrickEdge] >> (8 * (j % 8)));
-      any = any || row[b] != 0;
+// Works on some of the bricks along x at a time: then the distances of all slices of voxels take little memory, and
+// those of one slice stay in the processor's cache.
+constexpr std::uint32_t kPart = 32;
+
+class CoarseLayers {
+ public:
+  CoarseLayers(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs)
+      : grid_(grid), voxels_(voxels), runs_(runs), row_start_(rows() + 1, 0), layers_(grid.brick_count(), 0) {
+    for (const Index3& b : voxels.set.bricks) ++row_start_[row(b[1], b[2]) + 1];
+    for (std::size_t r = 0; r < rows(); ++r) row_start_[r + 1] += row_start_[r];
+  }
+
+  // Sets the layers of bricks [begin, end) along x.
+  void measure(std::uint32_t begin, std::uint32_t end) {
+    const std::size_t width = end - begin;
+    const std::size_t plane = width * grid_.brick_dims[1];
+    std::vector<float> slices(plane * grid_.dims[2]);
+    tbb::parallel_for(std::uint32_t{0}, grid_.dims[2],
+                      [&](std::uint32_t k) { slice_distances(k, begin, end, slices.data() + plane * k); });
+    tbb::parallel_for(std::uint32_t{0}, grid_.brick_dims[1], [&](std::uint32_t y) {
+      Envelope envelope;
+      for (std::uint32_t x = begin; x < end; ++x) {
+        const std::size_t column = y * width + x - begin;
+        envelope.lower(
+            static_cast<int>(grid_.dims[2]),
+            [&](int k) { return slices[plane * static_cast<std::size_t>(k) + column]; },
+            static_cast<int>(grid_.brick_dims[2]),
+            [&](int b, float squared) { set_layer(x, y, static_cast<std::uint32_t>(b), squared); });
+      }
+    });
+  }
+
+  [[nodiscard]] std::vector<std::int16_t> take() { return std::move(layers_); }
+
+ private:
+  [[nodiscard]] std::size_t rows() const { return std::size_t{grid_.brick_dims[1]} * grid_.brick_dims[2]; }
+  [[nodiscard]] std::size_t row(std::uint32_t y, std::uint32_t z) const { return z * grid_.brick_dims[1] + y; }
+
+  // Squared distances over x and y for one slice of voxels. `plane` holds a value per brick column, [by][bx].
+  void slice_distances(std::uint32_t k, std::uint32_t begin, std::uint32_t end, float* plane) const {
+    const std::size_t width = end - begin;
+    std::vector<float> distances(width * grid_.dims[1], kFar);
+    std::vector<RowBits> bits;
+    for (std::uint32_t j = 0; j < grid_.dims[1]; ++j) {
+      const std::size_t r = row(j / kBrickEdge, k / kBrickEdge);
+      bits.clear();
+      for (std::uint32_t n = row_start_[r]; n < row_start_[r + 1]; ++n) {
+        const auto byte = static_cast<std::uint8_t>(voxels_.masks[n][k % kBrickEdge] >> (8 * (j % 8)));
+        if (byte != 0) bits.push_back({static_cast<int>(voxels_.set.bricks[n][0]), byte});
+      }
+      if (bits.empty()) continue;
+      nearest_in_row(bits, static_cast<int>(begin), static_cast<int>(end), distances.data() + j * width);
     }
-    if (any) nearest_in_row(row, rows.data() + std::size_t{j} * bx);
+    Envelope envelope;
+    for (std::size_t b = 0; b < width; ++b) {
+      envelope.lower(
+          static_cast<int>(grid_.dims[1]), [&](int j) { return distances[static_cast<std::size_t>(j) * width + b]; },
+          static_cast<int>(grid_.brick_dims[1]),
+          [&](int y, float d) { plane[static_cast<std::size_t>(y) * width + b] = d; });
+    }
   }
-  Envelope envelope;
-  for (std::uint32_t b = 0; b < bx; ++b) {
-    envelope.lower(
-        static_cast<int>(grid.dims[1]), [&](int j) { return rows[static_cast<std::size_t>(j) * bx + b]; },
-        static_cast<int>(grid.brick_dims[1]), [&](int y, float d) { plane[static_cast<std::size_t>(y) * bx + b] = d; });
+
+  // @param squared  distance of the nearest surface voxel's centre from the brick's, in half voxels
+  void set_layer(std::uint32_t x, std::uint32_t y, std::uint32_t z, float squared) {
+    // Squares were rounded to float.
+    const double halves = std::sqrt(static_cast<double>(squared)) * (1 - 1e-6);
+    const double voxels_away = std::floor(halves / 2 - std::sqrt(0.75));
+    const auto layer = static_cast<std::int16_t>(std::clamp(voxels_away, 0.0, 32767.0));
+    // A brick without surface lies on one side, so any of its voxels gives the sign.
+    const bool inside = runs_.test(grid_, x * 8 + 4, y * 8 + 4, z * 8 + 4);
+    layers_[grid_.brick_at(x, y, z)] = inside ? layer : static_cast<std::int16_t>(-layer);
   }
-}
+
+  const Grid& grid_;
+  const SurfaceVoxels& voxels_;
+  const InsideRuns& runs_;
+  std::vector<std::uint32_t> row_start_;  // of each row of bricks along x: its first brick with surface
+  std::vector<std::int16_t> layers_;
+};
 
 }  // namespace
 
 std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs) {
-  const std::size_t plane = std::size_t{grid.brick_dims[0]} * grid.brick_dims[1];
-  std::vector<float> slices(plane * grid.dims[2]);
-  tbb::parallel_for(std::uint32_t{0}, grid.dims[2],
-                    [&](std::uint32_t k) { slice_distances(grid, voxels, k, slices.data() + plane * k); });
-  std::vector<std::int16_t> layers(grid.brick_count(), 0);
-  tbb::parallel_for(std::uint32_t{0}, grid.brick_dims[1], [&](std::uint32_t y) {
-    Envelope envelope;
-    for (std::uint32_t x = 0; x < grid.brick_dims[0]; ++x) {
-      const std::size_t column = std::size_t{y} * grid.brick_dims[0] + x;
-      envelope.lower(
-          static_cast<int>(grid.dims[2]), [&](int k) { return slices[plane * static_cast<std::size_t>(k) + column]; },
-          static_cast<int>(grid.brick_dims[2]),
-          [&](int b, float squared) {
-            const auto z = static_cast<std::uint32_t>(b);
-            const std::size_t at = grid.brick_at(x, y, z);
-            // Squares were rounded to float.
-            const double halves = std::sqrt(static_cast<double>(squared)) * (1 - 1e-6);
-            const double voxels_away = std::floor(halves / 2 - std::sqrt(0.75));
-            const auto layer = static_cast<std::int16_t>(std::clamp(voxels_away, 0.0, 32767.0));
-            // A brick without surface lies on one side, so any of its voxels gives the sign.
-            layers[at] = runs.test(grid, x * 8 + 4, y * 8 + 4, z * 8 + 4) ? layer : static_cast<std::int16_t>(-layer);
-          });
-    }
-  });
-  return layers;
+  CoarseLayers layers(grid, voxels, runs);
+  for (std::uint32_t begin = 0; begin < grid.brick_dims[0]; begin += kPart)
+    layers.measure(begin, std::min(begin + kPart, grid.brick_dims[0]));
+  return layers.take();
 }
 
 }  // namespace vps::bake

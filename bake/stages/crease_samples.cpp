@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "bake/stages/brick_items.h"
 #include "bake/uniform.h"
 
 namespace vps::bake {
@@ -77,34 +78,33 @@ std::vector<Vector> points_at_edges(const Surface& surface, double voxel_size) {
 
 std::vector<Vector> points_at_bends(const Surface& surface, const Grid& grid, const BandField& field, double limit) {
   struct Pair {
-    std::size_t voxel;
+    std::uint32_t voxel;
     int axis;  // towards the other voxel of the pair, in the same brick
   };
-  constexpr std::size_t kNext[3] = {1, kBrickEdge, kBrickEdge * kBrickEdge};
+  constexpr std::uint32_t kNext[3] = {1, kBrickEdge, kBrickEdge * kBrickEdge};
   // Farther out errors are smaller: points all over a wide band would miss the largest ones.
   const double farthest = std::min(limit, 2 * grid.voxel_size);
-  std::vector<Pair> pairs;
-  for (std::size_t voxel = 0; voxel < field.closest.size(); ++voxel) {
-    const std::uint32_t triangle = field.closest[voxel];
-    if (triangle == kNoTriangle || std::abs(field.penetration[voxel]) > farthest) continue;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (voxel / kNext[axis] % kBrickEdge == kBrickEdge - 1) continue;
-      const std::uint32_t other = field.closest[voxel + kNext[axis]];
-      if (other != triangle && other != kNoTriangle && is_bent(surface, triangle, other)) {
-        pairs.push_back({voxel, axis});
+  const auto for_each_pair = [&](std::size_t brick, const auto& visit) {
+    field.for_each_exact(brick, [&](std::uint32_t voxel, std::size_t at) {
+      if (std::abs(field.penetration[at]) > farthest) return;
+      const std::uint32_t triangle = field.closest[at];
+      for (int axis = 0; axis < 3; ++axis) {
+        if (voxel / kNext[axis] % kBrickEdge == kBrickEdge - 1) continue;
+        const std::uint32_t other = field.triangle(brick, voxel + kNext[axis]);
+        if (other != triangle && other != kNoTriangle && is_bent(surface, triangle, other)) visit(Pair{voxel, axis});
       }
-    }
-  }
-  std::vector<Vector> points(std::min(kAtBends, 2 * pairs.size()));
+    });
+  };
+  const auto pairs = brick_items<Pair>(field.set.bricks.size(), for_each_pair);
+  std::vector<Vector> points(std::min(kAtBends, 2 * pairs.count()));
   for (std::size_t n = 0; n < points.size(); ++n) {
     const std::uint64_t counter = 4 * n;
     const double part = (static_cast<double>(n) + uniform(counter)) / static_cast<double>(points.size());
-    const auto at = static_cast<std::size_t>(part * static_cast<double>(pairs.size()));
-    const auto& [voxel, axis] = pairs[std::min(at, pairs.size() - 1)];
+    const auto at = static_cast<std::size_t>(part * static_cast<double>(pairs.count()));
+    const auto [brick, pair] = pairs.find(std::min(at, pairs.count() - 1));
     Vector from_centre = in_cube(counter + 1);
-    from_centre[axis] += 0.5;
-    points[n] = grid.centre(field.set.bricks[voxel / kBrickVoxels], static_cast<std::uint32_t>(voxel % kBrickVoxels)) +
-                grid.voxel_size * from_centre;
+    from_centre[pair.axis] += 0.5;
+    points[n] = grid.centre(field.set.bricks[brick], pair.voxel) + grid.voxel_size * from_centre;
   }
   return points;
 }

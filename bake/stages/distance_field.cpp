@@ -89,7 +89,7 @@ BrickTriangles gather(const Surface& surface, const Grid& grid, double band) {
 double BandField::value(const Grid& grid, const InsideRuns& runs, std::uint32_t i, std::uint32_t j,
                         std::uint32_t k) const {
   const std::uint32_t brick = set.index[grid.brick_of_voxel(i, j, k)];
-  if (brick != kNoBrick) return penetration[at(brick, voxel_in_brick(i, j, k))];
+  if (brick != kNoBrick) return value(brick, voxel_in_brick(i, j, k));
   return runs.test(grid, i, j, k) ? band_inner : -band_outer;
 }
 
@@ -99,8 +99,11 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   const BrickTriangles lists = gather(surface, grid, band);
   const std::size_t candidates = lists.set.bricks.size();
   const std::vector<BrickMask> inside = inside_masks(runs, grid, lists.set);
+  // The exact voxels of a brick.
   struct Result {
-    bool holds_band;
+    BrickMask exact;
+    std::array<std::uint16_t, kBrickEdge> plane;
+    std::size_t count;
     std::array<double, kBrickVoxels> penetration;
     std::array<std::uint32_t, kBrickVoxels> closest;
   };
@@ -112,25 +115,21 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     const PointLattice points{grid.centre(lists.set.bricks[n], 0), grid.voxel_size};
     const auto near = std::span(lists.triangles).subspan(lists.start[n], lists.start[n + 1] - lists.start[n]);
     offer_triangles(surface, near, points, band, nearest);
-    result.holds_band = false;
+    result.exact = {};
+    result.count = 0;
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
+      if (voxel % 64 == 0) result.plane[voxel / 64] = static_cast<std::uint16_t>(result.count);
+      if (nearest.triangle[voxel] < 0) continue;
+      // The vectorized search found the triangle. Its distance is computed again, exact to the last digit.
+      const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
+      const Vector p = grid.centre(lists.set.bricks[n], voxel);
+      const double distance =
+          (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
       const bool within = test_bit(inside[n], voxel);
-      const double limit = within ? band_inner : band_outer;
-      double distance = limit;
-      result.closest[voxel] = kNoTriangle;
-      if (nearest.triangle[voxel] >= 0) {
-        // The vectorized search found the triangle. Its distance is computed again, exact to the last digit.
-        const auto t = static_cast<std::uint32_t>(nearest.triangle[voxel]);
-        const Vector p = grid.centre(lists.set.bricks[n], voxel);
-        const double exact =
-            (closest_on_triangle(p, surface.corner(t, 0), surface.corner(t, 1), surface.corner(t, 2)) - p).norm();
-        if (exact <= limit) {
-          distance = exact;
-          result.closest[voxel] = t;
-          result.holds_band = true;
-        }
-      }
-      result.penetration[voxel] = within ? distance : -distance;
+      if (distance > (within ? band_inner : band_outer)) continue;
+      set_bit(result.exact, voxel);
+      result.penetration[result.count] = within ? distance : -distance;
+      result.closest[result.count++] = t;
     }
   };
 
@@ -139,6 +138,8 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   field.band_outer = band_outer;
   // Reserving room for all candidates only costs addresses: pages that are never written take no memory.
   field.inside.reserve(candidates);
+  field.exact.reserve(candidates);
+  field.start.reserve(candidates);
   field.penetration.reserve(candidates * kBrickVoxels);
   field.closest.reserve(candidates * kBrickVoxels);
   field.near_triangles.reserve(lists.triangles.size());
@@ -152,12 +153,15 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     tbb::parallel_for(first, end, [&](std::size_t n) { compute(n, results[n - first]); });
     for (std::size_t n = first; n < end; ++n) {
       const Result& result = results[n - first];
-      if (!result.holds_band) continue;
+      if (result.count == 0) continue;
       const Index3& b = lists.set.bricks[n];
       chosen[grid.brick_at(b[0], b[1], b[2])] = 1;
       field.inside.push_back(inside[n]);
-      field.penetration.insert(field.penetration.end(), result.penetration.begin(), result.penetration.end());
-      field.closest.insert(field.closest.end(), result.closest.begin(), result.closest.end());
+      field.exact.push_back(result.exact);
+      field.start.push_back({field.closest.size(), result.plane});
+      const auto count = static_cast<std::ptrdiff_t>(result.count);
+      field.penetration.insert(field.penetration.end(), result.penetration.begin(), result.penetration.begin() + count);
+      field.closest.insert(field.closest.end(), result.closest.begin(), result.closest.begin() + count);
       field.near_triangles.insert(field.near_triangles.end(),
                                   lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]),
                                   lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]));

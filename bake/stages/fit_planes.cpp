@@ -223,7 +223,7 @@ class Samples {
     const double h = std::ldexp(1.0, octree::level_of(entry));
     const std::size_t brick = octree::brick_of(entry);
     const double step = values_.step(brick) / voxel_size_;
-    const std::int16_t* const v = values_.scaled.data() + octree::first_sample(entry);
+    const std::int16_t* const v = tree_.scaled.data() + octree::first_sample(entry);
     const Vector low = (box.min() / (kCells * h)).array().floor() * (kCells * h);
     // The cells of interpolation that the box touches.
     int first[3];

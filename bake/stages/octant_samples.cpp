@@ -90,10 +90,11 @@ void OctantSamples::load_row(const std::array<std::uint32_t, 27>& bricks, int y,
       std::fill_n(to, count, kUnknown);
       return;
     }
-    const std::size_t from = field_.at(stored, at.voxels + first);
+    std::size_t from = field_.at(stored, at.voxels + first);
     for (std::uint32_t i = 0; i < count; ++i) {
-      const float v = static_cast<float>(field_.penetration[from + i]) * per_voxel;
-      to[i] = field_.closest[from + i] != kNoTriangle ? v : kUnknown;
+      to[i] = kUnknown;
+      if (field_.is_exact(stored, at.voxels + first + i))
+        to[i] = static_cast<float>(field_.penetration[from++]) * per_voxel;
     }
   };
   convert(0, kBrickEdge - kHalo, kHalo, row);
@@ -103,21 +104,28 @@ void OctantSamples::load_row(const std::array<std::uint32_t, 27>& bricks, int y,
 
 void OctantSamples::load_exact(const Index3& brick, const std::array<std::uint32_t, 27>& bricks, int y, int z) {
   const RowPlace at = row_place(y, z);
-  const std::size_t first = number(0, y, z);
-  for (std::uint32_t x = 0; x < kSide; ++x) {
-    const std::uint32_t stored = bricks[at.bricks + 1 + x / kBrickEdge];
-    if (stored != kNoBrick) {
-      const std::size_t from = field_.at(stored, at.voxels + x % kBrickEdge);
-      value_[first + x] = field_.penetration[from];
-      closest_[first + x] = field_.closest[from];
-      continue;
-    }
+  const auto is_inside = [&](std::uint32_t x) {
     const std::uint32_t i[3] = {brick[0] * kBrickEdge + x, brick[1] * kBrickEdge + static_cast<std::uint32_t>(y),
                                 brick[2] * kBrickEdge + static_cast<std::uint32_t>(z)};
-    const bool in_grid = i[0] < grid_.dims[0] && i[1] < grid_.dims[1] && i[2] < grid_.dims[2];
-    value_[first + x] = in_grid && runs_.test(grid_, i[0], i[1], i[2]) ? field_.band_inner : -field_.band_outer;
-    closest_[first + x] = kNoTriangle;
-  }
+    return i[0] < grid_.dims[0] && i[1] < grid_.dims[1] && i[2] < grid_.dims[2] && runs_.test(grid_, i[0], i[1], i[2]);
+  };
+  const auto load = [&](std::uint32_t stored, std::uint32_t first, std::uint32_t end) {
+    std::size_t from = stored != kNoBrick ? field_.at(stored, at.voxels) : 0;
+    for (std::uint32_t x = first; x < end; ++x) {
+      const std::size_t n = number(0, y, z) + x;
+      const std::uint32_t voxel = at.voxels + x - first;
+      const bool exact = stored != kNoBrick && field_.is_exact(stored, voxel);
+      closest_[n] = exact ? field_.closest[from] : kNoTriangle;
+      if (exact) {
+        value_[n] = field_.penetration[from++];
+      } else {
+        const bool within = stored != kNoBrick ? test_bit(field_.inside[stored], voxel) : is_inside(x);
+        value_[n] = within ? field_.band_inner : -field_.band_outer;
+      }
+    }
+  };
+  load(bricks[at.bricks + 1], 0, kBrickEdge);
+  load(bricks[at.bricks + 2], kBrickEdge, kSide);
 }
 
 void OctantSamples::estimate() {

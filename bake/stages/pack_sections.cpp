@@ -57,11 +57,11 @@ double layers_penetration(const Surface& surface, const Grid& grid, const BandFi
     index[axis] = static_cast<std::uint32_t>((p[axis] - grid.origin[axis]) / grid.voxel_size);
   const std::uint32_t brick = field.set.index[grid.brick_of_voxel(index[0], index[1], index[2])];
   if (brick == kNoBrick) throw std::logic_error("a point of the band has no brick");
-  const std::size_t at = field.at(brick, voxel_in_brick(index[0], index[1], index[2]));
+  const std::uint32_t voxel = voxel_in_brick(index[0], index[1], index[2]);
   const Vector centre = grid.centre(index[0], index[1], index[2]);
   const Vector inward_normal =
-      -exact_gradient(surface, centre, field.closest[at], field.penetration[at] > 0, grid.voxel_size);
-  return inward_normal.dot(centre - p) + layers[at] * grid.voxel_size;
+      -exact_gradient(surface, centre, field.triangle(brick, voxel), field.value(brick, voxel) > 0, grid.voxel_size);
+  return inward_normal.dot(centre - p) + layers[std::size_t{brick} * kBrickVoxels + voxel] * grid.voxel_size;
 }
 
 }  // namespace
@@ -73,25 +73,15 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   if (options.layers) out.layers = fill_layers(voxels, field.inside, grid, field.set);
   if (!options.scaled && !options.real) return out;
   const double s = grid.voxel_size;
+  out.form.real = options.real;
+  if (options.scaled) {
+    out.form.lambda = lambda;
+    out.form.limit = scaled_limit(options, s, lambda);
+  }
   out.tree =
       sample_field(surface, grid, runs, field, inside,
                    {options.field_error * s, options.band_inside * s, options.band_outside * s, options.prove_bound},
-                   options.real, progress);
-  if (!options.scaled) return out;
-  out.lambda = lambda;
-  out.scaled_limit = scaled_limit(options, s, lambda);
-  out.scaled.resize(out.tree.penetration.size());
-  tbb::parallel_for(std::size_t{0}, out.tree.levels.size(), [&](std::size_t brick) {
-    // Eq. (1) truncates; rounding to nearest halves the error at the same size.
-    const double step = out.step(brick);
-    for (std::size_t at = brick * kFieldStride; at < (brick + 1) * kFieldStride; ++at) {
-      const double limit = out.scaled_limit;
-      out.scaled[at] =
-          static_cast<std::int16_t>(std::lrint(std::clamp(out.tree.penetration[at] / step, -limit, limit)));
-    }
-  });
-  // Frees eight bytes per sample at the peak of memory; these values are not used again.
-  if (!options.real) std::vector<double>().swap(out.tree.penetration);
+                   out.form, progress);
   return out;
 }
 
@@ -144,11 +134,11 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     certificate.bound = std::max(kSearched * certificate.max, 2 * fields.tree.worst_error + rounding);
     return certificate;
   };
-  if (!fields.scaled.empty()) {
+  if (fields.has_scaled()) {
     info.scaled_error =
         sampled([&](std::size_t brick,
-                    std::uint32_t n) { return fields.scaled[brick * kFieldStride + n] * fields.step(brick); },
-                fields.lambda);
+                    std::uint32_t n) { return fields.tree.scaled[brick * kFieldStride + n] * fields.step(brick); },
+                fields.form.lambda);
   }
   if (options.real) {
     info.real_error = sampled(
@@ -190,12 +180,12 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<s
                              {tree.root_dims[2], tree.root_dims[1], tree.root_dims[0]}, tree.roots));
   sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, tree.nodes));
   const std::vector<std::uint64_t> samples = {tree.levels.size(), kFieldStride};
-  if (!fields.scaled.empty()) {
-    sections.push_back(fields.scaled_limit <= 127
-                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, fields.scaled)
-                           : section(SectionKind::scaled, ElementType::i16, samples, fields.scaled));
+  if (fields.has_scaled()) {
+    sections.push_back(fields.form.limit <= 127
+                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, tree.scaled)
+                           : section(SectionKind::scaled, ElementType::i16, samples, tree.scaled));
   }
-  if (!tree.gradient.empty()) {
+  if (fields.form.real) {
     sections.push_back(section(SectionKind::real, ElementType::f64, samples, tree.penetration));
     sections.push_back(
         section(SectionKind::real_gradient, ElementType::f32, {tree.levels.size(), kFieldStride, 3}, tree.gradient));

@@ -15,14 +15,13 @@ namespace vps::bake {
 
 /// The requested fields. The others are empty.
 struct Representations {
-  std::vector<std::int8_t> layers;   ///< by brick of the band
-  FieldTree tree;                    ///< samples that `scaled` and `real` share; distances are kept only for `real`
-  std::vector<std::int16_t> scaled;  ///< [f,128]: V / step, rounded to nearest, clamped at the limit
-  double lambda = 0;                 ///< [m]
-  std::int32_t scaled_limit = 0;     ///< largest absolute value that can occur
+  std::vector<std::int8_t> layers;  ///< by brick of the band
+  FieldTree tree;                   ///< samples of `scaled` and `real`
+  SampleForm form;
 
+  [[nodiscard]] bool has_scaled() const { return form.lambda > 0; }
   /// Step of `scaled` in a field brick: larger where its samples lie farther apart. [m]
-  [[nodiscard]] double step(std::size_t brick) const { return tree.levels[brick] > 0 ? 2 * lambda : lambda; }
+  [[nodiscard]] double step(std::size_t brick) const { return form.step(tree.levels[brick]); }
 };
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,

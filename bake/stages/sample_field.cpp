@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "bake/stages/sample_brick.h"
 
@@ -31,6 +32,7 @@ struct SampledBlock {
   std::vector<std::int8_t> levels;
   std::vector<double> penetration;
   std::vector<float> gradient;
+  std::vector<std::int16_t> scaled;
   double worst_error = 0;
   Vector worst_at = Vector::Zero();
   double proven = 0;
@@ -38,12 +40,8 @@ struct SampledBlock {
 
 class BlockSampler {
  public:
-  BlockSampler(const FieldSource& from, bool with_gradient)
-      : surface_(from.surface),
-        grid_(from.grid),
-        tolerance_(from.tolerance),
-        bricks_(from),
-        with_gradient_(with_gradient) {}
+  BlockSampler(const FieldSource& from, const SampleForm& form)
+      : surface_(from.surface), grid_(from.grid), tolerance_(from.tolerance), bricks_(from), form_(form) {}
 
   SampledBlock sample(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     block_ = {};
@@ -251,14 +249,24 @@ class BlockSampler {
     const auto number = static_cast<std::uint32_t>(block_.levels.size());
     brick.entry = octree::brick_entry(number, brick.level);
     block_.levels.push_back(static_cast<std::int8_t>(brick.level));
-    block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
-    block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
     for (std::size_t n = 0; n < kSamples; ++n) note_error(brick, n, std::abs(brick.fitted[n] - brick.value[n]));
-    if (with_gradient_) store_gradient(brick);
+    if (form_.lambda > 0) store_scaled(brick);
+    if (form_.real) store_real(brick);
     return brick.entry;
   }
 
-  void store_gradient(const FieldBrick& brick) {
+  void store_scaled(const FieldBrick& brick) {
+    // Eq. (1) truncates; rounding to nearest halves the error at the same size.
+    const double step = form_.step(brick.level);
+    const double limit = form_.limit;
+    for (const double v : brick.fitted)
+      block_.scaled.push_back(static_cast<std::int16_t>(std::lrint(std::clamp(v / step, -limit, limit))));
+    block_.scaled.resize(block_.levels.size() * kFieldStride, 0);
+  }
+
+  void store_real(const FieldBrick& brick) {
+    block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
+    block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
     for (std::size_t n = 0; n < kSamples; ++n) {
       const Vector p = bricks_.place(brick, n);
       const Vector g =
@@ -287,7 +295,7 @@ class BlockSampler {
   const Grid& grid_;
   const FieldTolerance& tolerance_;
   BrickSampler bricks_;
-  const bool with_gradient_;
+  const SampleForm& form_;
   SampledBlock block_;
 };
 
@@ -296,41 +304,46 @@ std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uin
   return octree::is_brick(entry) ? entry + first_brick : entry;
 }
 
+void append(const SampledBlock& block, FieldTree& tree) {
+  const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
+  const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
+  tree.roots.push_back(renumbered(block.root, first_node, first_brick));
+  for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_brick));
+  tree.levels.insert(tree.levels.end(), block.levels.begin(), block.levels.end());
+  tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
+  tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
+  tree.scaled.insert(tree.scaled.end(), block.scaled.begin(), block.scaled.end());
+  if (block.worst_error > tree.worst_error) {
+    tree.worst_error = block.worst_error;
+    tree.worst_at = block.worst_at;
+  }
+  tree.proven = std::max(tree.proven, block.proven);
+}
+
 }  // namespace
 
 FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, const BandField& field,
-                       const InsideTest& inside, const FieldTolerance& tolerance, bool with_gradient,
+                       const InsideTest& inside, const FieldTolerance& tolerance, const SampleForm& form,
                        const StageProgress& progress) {
   FieldTree tree;
   for (std::size_t axis = 0; axis < 3; ++axis) tree.root_dims[axis] = (grid.dims[axis] + kRootCells - 1) / kRootCells;
   const std::size_t plane = std::size_t{tree.root_dims[0]} * tree.root_dims[1];
-  std::vector<SampledBlock> blocks(plane * tree.root_dims[2]);
-  LoopProgress loop(progress, blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
-    BlockSampler sampler({surface, grid, runs, field, inside, tolerance}, with_gradient);
-    blocks[n] = sampler.sample(static_cast<std::uint32_t>(n % tree.root_dims[0]),
-                               static_cast<std::uint32_t>(n / tree.root_dims[0] % tree.root_dims[1]),
-                               static_cast<std::uint32_t>(n / plane));
-    loop.step();
-  });
-  std::size_t bricks = 0;
-  for (const SampledBlock& block : blocks) bricks += block.levels.size();
-  tree.penetration.reserve(bricks * kFieldStride);
-  if (with_gradient) tree.gradient.reserve(bricks * kFieldStride * 3);
-  for (SampledBlock& block : blocks) {
-    const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
-    const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
-    tree.roots.push_back(renumbered(block.root, first_node, first_brick));
-    for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_brick));
-    tree.levels.insert(tree.levels.end(), block.levels.begin(), block.levels.end());
-    tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
-    tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
-    if (block.worst_error > tree.worst_error) {
-      tree.worst_error = block.worst_error;
-      tree.worst_at = block.worst_at;
-    }
-    tree.proven = std::max(tree.proven, block.proven);
-    block = {};
+  const std::size_t count = plane * tree.root_dims[2];
+  tree.roots.reserve(count);
+  // Works in parts, so that not all samples are held twice.
+  constexpr std::size_t kPart = 1 << 14;
+  std::vector<SampledBlock> blocks(std::min(count, kPart));
+  LoopProgress loop(progress, count);
+  for (std::size_t first = 0; first < count; first += kPart) {
+    const std::size_t end = std::min(first + kPart, count);
+    tbb::parallel_for(first, end, [&](std::size_t n) {
+      BlockSampler sampler({surface, grid, runs, field, inside, tolerance}, form);
+      blocks[n - first] = sampler.sample(static_cast<std::uint32_t>(n % tree.root_dims[0]),
+                                         static_cast<std::uint32_t>(n / tree.root_dims[0] % tree.root_dims[1]),
+                                         static_cast<std::uint32_t>(n / plane));
+      loop.step();
+    });
+    for (std::size_t n = first; n < end; ++n) append(std::exchange(blocks[n - first], {}), tree);
   }
   return tree;
 }

@@ -21,6 +21,15 @@ struct FieldTolerance {
   bool prove = false;     ///< whether an error is accepted only where a bound is proven: FieldTree::proven
 };
 
+/// How samples are kept.
+struct SampleForm {
+  bool real = false;       ///< as `penetration` and `gradient`
+  double lambda = 0;       ///< as `scaled` with this step at levels below 1, twice that at level 1; 0: not. [m]
+  std::int32_t limit = 0;  ///< largest absolute value in `scaled`
+
+  [[nodiscard]] double step(int level) const { return level > 0 ? 2 * lambda : lambda; }
+};
+
 /// An octree of field bricks, as the asset stores it (vps_format.h).
 struct FieldTree {
   Index3 root_dims{};
@@ -28,7 +37,8 @@ struct FieldTree {
   std::vector<std::uint32_t> nodes;  ///< [N,8]
   std::vector<std::int8_t> levels;   ///< [f]
   std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
-  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band; empty unless requested. [m per voxel step]
+  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band. [m per voxel step]
+  std::vector<std::int16_t> scaled;  ///< [f,128]: penetration / step, rounded to nearest, clamped at the limit
   double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
   double proven = 0;                 ///< proven bound of interpolation's error in the band; 0 unless asked for. [m]
@@ -37,7 +47,7 @@ struct FieldTree {
 /// @param field  exact at least one voxel beyond the band of `tolerance`
 [[nodiscard]] FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs,
                                      const BandField& field, const InsideTest& inside, const FieldTolerance& tolerance,
-                                     bool with_gradient, const StageProgress& progress = {});
+                                     const SampleForm& form, const StageProgress& progress = {});
 
 /// The field brick at a point, and the samples that interpolation uses there.
 struct FieldCell {

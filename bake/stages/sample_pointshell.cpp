@@ -158,6 +158,7 @@ class Sampler {
   void fill_gaps();
   void measure_areas();
   void find_folds();
+  void drop_patches() { blocks_.drop_patches(); }
 
   [[nodiscard]] std::vector<Sample*> samples();
   [[nodiscard]] double covering_radius() const { return covering_; }
@@ -243,7 +244,7 @@ void Sampler::sample_patch(const Grid& grid, const SurfaceVoxels& voxels, Block&
 
 void Sampler::sample_triangles(const Grid& grid, const SurfaceVoxels& voxels) {
   blocks_.for_each_block([&](Block& block) {
-    for (const Patch& patch : block.patches) sample_patch(grid, voxels, block, patch);
+    blocks_.for_each_patch(block, [&](const Patch& patch) { sample_patch(grid, voxels, block, patch); });
   });
 }
 
@@ -269,7 +270,7 @@ void Sampler::fill_gaps() {
   const double limit = kCovering * kCovering * spacing_ * spacing_;
   blocks_.for_each_block([&](Block& block) {
     PieceCells cells(blocks_, 1.01 * kCovering * spacing_);
-    for (const Patch& patch : block.patches) {
+    blocks_.for_each_patch(block, [&](const Patch& patch) {
       const Vector& normal = surface_.normals[patch.triangle];
       cells.start(block, patch.piece, normal);
       for (bool made = true; made;) {
@@ -285,7 +286,7 @@ void Sampler::fill_gaps() {
         }
         block.covering = std::max(block.covering, far);
       }
-    }
+    });
   });
   for (const Block& block : blocks_.blocks()) covering_ = std::max(covering_, std::sqrt(block.covering));
   // The corner of a cell between two samples almost equally far along an edge is only accurate to a root of the
@@ -298,7 +299,7 @@ void Sampler::measure_areas() {
   blocks_.for_each_block([&](Block& block) {
     PieceCells cells(blocks_, 1.01 * covering_);
     std::vector<double> shares;
-    for (const Patch& patch : block.patches) {
+    blocks_.for_each_patch(block, [&](const Patch& patch) {
       const Piece& p = patch.piece;
       cells.start(block, p, surface_.normals[patch.triangle]);
       shares.clear();
@@ -319,7 +320,7 @@ void Sampler::measure_areas() {
         sample.area += shares[i] * scale;
         sample.vector_area += shares[i] * scale * surface_.normals[patch.triangle];
       }
-    }
+    });
   });
 }
 
@@ -346,12 +347,13 @@ void Sampler::find_folds() {
         if (s.cell != nullptr) folded.push_back(s.position);
       }
     }
+    if (folded.empty()) return;
     const double reach = 1.01 * covering_;
     PieceCells cells(blocks_, reach);
-    for (const Patch& patch : block.patches) {
+    blocks_.for_each_patch(block, [&](const Patch& patch) {
       const Eigen::AlignedBox3d box = box_of(patch.piece);
       const auto is_near = [&](const Vector& p) { return box.squaredExteriorDistance(p) < reach * reach; };
-      if (std::none_of(folded.begin(), folded.end(), is_near)) continue;
+      if (std::none_of(folded.begin(), folded.end(), is_near)) return;
       const Vector& normal = surface_.normals[patch.triangle];
       cells.start(block, patch.piece, normal);
       for (const Candidate& c : cells.candidates()) {
@@ -360,7 +362,7 @@ void Sampler::find_folds() {
         for (const Place& p : cells.cell(c)) part.corners.push_back(cells.at(p) - c.sample->position);
         if (part.corners.size() > 2) c.sample->cell->push_back(std::move(part));
       }
-    }
+    });
   });
 }
 
@@ -437,6 +439,7 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   sampler.measure_areas();
   report(0.75);
   sampler.find_folds();
+  sampler.drop_patches();
   report(0.87);
   std::vector<Sample*> samples = sampler.samples();
   Pointshell shell;

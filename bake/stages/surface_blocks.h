@@ -57,13 +57,23 @@ struct Patch {
   std::uint32_t triangle;
 };
 
+/// Patches that lie in one block and were cut out of one piece. Only that piece is kept: the patches would take most of
+/// the pointshell's memory, and cutting takes little time.
+struct PatchGroup {
+  static constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
+  std::uint32_t triangle;
+  std::uint32_t piece;    ///< number in `Block::pieces`; kWhole: the triangle itself
+  std::uint32_t members;  ///< bit n: whether the n-th patch of the piece is one of them
+};
+
 /// 4x4x4 cells, the patches whose centroids lie in them, and the samples in them.
 struct Block {
   std::array<int, 3> position{};    ///< [Units: blocks]
   std::array<Block*, 27> around{};  ///< itself and its neighbours, x fastest; null where there is no surface
   std::array<Sample*, 64> heads{};  ///< first sample of each cell
   std::deque<Sample> samples;       ///< in the order of their creation; pointers to them stay valid
-  std::vector<Patch> patches;
+  std::vector<PatchGroup> patches;
+  std::vector<Piece> pieces;
   bool has_folds = false;  ///< some of its samples have a `Sample::cell`
   double covering = 0;     ///< largest squared distance of its patches from the samples. [m^2]
 };
@@ -72,10 +82,31 @@ struct Block {
 /// blocks of one of 27 colours can be processed at the same time, and the result only depends on the order of colours.
 class SurfaceBlocks {
  public:
+  /// @param surface  must outlive this object
   /// @param cell  edge of a cell, about twice the distance of the samples: most searches then see 8 to 18 cells. [m]
   SurfaceBlocks(const Surface& surface, double cell);
 
   [[nodiscard]] std::deque<Block>& blocks() { return blocks_; }
+  /// Calls visit(const Patch&) for each patch of a block.
+  template <class Visit>
+  void for_each_patch(const Block& block, Visit visit) const {
+    for (const PatchGroup& group : block.patches) {
+      std::uint32_t n = 0;
+      const auto visit_member = [&](const Piece& piece) {
+        if ((group.members >> n++ & 1) != 0) visit(Patch{piece, group.triangle});
+      };
+      for_each_part(group.piece == PatchGroup::kWhole ? triangle(group.triangle) : block.pieces[group.piece],
+                    visit_member);
+    }
+  }
+  /// Frees all patches.
+  void drop_patches() {
+    for (Block& block : blocks_) {
+      block.patches = {};
+      block.pieces = {};
+    }
+  }
+
   /// @pre p lies on the surface
   [[nodiscard]] Block& block_of(const Vector& p) { return *block_at_.find(key(block_position(cell_of(p))))->second; }
 
@@ -119,7 +150,20 @@ class SurfaceBlocks {
  private:
   using Position = std::array<int, 3>;
 
-  void add(const Patch& patch);
+  [[nodiscard]] Piece triangle(std::uint32_t t) const {
+    return {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
+  }
+  // Cuts a piece into patches. Calls visit(piece) for each, always in the same order.
+  template <class Visit>
+  void for_each_part(const Piece& piece, Visit& visit) const {
+    std::size_t edge = 0;
+    if (longest_edge(piece, edge) <= patch_squared_) return visit(piece);
+    const std::array<Piece, 2> halves = split(piece, edge);
+    for_each_part(halves[1], visit);
+    for_each_part(halves[0], visit);
+  }
+  bool add(const Piece& piece, std::uint32_t triangle, bool whole);
+  void create_blocks(const Piece& patch);
   Block* find(const Position& block) const {
     const auto it = block_at_.find(key(block));
     return it == block_at_.end() ? nullptr : it->second;
@@ -142,8 +186,10 @@ class SurfaceBlocks {
            static_cast<std::uint64_t>(block[2]);
   }
 
+  const Surface& surface_;
   const Vector origin_;  // two blocks below the surface, so that no position around it is negative
   const double cell_;
+  const double patch_squared_;  // longest edge of a patch. [m^2]
   std::deque<Block> blocks_;
   std::unordered_map<std::uint64_t, Block*> block_at_;
   std::array<std::vector<Block*>, 27> colours_;

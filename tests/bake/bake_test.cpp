@@ -97,10 +97,9 @@ TEST(Bake, TheBandMayBeWiderOnOneSide) {
     std::size_t exact = 0;
     for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
       for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-        const std::size_t at = scene.field.at(brick, voxel);
         const double truth = oracle.penetration(to_array(scene.grid.centre(scene.field.set.bricks[brick], voxel)));
-        ASSERT_NEAR(scene.field.penetration[at], std::clamp(truth, -outside * s, inside * s), 1e-12);
-        exact += scene.field.closest[at] != kNoTriangle;
+        ASSERT_NEAR(scene.field.value(brick, voxel), std::clamp(truth, -outside * s, inside * s), 1e-12);
+        exact += scene.field.is_exact(brick, voxel) ? 1 : 0;
       }
     }
     // Exact values fill the band on each side, whatever the other side's width.

@@ -29,7 +29,7 @@ class SampledField {
         distances_{scene_.surface, triangles_, triangles_.error() + 1e-5 * voxel_size},
         core_((band_vx - std::sqrt(0.75)) * voxel_size) {
     const FieldTolerance tolerance{0.1 * voxel_size, band_vx * voxel_size, band_vx * voxel_size, true};
-    tree_ = sample_field(scene_.surface, scene_.grid, scene_.runs, scene_.field, inside_, tolerance, false);
+    tree_ = sample_field(scene_.surface, scene_.grid, scene_.runs, scene_.field, inside_, tolerance, {.real = true});
   }
 
   [[nodiscard]] double bound() const { return tree_.proven; }

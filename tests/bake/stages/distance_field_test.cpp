@@ -22,15 +22,16 @@ void expect_exact(const TriangleMesh& mesh, double voxel_size) {
   std::size_t exact = 0;
   for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const std::size_t at = scene.field.at(brick, voxel);
       const auto p = to_array(scene.grid.centre(scene.field.set.bricks[brick], voxel));
       const double truth = oracle.penetration(p);
       const double tolerance = 1e-12;
-      if (scene.field.closest[at] == kNoTriangle) {
+      const double value = scene.field.value(brick, voxel);
+      ASSERT_EQ(scene.field.is_exact(brick, voxel), scene.field.triangle(brick, voxel) != kNoTriangle);
+      if (!scene.field.is_exact(brick, voxel)) {
         ASSERT_GE(std::abs(truth), band - tolerance);
-        ASSERT_EQ(scene.field.penetration[at], truth > 0 ? band : -band);
+        ASSERT_EQ(value, truth > 0 ? band : -band);
       } else {
-        ASSERT_NEAR(scene.field.penetration[at], truth, tolerance);
+        ASSERT_NEAR(value, truth, tolerance);
         ++exact;
       }
     }
@@ -63,16 +64,54 @@ TEST(DistanceField, GradientsPointInwardAndMatchTheSphere) {
   const Scene scene(make_sphere(0.1, 4), 0.005);
   for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
     for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-      const std::size_t at = scene.field.at(brick, voxel);
-      const Vector gradient = exact_gradient(scene.surface, scene.grid.centre(scene.field.set.bricks[brick], voxel),
-                                             scene.field.closest[at], scene.field.penetration[at] > 0, 0.005);
-      if (scene.field.closest[at] == kNoTriangle) {
+      const Vector gradient =
+          exact_gradient(scene.surface, scene.grid.centre(scene.field.set.bricks[brick], voxel),
+                         scene.field.triangle(brick, voxel), scene.field.value(brick, voxel) > 0, 0.005);
+      if (!scene.field.is_exact(brick, voxel)) {
         ASSERT_EQ(gradient.norm(), 0);
         continue;
       }
       const Vector inward = -scene.grid.centre(scene.field.set.bricks[brick], voxel).normalized();
       ASSERT_NEAR(gradient.norm(), 1, 1e-9);
       ASSERT_GT(gradient.dot(inward), 0.99);
+    }
+  }
+}
+
+TEST(DistanceField, OnlyExactVoxelsTakeMemory) {
+  const Scene scene(make_sphere(0.1, 3), 0.005);
+  std::size_t exact = 0;
+  for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
+    std::size_t of_brick = exact;
+    scene.field.for_each_exact(brick, [&](std::uint32_t voxel, std::size_t place) {
+      ASSERT_TRUE(scene.field.is_exact(brick, voxel));
+      ASSERT_EQ(scene.field.at(brick, voxel), place);
+      ASSERT_EQ(place, of_brick++);
+    });
+    for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) exact += scene.field.is_exact(brick, voxel) ? 1 : 0;
+    ASSERT_EQ(of_brick, exact);
+  }
+  EXPECT_EQ(scene.field.penetration.size(), exact);
+  EXPECT_EQ(scene.field.closest.size(), exact);
+}
+
+// Rows are cut into parts of 32 bricks along x.
+TEST(DistanceField, CoarseLayersOfALongGridDoNotDependOnItsParts) {
+  const TriangleMesh mesh = make_box({0.62, 0.05, 0.03});
+  const Scene scene(mesh, 0.002);
+  ASSERT_GT(scene.grid.brick_dims[0], 33U);
+  const Oracle oracle(mesh);
+  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs);
+  for (std::uint32_t z = 0; z < scene.grid.brick_dims[2]; ++z) {
+    for (std::uint32_t y = 0; y < scene.grid.brick_dims[1]; ++y) {
+      for (std::uint32_t x = 0; x < scene.grid.brick_dims[0]; ++x) {
+        const double s = scene.grid.voxel_size;
+        const Vector centre = scene.grid.origin + 8 * s * Vector(x + 0.5, y + 0.5, z + 0.5);
+        const double truth = std::abs(oracle.penetration(to_array(centre)));
+        const int layer = std::abs(layers[scene.grid.brick_at(x, y, z)]);
+        ASSERT_LE(layer * s, truth);
+        ASSERT_GT((layer + 3) * s, truth * (1 - 1e-8));
+      }
     }
   }
 }

@@ -65,7 +65,7 @@ Subject::Subject(Truth truth, const Effort& e, TriangleMesh imported)
 }
 
 std::vector<StoredVoxel> Subject::voxels(std::size_t most) const {
-  const std::size_t all = scene.field.penetration.size();
+  const std::size_t all = scene.field.set.bricks.size() * kBrickVoxels;
   const std::size_t count = std::min(all, most);
   std::vector<StoredVoxel> chosen;
   for (std::size_t n = 0; n < count; ++n) {
@@ -106,13 +106,13 @@ void expect_distances(const Subject& s) {
   const BandField& field = s.scene.field;
   Failures failures;
   for (const auto& [brick, voxel] : s.voxels(s.effort.voxels)) {
-    const std::size_t at = field.at(brick, voxel);
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const double tolerance = 1e-9 * s.size;
-    const double stored = std::abs(field.penetration[at]);
+    const double stored = std::abs(field.value(brick, voxel));
+    const bool exact = field.is_exact(brick, voxel);
     const auto wrong = [&](double truth) {
-      return field.closest[at] == kNoTriangle ? truth < field.band_inner - tolerance || stored != field.band_inner
-                                              : std::abs(stored - truth) > tolerance;
+      return exact ? std::abs(stored - truth) > tolerance
+                   : truth < field.band_inner - tolerance || stored != field.band_inner;
     };
     double truth = s.distance.distance(to_array(p));
     // If the two results in double differ, rational arithmetic decides.
@@ -128,16 +128,15 @@ void expect_distances(const Subject& s) {
   const SoupOracle imported(s.mesh);
   Failures changed;
   for (const auto& [brick, voxel] : s.voxels(s.effort.voxels / 4)) {
-    const std::size_t at = field.at(brick, voxel);
-    if (field.closest[at] == kNoTriangle || field.penetration[at] > 0) continue;
+    if (!field.is_exact(brick, voxel) || field.value(brick, voxel) > 0) continue;
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const double truth = imported.distance(to_array(p));
-    const double excess = -field.penetration[at] - truth;
+    const double excess = -field.value(brick, voxel) - truth;
     const double tolerance = 1e-9 * s.size;
     const bool good =
         std::abs(excess) <= tolerance || (excess > 0 && !bounds_solid(s.mesh, imported.closest(to_array(p)), s.size));
     changed.check(good, [&] {
-      return print(p) + " stored " + std::to_string(field.penetration[at] / s.size) + " true " +
+      return print(p) + " stored " + std::to_string(field.value(brick, voxel) / s.size) + " true " +
              std::to_string(truth / s.size);
     });
   }
@@ -150,7 +149,7 @@ void expect_signs_of_cgal(const Subject& s) {
   for (const auto& [brick, voxel] : s.voxels(s.effort.voxels)) {
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const int side = s.side->side(to_array(p));
-    const double v = field.penetration[field.at(brick, voxel)];
+    const double v = field.value(brick, voxel);
     // The depth of a centre may round to zero; its sign bit still gives the side.
     failures.check(side == 0 || std::signbit(v) == (side < 0),
                    [&] { return print(p) + " V " + std::to_string(v / s.size); });
@@ -173,7 +172,7 @@ void expect_signs_of_winding_numbers(const Subject& s) {
   const std::size_t count = s.effort.winding_work / s.mesh.triangles.size();
   Failures failures;
   for (const auto& [brick, voxel] : s.voxels(std::min(count, s.effort.voxels))) {
-    const double v = field.penetration[field.at(brick, voxel)];
+    const double v = field.value(brick, voxel);
     if (std::abs(v) < off) continue;
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const double winding = winding_number(s.mesh, to_array(p));

@@ -87,7 +87,7 @@ TEST(FillLayers, LayersAreADistanceBound) {
     Random random;
     for (std::size_t brick = 0; brick < scene.field.set.bricks.size(); ++brick) {
       for (std::uint32_t voxel = 0; voxel < kBrickVoxels; ++voxel) {
-        const int layer = layers[scene.field.at(brick, voxel)];
+        const int layer = layers[brick * kBrickVoxels + voxel];
         const Index3& b = scene.field.set.bricks[brick];
         const Vector centre = scene.grid.centre(b, voxel);
         ASSERT_EQ(layer == 0,

@@ -135,7 +135,7 @@ void expect_layers_by_brute_force(const TriangleMesh& mesh, double voxel_size, d
       for (const auto& v : surface) {
         nearest = std::min(nearest, std::max({std::abs(v[0] - at[0]), std::abs(v[1] - at[1]), std::abs(v[2] - at[2])}));
       }
-      const int layer = layers[scene.field.at(brick, voxel)];
+      const int layer = layers[brick * kBrickVoxels + voxel];
       ASSERT_EQ(std::abs(layer), nearest) << at[0] << ' ' << at[1] << ' ' << at[2];
       const auto centre = to_array(grid.centre(b, voxel));
       if (layer != 0) {
