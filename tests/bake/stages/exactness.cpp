@@ -128,16 +128,16 @@ void expect_distances(const Subject& s) {
   const SoupOracle imported(s.mesh);
   Failures changed;
   for (const auto& [brick, voxel] : s.voxels(s.effort.voxels / 4)) {
-    if (!field.is_exact(brick, voxel) || field.value(brick, voxel) > 0) continue;
+    const double stored = field.value(brick, voxel);
+    if (!field.is_exact(brick, voxel) || stored > 0) continue;
     const Vector p = s.scene.grid.centre(field.set.bricks[brick], voxel);
     const double truth = imported.distance(to_array(p));
-    const double excess = -field.value(brick, voxel) - truth;
+    const double excess = -stored - truth;
     const double tolerance = 1e-9 * s.size;
     const bool good =
         std::abs(excess) <= tolerance || (excess > 0 && !bounds_solid(s.mesh, imported.closest(to_array(p)), s.size));
     changed.check(good, [&] {
-      return print(p) + " stored " + std::to_string(field.value(brick, voxel) / s.size) + " true " +
-             std::to_string(truth / s.size);
+      return print(p) + " stored " + std::to_string(stored / s.size) + " true " + std::to_string(truth / s.size);
     });
   }
   changed.expect_none("distances to the import from outside");
