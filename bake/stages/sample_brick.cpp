@@ -239,8 +239,7 @@ bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std
   const PointLattice points = lattice(base, parent.level - 1);
   OctantTrial trial;
   for (int n = 0; n < 27; ++n) {
-    const auto at = static_cast<std::size_t>(
-        sample_at(2 * (octant & 1) + n % 3, 2 * (octant >> 1 & 1) + n / 3 % 3, 2 * (octant >> 2) + n / 9));
+    const auto at = static_cast<std::size_t>(FieldBrick::in_octant(octant, n));
     trial.value[static_cast<std::size_t>(n)] = static_cast<float>(parent.value[at] * per_voxel);
     trial.fitted[static_cast<std::size_t>(n)] = static_cast<float>(parent.fitted[at] * per_voxel);
   }
@@ -276,9 +275,7 @@ double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const 
   double nearest = std::numeric_limits<double>::infinity();
   double shift = 0;
   for (std::size_t n = 0; n < cube.most_stored.size(); ++n) {
-    const int i[3] = {static_cast<int>(n % 3), static_cast<int>(n / 3 % 3), static_cast<int>(n / 9)};
-    const auto at = static_cast<std::size_t>(
-        sample_at(2 * (octant & 1) + i[0], 2 * (octant >> 1 & 1) + i[1], 2 * (octant >> 2) + i[2]));
+    const auto at = static_cast<std::size_t>(FieldBrick::in_octant(octant, static_cast<int>(n)));
     cube.most_stored[n] = static_cast<float>(-brick.fitted[at] / s);
     cube.least_stored[n] = static_cast<float>(-std::clamp(brick.fitted[at], -clamp, clamp) / s);
     nearest = std::min(nearest, std::abs(brick.value[at]) / s);

@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
+#include "bake/stages/fine_samples.h"
+#include "bake/stages/fit_samples.h"
 #include "bake/stages/sample_brick.h"
 
 namespace vps::bake {
@@ -37,6 +40,21 @@ struct SampledBlock {
   Vector worst_at = Vector::Zero();
   double proven = 0;
 };
+
+// Of a brick's interpolation at the samples of the brick of half the size in an octant.
+struct Verdict {
+  bool good = true;
+  bool hopeless = false;     // however samples are fitted
+  double worst = 0;          // error within the band [m]
+  std::size_t worst_at = 0;  // of the finer brick's samples
+};
+
+struct Octant {
+  std::span<const std::uint32_t> near;  // triangles that can be closest to its points, where they were needed
+  std::optional<FieldBrick> fine;       // of half the size, where its exact samples were needed
+  Verdict verdict;
+};
+using Octants = std::array<Octant, 8>;
 
 class BlockSampler {
  public:
@@ -95,58 +113,48 @@ class BlockSampler {
     return false;
   }
 
-  // The coarser brick's interpolation at a sample of the finer one.
-  static double interpolate(const FieldBrick& coarse, int octant, int x, int y, int z) {
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const int cx = 2 * (octant & 1) + (x + (corner & 1)) / 2;
-      const int cy = 2 * (octant >> 1 & 1) + (y + (corner >> 1 & 1)) / 2;
-      const int cz = 2 * (octant >> 2) + (z + (corner >> 2)) / 2;
-      sum += coarse.fitted[static_cast<std::size_t>(sample_at(cx, cy, cz))];
+  // The coarser brick's interpolation at the samples of the finer one.
+  static BrickValues interpolate(const FieldBrick& coarse, int octant) {
+    std::array<double, 27> corners;
+    for (int n = 0; n < 27; ++n) {
+      corners[static_cast<std::size_t>(n)] = coarse.fitted[static_cast<std::size_t>(coarse.in_octant(octant, n))];
     }
-    return sum / 8;
+    BrickValues fine;
+    fill_between<3>(
+        corners, [](double a, double b) { return (a + b) / 2; }, fine);
+    return fine;
   }
 
   // Whether the coarser brick's interpolation is good enough at the finer one's samples. For a finer brick of level 0
   // it also estimates the errors between them.
-  bool will_do(const FieldBrick& coarse, int octant, const FieldBrick& fine) {
-    double worst = 0;
-    std::size_t worst_at = 0;
-    std::array<double, kSamples> spare;
-    for (int z = 0; z < kEdge; ++z) {
-      for (int y = 0; y < kEdge; ++y) {
-        for (int x = 0; x < kEdge; ++x) {
-          const auto at = static_cast<std::size_t>(sample_at(x, y, z));
-          const double truth = fine.value[at];
-          const double error = std::abs(interpolate(coarse, octant, x, y, z) - truth);
-          const double limit = allowed(truth);
-          spare[at] = limit - error;
-          if (spare[at] < 0) return false;
-          if (limit == tolerance_.error && error > worst) {
-            worst = error;
-            worst_at = at;
-          }
-        }
+  Verdict judge(const FieldBrick& coarse, int octant, const FieldBrick& fine) const {
+    Verdict verdict;
+    const BrickValues interpolated = interpolate(coarse, octant);
+    BrickValues spare;
+    for (std::size_t at = 0; at < kSamples; ++at) {
+      const double error = std::abs(interpolated[at] - fine.value[at]);
+      const double limit = allowed(fine.value[at]);
+      spare[at] = limit - error;
+      if (spare[at] < 0) verdict.good = false;
+      // Fitting halves an error at best.
+      if (error > 2 * limit) {
+        verdict.hopeless = true;
+        return verdict;
+      }
+      if (limit == tolerance_.error && error > verdict.worst) {
+        verdict.worst = error;
+        verdict.worst_at = at;
       }
     }
-    if (fine.level == 0 && !has_room(spare, bricks_.errors(fine))) return false;
-    note_error(fine, worst_at, worst);
-    return true;
+    if (verdict.good && fine.level == 0) verdict.good = has_room(spare, bricks_.errors(fine));
+    return verdict;
   }
 
-  // Whether `will_do` would say so of the brick between voxel centres, without the exact samples of that brick.
+  // Whether `judge` would say so of the brick between voxel centres, without the exact samples of that brick.
   bool will_surely_do(const FieldBrick& coarse, int octant, std::span<const std::uint32_t> near) {
-    for (int z = 0; z < kEdge; z += 2) {
-      for (int y = 0; y < kEdge; y += 2) {
-        for (int x = 0; x < kEdge; x += 2) {
-          const auto at = static_cast<std::size_t>(
-              sample_at(2 * (octant & 1) + x / 2, 2 * (octant >> 1 & 1) + y / 2, 2 * (octant >> 2) + z / 2));
-          // `interpolate` differs from the sample itself by rounding.
-          if (std::abs(coarse.fitted[at] - coarse.value[at]) < (1 - 1e-9) * tolerance_.error) continue;
-          const double error = std::abs(interpolate(coarse, octant, x, y, z) - coarse.value[at]);
-          if (error > allowed(coarse.value[at])) return false;
-        }
-      }
+    for (int n = 0; n < 27; ++n) {
+      const auto at = static_cast<std::size_t>(coarse.in_octant(octant, n));
+      if (std::abs(coarse.fitted[at] - coarse.value[at]) > allowed(coarse.value[at])) return false;
     }
     return bricks_.surely_interpolates(coarse, octant, near, block_.worst_error);
   }
@@ -170,7 +178,7 @@ class BlockSampler {
   }
 
   // Whether the tolerance that remains at the samples covers the estimated errors of the cells between them.
-  bool has_room(const std::array<double, kSamples>& spare, const BrickErrors& errors) const {
+  bool has_room(const BrickValues& spare, const BrickErrors& errors) const {
     // Nearly all estimates are too high, because they add errors that the axes have at different places.
     constexpr double kShare = 0.04;
     for (int z = 0; z < kCells; ++z) {
@@ -192,40 +200,102 @@ class BlockSampler {
   // @param near  triangles that can be closest to its points, where some lie between the centres of voxels
   std::uint32_t divide(FieldBrick& brick, std::span<const std::uint32_t> near) {
     if (brick.level == kFinestLevel) return store_finest(brick, near);
+    Octants octants;
     NearTriangles near_octants;
-    BrickErrors errors;
-    if (brick.level <= 0) errors = bricks_.errors(brick);
+    if (brick.level > 0) {
+      judge_at_voxels(brick, octants);
+    } else {
+      near_octants = judge_between(brick, near, octants);
+    }
+    fit(brick, octants);
     const auto node = open_node();
-    for (int octant = 0; octant < 8; ++octant) {
-      std::uint32_t entry = kFarOutside;
-      if (brick.level > 0) {
-        entry = divide_voxels(brick, octant);
-      } else if (const bool suspect = is_suspect(brick, octant, errors); suspect || tolerance_.prove) {
-        if (near_octants.positions.empty()) {
-          near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
-        }
-        entry = divide_octant(brick, octant, suspect, near_octants.in_octant(octant));
-      } else {
-        entry = store(brick);
-      }
-      block_.nodes[node + static_cast<std::size_t>(octant)] = entry;
+    for (int n = 0; n < 8; ++n) {
+      const auto at = static_cast<std::size_t>(n);
+      const std::uint32_t entry = store_or_divide(brick, n, octants[at]);
+      block_.nodes[node + at] = entry;
     }
     return close_node(node);
   }
 
-  std::uint32_t divide_voxels(FieldBrick& brick, int octant) {
-    FieldBrick fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(octant));
-    const bool good =
-        will_do(brick, octant, fine) && (!tolerance_.prove || is_proven(brick, octant, bricks_.near_octant(octant)));
-    return good ? store(brick) : divide(fine, {});
+  void judge_at_voxels(const FieldBrick& brick, Octants& octants) {
+    for (int n = 0; n < 8; ++n) {
+      Octant& octant = octants[static_cast<std::size_t>(n)];
+      if (tolerance_.prove) octant.near = bricks_.near_octant(n);
+      octant.fine = bricks_.at_voxels(brick.level - 1, brick.octant_base(n));
+      octant.verdict = judge(brick, n, *octant.fine);
+    }
   }
 
-  std::uint32_t divide_octant(FieldBrick& brick, int octant, bool suspect, std::span<const std::uint32_t> near) {
-    const bool tested = !suspect || will_surely_do(brick, octant, near);
-    if (tested && is_proven(brick, octant, near)) return store(brick);
-    FieldBrick fine = bricks_.between(brick, octant, near);
-    const bool good = !tested && will_do(brick, octant, fine) && is_proven(brick, octant, near);
-    return good ? store(brick) : divide(fine, near);
+  // @return the triangles that the octants refer to
+  NearTriangles judge_between(const FieldBrick& brick, std::span<const std::uint32_t> near, Octants& octants) {
+    NearTriangles near_octants;
+    const BrickErrors errors = bricks_.errors(brick);
+    for (int n = 0; n < 8; ++n) {
+      Octant& octant = octants[static_cast<std::size_t>(n)];
+      const bool suspect = is_suspect(brick, n, errors);
+      if (!suspect && !tolerance_.prove) continue;
+      if (near_octants.positions.empty()) {
+        near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
+      }
+      octant.near = near_octants.in_octant(n);
+      if (!suspect || will_surely_do(brick, n, octant.near)) continue;
+      octant.fine = bricks_.between(brick, n, octant.near);
+      octant.verdict = judge(brick, n, *octant.fine);
+    }
+    return near_octants;
+  }
+
+  // Moves the brick's samples if more octants are good enough then, and those that were still are.
+  void fit(FieldBrick& brick, Octants& octants) const {
+    const auto may_gain = [](const Octant& octant) { return !octant.verdict.good && !octant.verdict.hopeless; };
+    if (std::none_of(octants.begin(), octants.end(), may_gain)) return;
+    const BrickValues before = brick.fitted;
+    const double step = bricks_.quarter() * FieldBrick::step_of(brick.level);
+    if (!fit_samples(known_samples(octants), brick.value, step, tolerance_.error, brick.fitted)) return;
+    std::array<Verdict, 8> verdicts;
+    bool gained = false;
+    bool lost = false;
+    for (int n = 0; n < 8; ++n) {
+      const Octant& octant = octants[static_cast<std::size_t>(n)];
+      Verdict& verdict = verdicts[static_cast<std::size_t>(n)];
+      verdict = octant.fine ? judge(brick, n, *octant.fine) : octant.verdict;
+      gained = gained || (verdict.good && !octant.verdict.good);
+      lost = lost || (!verdict.good && octant.verdict.good);
+    }
+    if (lost || !gained) {
+      brick.fitted = before;
+      return;
+    }
+    for (std::size_t n = 0; n < octants.size(); ++n) octants[n].verdict = verdicts[n];
+  }
+
+  FineSamples known_samples(const Octants& octants) const {
+    FineSamples samples;
+    const auto add = [&](int n, const FieldBrick& fine, bool any_error) {
+      for (int i = 0; i < kSamples; ++i) {
+        const auto from = static_cast<std::size_t>(i);
+        const std::size_t to = FineSamples::at(n, i);
+        samples.value[to] = fine.value[from];
+        samples.limit[to] = any_error ? FineSamples::kAnyError : allowed(fine.value[from]);
+      }
+    };
+    // Samples on faces between octants count as those of the octant that may be kept.
+    for (const bool hopeless : {true, false}) {
+      for (int n = 0; n < 8; ++n) {
+        const Octant& octant = octants[static_cast<std::size_t>(n)];
+        if (octant.fine && octant.verdict.hopeless == hopeless) add(n, *octant.fine, hopeless);
+      }
+    }
+    return samples;
+  }
+
+  std::uint32_t store_or_divide(FieldBrick& brick, int n, Octant& octant) {
+    if (octant.verdict.good && is_proven(brick, n, octant.near)) {
+      if (octant.fine) note_error(*octant.fine, octant.verdict.worst_at, octant.verdict.worst);
+      return store(brick);
+    }
+    if (!octant.fine) octant.fine = bricks_.between(brick, n, octant.near);
+    return divide(*octant.fine, octant.near);
   }
 
   std::uint32_t store_finest(FieldBrick& brick, std::span<const std::uint32_t> near) {

@@ -28,7 +28,7 @@ void print_info(const std::string& path, const Asset& asset) {
   print_lines("{}", info_to_text(directory.info));
   for (const auto& [field, jump] : face_jumps(asset)) {
     print_lines(
-        "faces       V of {} jumps by {} at most where the spacing of samples changes, at ({:.4g}, {:.4g}, {:.4g}) m\n",
+        "faces       V of {} jumps by {} at most between field bricks, at ({:.4g}, {:.4g}, {:.4g}) m\n",
         field_name(field), bake::format_length(jump.largest), jump.place[0], jump.place[1], jump.place[2]);
   }
   if (const bake::BakeRecord record = bake::record_of(asset); !record.text.empty()) {

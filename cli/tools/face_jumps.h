@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Jumps of a sampled field where the spacing of its samples changes: docs/internals/bounds.md, "Faces between
-/// levels".
+/// @file Jumps of a sampled field between its bricks: docs/internals/bounds.md, "Faces between bricks".
 #pragma once
 
 #include <array>

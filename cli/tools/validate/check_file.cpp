@@ -82,7 +82,7 @@ void check_faces(const Asset& asset, Field field, std::vector<Check>& checks) {
   const bool good = jump.largest <= allowed;
   checks.push_back({std::string("faces ") + field_name(field),
                     good ? Result::ok : Result::failed,
-                    fmt::format("V jumps by {} at most where the spacing of samples changes, {} are allowed",
+                    fmt::format("V jumps by {} at most between field bricks, {} are allowed",
                                 bake::format_length(jump.largest), bake::format_length(allowed)),
                     {{"largest", jump.largest}, {"place", jump.place}, {"allowed", allowed}}});
 }
