@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -74,15 +73,6 @@ inline bool test_bit(const BrickMask& mask, std::uint32_t voxel) {
 }
 inline void set_bit(BrickMask& mask, std::uint32_t voxel) {
   mask[voxel / 64] |= std::uint64_t{1} << (voxel % 64);
-}
-
-/// std::popcount without a call, which costs as much as all the rest where the processor's own instruction may not be
-/// used.
-inline std::uint32_t count_bits(std::uint64_t word) {
-  word -= word >> 1 & 0x5555555555555555u;
-  word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
-  word = (word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu;
-  return static_cast<std::uint32_t>(word * 0x0101010101010101u >> 56);
 }
 
 }  // namespace vps::bake

@@ -342,6 +342,7 @@ typedef struct VpsReduction {
 /// @param capacity  how many to keep at most. [Limits: value >= 1]
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction);
+
 /// How a body moves in a step, world.
 typedef struct VpsStepMotion {
   double centre[3];  ///< that it turns about, as its centre of mass. [m]
@@ -377,8 +378,7 @@ enum {
 };
 /// All zero is a good start.
 typedef struct VpsStepOptions {
-  float
-      distance;  ///< surfaces up to this far apart are in contact, within a voxelmap's range. [Limits: value >= 0] [m]
+  float distance;  ///< surfaces up to this far apart touch, within a voxelmap's range. [Limits: value >= 0] [m]
   VpsStepUse use;
   VpsStepMemory* memory;  ///< of the pair; NULL: the contacts depend on the poses alone
 } VpsStepOptions;
@@ -433,12 +433,12 @@ VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const Vp
 /// Motion of a shell with constant velocities, in the field's frame: its centre of mass moves along a line, and the
 /// body turns about it.
 typedef struct VpsSweep {
-  VpsPose start;               ///< shell_to_map at time 0
+  VpsPose start;               ///< shell_to_field at time 0
   double velocity[3];          ///< of the centre of mass. [m/s]
   double angular_velocity[3];  ///< [rad/s]
   double duration;             ///< [Limits: value >= 0] [s]
 } VpsSweep;
-/// shell_to_map at a time. [s]
+/// shell_to_field at a time. [s]
 VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose);
 
 /// The part of the shell's body that does not reach the field before VpsImpactResult::time.

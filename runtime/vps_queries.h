@@ -94,13 +94,13 @@ struct RayHit {
 /// Motion of a shell with constant velocities, in the field's frame: its centre of mass moves along a line, and the
 /// body turns about it.
 struct Sweep {
-  Pose start;                              ///< shell_to_map at time 0
+  Pose start;                              ///< shell_to_field at time 0
   double velocity[3] = {0, 0, 0};          ///< of the centre of mass. [m/s]
   double angular_velocity[3] = {0, 0, 0};  ///< [rad/s]
   double duration = 1;                     ///< [Limits: value >= 0] [Units: s]
 };
 
-/// shell_to_map at a time. [s]
+/// shell_to_field at a time. [s]
 [[nodiscard]] Pose pose_at(const PointshellView& shell, const Sweep& sweep, double time) noexcept;
 
 /// The part of the shell's body that does not reach the field before ImpactResult::time.

@@ -34,7 +34,7 @@ JobResult failure(int code, std::string error) {
   return result;
 }
 
-// The first error or warning of a child, without the names of the program and of the file.
+// The first error, warning or note of a child, without the names of the program and of the file.
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
   const std::string start = "vpsbake: " + kind + ": ";
@@ -260,6 +260,8 @@ class Runner {
       tell([&] {
         if (warnings_.insert(warning).second) observer_.warned(warning);
       });
+    std::string note = complaint(run.err, "note", job.mesh.string());
+    if (!note.empty()) result.notes.push_back(std::move(note));
     result.state = State::failed;
     result.code = run.end == End::exited ? run.code : kInternal;
     switch (run.end) {
@@ -330,7 +332,7 @@ class Runner {
   static JobResult baked(const Json& said, JobResult result) {
     result.state = said.at("cache") == "hit" ? State::cached : State::baked;
     result.bytes = said.at("bytes");
-    result.notes = said.at("notes").get<std::vector<std::string>>();
+    for (const Json& note : said.at("notes")) result.notes.push_back(note.get<std::string>());
     if (!result.key.empty()) return result;
     return failure(kBadInput, "its buffers cannot be told, nor when it is up to date; export it again, as UTF-8");
   }

@@ -76,7 +76,7 @@ std::string quoted_word(const std::string& word) {
 
 void remember_command(int argc, char** argv) {
   command = "vpsbake";
-  for (int i = 1; i < argc; ++i) command += " " + quoted_word(argv[i]);
+  for (int i = 1; i < argc; ++i) command.append(" ").append(quoted_word(argv[i]));
 }
 
 nlohmann::ordered_json provenance(std::uint64_t seed) {

@@ -45,6 +45,51 @@ def test_a_saved_asset_opens_from_a_path_and_from_bytes(tmp_path, cube):
             assert asset.volume == pytest.approx(cube.volume) and same(asset, cube)
 
 
+def test_saving_replaces_assets_alone(tmp_path, cube, sphere, points):
+    path = tmp_path / "cube.vps.hdf"
+    sphere.save(path)
+    cube.save(path)
+    (tmp_path / "link.vps.hdf").symlink_to(path)
+    with vps.open(path) as asset:
+        before = asset.distance(points)
+        for its_own in (path, tmp_path / "link.vps.hdf"):
+            asset.save(its_own)
+            assert path.read_bytes() == bytes(cube._bytes)
+        sphere.save(path)
+        assert np.array_equal(asset.distance(points), before)
+    assert same(vps.open(path), sphere) and (tmp_path / "link.vps.hdf").is_symlink()
+    (tmp_path / "notes.txt").write_text("precious, and longer than a magic number")
+    (tmp_path / "empty").touch()
+    (tmp_path / "folder").mkdir()
+    kept = sorted(tmp_path.iterdir())
+    for name in ("notes.txt", "empty", "folder"):
+        with pytest.raises(FileExistsError, match=f"exists and is not an asset.*{name}"):
+            cube.save(tmp_path / name)
+    with pytest.raises(FileNotFoundError, match="none/cube.vps.hdf"):
+        cube.save(tmp_path / "none" / "cube.vps.hdf")
+    assert (tmp_path / "notes.txt").read_text().startswith("precious") and sorted(tmp_path.iterdir()) == kept
+
+
+def test_a_write_that_fails_leaves_the_old_file(tmp_path, cube, sphere):
+    path = tmp_path / "cube.vps.hdf"
+    cube.save(path)
+    program = """
+import resource, signal, sys, vps
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+asset = vps.open(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    asset.save(sys.argv[2])
+except OSError as error:
+    print(error)
+"""
+    sphere.save(tmp_path / "sphere.vps.hdf")
+    done = subprocess.run([sys.executable, "-c", program, str(tmp_path / "sphere.vps.hdf"), str(path)], capture_output=True,
+                          text=True, check=False)
+    assert path.read_bytes() == bytes(cube._bytes) and len(list(tmp_path.iterdir())) == 2
+    assert "File too large" in done.stdout and str(path) in done.stdout, done.stderr
+
+
 def test_changing_the_bytes_of_an_open_asset_changes_nothing(cube, points):
     data = bytearray(bytes(cube._bytes))
     asset = vps.open(data)

@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "runtime/bullet/body_motion.h"
+#include "runtime/bullet/partners/sheet_field.h"
 
 namespace vps::bullet {
 namespace {

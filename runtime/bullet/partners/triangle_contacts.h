@@ -28,21 +28,6 @@ struct TriangleMemory {
   std::span<const Triangle> near;         ///< those near the body, asset frame; until the thread's next query
 };
 
-/// A sheet of triangles near a contact, as a body with its surface there.
-class SheetField final : public detail::FieldAtPlaces {
- public:
-  /// @param triangles  TriangleMemory::near
-  /// @param contact    on the side of the sheet to which its direction points
-  /// @param reach      triangles farther off are left out. [m]
-  SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach);
-  void penetrations(const detail::Places& places, detail::Values& out) const noexcept override;
-  [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
-
- private:
-  std::vector<Triangle> near_;
-  const Vec3 side_;
-};
-
 /// Contacts of the shell with a mesh's triangles, in the shell's asset frame, in tree order.
 ///
 /// Triangles are sheets without a solid side, and their winding is arbitrary. The body that gives the shell decides to

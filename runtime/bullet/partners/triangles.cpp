@@ -107,6 +107,7 @@ std::uint64_t gather(const btConcaveShape& mesh, const btVector3& low, const btV
 
 void place(const Pose& to_frame, const Box& box, Sheets& sheets) {
   sheets.triangles.clear();
+  sheets.are_joined = false;
   for (const MeshTriangle& from : sheets.mesh) {
     double p[3][3];
     bool meets = true;
@@ -151,6 +152,7 @@ void join(Sheets& sheets) {
     }
     at = end;
   }
+  sheets.are_joined = true;
 }
 
 }  // namespace vps::bullet

@@ -54,6 +54,22 @@ struct Triangle {
   [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
 };
 
+/// The triangle nearest to p, and the nearest place on it; null if none is nearer than `place`.
+/// @param list  of what `triangle_of` takes to a triangle
+template <class List, class TriangleOf>
+const Triangle* nearest_triangle(const List& list, const TriangleOf& triangle_of, Vec3 p, NearestPlace& place) {
+  const Triangle* best = nullptr;
+  for (const auto& one : list) {
+    const Triangle& triangle = triangle_of(one);
+    if (!(triangle.least_squared(p) < place.squared)) continue;
+    const NearestPlace found = triangle.nearest(p);
+    if (!(found.squared < place.squared)) continue;
+    place = found;
+    best = &triangle;
+  }
+  return best;
+}
+
 /// A triangle as a mesh passes it to a callback. It has no padding, so that its bytes can be hashed.
 struct MeshTriangle {
   btScalar corners[3][3];
@@ -69,6 +85,7 @@ struct Sheets {
     std::uint32_t triangle = 0, side = 0;
   };
   std::vector<Edge> edges;
+  bool are_joined = false;           ///< the triangles know where the sheet goes on
   std::vector<std::uint32_t> near;   ///< numbers of the triangles that are searched
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down

@@ -30,8 +30,11 @@ Bullet world for trying assets, that of the plug-in for Bullet.
 from __future__ import annotations
 
 import builtins
+import contextlib
+import errno
 import mmap
 import os
+import uuid
 from typing import Any, NamedTuple, Union
 
 import numpy as np
@@ -312,11 +315,14 @@ class Asset:
         self._asset.verify()
 
     def save(self, path: Path) -> None:
-        """Writes the asset's file, NAME.vps.hdf by convention: for `vps.open`, vpsbake, C, C++ and Bullet."""
+        """Writes the asset's file, NAME.vps.hdf by convention: for `vps.open`, vpsbake, C, C++ and Bullet.
+
+        The file appears whole or not at all. It replaces an asset of this name, also one that is open. Raises
+        FileExistsError where the name belongs to anything else.
+        """
         if self._bytes is None:
             raise ValueError("the asset is closed")
-        with builtins.open(path, "wb") as file:
-            file.write(self._bytes)
+        _write_whole(path, self._bytes)
 
 
 def open(source: Any, *, scale: float = 1.0) -> Asset:  # as gzip.open, lzma.open and others
@@ -501,6 +507,32 @@ def _asset_bytes(source: Any) -> Any:
     copy = np.empty((len(array) + 7) // 8, np.uint64).view(np.uint8)[:len(array)]
     copy[:] = array
     return copy
+
+
+def _write_whole(path: Path, data: Any) -> None:
+    """Writes an asset as vpsbake does: to a temporary file beside the target, which then takes its place."""
+    target = os.path.realpath(path)  # follows a link
+    part = os.path.join(os.path.dirname(target), f".vps.{uuid.uuid4().hex}")
+    try:
+        if os.path.exists(target) and not _is_asset(target, bytes(data[:8])):
+            raise FileExistsError(errno.EEXIST, "the file exists and is not an asset; remove it or choose another name")
+        with builtins.open(part, "xb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(part, target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+    finally:
+        with contextlib.suppress(FileNotFoundError):
+            os.remove(part)
+
+
+def _is_asset(path: str, magic: bytes) -> bool:
+    if not os.path.isfile(path):
+        return False
+    with builtins.open(path, "rb") as file:
+        return file.read(len(magic)) == magic
 
 
 def _baker(user: str) -> Any:

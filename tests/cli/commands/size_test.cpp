@@ -80,6 +80,12 @@ TEST(Cli, AnImplausibleSizeIsOneNote) {
   for (const char* without :
        {"big.stl --unit mm", "big.stl --unit m", "big.stl --scale 0.0005", "box.stl", "box.stl --unit mm -q"})
     EXPECT_EQ(said(without), "") << without;
+  const Outcome batch = vpsbake(folder, "batch box.stl big.stl --unit mm --resolution 20 -o out");
+  EXPECT_EQ(batch.code, 0) << batch.err;
+  EXPECT_NE(batch.out.find("box.vps.hdf"), std::string::npos) << batch.out;
+  const std::size_t note = batch.out.find("note: it is 200 um x 100 um x 100 um large; check --unit");
+  EXPECT_NE(note, std::string::npos) << batch.out;
+  EXPECT_EQ(batch.out.find("large; check", note + 60), std::string::npos) << "not of big.stl: " << batch.out;
 }
 
 TEST(Cli, UnitScaleAndResolutionGiveTheSizeThatIsMeant) {

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Zlib
+/// @file What all queries of the extension module vps._runtime share: errors, open assets, threads. Internal.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "runtime/vps.h"
+
+namespace vps::python {
+
+namespace py = pybind11;
+
+/// The asset's bytes cannot be used.
+struct AssetError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+/// The asset lacks what a query needs.
+struct MissingPart : AssetError {
+  using AssetError::AssetError;
+};
+
+inline void check(VpsStatus status, const std::string& what = {}) {
+  const std::string text = (what.empty() ? what : what + ": ") + vps_status_text(status);
+  switch (status) {
+    case vps_ok:
+    case vps_output_full:
+      return;
+    case vps_bad_argument:
+    case vps_bad_pose:
+      throw py::value_error(text);
+    case vps_missing_part:
+      throw MissingPart(text);
+    case vps_no_memory:
+      throw std::bad_alloc();
+    default:
+      throw AssetError(text);
+  }
+}
+
+/// An open asset with the bytes that it reads. Arrays and running queries share it, so closing waits for them.
+class Held {
+ public:
+  Held(py::buffer_info&& bytes, double scale) : bytes_(std::move(bytes)) {
+    if (bytes_.ndim != 1 || bytes_.itemsize != 1 || (bytes_.size > 1 && bytes_.strides[0] != 1)) {
+      throw py::value_error("an asset is contiguous bytes");
+    }
+    check(vps_asset_open_memory(bytes_.ptr, static_cast<std::size_t>(bytes_.size), vps_use_everything, &asset_));
+    if (vps_asset_scale(asset_, scale) != vps_ok) {
+      vps_asset_close(asset_);
+      throw py::value_error("scale: 0.001 to 1000");
+    }
+    (void)vps_asset_info(asset_, &info_);
+    (void)vps_asset_voxelmap(asset_, vps_field_finest, &map_);
+    (void)vps_asset_pointshell(asset_, &shell_);
+    if (map_ != nullptr) (void)vps_voxelmap_field(map_, &field_);
+  }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  ~Held() { vps_asset_close(asset_); }
+
+  [[nodiscard]] const VpsAsset* asset() const { return asset_; }
+  [[nodiscard]] const VpsAssetInfo& info() const { return info_; }
+  [[nodiscard]] VpsField field() const { return field_; }
+  [[nodiscard]] const VpsVoxelmap* map() const {
+    if (map_ == nullptr) throw MissingPart("the asset has no voxelmap: bake it with voxelmap=True");
+    return map_;
+  }
+  /// A map whose field is a distance.
+  [[nodiscard]] const VpsVoxelmap* distances() const {
+    if (map() != nullptr && field_ == vps_field_layers) {
+      throw MissingPart("the asset has only layers, which are no distances: bake it with the field scaled");
+    }
+    return map_;
+  }
+  [[nodiscard]] const VpsPointshell* shell() const {
+    if (shell_ == nullptr) throw MissingPart("the asset has no pointshell: bake it with pointshell=True");
+    return shell_;
+  }
+  /// What it has, for pairs in which either body may give the points.
+  [[nodiscard]] VpsStepBody body() const {
+    return {vps_map_ref(map_), {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, shell_, nullptr};
+  }
+  /// Decoded on first use.
+  [[nodiscard]] std::vector<VpsPoint>& points() {
+    if (points_.empty()) {
+      points_.resize(shell() == nullptr ? 0 : info_.points);
+      for (std::uint32_t i = 0; i < points_.size(); ++i) (void)vps_pointshell_point(shell_, i, &points_[i]);
+    }
+    return points_;
+  }
+
+ private:
+  py::buffer_info bytes_;
+  VpsAsset* asset_ = nullptr;
+  VpsAssetInfo info_{};
+  const VpsVoxelmap* map_ = nullptr;
+  const VpsPointshell* shell_ = nullptr;
+  VpsField field_ = vps_field_finest;
+  std::vector<VpsPoint> points_;
+};
+
+using SharedHeld = std::shared_ptr<Held>;
+using Floats = py::array_t<float>;
+using Doubles = py::array_t<double>;
+
+/// Threads of a query.
+class Batch {
+ public:
+  explicit Batch(std::uint32_t threads) {
+    if (threads > 1024) throw py::value_error("threads: 0 (as many as the machine has) to 1024");
+    check(vps_batch_create(threads, &batch_));
+  }
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+  ~Batch() { vps_batch_destroy(batch_); }
+  /// Runs call(batch) without the interpreter's lock.
+  /// @param elements  such as "points", for the message about a refused one
+  template <class Call>
+  void run(const char* elements, const Call& call) {
+    VpsStatus status = vps_ok;
+    {
+      const py::gil_scoped_release release;
+      status = call(batch_);
+    }
+    std::size_t refused = 0;
+    (void)vps_batch_refused(batch_, &refused);
+    check(status, std::string(elements) + " number " + std::to_string(refused));
+  }
+
+ private:
+  VpsBatch* batch_ = nullptr;
+};
+
+template <class T>
+VpsArray out(py::array_t<T>& array) {
+  return {array.mutable_data(), sizeof(T)};
+}
+
+}  // namespace vps::python

@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Zlib
+#include "runtime/python/pairs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace vps::python {
+namespace {
+
+// An array of a vector that it owns.
+template <class T>
+py::array_t<T> owned(std::vector<T>&& from) {
+  auto held = std::make_unique<std::vector<T>>(std::move(from));
+  const auto count = static_cast<py::ssize_t>(held->size());
+  const T* const data = held->data();
+  const py::capsule owner(held.release(), [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
+  return py::array_t<T>(count, data, owner);
+}
+
+VpsPose inverse(const VpsPose& pose) {
+  VpsPose out{};
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      out.rotation[3 * r + c] = pose.rotation[3 * c + r];
+      out.translation[r] -= pose.rotation[3 * c + r] * pose.translation[c];
+    }
+  }
+  return out;
+}
+// Of an array [n,4,4] of homogeneous matrices.
+std::vector<VpsPose> to_poses(const Doubles& matrices) {
+  if (matrices.ndim() != 3 || matrices.shape(1) != 4 || matrices.shape(2) != 4) {
+    throw py::value_error("poses: an array of shape (n, 4, 4)");
+  }
+  const auto at = matrices.unchecked<3>();
+  std::vector<VpsPose> poses(static_cast<std::size_t>(at.shape(0)));
+  for (py::ssize_t i = 0; i < at.shape(0); ++i) {
+    for (py::ssize_t r = 0; r < 3; ++r) {
+      for (py::ssize_t c = 0; c < 3; ++c) poses[i].rotation[3 * r + c] = at(i, r, c);
+      poses[i].translation[r] = at(i, r, 3);
+      if (at(i, 3, r) != 0) throw py::value_error("poses: the last row of each is 0, 0, 0, 1");
+    }
+    if (at(i, 3, 3) != 1) throw py::value_error("poses: the last row of each is 0, 0, 0, 1");
+  }
+  return poses;
+}
+void move_point(const VpsPose& pose, float (&p)[3]) {
+  float out[3];
+  for (int r = 0; r < 3; ++r) {
+    const double* const m = pose.rotation + 3 * r;
+    out[r] = static_cast<float>(m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + pose.translation[r]);
+  }
+  std::memcpy(p, out, sizeof(out));
+}
+void turn_back(const VpsPose& pose, float (&v)[3]) {
+  float out[3];
+  for (int r = 0; r < 3; ++r) {
+    const double* const m = pose.rotation + 3 * r;
+    out[r] = static_cast<float>(-(m[0] * v[0] + m[1] * v[1] + m[2] * v[2]));
+  }
+  std::memcpy(v, out, sizeof(out));
+}
+
+// The roles of two bodies, and the poses between them.
+struct Pair {
+  SharedHeld shell, field;
+  bool first_is_shell = false;
+  std::vector<VpsPose> second_to_first, shell_to_field;
+
+  Pair(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices)
+      : second_to_first(to_poses(matrices)) {
+    VpsShellRole role = vps_shell_second;
+    check(vps_choose_roles(first->asset(), second->asset(), &role),
+          "one of the two needs a pointshell, the other a voxelmap");
+    first_is_shell = role == vps_shell_first;
+    shell = first_is_shell ? first : second;
+    field = first_is_shell ? second : first;
+    shell_to_field = second_to_first;
+    if (first_is_shell) {
+      for (VpsPose& pose : shell_to_field) pose = inverse(pose);
+    }
+  }
+};
+
+}  // namespace
+
+py::tuple contacts(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices, float distance,
+                   std::uint32_t threads) {
+  if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
+  Pair pair(first, second, matrices);
+  const VpsFieldRef field = vps_map_ref(pair.field->map());
+  const VpsPointshell* const shell = pair.shell->shell();
+  VpsQueryOptions options{};
+  options.contact_distance = distance;
+  const std::size_t count = pair.shell_to_field.size();
+  py::array_t<VpsQueryResult> results(static_cast<py::ssize_t>(count));
+  VpsQueryResult* const result = results.mutable_data();
+  std::vector<VpsContact> all;
+  std::vector<std::int64_t> pose_of;
+  // Poses with more contacts than there is room for are asked again.
+  constexpr std::size_t kPoses = 512;
+  constexpr std::size_t kRoom = 128;
+  Batch(threads).run("poses", [&](VpsBatch* batch) {
+    try {
+      std::vector<VpsContact> room(std::min(count, kPoses) * kRoom);
+      std::vector<VpsContact> more;
+      for (std::size_t begin = 0; begin < count; begin += kPoses) {
+        const std::size_t n = std::min(kPoses, count - begin);
+        const VpsPose* const poses = &pair.shell_to_field[begin];
+        const VpsStatus status = vps_traverse_batch(batch, shell, field, n, {poses, sizeof(VpsPose)}, &options,
+                                                    {room.data(), kRoom * sizeof(VpsContact)}, kRoom,
+                                                    {result + begin, sizeof(VpsQueryResult)});
+        if (status != vps_ok && status != vps_output_full) return status;
+        for (std::size_t i = 0; i < n; ++i) {
+          const VpsContact* from = &room[kRoom * i];
+          const std::size_t found = result[begin + i].contacts;
+          if (found > kRoom) {
+            more.resize(found);
+            const VpsStatus again =
+                vps_traverse_batch(batch, shell, field, 1, {poses + i, sizeof(VpsPose)}, &options, {more.data(), 0},
+                                   found, {result + begin + i, sizeof(VpsQueryResult)});
+            if (again != vps_ok) return again;
+            from = more.data();
+          }
+          all.insert(all.end(), from, from + found);
+          pose_of.insert(pose_of.end(), found, static_cast<std::int64_t>(begin + i));
+        }
+      }
+    } catch (const std::bad_alloc&) {
+      return VpsStatus{vps_no_memory};
+    }
+    if (!pair.first_is_shell) return VpsStatus{vps_ok};
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const VpsPose& pose = pair.second_to_first[static_cast<std::size_t>(pose_of[i])];
+      move_point(pose, all[i].position);
+      turn_back(pose, all[i].inward_normal);
+    }
+    return VpsStatus{vps_ok};
+  });
+  return py::make_tuple(owned(std::move(all)), owned(std::move(pose_of)), results);
+}
+
+py::tuple step_contacts(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices, float distance,
+                        std::uint32_t most, std::uint32_t threads) {
+  if (!(distance >= 0) || !std::isfinite(distance)) throw py::value_error("distance: finite, at least 0 m");
+  if (most < 1 || most > 1024) throw py::value_error("most: 1 to 1024");
+  const Pair pair(first, second, matrices);  // checks that one can give points to the other
+  // Normals point into the second body, which moves.
+  const VpsStepBody moving = second->body();
+  const VpsStepBody fixed = first->body();
+  VpsStepOptions options{};
+  options.distance = distance;
+  const std::size_t count = pair.second_to_first.size();
+  py::array_t<VpsStepContact> contacts({count, std::size_t{most}});
+  py::array_t<std::uint32_t> counts(static_cast<py::ssize_t>(count));
+  const VpsArray to{contacts.mutable_data(), static_cast<ptrdiff_t>(most * sizeof(VpsStepContact))};
+  const VpsArray to_counts = out(counts);
+  Batch(threads).run("poses", [&](VpsBatch* batch) {
+    return vps_step_contacts_batch(batch, &moving, &fixed, count, {pair.second_to_first.data(), sizeof(VpsPose)},
+                                   &options, to, most, to_counts);
+  });
+  return py::make_tuple(contacts, counts);
+}
+
+py::array_t<VpsSeparation> separation(const SharedHeld& first, const SharedHeld& second, const Doubles& matrices,
+                                      float tolerance, std::uint32_t threads) {
+  if (!(tolerance >= 0) || !std::isfinite(tolerance)) throw py::value_error("tolerance: finite, at least 0 m");
+  Pair pair(first, second, matrices);
+  const VpsFieldRef field = vps_map_ref(pair.field->distances());
+  const VpsPointshell* const shell = pair.shell->shell();
+  const VpsSeparationOptions options{tolerance, 0};
+  const std::size_t count = pair.shell_to_field.size();
+  py::array_t<VpsSeparation> found(static_cast<py::ssize_t>(count));
+  VpsSeparation* const data = found.mutable_data();
+  Batch(threads).run("poses", [&](VpsBatch* batch) {
+    const VpsStatus status =
+        vps_separation_batch(batch, shell, field, count, {pair.shell_to_field.data(), sizeof(VpsPose)}, &options,
+                             {data, sizeof(VpsSeparation)});
+    for (std::size_t i = 0; status == vps_ok && pair.first_is_shell && i < count; ++i) {
+      move_point(pair.second_to_first[i], data[i].position);
+      turn_back(pair.second_to_first[i], data[i].direction);
+    }
+    return status;
+  });
+  return found;
+}
+
+py::tuple time_of_impact(const SharedHeld& first, const SharedHeld& second, const Doubles& start, const Doubles& motion,
+                         float distance, float tolerance) {
+  const VpsImpactOptions options{distance, tolerance, vps_contactor_surface, 256};
+  const VpsVoxelmap* const map = first->distances();
+  const VpsPointshell* const points = second->shell();
+  const std::vector<VpsPose> poses = to_poses(start);
+  if (poses.size() != 1 || motion.ndim() != 1 || motion.shape(0) != 7) throw py::value_error("one pose, one motion");
+  VpsSweep sweep{};
+  sweep.start = poses.front();
+  for (int i = 0; i < 3; ++i) {
+    sweep.velocity[i] = motion.at(i);
+    sweep.angular_velocity[i] = motion.at(3 + i);
+  }
+  sweep.duration = motion.at(6);
+  VpsImpactResult result{};
+  VpsScratch* scratch = nullptr;
+  check(vps_scratch_create(&scratch));
+  VpsStatus status = vps_ok;
+  {
+    const py::gil_scoped_release release;
+    status = vps_time_of_impact(points, vps_map_ref(map), &sweep, &options, scratch, &result);
+  }
+  vps_scratch_destroy(scratch);
+  check(status);
+  return py::make_tuple(result.impact, result.time, py::array_t<VpsSeparation>(1, &result.separation));
+}
+
+}  // namespace vps::python
