@@ -88,7 +88,7 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   }
   is_left_ = false;
   const Pair pair = assign_roles(a, b);
-  if (&pair.shell.world != &a.world) std::swap(step.motions[0], step.motions[1]);
+  if (pair.shell.object != a.object) std::swap(step.motions[0], step.motions[1]);
   double gap = find(sides_[0], pair, step, result);
   if (pair.both) {
     std::swap(step.motions[0], step.motions[1]);
