@@ -2,10 +2,13 @@
 // A pair that was apart has the contacts of a new pair, to the bit, however its bodies move and change.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "runtime/bullet/convert.h"
+#include "runtime/bullet/partners/partner.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 #include "tests/support/random.h"
 
@@ -147,6 +150,36 @@ TEST(KnownGap, ItChangesNoContactWithAnyPartner) {
                                                           {&round, 0.25},       {&capsule, 0.15},   {&plane, 0.15},
                                                           {&hull, 0.15 + 0.04}, {&*triangles, 0.05}};
   for (const auto& [ground, away] : grounds) expect_alike({ground, &shape, away});
+}
+
+// A small ball or a corner meets the surface between the points of the shell, nearer than any of them.
+TEST(KnownGap, ItChangesNoContactBetweenThePoints) {
+  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  btSphereShape round(btScalar(0.004));
+  btBoxShape box({btScalar(0.004), btScalar(0.004), btScalar(0.004)});
+  expect_alike({&slab, &round, 0.094});
+  expect_alike({&slab, &box, 0.096});
+}
+
+TEST(KnownGap, TheArmOfAShapeHoldsItsPoints) {
+  const auto asset = baked_at(make_box({0.2, 0.02, 0.05}, {1, 2, 3}), 0.005);
+  for (const bullet::Axes axes : {bullet::Axes::of_asset, bullet::Axes::principal}) {
+    for (const double scale : {1.0, 2.5}) {
+      bullet::Shape shape(asset, bullet::Part::mixed, axes);
+      shape.setLocalScaling(btScalar(scale) * btVector3(1, 1, 1));
+      shape.setMargin(btScalar(0.01));
+      const btCollisionObject object;
+      const btTransform at = btTransform::getIdentity();
+      const float arm = bullet::arm_of(bullet::PairBody(&shape, &object, at));
+      double farthest = 0;
+      for (std::uint32_t i = 0; i < shape.pointshell().points; ++i) {
+        const btVector3 p = bullet::to_bt(point_position(shape.pointshell(), i));
+        farthest = std::max(farthest, double((shape.asset_frame() * p).length()));
+      }
+      EXPECT_GE(double(arm), farthest);
+      EXPECT_LT(double(arm), farthest + 0.02 * scale);
+    }
+  }
 }
 
 TEST(KnownGap, ItChangesNoContactOfShellsThatMeetBothWays) {
