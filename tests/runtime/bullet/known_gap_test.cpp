@@ -264,6 +264,27 @@ TEST(KnownGap, ItEndsWhenAShapeChanges) {
   expect_alike({&box, &shape, 0.17, [&](int i) { box.setLocalScaling({1, 1, btScalar(1 + 0.1 * (i / 10 % 2))}); }});
 }
 
+TEST(KnownGap, ItEndsWhenTrianglesMove) {
+  constexpr btScalar kHalf = btScalar(0.3);
+  btScalar corners[] = {-kHalf, -kHalf, 0, kHalf, -kHalf, 0, kHalf, kHalf, 0, -kHalf, kHalf, 0};
+  int triangles[] = {0, 1, 2, 0, 2, 3};
+  btTriangleIndexVertexArray mesh(2, triangles, 3 * sizeof(int), 4, corners, 3 * sizeof(btScalar));
+  btBvhTriangleMeshShape ground(&mesh, true);
+  bullet::Shape shape(brick());
+  World scene;
+  // Tilted, so that the bodies' boxes overlap.
+  const btTransform tilted(btQuaternion({0, 1, 0}, btScalar(0.5)));
+  scene.add(ground, 0, tilted);
+  scene.add(shape, 1, tilted * btTransform(btQuaternion::getIdentity(), {0, 0, btScalar(0.2)}));
+  for (int i = 0; i < 3; ++i) scene.world.performDiscreteCollisionDetection();
+  ASSERT_EQ(scene.broadphase.getOverlappingPairCache()->getNumOverlappingPairs(), 1);
+  EXPECT_TRUE(scene.points().empty());
+  for (const int z : {2, 5, 8, 11}) corners[z] = btScalar(0.152);
+  ground.refitTree({-kHalf, -kHalf, 0}, {kHalf, kHalf, kHalf});
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_FALSE(scene.points().empty());
+}
+
 // A program may ask a pair's algorithm for contacts at any distance.
 TEST(KnownGap, ItDoesNotHideContactsAtAGreaterDistance) {
   bullet::Shape shape(brick());
