@@ -16,41 +16,33 @@ namespace {
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr int kBrickHalves = 2 * static_cast<int>(kBrickEdge);
 
-// The surface voxels of a brick in a row along x, 8 bits.
+// The surface voxels of a brick in a row along x.
 struct RowBits {
   int brick;
-  std::uint32_t bits;  // not 0
-  [[nodiscard]] int first() const { return at(std::countr_zero(bits)); }
-  [[nodiscard]] int last() const { return at(std::bit_width(bits) - 1); }
-  [[nodiscard]] RowBits below_centre() const { return {brick, bits & 0xF}; }
-  [[nodiscard]] RowBits above_centre() const { return {brick, bits & 0xF0}; }
+  std::uint32_t bits;  // 8, not all 0
+  [[nodiscard]] int first() const { return kBrickHalves * brick + 2 * std::countr_zero(bits) + 1; }
+  [[nodiscard]] int last() const { return kBrickHalves * brick + 2 * width(bits) - 1; }
+  [[nodiscard]] int nearest_to_centre() const {
+    return std::min(9 - 2 * width(bits & 0xF), 2 * std::countr_zero(bits >> 4) + 1);
+  }
 
  private:
-  [[nodiscard]] int at(int bit) const { return kBrickHalves * brick + 2 * bit + 1; }
+  static int width(std::uint32_t x) { return static_cast<int>(std::bit_width(x)); }
 };
 
 // Squared distance from the centres of bricks [begin, end) along x to the nearest surface voxel of the row.
 // @param row  not empty
 void nearest_in_row(const std::vector<RowBits>& row, int begin, int end, float* out) {
-  const auto squared = [](int d) { return static_cast<float>(d) * static_cast<float>(d); };
-  const auto centre = [](int b) { return kBrickHalves * b + kBrickHalves / 2; };
+  constexpr int kNone = std::numeric_limits<int>::max();
   std::size_t n = 0;
   for (int b = begin; b < end; ++b) {
     while (n < row.size() && row[n].brick < b) ++n;
-    const bool here = n < row.size() && row[n].brick == b && row[n].below_centre().bits != 0;
-    out[b - begin] = here    ? squared(centre(b) - row[n].below_centre().last())
-                     : n > 0 ? squared(centre(b) - row[n - 1].last())
-                             : kFar;
-  }
-  n = row.size();  // row[n - 1] is the last one at or before b
-  for (int b = end - 1; b >= begin; --b) {
-    while (n > 0 && row[n - 1].brick > b) --n;
-    const bool here = n > 0 && row[n - 1].brick == b && row[n - 1].above_centre().bits != 0;
-    if (here) {
-      out[b - begin] = std::min(out[b - begin], squared(row[n - 1].above_centre().first() - centre(b)));
-    } else if (n < row.size()) {
-      out[b - begin] = std::min(out[b - begin], squared(row[n].first() - centre(b)));
-    }
+    const int centre = kBrickHalves * b + kBrickHalves / 2;
+    const int before = n > 0 ? centre - row[n - 1].last() : kNone;
+    const int after = n < row.size() ? row[n].first() - centre : kNone;
+    const bool is_here = n < row.size() && row[n].brick == b;
+    const auto distance = static_cast<float>(is_here ? row[n].nearest_to_centre() : std::min(before, after));
+    *out++ = distance * distance;
   }
 }
 

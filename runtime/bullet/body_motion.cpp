@@ -21,26 +21,6 @@ Velocity joint_velocity(const btMultiBody& multibody, int link) {
   return velocity;
 }
 
-// Sums the motions of the joints from the link up to the base. Their poses follow from the link's own: Bullet updates
-// those of links without colliders only while it solves.
-Velocity velocity_of_link(const btMultiBodyLinkCollider& collider) {
-  const btMultiBody& multibody = *collider.m_multiBody;
-  const btVector3& place = collider.getWorldTransform().getOrigin();
-  Velocity sum;
-  btTransform at = collider.getWorldTransform();
-  for (int link = collider.m_link; link >= 0; link = multibody.getParent(link)) {
-    const Velocity joint = joint_velocity(multibody, link);
-    const btVector3 angular = at.getBasis() * joint.angular;
-    sum.angular += angular;
-    sum.linear += at.getBasis() * joint.linear + angular.cross(place - at.getOrigin());
-    at.getOrigin() -= at.getBasis() * multibody.getRVector(link);
-    at.getBasis() = at.getBasis() * btMatrix3x3(multibody.getParentToLocalRot(link));
-  }
-  sum.angular += multibody.getBaseOmega();
-  sum.linear += multibody.getBaseVel() + multibody.getBaseOmega().cross(place - at.getOrigin());
-  return sum;
-}
-
 // Whether the solver moves a link: its base or a joint between them is free.
 bool is_free(const btMultiBodyLinkCollider& collider) {
   const btMultiBody& multibody = *collider.m_multiBody;
@@ -90,9 +70,26 @@ btTransform pose_in_parent(const btMultiBody& multibody, int link, btScalar befo
 
 }  // namespace
 
+// Sums the motions of the joints from the link up to the base. Their poses follow from the link's own: Bullet updates
+// those of links without colliders only while it solves.
 Velocity link_velocity(const btCollisionObject& object) {
-  const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object);
-  return link != nullptr ? velocity_of_link(*link) : Velocity{};
+  const btMultiBodyLinkCollider* const collider = btMultiBodyLinkCollider::upcast(&object);
+  if (collider == nullptr) return {};
+  const btMultiBody& multibody = *collider->m_multiBody;
+  const btVector3& place = object.getWorldTransform().getOrigin();
+  Velocity sum;
+  btTransform at = object.getWorldTransform();
+  for (int link = collider->m_link; link >= 0; link = multibody.getParent(link)) {
+    const Velocity joint = joint_velocity(multibody, link);
+    const btVector3 angular = at.getBasis() * joint.angular;
+    sum.angular += angular;
+    sum.linear += at.getBasis() * joint.linear + angular.cross(place - at.getOrigin());
+    at.getOrigin() -= at.getBasis() * multibody.getRVector(link);
+    at.getBasis() = at.getBasis() * btMatrix3x3(multibody.getParentToLocalRot(link));
+  }
+  sum.angular += multibody.getBaseOmega();
+  sum.linear += multibody.getBaseVel() + multibody.getBaseOmega().cross(place - at.getOrigin());
+  return sum;
 }
 
 btScalar link_inverse_mass(const btCollisionObject& object) {

@@ -64,7 +64,6 @@ class ContactAlgorithm final : public btCollisionAlgorithm {
   detail::KnownGap gap_;
   SeenShapes seen_;
   const LookAhead ahead_;
-  bool is_left_ = true;  // the sides have no contacts
   // Made when the bodies come near. The second has the roles exchanged; none for shells with points everywhere.
   std::unique_ptr<ShellContacts> sides_[2];
 };
@@ -82,13 +81,10 @@ void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, c
   }
   PairStep step = step_of(a, b, info.m_timeStep, result->m_closestPointDistanceThreshold, ahead_);
   const detail::PlaceRef<btScalar> places[2] = {place_of(a), place_of(b)};
-  if (gap_.exceeds(static_cast<float>(step.reach) + step.margin, places)) {
-    if (!std::exchange(is_left_, true)) for_each_side([](ShellContacts& side) { side.leave_apart(); });
-    return;
-  }
-  is_left_ = false;
+  // The sides have had no contacts since the gap was proven.
+  if (gap_.exceeds(static_cast<float>(step.reach) + step.margin, places)) return;
   const Pair pair = assign_roles(a, b);
-  if (&pair.shell.world != &a.world) std::swap(step.motions[0], step.motions[1]);
+  if (pair.shell.object != a.object) std::swap(step.motions[0], step.motions[1]);
   double gap = find(sides_[0], pair, step, result);
   if (pair.both) {
     std::swap(step.motions[0], step.motions[1]);

@@ -53,7 +53,7 @@ bool bound_penetration(const Pair& pair, PairPartner& partners, std::uint32_t& g
 // @return `step` if that does not happen in the step
 btScalar impact(const Mover& a, const Leaf& leaf_a, const Mover& b, const Leaf& leaf_b, btScalar step,
                 std::uint32_t max_iterations) {
-  btTransform at_a;
+  btTransform at_a;  // of the last pair
   btTransform at_b;
   const auto pair_at = [&](btScalar time) {
     at_a = a.motion.at(time) * leaf_a.local;

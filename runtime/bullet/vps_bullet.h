@@ -10,6 +10,10 @@
 /// triangle meshes, terrain and btGImpactMeshShape, moving or not. A triangle has no solid side: it pushes a Shape out
 /// on the nearer side. Compounds, ghost objects and contact tests work as with Bullet's own shapes. For rays, convex
 /// sweeps and debug drawing see processAllTriangles.
+///
+/// While bodies are apart, a pair notices new poses, scalings, margins and triangles, and other shapes. It may miss
+/// other changes in place, as of a hull's corners: as Bullet advises, remove the body first, or call
+/// cleanProxyFromPairs after.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>

@@ -170,8 +170,8 @@ float arm_of(const PairBody& body) {
   btVector3 centre;
   btScalar radius = 0;
   body.vps->getBoundingSphere(centre, radius);
-  const btScalar thinned = std::max(-body.vps->getMargin(), btScalar(0));
-  return number(centre.length() + radius + thinned + btScalar(body.vps->info().voxel_size));
+  // The field may lie a little outside the bounds of its mesh.
+  return number(centre.length() + radius - body.vps->getMargin() + btScalar(body.vps->info().voxel_size));
 }
 
 std::optional<detail::Partner> PairPartner::of(const Pair& pair, bool has_way) {

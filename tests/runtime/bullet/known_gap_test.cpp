@@ -2,10 +2,13 @@
 // A pair that was apart has the contacts of a new pair, to the bit, however its bodies move and change.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "runtime/bullet/convert.h"
+#include "runtime/bullet/partners/partner.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 #include "tests/support/random.h"
 
@@ -149,6 +152,36 @@ TEST(KnownGap, ItChangesNoContactWithAnyPartner) {
   for (const auto& [ground, away] : grounds) expect_alike({ground, &shape, away});
 }
 
+// A small ball or a corner meets the surface between the points of the shell, nearer than any of them.
+TEST(KnownGap, ItChangesNoContactBetweenThePoints) {
+  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  btSphereShape round(btScalar(0.004));
+  btBoxShape box({btScalar(0.004), btScalar(0.004), btScalar(0.004)});
+  expect_alike({&slab, &round, 0.094});
+  expect_alike({&slab, &box, 0.096});
+}
+
+TEST(KnownGap, TheArmOfAShapeHoldsItsPoints) {
+  const auto asset = baked_at(make_box({0.2, 0.02, 0.05}, {1, 2, 3}), 0.005);
+  for (const bullet::Axes axes : {bullet::Axes::of_asset, bullet::Axes::principal}) {
+    for (const double scale : {1.0, 2.5}) {
+      bullet::Shape shape(asset, bullet::Part::mixed, axes);
+      shape.setLocalScaling(btScalar(scale) * btVector3(1, 1, 1));
+      shape.setMargin(btScalar(0.01));
+      const btCollisionObject object;
+      const btTransform at = btTransform::getIdentity();
+      const float arm = bullet::arm_of(bullet::PairBody(&shape, &object, at));
+      double farthest = 0;
+      for (std::uint32_t i = 0; i < shape.pointshell().points; ++i) {
+        const btVector3 p = bullet::to_bt(point_position(shape.pointshell(), i));
+        farthest = std::max(farthest, double((shape.asset_frame() * p).length()));
+      }
+      EXPECT_GE(double(arm), farthest);
+      EXPECT_LT(double(arm), farthest + 0.02 * scale);
+    }
+  }
+}
+
 TEST(KnownGap, ItChangesNoContactOfShellsThatMeetBothWays) {
   bake::BakeOptions options;
   options.voxel_size = 0.004;
@@ -229,6 +262,27 @@ TEST(KnownGap, ItEndsWhenAShapeChanges) {
   expect_alike({&hull, &shape, 0.18, [&](int i) { hull.setMargin(btScalar(0.01 * (1 + i / 10 % 3))); }});
   btBoxShape box({btScalar(0.3), btScalar(0.3), btScalar(0.1)});
   expect_alike({&box, &shape, 0.17, [&](int i) { box.setLocalScaling({1, 1, btScalar(1 + 0.1 * (i / 10 % 2))}); }});
+}
+
+TEST(KnownGap, ItEndsWhenTrianglesMove) {
+  constexpr btScalar kHalf = btScalar(0.3);
+  btScalar corners[] = {-kHalf, -kHalf, 0, kHalf, -kHalf, 0, kHalf, kHalf, 0, -kHalf, kHalf, 0};
+  int triangles[] = {0, 1, 2, 0, 2, 3};
+  btTriangleIndexVertexArray mesh(2, triangles, 3 * sizeof(int), 4, corners, 3 * sizeof(btScalar));
+  btBvhTriangleMeshShape ground(&mesh, true);
+  bullet::Shape shape(brick());
+  World scene;
+  // Tilted, so that the bodies' boxes overlap.
+  const btTransform tilted(btQuaternion({0, 1, 0}, btScalar(0.5)));
+  scene.add(ground, 0, tilted);
+  scene.add(shape, 1, tilted * btTransform(btQuaternion::getIdentity(), {0, 0, btScalar(0.2)}));
+  for (int i = 0; i < 3; ++i) scene.world.performDiscreteCollisionDetection();
+  ASSERT_EQ(scene.broadphase.getOverlappingPairCache()->getNumOverlappingPairs(), 1);
+  EXPECT_TRUE(scene.points().empty());
+  for (const int z : {2, 5, 8, 11}) corners[z] = btScalar(0.152);
+  ground.refitTree({-kHalf, -kHalf, 0}, {kHalf, kHalf, kHalf});
+  scene.world.performDiscreteCollisionDetection();
+  EXPECT_FALSE(scene.points().empty());
 }
 
 // A program may ask a pair's algorithm for contacts at any distance.
