@@ -62,7 +62,10 @@ class ConvexBody {
 struct ContactPlace {
   std::uint32_t leaf = 0;     ///< node; 0 where the feature suffices
   std::uint32_t feature = 0;  ///< see ManifoldContact
-  auto operator<=>(const ContactPlace&) const = default;
+  bool operator==(const ContactPlace&) const = default;
+  bool operator<(const ContactPlace& other) const {
+    return leaf != other.leaf ? leaf < other.leaf : feature < other.feature;
+  }
 };
 
 /// Contacts with a sheet: `features` in the order of `contacts`.

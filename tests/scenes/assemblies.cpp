@@ -80,9 +80,10 @@ Thread make_thread(const std::string& variant) {
   return thread;
 }
 
-btRigidBody& place(Run& run, const Thread& thread) {
+btRigidBody& place(Run& run, const Thread& thread, double turn) {
   run.add(thread.bolt, 0, btTransform::getIdentity()).setFriction(0);
-  const btTransform lifted(btQuaternion::getIdentity(), {0, 0, btScalar(thread.lift)});
+  const btTransform lifted(btQuaternion({0, 0, 1}, btScalar(turn)),
+                           {0, 0, btScalar(thread.lift + turn / thread.turn_per_metre())});
   btRigidBody& nut = run.add(thread.nut, kSteel, lifted);
   nut.setFriction(0);
   return nut;
@@ -104,15 +105,18 @@ Fit make_fit(const std::string& variant) {
              shared_file(folder + "factory_rectangular_hole_8mm_subdiv_3x.obj"), 0.00009, 0.0089916);
 }
 
-btRigidBody& place(Run& run, const Fit& fit) {
+btRigidBody& place(Run& run, const Fit& fit, double direction) {
   const auto friction = btScalar(std::sqrt(0.2));
   run.add(fit.hole, 0, btTransform::getIdentity()).setFriction(friction);
   run.add_box({btScalar(0.05), btScalar(0.05), btScalar(0.005)}, {0, 0, btScalar(-0.005)}, Run::Look::shown)
       .setFriction(friction);
   // Shifted by half the clearance and tilted by 0.4 degrees.
   constexpr double kTilt = 0.007;  // [rad]
-  const btTransform at(btQuaternion({0, 1, 0}, btScalar(kTilt)),
-                       {btScalar(fit.clearance / 2), 0, btScalar(fit.hole_height + 0.001)});
+  const double shift = fit.clearance / 2;
+  const auto x = btScalar(std::cos(direction));
+  const auto y = btScalar(std::sin(direction));
+  const btTransform at(btQuaternion({-y, x, 0}, btScalar(kTilt)),
+                       {btScalar(shift) * x, btScalar(shift) * y, btScalar(fit.hole_height + 0.001)});
   btRigidBody& peg = run.add(fit.peg, kSteel, at);
   peg.setFriction(friction);
   return peg;
@@ -144,9 +148,21 @@ Train make_train(const std::string& variant) {
   return train;
 }
 
-HingedTrain::HingedTrain(test::World& world, Run& run, const Train& train)
-    : gears{&run.add(train.driver, kSteel, btTransform::getIdentity()),
-            &run.add(train.driven, kSteel, train.driven_at)},
+namespace {
+
+// A part turned about the parallel to z through its centre of mass.
+btTransform turned(const Part& part, const btTransform& at, double turn) {
+  const btVector3 centre = at * part.baked->centre_of_mass();
+  const btTransform rotation(btQuaternion({0, 0, 1}, btScalar(turn)));
+  return btTransform(btQuaternion::getIdentity(), centre) * rotation *
+         btTransform(btQuaternion::getIdentity(), -centre) * at;
+}
+
+}  // namespace
+
+HingedTrain::HingedTrain(test::World& world, Run& run, const Train& train, double turn)
+    : gears{&run.add(train.driver, kSteel, turned(train.driver, btTransform::getIdentity(), turn)),
+            &run.add(train.driven, kSteel, turned(train.driven, train.driven_at, -train.ratio * turn))},
       world_(world) {
   for (std::size_t k : {0U, 1U}) {
     gears[k]->setFriction(0);

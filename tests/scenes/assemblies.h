@@ -28,8 +28,8 @@ struct Thread {
 };
 /// @param variant  "fine", "sample" or "factory"; the last needs the shared folder. Both parts have segments.
 [[nodiscard]] Thread make_thread(const std::string& variant);
-/// Places both without friction. @return the nut
-btRigidBody& place(Run& run, const Thread& thread);
+/// Places both without friction. @param turn  of the nut on its thread, upwards [rad] @return the nut
+btRigidBody& place(Run& run, const Thread& thread, double turn = 0);
 
 /// A peg off-centre and tilted over its hole, which stands on a box.
 struct Fit {
@@ -39,8 +39,8 @@ struct Fit {
 };
 /// @param variant  "sample", "round" or "rectangular"; the last two need the shared folder
 [[nodiscard]] Fit make_fit(const std::string& variant);
-/// @return the peg
-btRigidBody& place(Run& run, const Fit& fit);
+/// @param direction  in which the peg is off-centre and leans, about z [rad] @return the peg
+btRigidBody& place(Run& run, const Fit& fit, double direction = 0);
 
 /// Two gears on parallel axes: a torque drives one, a brake in proportion to its speed holds the other.
 struct Train {
@@ -61,7 +61,8 @@ struct Train {
 /// The gears of a train on their hinges, without friction. Ends before its world.
 class HingedTrain {
  public:
-  HingedTrain(test::World& world, Run& run, const Train& train);
+  /// @param turn  of the driver; the driven gear follows [rad]
+  HingedTrain(test::World& world, Run& run, const Train& train, double turn = 0);
   HingedTrain(const HingedTrain&) = delete;
   HingedTrain& operator=(const HingedTrain&) = delete;
   ~HingedTrain();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "tests/bench/scenes/scenes.h"
 #include "tests/scenes/assemblies.h"
@@ -12,6 +13,13 @@ namespace vps::bench {
 namespace {
 
 constexpr double kFitStep = 0.001;  // [s]
+constexpr int kStarts = 12;
+
+// Spread evenly over a full turn; the first is 0. [rad]
+double start_turn(int play) {
+  constexpr double kGolden = 0.6180339887498949;
+  return 2 * std::numbers::pi * std::fmod(kGolden * play, 1.0);
+}
 
 enum class Shapes : std::uint8_t { baked, hacd };
 
@@ -34,11 +42,11 @@ Script fit_script(const scenes::Run& run, double seconds) {
   return script;
 }
 
-std::vector<double> play_thread(const scenes::Thread& thread, Quality* quality) {
+std::vector<double> play_thread(const scenes::Thread& thread, int play, Quality* quality) {
   test::World world;
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
-  btRigidBody& nut = place(run, thread);
+  btRigidBody& nut = place(run, thread, start_turn(play));
   prepare(world, voxel_of(thread));
   const double torque = thread.torque_on(nut);
   Script script = fit_script(run, thread.seconds);
@@ -47,20 +55,20 @@ std::vector<double> play_thread(const scenes::Thread& thread, Quality* quality) 
   return record(world, run, script, quality);
 }
 
-std::vector<double> play_fit(const scenes::Fit& fit, Quality* quality) {
+std::vector<double> play_fit(const scenes::Fit& fit, int play, Quality* quality) {
   test::World world;
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
-  place(run, fit);
+  place(run, fit, start_turn(play));
   prepare(world, voxel_of(fit));
   return record(world, run, fit_script(run, 2), quality);
 }
 
-std::vector<double> play_train(const scenes::Train& train, Quality* quality) {
+std::vector<double> play_train(const scenes::Train& train, int play, Quality* quality) {
   test::World world;
   const scenes::Options none;
   scenes::Run run(world, kFitStep, none);
-  const scenes::HingedTrain hinged(world, run, train);
+  const scenes::HingedTrain hinged(world, run, train, start_turn(play));
   prepare(world, voxel_of(train));
   std::array<double, 2> torques{};
   Script script = fit_script(run, 0.8);
@@ -106,6 +114,7 @@ template <class Make, class Play>
 Scene fit_scene(const std::string& name, const std::string& variant, Hacd hacd, Make make, Play play) {
   Scene scene;
   scene.name = fmt::format("{}, {}", name, variant);
+  scene.plays = kStarts;
   scene.phases = {{"all", 0, std::size_t(-1)}};
   scene.sides = [=] {
     std::vector<Side> sides;
@@ -115,7 +124,7 @@ Scene fit_scene(const std::string& name, const std::string& variant, Hacd hacd, 
       const auto assembly = std::make_shared<Assembly>(make(variant, shapes));
       const Kind kind = shapes == Shapes::baked ? Kind::baked : Kind::hacd;
       sides.push_back({kind == Kind::baked ? "baked" : "HACD", kind, voxel_of(*assembly),
-                       [=](int, Quality* quality) { return play(*assembly, quality); }});
+                       [=](int start, Quality* quality) { return play(*assembly, start, quality); }});
     }
     return sides;
   };
