@@ -27,9 +27,8 @@ void print_info(const std::string& path, const Asset& asset) {
               bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
   print_lines("{}", info_to_text(directory.info));
   for (const auto& [field, jump] : face_jumps(asset)) {
-    print_lines(
-        "faces       V of {} jumps by {} at most between field bricks, at ({:.4g}, {:.4g}, {:.4g}) m\n",
-        field_name(field), bake::format_length(jump.largest), jump.place[0], jump.place[1], jump.place[2]);
+    print_lines("faces       V of {} jumps by {} at most between field bricks, at ({:.4g}, {:.4g}, {:.4g}) m\n",
+                field_name(field), bake::format_length(jump.largest), jump.place[0], jump.place[1], jump.place[2]);
   }
   if (const bake::BakeRecord record = bake::record_of(asset); !record.text.empty()) {
     print_lines("baked from\n");

@@ -133,6 +133,10 @@ Status find_rows(const FieldQuery& query, FoundContacts& found) {
   const PointshellView& shell = query.pair.shell;
   const Pose& pose = query.pair.shell_to_field;
   Scratch& scratch = query.space.scratch;
+  if (query.chooses && query.memory.choice.none && holds(query, found)) {
+    found.are_known = true;
+    return Status::ok;
+  }
   if (const std::span<const ContactPlace> known = chosen_before(query, found); !known.empty()) {
     std::array<std::uint32_t, 4> points{};
     std::transform(known.begin(), known.end(), points.begin(), [](const ContactPlace& place) { return place.feature; });
@@ -171,7 +175,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
     found.are_known = true;
     return Status::ok;
   }
-  query.memory.choice = {pair.shell_to_field, found.reach, {}, 0};
+  query.memory.choice = {pair.shell_to_field, found.reach, {}};
   QueryResult result;
   const Status status = [&] {
     if (!(found.way > 0)) return traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
@@ -303,6 +307,7 @@ void remember_choice(const StepPair& pair, const FoundContacts& found, std::span
   if (found.are_known) return;
   ChoiceMemory& choice = memory.choice;
   choice.count = 0;
+  choice.none = rows.empty();
   choice.reach = found.reach;
   choice.stand = pair.shell_to_field;
   if (rows.size() > choice.places.size()) return;

@@ -194,7 +194,8 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
     return status;
   }
   if (way > 0) keep_arriving(pair, partner, found);
-  if (found.hits.count == 0 && found.contacts.empty() && partner.sheet == nullptr && memory.is_lasting) {
+  if (found.hits.count == 0 && found.contacts.empty() && !found.are_known && partner.sheet == nullptr &&
+      memory.is_lasting) {
     remember_gap({pair, partner, query, memory, space}, found, before);
   }
   const float touching = pair.touching();

@@ -131,6 +131,7 @@ struct ChoiceMemory {
   float reach = 0;  ///< contact distance of that query. [m]
   std::array<ContactPlace, 4> places{};
   std::size_t count = 0;
+  bool none = false;  ///< there was no contact to choose
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }
 };
 
