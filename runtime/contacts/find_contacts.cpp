@@ -117,14 +117,14 @@ void keep_hits(const FieldQuery& query, ContactRows& hits) {
 }
 
 // Whether a choice of contacts holds: the pair stands still. No others are sought then, unless one has left.
-bool holds(const FieldQuery& query, const FoundContacts& found) {
+bool holds(const FieldQuery& query) {
   constexpr float kAlike = 1.001F;  // the way of a step is never quite the same
   const ChoiceMemory& choice = query.memory.choice;
-  return found.reach <= kAlike * choice.reach && stands_still(query.pair, choice.stand);
+  return query.options.contact_distance <= kAlike * choice.reach && stands_still(query.pair, choice.stand);
 }
-std::span<const ContactPlace> chosen_before(const FieldQuery& query, const FoundContacts& found) {
+std::span<const ContactPlace> chosen_before(const FieldQuery& query) {
   const ChoiceMemory& choice = query.memory.choice;
-  const bool is_known = query.chooses && choice.count > 0 && holds(query, found);
+  const bool is_known = query.chooses && choice.count > 0 && holds(query);
   return is_known ? choice.chosen() : std::span<const ContactPlace>();
 }
 
@@ -133,11 +133,11 @@ Status find_rows(const FieldQuery& query, FoundContacts& found) {
   const PointshellView& shell = query.pair.shell;
   const Pose& pose = query.pair.shell_to_field;
   Scratch& scratch = query.space.scratch;
-  if (query.chooses && query.memory.choice.none && holds(query, found)) {
+  if (query.chooses && query.memory.choice.none && holds(query)) {
     found.are_known = true;
     return Status::ok;
   }
-  if (const std::span<const ContactPlace> known = chosen_before(query, found); !known.empty()) {
+  if (const std::span<const ContactPlace> known = chosen_before(query); !known.empty()) {
     std::array<std::uint32_t, 4> points{};
     std::transform(known.begin(), known.end(), points.begin(), [](const ContactPlace& place) { return place.feature; });
     const Status status = find_hits_of({points.data(), known.size()}, shell, query.partner.field, pose, query.options,
@@ -170,12 +170,12 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
   std::vector<Contact>& contacts = query.space.contacts;
   const SegmentReach reach{options.contact_distance, pair.margin + kTouching_vx * static_cast<float>(pair.voxel_size)};
   const std::span<const SegmentPoint> segments = query.memory.segments.points;
-  if (!segments.empty() && holds(query, found) && test_only(shell, field, pose, reach, segments, contacts)) {
+  if (!segments.empty() && holds(query) && test_only(shell, field, pose, reach, segments, contacts)) {
     found.contacts = {contacts.data(), segments.size()};
     found.are_known = true;
     return Status::ok;
   }
-  query.memory.choice = {pair.shell_to_field, found.reach, {}};
+  query.memory.choice = {pair.shell_to_field, query.options.contact_distance, {}};
   QueryResult result;
   const Status status = [&] {
     if (!(found.way > 0)) return traverse_contacts(shell, field, pose, options, query.space.scratch, contacts, result);
@@ -193,7 +193,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
 
 Status find_on_sheet(const FieldQuery& query, FoundContacts& found) {
   SheetContacts& on_sheet = query.space.on_sheet;
-  const Status status = query.partner.sheet->find(query.options, chosen_before(query, found), on_sheet);
+  const Status status = query.partner.sheet->find(query.options, chosen_before(query), on_sheet);
   found.are_known = on_sheet.are_known;
   found.contacts = on_sheet.contacts;
   found.features = on_sheet.features;
@@ -308,7 +308,7 @@ void remember_choice(const StepPair& pair, const FoundContacts& found, std::span
   ChoiceMemory& choice = memory.choice;
   choice.count = 0;
   choice.none = rows.empty();
-  choice.reach = found.reach;
+  choice.reach = found.reach + pair.margin;
   choice.stand = pair.shell_to_field;
   if (rows.size() > choice.places.size()) return;
   for (const std::uint32_t row : rows) {

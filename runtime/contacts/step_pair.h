@@ -128,7 +128,7 @@ struct SlideMemory {
 /// points. Those of segments are in SegmentMemory.
 struct ChoiceMemory {
   Stand stand;      ///< where the pair stood when all were sought
-  float reach = 0;  ///< contact distance of that query. [m]
+  float reach = 0;  ///< contact distance of that query, with the margins. [m]
   std::array<ContactPlace, 4> places{};
   std::size_t count = 0;
   bool none = false;  ///< there was no contact to choose

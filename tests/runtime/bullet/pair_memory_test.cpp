@@ -123,6 +123,36 @@ TEST(PairMemory, APairThatComesNearHasTheContactsOfAFreshOne) {
   }
 }
 
+// A pair that had no contact is not searched while it stands still.
+TEST(PairMemory, ABodyThatComesNearSlowlyTouchesAHundredthOfAVoxelLateAtMost) {
+  constexpr double kStep_vx = 0.004;
+  const double voxel = brick()->info().voxel_size;
+  bullet::Shape shape(brick());
+  btBoxShape box({1, 1, btScalar(0.5)});
+  bullet::Shape slab(baked_at(make_box({0.3, 0.3, 0.1}), 0.01));
+  const std::pair<btCollisionShape*, btScalar> grounds[] = {{&box, btScalar(-0.5)}, {&slab, btScalar(-0.1)}};
+  for (const auto& [ground, top] : grounds) {
+    World remembers;
+    remembers.add(*ground, 0, {0, 0, top});
+    btRigidBody& body = remembers.add(shape, 1, {0, 0, 1});
+    double first_vx = 0;  // where a fresh pair touches
+    double found_vx = 0;  // where the pair does
+    for (double above_vx = 1; found_vx == 0 && above_vx > -1; above_vx -= kStep_vx) {
+      const btTransform at(btQuaternion::getIdentity(), {0, 0, btScalar(0.05 + above_vx * voxel)});
+      body.setWorldTransform(at);
+      remembers.world.performDiscreteCollisionDetection();
+      World fresh;
+      fresh.add(*ground, 0, {0, 0, top});
+      fresh.add(shape, 1, at);
+      fresh.world.performDiscreteCollisionDetection();
+      if (first_vx == 0 && !fresh.points().empty()) first_vx = above_vx;
+      if (!remembers.points().empty()) found_vx = above_vx;
+    }
+    EXPECT_NE(found_vx, 0);
+    EXPECT_LE(first_vx - found_vx, 0.01 + kStep_vx);
+  }
+}
+
 // A manifold that was given back may belong to another pair.
 TEST(PairMemory, APairThatWasRefusedLeavesTheManifoldsOfOthersAlone) {
   bullet::Shape shape(ball());
