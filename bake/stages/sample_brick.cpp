@@ -249,9 +249,10 @@ bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std
   Places128 places;
   for (int n = 0; n < FieldBrick::kSamples; ++n) {
     const auto at = static_cast<std::size_t>(n);
-    places.x[at] = static_cast<float>(first.x()) + trial.step * static_cast<float>(n % kEdge);
-    places.y[at] = static_cast<float>(first.y()) + trial.step * static_cast<float>(n / kEdge % kEdge);
-    places.z[at] = static_cast<float>(first.z()) + trial.step * static_cast<float>(n / (kEdge * kEdge));
+    const int i[3] = {n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)};
+    places.x[at] = static_cast<float>(first.x()) + trial.step * static_cast<float>(i[0]);
+    places.y[at] = static_cast<float>(first.y()) + trial.step * static_cast<float>(i[1]);
+    places.z[at] = static_cast<float>(first.z()) + trial.step * static_cast<float>(i[2]);
   }
   nearest_distances(float_listed_, from, places, trial.distance);
   for (const std::uint32_t n : from) trial.error = std::max(trial.error, float_listed_[n].error);

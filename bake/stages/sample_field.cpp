@@ -16,7 +16,6 @@
 namespace vps::bake {
 namespace {
 
-constexpr int kEdge = FieldBrick::kEdge;
 constexpr int kSamples = FieldBrick::kSamples;
 constexpr int kCells = FieldBrick::kCells;
 
