@@ -140,18 +140,20 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
                            (options.band_outside + 1) * grid.voxel_size);
   });
 
-  std::vector<std::int16_t> coarse;
+  std::vector<std::int16_t> coarse, blocks;  // of bricks, and of the blocks that the asset has
   std::optional<InsideTest> inside;
   std::optional<TriangleTree> tree;
   const auto distances = [&] { return Distances{surface, *tree, tree->error() + 1e-5 * grid.voxel_size}; };
   Representations fields;
   FarField far;
-  std::vector<std::uint32_t> planes;
+  FieldPlanes planes;
   auto certified = measured;
   auto last_of_map = measured, fielded = measured, sampled = measured;
   if (options.voxelmap) {
-    const auto layered =
-        stages.add("coarse_layers", {voxelized, filled}, [&] { coarse = coarse_layers(grid, voxels, runs); });
+    const auto layered = stages.add("coarse_layers", {voxelized, filled}, [&] {
+      coarse = coarse_layers(grid, voxels, runs, kBrickEdge);
+      blocks = coarse_layers(grid, voxels, runs, kCoarseEdge);
+    });
     const auto sided = stages.add("inside_test", {check}, [&] { inside.emplace(surface, grid); });
     fielded = stages.add("sample_field", {voxelized, measured, sided}, [&] {
       fields = represent(surface, grid, voxels, runs, field, *inside, options, planned.lambda,
@@ -167,7 +169,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     });
     certified = stages.add("certify", {fielded, treed, layered}, [&] {
       certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
-      pack_voxelmap(grid, field, coarse, fields, asset.sections);
+      pack_voxelmap(grid, field, {coarse, blocks}, fields, asset.sections);
       // Frees memory for sample_pointshell. fit_planes needs the scaled field.
       fields.layers = {};
       fields.tree.penetration = {};
@@ -223,7 +225,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   stages.run();
   asset.times = stages.times();
   if (options.voxelmap) pack_far(far, asset.info, asset.sections);
-  if (options.voxelmap && options.scaled) pack_planes(grid, planes, asset.sections);
+  if (options.voxelmap && options.scaled) pack_planes(planes, asset.sections);
   std::move(shell_sections.begin(), shell_sections.end(), std::back_inserter(asset.sections));
   return asset;
 }

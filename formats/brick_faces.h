@@ -78,7 +78,7 @@ void for_each_brick_entry(const Octree& tree, const Visit& visit) {
   for (std::uint32_t z = 0; z < tree.root_dims[2]; ++z) {
     for (std::uint32_t y = 0; y < tree.root_dims[1]; ++y) {
       for (std::uint32_t x = 0; x < tree.root_dims[0]; ++x) {
-        walk(walk, *root++, {kRootCells * x, kRootCells * y, kRootCells * z}, kRootCells);
+        walk(walk, root_entry(*root++), {kRootCells * x, kRootCells * y, kRootCells * z}, kRootCells);
       }
     }
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file The code of a linear upper bound of V in a cell of 8x8x8 voxels: 32 bits. Encoded by the bake, decoded by
-/// queries. docs/internals/format.md, "The planes". Every function accepts any code.
+/// @file The code of a linear upper bound of V in a cell of 8x8x8 voxels, or in a block of 16x16x16: 32 bits. Encoded
+/// by the bake, decoded by queries. docs/internals/format.md, "The planes". Decoders accept any code.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,24 @@ struct CellPlane {
   return {{part(0, 7), part(7, 7), part(14, 7)}, part(21, 10), code >> 31 != 0};
 }
 
+/// Heights of blocks are coded in twice the step of those of cells.
+inline constexpr int kLargestBlockHeight = 2 * 255;
+
+/// The entry of `field_roots` of a block without samples: bits 0 to 20 as above, 21 to 29 the height, bit 30 whether
+/// the block lies inside. A height is rounded up. @pre |height| <= kLargestBlockHeight; not wide
+[[nodiscard]] constexpr std::uint32_t encode_block(const CellPlane& plane, bool inside) noexcept {
+  const auto height = static_cast<std::uint32_t>((plane.height + 1) >> 1) & 511U;
+  return (encode(plane) & ((1U << 21) - 1)) | height << 21 | static_cast<std::uint32_t>(inside) << 30;
+}
+[[nodiscard]] constexpr CellPlane decode_block(std::uint32_t code) noexcept {
+  CellPlane plane = decode_plane(code);
+  plane.height = 2 * (static_cast<std::int32_t>(code << 2) >> 23);
+  plane.wide = false;
+  return plane;
+}
+
 /// The bound at a point. [vx]
-/// @param from_centre  of the cell. [vx]
+/// @param from_centre  of the cell or block. [vx]
 [[nodiscard]] constexpr float height_at(const CellPlane& plane, const float (&from_centre)[3]) noexcept {
   float rise = 0;
   for (int axis = 0; axis < 3; ++axis) rise += static_cast<float>(plane.slope[axis]) * from_centre[axis];

@@ -29,7 +29,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
     {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
-    {SectionKind::planes, {ElementType::u32, kNone}, 3, {}},
+    {SectionKind::planes, {ElementType::u32, kNone}, 2, {0, 8}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
@@ -142,10 +142,10 @@ Status check_voxelmap(const Directory& directory) noexcept {
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::uint32_t dim = dims[2 - axis];
-    for (const Section* grid : {coarse, index, planes}) {
-      if (grid != nullptr && grid->shape[axis] != dim / kBrickEdge) return Status::bad_section;
+    if (index != nullptr && index->shape[axis] != dim / kBrickEdge) return Status::bad_section;
+    for (const Section* grid : {coarse, roots}) {
+      if (grid != nullptr && grid->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;
     }
-    if (roots != nullptr && roots->shape[axis] != (dim + kRootCells - 1) / kRootCells) return Status::bad_section;
   }
   // One code of `scaled` is a part of a voxel, and its range holds the band.
   const double voxel_size = directory.info.voxel_size;
@@ -155,6 +155,7 @@ Status check_voxelmap(const Directory& directory) noexcept {
   if ((coarse->offset + coarse->bytes + 3) / 4 * 4 > directory.file_bytes) return Status::bad_section;
   if (layers != nullptr && layers->shape[0] > kMostCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
+  if (planes != nullptr && planes->shape[0] > nodes->shape[0]) return Status::bad_section;
   std::uint64_t bricks = 0;
   if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
   for (const Section* field : {scaled, real, gradient}) {

@@ -28,6 +28,9 @@ inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
 /// Any other entry is `kNodeFlag` + the number of a node, or the number of a field brick + (its level - kFinestLevel)
 /// shifted left by kLevelShift. Several entries may lead to one brick.
 inline constexpr std::uint32_t kNodeFlag = 0x80000000u;
+/// No brick is as large as a block of `field_roots`. Where such an entry is less than kNodeFlag, the block has no
+/// samples: kInsideFlag tells whether it lies inside, and the other bits are its plane (formats/cell_plane.h).
+inline constexpr std::uint32_t kInsideFlag = 0x40000000u;
 inline constexpr int kLevelShift = 28;
 inline constexpr std::uint32_t kNumberMask = (1u << kLevelShift) - 1;
 
@@ -38,6 +41,11 @@ namespace octree {
 }
 [[nodiscard]] constexpr bool is_node(std::uint32_t entry) noexcept {
   return entry >= kNodeFlag && entry < kFarInside;
+}
+/// An entry of `field_roots` without its plane.
+[[nodiscard]] constexpr std::uint32_t root_entry(std::uint32_t root) noexcept {
+  if (root >= kNodeFlag) return root;
+  return (root & kInsideFlag) != 0 ? kFarInside : kFarOutside;
 }
 /// Number of a node. @pre is_node(entry)
 [[nodiscard]] constexpr std::uint32_t node_of(std::uint32_t entry) noexcept {
@@ -84,7 +92,7 @@ struct Found {
   const std::size_t root =
       (std::size_t{cell[2] / kRootCells} * root_dims[1] + cell[1] / kRootCells) * root_dims[0] + cell[0] / kRootCells;
   Found found;
-  found.entry = roots[root];
+  found.entry = root_entry(roots[root]);
   while (found.edge > 1 && is_node(found.entry)) {
     found.edge /= 2;
     const std::uint32_t octant =

@@ -37,15 +37,17 @@ bool none_negative(std::span<const float> values) noexcept {
 }
 
 Status check_bricks(std::span<const std::uint32_t> index, std::uint64_t bricks) noexcept {
-  // kNoBrick + 1 wraps to 0, so one comparison serves all.
+  // kNoBrick and kNoBrickInside wrap to 1 and 0, so one comparison serves all.
+  static_assert(kNoBrickInside + 2 == 0);
   std::uint32_t largest = 0;
-  for (const std::uint32_t brick : index) largest = brick + 1 > largest ? brick + 1 : largest;
-  return largest <= bricks ? Status::ok : Status::bad_index;
+  for (const std::uint32_t brick : index) largest = brick + 2 > largest ? brick + 2 : largest;
+  return largest <= bricks + 1 ? Status::ok : Status::bad_index;
 }
 
 // Nodes refer to later ones only, so no walk down is endless.
-Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes,
-                    std::uint64_t bricks) noexcept {
+// @param planes  nodes that have planes, which are all that roots may refer to; 0: there are no planes
+Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes, std::uint64_t bricks,
+                    std::uint64_t planes) noexcept {
   const std::uint64_t count = nodes.size() / 8;
   const auto is_good = [&](std::uint32_t entry, std::uint64_t least_node) {
     const std::uint32_t node = octree::node_of(entry);
@@ -53,7 +55,10 @@ Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::u
     return !octree::is_brick(entry) || (octree::brick_of(entry) < bricks && octree::level_of(entry) <= kCoarsestLevel);
   };
   bool good = true;
-  for (const std::uint32_t entry : roots) good &= is_good(entry, 0);
+  // With planes a block without samples has one.
+  for (const std::uint32_t root : roots) {
+    if (root >= kNodeFlag) good &= planes > 0 ? octree::node_of(root) < planes : is_good(root, 0);
+  }
   for (std::uint64_t n = 0; n < count; ++n) {
     for (std::uint64_t i = 8 * n; i < 8 * n + 8; ++i) good &= is_good(nodes[i], n + 1);
   }
@@ -102,9 +107,10 @@ Status validate_indices(std::span<const std::byte> file, const Directory& direct
     const Section* const scaled = directory.find(SectionKind::scaled);
     const Section* const field = scaled != nullptr ? scaled : directory.find(SectionKind::real);
     if (field != nullptr && overlap(use, Use::scaled | Use::real)) {
-      const Status status =
-          check_octree(section<std::uint32_t>(file, directory, SectionKind::field_roots),
-                       section<std::uint32_t>(file, directory, SectionKind::field_nodes), field->shape[0]);
+      const Section* const planes = directory.find(SectionKind::planes);
+      const Status status = check_octree(section<std::uint32_t>(file, directory, SectionKind::field_roots),
+                                         section<std::uint32_t>(file, directory, SectionKind::field_nodes),
+                                         field->shape[0], planes != nullptr ? planes->shape[0] : 0);
       if (status != Status::ok) return status;
     }
   }

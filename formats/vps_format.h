@@ -17,8 +17,8 @@
 namespace vps {
 
 inline constexpr std::array<std::uint8_t, 8> kMagic = {0x89, 'V', 'P', 'S', '\r', '\n', 0x1A, '\n'};
-inline constexpr std::uint16_t kFormatMajor = 1;
-inline constexpr std::uint16_t kFormatMinor = 4;
+inline constexpr std::uint16_t kFormatMajor = 2;
+inline constexpr std::uint16_t kFormatMinor = 0;
 inline constexpr std::size_t kUserBlockBytes = 4096;
 inline constexpr std::size_t kSectionTableOffset = 1024;
 inline constexpr std::size_t kSectionEntryBytes = 96;
@@ -28,11 +28,18 @@ inline constexpr std::size_t kSectionAlignment = 64;
 /// Edge of a brick. [Units: vx]
 inline constexpr std::uint32_t kBrickEdge = 8;
 inline constexpr std::uint32_t kBrickVoxels = kBrickEdge * kBrickEdge * kBrickEdge;
-/// Value in `brick_index` of a brick whose layers are not stored: no voxel centre of it lies in the narrow band.
+/// Values in `brick_index` of a brick whose layers are not stored: no voxel centre of it lies in the narrow band. It
+/// lies outside, or inside the solid.
 inline constexpr std::uint32_t kNoBrick = 0xFFFFFFFFu;
+inline constexpr std::uint32_t kNoBrickInside = 0xFFFFFFFEu;
+[[nodiscard]] constexpr bool is_stored(std::uint32_t brick) noexcept {
+  return brick < kNoBrickInside;
+}
 /// Values of the far grid are clamped at this and its opposite.
 inline constexpr int kLargestFarValue = 127;
-/// A brick's centre is at least |coarse layer| and less than |coarse layer| + this from the surface. [Units: vx]
+/// Edge of the blocks of `coarse_layers`. [Units: vx]
+inline constexpr std::uint32_t kCoarseEdge = 16;
+/// A block's centre is at least |coarse layer| and less than |coarse layer| + this from the surface. [Units: vx]
 inline constexpr float kCoarseLayerSlack = 3;
 
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
@@ -66,9 +73,9 @@ enum class Status : std::uint8_t {
 /// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = field bricks,
 /// P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
 enum class SectionKind : std::uint32_t {
-  brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, or kNoBrick; with `layers` only
-  coarse_layers = 2,  ///< i16 [bz,by,bx]: lower bound of the distance of each brick's CENTRE to the surface, signed as
-                      ///< layers. [vx]
+  brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, kNoBrick or kNoBrickInside; with `layers` only
+  coarse_layers = 2,  ///< i16 [rz,ry,rx]: lower bound of the distance from the CENTRE of each block of 16x16x16 voxels
+                      ///< to the surface, signed as layers. [vx]
   field_roots = 3,    ///< u32 [rz,ry,rx]: entry of each block of 16x16x16 cells; with `scaled` or `real`
   field_nodes = 4,    ///< u32 [N,8]: entry of each octant, x fastest; with `scaled` or `real`
   layers =
@@ -78,8 +85,8 @@ enum class SectionKind : std::uint32_t {
   real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
   far = 20,     ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
                 ///< Optional
-  planes = 21,  ///< u32 [bz,by,bx]: a linear upper bound of V in each cell of 8x8x8 voxels (formats/cell_plane.h); with
-                ///< `scaled`. Optional
+  planes = 21,  ///< u32 [t,8]: a linear upper bound of V in each octant of the nodes of roots, which are the first t
+                ///< nodes; other roots have theirs in their entry (formats/cell_plane.h); with `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]

@@ -6,6 +6,7 @@
 /// All queries are const on shared assets, allocate nothing once their Scratch has grown, and never throw.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -65,18 +66,19 @@ struct VoxelmapView {
   const std::uint32_t* brick_index = nullptr;  ///< with Field::layers
   const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as field_nodes and field_bricks
   const std::uint32_t* field_nodes = nullptr;
-  std::uint32_t root_dims[3] = {};  ///< blocks of 16x16x16 cells along x, y, z
-  std::uint32_t field_bricks = 0;   ///< f
-  const std::int16_t* coarse_layers = nullptr;
-  const std::uint32_t* planes = nullptr;  ///< with Field::scaled: a linear upper bound of V per brick; null: none
-  std::uint32_t dims[3] = {};             ///< [vx]
-  std::uint32_t brick_dims[3] = {};       ///< bricks along x, y, z
-  double origin[3] = {};                  ///< lowest corner of voxel (0,0,0), asset frame. [m]
-  float voxel_size = 0;                   ///< s. [m]
-  float lambda = 0;                       ///< step of Field::scaled; twice that in bricks of level 1. [m]
-  float band_inner = 0, band_outer = 0;   ///< [m]
-  float error = 0;                        ///< error bound of the field, from its certificate. [m]
-  float bounds_min[3] = {};               ///< of the mesh, asset frame. [m]
+  std::uint32_t root_dims[3] = {};              ///< blocks of 16x16x16 cells along x, y, z
+  std::uint32_t field_bricks = 0;               ///< f
+  const std::int16_t* coarse_layers = nullptr;  ///< [rz,ry,rx]
+  const std::uint32_t* planes =
+      nullptr;                       ///< with Field::scaled: a linear upper bound of V per octant of a root; null: none
+  std::uint32_t dims[3] = {};        ///< [vx]
+  std::uint32_t brick_dims[3] = {};  ///< bricks along x, y, z
+  double origin[3] = {};             ///< lowest corner of voxel (0,0,0), asset frame. [m]
+  float voxel_size = 0;              ///< s. [m]
+  float lambda = 0;                  ///< step of Field::scaled; twice that in bricks of level 1. [m]
+  float band_inner = 0, band_outer = 0;  ///< [m]
+  float error = 0;                       ///< error bound of the field, from its certificate. [m]
+  float bounds_min[3] = {};              ///< of the mesh, asset frame. [m]
   float bounds_max[3] = {};
   FarGridView far;
   float scale =
@@ -350,12 +352,12 @@ enum class Weight : std::uint8_t {
 /// contacts.
 struct ContactCache {
   std::vector<std::uint32_t> points, leaves;
-  std::vector<std::uint32_t> flats;  ///< nodes whose corners answer for their points, for a manifold
-  std::vector<float> codes[3];       ///< of the positions of `points`
-  std::vector<float> ways;           ///< by which `points` can move before they may touch. [the field's unit]
-  Pose reference, last;              ///< poses of the last full traverse, and of the last query
-  double reach = 0;                  ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
-  double touching = 0;               ///< contact distance for which `ways` hold. [m]
+  std::vector<std::uint32_t> flats;         ///< nodes whose corners answer for their points, for a manifold
+  std::array<std::vector<float>, 3> codes;  ///< of the positions of `points`
+  std::vector<float> ways;                  ///< by which `points` can move before they may touch. [the field's unit]
+  Pose reference, last;                     ///< poses of the last full traverse, and of the last query
+  double reach = 0;                         ///< `points` are all with V >= -reach at `reference`; 0: none are held. [m]
+  double touching = 0;                      ///< contact distance for which `ways` hold. [m]
   const void* shell = nullptr;
   std::uint32_t shell_points = 0;
   float shell_scale = 1;

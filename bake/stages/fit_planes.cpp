@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 
 #include "formats/cell_plane.h"
@@ -19,18 +20,23 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-constexpr double kHalf = 0.5 * kPlaneCell;
-// Surface farther than this many cells around a cell is only known to be that far away.
+// Surface farther than this many cells around a cell or block is only known to be that far away.
 constexpr int kAround = 2;
 constexpr double kUnseen = kAround * kPlaneCell;
 // More than queries round in float.
 constexpr double kMargin = 2e-3;
 constexpr double kNone = std::numeric_limits<double>::lowest();
 
-Box cell_box(const Index3& cell) {
-  const Vector low = kPlaneCell * Vector(cell[0], cell[1], cell[2]);
-  return {low, low + Vector::Constant(kPlaneCell)};
-}
+// The part of the grid that a plane is for: a cell, or a block of 2x2x2 cells.
+struct Part {
+  Index3 cell;  // its lowest
+  std::uint32_t cells;
+  [[nodiscard]] double half() const { return 0.5 * kPlaneCell * cells; }
+  [[nodiscard]] Box box() const {
+    const Vector low = kPlaneCell * Vector(cell[0], cell[1], cell[2]);
+    return {low, low + Vector::Constant(2 * half())};
+  }
+};
 
 // A convex polygon, clipped by the planes of a box.
 class Polygon {
@@ -89,14 +95,14 @@ class SurfaceParts {
     tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) { cut(set_.bricks[n], parts_[n]); });
   }
 
-  // Calls visit(part) for the parts in cells up to `kAround` away.
+  // Calls visit(surface part) for those in cells up to `kAround` away.
   template <class Visit>
-  void for_each_around(const Index3& cell, Visit visit) const {
+  void for_each_around(const Part& part, Visit visit) const {
     Index3 first;
     Index3 last;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      first[axis] = cell[axis] - std::min<std::uint32_t>(cell[axis], kAround);
-      last[axis] = std::min(cell[axis] + kAround, dims_[axis] - 1);
+      first[axis] = part.cell[axis] - std::min<std::uint32_t>(part.cell[axis], kAround);
+      last[axis] = std::min(part.cell[axis] + part.cells - 1 + kAround, dims_[axis] - 1);
     }
     for_each_cell(first, last, [&](std::size_t at) {
       const std::uint32_t n = set_.index[at];
@@ -151,7 +157,7 @@ class SurfaceParts {
   }
 
   void cut(const Index3& cell, SurfacePart& part) const {
-    const Box box = cell_box(cell);
+    const Box box = Part{cell, 1}.box();
     const std::size_t at = number_of(cell);
     for (std::size_t i = begin_[at]; i < begin_[at + 1]; ++i) {
       const Triangle& t = surface_.triangles[triangles_[i]];
@@ -319,8 +325,11 @@ class Fitter {
         // Queries with a larger contact distance look at every point themselves.
         samples_(from, -(from.band_outer / from.grid.voxel_size - std::sqrt(0.75))) {}
 
-  [[nodiscard]] CellPlane fit(const Index3& cell) const {
-    const Box box = cell_box(cell);
+  [[nodiscard]] CellPlane fit(const Part& part) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (part.cell[axis] >= from_.grid.brick_dims[axis]) return {{}, kNoBound, false};  // beyond the grid
+    }
+    const Box box = part.box();
     const Vector centre = box.center();
     std::vector<Value> values;
     std::vector<Box> inside;
@@ -330,29 +339,30 @@ class Fitter {
           values.push_back({p - centre, v});
         },
         [&](const Box& cube) { inside.push_back(cube); });
-    if (inside.size() == 1 && inside[0].volume() == box.volume()) return {{}, kLargestHeight, false};
+    if (inside.size() == 1 && inside[0].volume() == box.volume()) return {{}, kNoBound, false};
     const Vector* nearest = nullptr;
     double closest = std::numeric_limits<double>::max();
-    const auto find_nearest = [&](const SurfacePart& part) {
-      if (part.box.squaredExteriorDistance(centre) >= closest) return;
-      for (const Vector& q : part.corners) {
+    const auto find_nearest = [&](const SurfacePart& surface) {
+      if (surface.box.squaredExteriorDistance(centre) >= closest) return;
+      for (const Vector& q : surface.corners) {
         const double squared = (q - centre).squaredNorm();
         if (squared >= closest) continue;
         closest = squared;
         nearest = &q;
       }
     };
-    if (may_see_surface(cell)) parts_.for_each_around(cell, find_nearest);
-    if (nearest == nullptr && values.empty()) return far_plane(cell);
+    const int layer = most_layer(part);
+    if (may_see_surface(layer)) parts_.for_each_around(part, find_nearest);
+    if (nearest == nullptr && values.empty()) return far_plane(layer);
     // Deep inside.
-    if (nearest == nullptr && !inside.empty()) return {{}, kLargestHeight, false};
+    if (nearest == nullptr && !inside.empty()) return {{}, kNoBound, false};
 
     CellPlane best;
     double least = std::numeric_limits<double>::max();
     const auto try_gradient = [&](const Vector& gradient) {
       CellPlane plane;
       set_slope(gradient, plane);
-      const double height = height_of(plane, cell, centre, values, inside, least);
+      const double height = height_of(plane, part, values, inside, least);
       if (height >= least) return;
       least = height;
       best = plane;
@@ -366,52 +376,68 @@ class Fitter {
   }
 
  private:
+  // The largest height that the codes of cells and of blocks have.
+  static constexpr int kNoBound = kLargestBlockHeight;
+  // From the centre of a brick to the farthest point of its cell, which begins half a voxel behind the brick.
+  static constexpr double kFarthest = (0.5 * kPlaneCell + 0.5) * std::numbers::sqrt3;
+
   static void set_height(double height, CellPlane& plane) {
     const double code = std::ceil((height + kMargin) * kHeightSteps);
-    plane.height = static_cast<int>(std::clamp(code, double{-kLargestHeight}, double{kLargestHeight}));
+    plane.height = static_cast<int>(std::clamp(code, double{-kLargestBlockHeight}, double{kLargestBlockHeight}));
+  }
+
+  // The coarse layer of the part's bricks that is highest.
+  [[nodiscard]] int most_layer(const Part& part) const {
+    int most = std::numeric_limits<int>::min();
+    for (std::uint32_t n = 0; n < part.cells * part.cells * part.cells; ++n) {
+      const Index3 at = {part.cell[0] + n % part.cells, part.cell[1] + n / part.cells % part.cells,
+                         part.cell[2] + n / part.cells / part.cells};
+      const Index3& dims = from_.grid.brick_dims;
+      if (at[0] >= dims[0] || at[1] >= dims[1] || at[2] >= dims[2]) continue;
+      most = std::max(most, int{from_.coarse_layers[from_.grid.brick_at(at[0], at[1], at[2])]});
+    }
+    return most;
   }
 
   // Whether there may be surface up to `kAround` cells away. From the coarse layers: docs/internals/bounds.md.
-  [[nodiscard]] bool may_see_surface(const Index3& cell) const {
-    constexpr double kSeen = (kUnseen + kHalf + 0.5) * 1.7320508075688774;  // half a voxel as below
-    return std::abs(from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])]) <= kSeen;
+  [[nodiscard]] static bool may_see_surface(int layer) {
+    constexpr double kSeen = kUnseen * std::numbers::sqrt3 + kFarthest;
+    return std::abs(layer) <= kSeen;
   }
 
   // From the coarse layers: docs/internals/bounds.md. |c| - |P - C| <= |V(P)| for any P.
-  [[nodiscard]] CellPlane far_plane(const Index3& cell) const {
-    const int layer = from_.coarse_layers[from_.grid.brick_at(cell[0], cell[1], cell[2])];
-    if (layer > 0) return {{}, kLargestHeight, false};
-    constexpr double kFarthest = (kHalf + 0.5) * 1.7320508075688774;  // the brick begins half a voxel before the cell
+  [[nodiscard]] static CellPlane far_plane(int layer) {
+    if (layer > 0) return {{}, kNoBound, false};
     CellPlane plane;
     set_height(std::min(layer + kFarthest, -kUnseen), plane);
     return plane;
   }
 
   // The least height at the centre with which a plane is a bound; or some height from `enough` on.
-  [[nodiscard]] double height_of(const CellPlane& plane, const Index3& cell, const Vector& centre,
-                                 const std::vector<Value>& values, const std::vector<Box>& inside,
-                                 double enough) const {
+  [[nodiscard]] double height_of(const CellPlane& plane, const Part& part, const std::vector<Value>& values,
+                                 const std::vector<Box>& inside, double enough) const {
+    const Vector centre = part.box().center();
     const Vector g = gradient_of(plane);
     // The surface that is not seen.
-    double height = -kUnseen + kHalf * g.lpNorm<1>();
+    double height = -kUnseen + part.half() * g.lpNorm<1>();
     for (const Value& value : values) height = std::max(height, value.v - g.dot(value.at));
     // Beyond the band inside, no sphere and no point may be rejected.
     for (const Box& cube : inside) {
       const Vector from_centre = cube.center() - centre;
       height = std::max(height, -g.dot(from_centre) + 0.5 * g.cwiseAbs().dot(cube.sizes()));
     }
-    parts_.for_each_around(cell, [&](const SurfacePart& part) {
+    parts_.for_each_around(part, [&](const SurfacePart& surface) {
       if (height >= enough) return;
-      const Vector to_part = part.box.center() - centre;
-      const Vector half = 0.5 * part.box.sizes();
+      const Vector to_part = surface.box.center() - centre;
+      const Vector half = 0.5 * surface.box.sizes();
       const double distance = to_part.norm();
       const Vector u = distance > 0 ? Vector(-to_part / distance) : Vector::Zero();
-      const double turned = distance > 0 ? kHalf * (u + g).lpNorm<1>() : std::numeric_limits<double>::max();
+      const double turned = distance > 0 ? part.half() * (u + g).lpNorm<1>() : std::numeric_limits<double>::max();
       const auto bound_of_box = [&](const Vector& along) { return along.dot(to_part) + along.cwiseAbs().dot(half); };
       if (std::min(bound_of_box(-g), bound_of_box(u) + turned) <= height) return;
       double by_gradient = kNone;
       double by_distance = kNone;
-      for (const Vector& q : part.corners) {
+      for (const Vector& q : surface.corners) {
         by_gradient = std::max(by_gradient, -g.dot(q - centre));
         by_distance = std::max(by_distance, u.dot(q - centre));
       }
@@ -451,16 +477,28 @@ class Fitter {
 
 }  // namespace
 
-std::vector<std::uint32_t> fit_planes(const PlaneSource& from) {
+FieldPlanes fit_planes(const PlaneSource& from) {
   const Fitter fitter(from);
-  std::vector<std::uint32_t> codes(from.grid.brick_count());
-  const Index3& dims = from.grid.brick_dims;
-  tbb::parallel_for(std::size_t{0}, std::size_t{dims[1]} * dims[2], [&](std::size_t row) {
-    const auto y = static_cast<std::uint32_t>(row % dims[1]);
-    const auto z = static_cast<std::uint32_t>(row / dims[1]);
-    for (std::uint32_t x = 0; x < dims[0]; ++x) codes[row * dims[0] + x] = encode(fitter.fit({x, y, z}));
+  const FieldTree& tree = from.values.tree;
+  const Index3& dims = tree.root_dims;
+  FieldPlanes out;
+  out.roots = tree.roots;
+  out.octants.resize(8 *
+                     static_cast<std::size_t>(std::count_if(tree.roots.begin(), tree.roots.end(), octree::is_node)));
+  tbb::parallel_for(std::size_t{0}, tree.roots.size(), [&](std::size_t n) {
+    const auto place = [&](std::size_t at) { return static_cast<std::uint32_t>(2 * at); };
+    const Index3 cell = {place(n % dims[0]), place(n / dims[0] % dims[1]), place(n / dims[0] / dims[1])};
+    const std::uint32_t root = tree.roots[n];
+    if (!octree::is_node(root)) {
+      out.roots[n] = encode_block(fitter.fit({cell, 2}), root == kFarInside);
+      return;
+    }
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const Index3 at = {cell[0] + (octant & 1), cell[1] + (octant >> 1 & 1), cell[2] + (octant >> 2)};
+      out.octants[8 * std::size_t{octree::node_of(root)} + octant] = encode(fitter.fit({at, 1}));
+    }
   });
-  return codes;
+  return out;
 }
 
 }  // namespace vps::bake

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Fits a linear upper bound of V to each cell of 8x8x8 voxels. Internal to bake.
+/// @file Fits linear upper bounds of V: in cells of 8x8x8 voxels, and in blocks of 16x16x16 without samples. Internal
+/// to bake.
 ///
 /// Most spheres and points of a query are far enough from the surface for one such bound to reject them. It costs one
-/// read; an octree's sample costs up to nine. docs/internals/bounds.md, "The planes", has the proof.
+/// read or two; an octree's sample costs up to nine. docs/internals/bounds.md, "The planes", has the proof.
 #pragma once
 
 #include "bake/stages/pack_sections.h"
@@ -13,13 +14,13 @@ namespace vps::bake {
 struct PlaneSource {
   const Surface& surface;
   const Grid& grid;
-  const Representations& values;  ///< with `scaled`
-  const std::vector<std::int16_t>& coarse_layers;
-  double band_inner, band_outer;  ///< [m]
-  double error;                   ///< of `scaled`. [m]
+  const Representations& values;                   ///< with `scaled`
+  const std::vector<std::int16_t>& coarse_layers;  ///< of bricks
+  double band_inner, band_outer;                   ///< [m]
+  double error;                                    ///< of `scaled`. [m]
 };
 
-/// @return the codes of the cells, [bz,by,bx]: formats/cell_plane.h
-[[nodiscard]] std::vector<std::uint32_t> fit_planes(const PlaneSource& from);
+/// Codes: formats/cell_plane.h.
+[[nodiscard]] FieldPlanes fit_planes(const PlaneSource& from);
 
 }  // namespace vps::bake

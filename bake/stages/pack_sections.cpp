@@ -165,12 +165,20 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
   info.inner_voxels = runs.count - inside_surface;
 }
 
-void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
-                   const Representations& fields, std::vector<SectionData>& sections) {
-  const std::vector<std::uint64_t> bricks = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
-  sections.push_back(section(SectionKind::coarse_layers, ElementType::i16, bricks, coarse));
+void pack_voxelmap(const Grid& grid, const BandField& field, const CoarseBounds& coarse, const Representations& fields,
+                   std::vector<SectionData>& sections) {
+  std::vector<std::uint64_t> blocks;
+  for (const std::uint32_t dim : {grid.dims[2], grid.dims[1], grid.dims[0]}) {
+    blocks.push_back((dim + kCoarseEdge - 1) / kCoarseEdge);
+  }
+  sections.push_back(section(SectionKind::coarse_layers, ElementType::i16, blocks, coarse.blocks));
   if (!fields.layers.empty()) {
-    sections.push_back(section(SectionKind::brick_index, ElementType::u32, bricks, field.set.index));
+    std::vector<std::uint32_t> index = field.set.index;
+    for (std::size_t brick = 0; brick < index.size(); ++brick) {
+      if (index[brick] == kNoBrick && coarse.bricks[brick] > 0) index[brick] = kNoBrickInside;
+    }
+    sections.push_back(section(SectionKind::brick_index, ElementType::u32,
+                               {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]}, index));
     sections.push_back(section(SectionKind::layers, ElementType::i8,
                                {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge}, fields.layers));
   }
@@ -203,9 +211,11 @@ void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& se
                   section(SectionKind::far, ElementType::i8, {far.dims[2], far.dims[1], far.dims[0]}, far.values));
 }
 
-void pack_planes(const Grid& grid, const std::vector<std::uint32_t>& codes, std::vector<SectionData>& sections) {
-  const std::vector<std::uint64_t> cells = {grid.brick_dims[2], grid.brick_dims[1], grid.brick_dims[0]};
-  sections.push_back(section(SectionKind::planes, ElementType::u32, cells, codes));
+void pack_planes(const FieldPlanes& planes, std::vector<SectionData>& sections) {
+  const auto roots = std::find_if(sections.begin(), sections.end(),
+                                  [](const SectionData& s) { return s.kind == SectionKind::field_roots; });
+  *roots = section(SectionKind::field_roots, ElementType::u32, roots->shape, planes.roots);
+  sections.push_back(section(SectionKind::planes, ElementType::u32, {planes.octants.size() / 8, 8}, planes.octants));
 }
 
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info) {

@@ -35,9 +35,21 @@ void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const Insi
                        const BakeOptions& options, double lambda, AssetInfo& info);
 /// Places the far grid behind the coarse layers: other sections must follow it.
 void pack_far(const FarField& far, AssetInfo& info, std::vector<SectionData>& sections);
-void pack_voxelmap(const Grid& grid, const BandField& field, const std::vector<std::int16_t>& coarse,
-                   const Representations& fields, std::vector<SectionData>& sections);
-void pack_planes(const Grid& grid, const std::vector<std::uint32_t>& codes, std::vector<SectionData>& sections);
+/// Of `coarse_layers`, for edges of kBrickEdge and kCoarseEdge.
+struct CoarseBounds {
+  const std::vector<std::int16_t>& bricks;
+  const std::vector<std::int16_t>& blocks;
+};
+void pack_voxelmap(const Grid& grid, const BandField& field, const CoarseBounds& coarse, const Representations& fields,
+                   std::vector<SectionData>& sections);
+
+/// Of `fit_planes`.
+struct FieldPlanes {
+  std::vector<std::uint32_t> roots;    ///< the field's roots, with the planes of blocks without samples
+  std::vector<std::uint32_t> octants;  ///< [t,8]: codes for the octants of the nodes of roots
+};
+/// @pre the sections have the field's roots
+void pack_planes(const FieldPlanes& planes, std::vector<SectionData>& sections);
 
 /// @pre info has the mesh's bounds
 void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::uint32_t branching, AssetInfo& info);

@@ -389,6 +389,32 @@ void append(const SampledBlock& block, FieldTree& tree) {
   tree.proven = std::max(tree.proven, block.proven);
 }
 
+// Planes belong to the nodes of roots. The others keep their order, so that nodes still refer to later ones only.
+void put_nodes_of_roots_first(FieldTree& tree) {
+  constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(tree.nodes.size() / 8, kNone);
+  std::uint32_t next = 0;
+  for (const std::uint32_t root : tree.roots) {
+    if (octree::is_node(root)) number[octree::node_of(root)] = next++;
+  }
+  for (std::uint32_t& n : number) {
+    if (n == kNone) n = next++;
+  }
+  const auto renumber = [&](std::uint32_t& entry) {
+    if (octree::is_node(entry)) entry = octree::node_entry(number[octree::node_of(entry)]);
+  };
+  for (std::uint32_t& root : tree.roots) renumber(root);
+  const std::vector<std::uint32_t> before = std::move(tree.nodes);
+  tree.nodes.resize(before.size());
+  for (std::size_t n = 0; n < number.size(); ++n) {
+    for (std::size_t octant = 0; octant < 8; ++octant) {
+      std::uint32_t& entry = tree.nodes[8 * std::size_t{number[n]} + octant];
+      entry = before[8 * n + octant];
+      renumber(entry);
+    }
+  }
+}
+
 }  // namespace
 
 FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, const BandField& field,
@@ -414,6 +440,7 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
     });
     for (std::size_t n = first; n < end; ++n) append(std::exchange(blocks[n - first], {}), tree);
   }
+  put_nodes_of_roots_first(tree);
   return tree;
 }
 

@@ -30,11 +30,11 @@ struct SampleForm {
   [[nodiscard]] double step(int level) const { return level > 0 ? 2 * lambda : lambda; }
 };
 
-/// An octree of field bricks, as the asset stores it (vps_format.h).
+/// An octree of field bricks, as the asset stores it (vps_format.h), but for the planes of blocks without samples.
 struct FieldTree {
   Index3 root_dims{};
   std::vector<std::uint32_t> roots;  ///< [rz,ry,rx]
-  std::vector<std::uint32_t> nodes;  ///< [N,8]
+  std::vector<std::uint32_t> nodes;  ///< [N,8]; those of roots first, in their order
   std::vector<std::int8_t> levels;   ///< [f]
   std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
   std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band. [m per voxel step]

@@ -63,7 +63,7 @@ bool between_centres(const VoxelmapView& map, const Point& p, double& out) {
       *coordinates[axis] = float(map.origin[axis] + (double(low[axis] + up) + 0.5) * double(map.voxel_size));
     }
     const detail::Voxel voxel = detail::find_voxel(map, centre);
-    if (!voxel.in_grid || map.brick_index[voxel.brick] == kNoBrick) return false;
+    if (!detail::has_layer(map, voxel)) return false;
     out += weight * double(detail::layer_of(map, voxel));
   }
   return true;

@@ -18,7 +18,7 @@ inline float stored_penetration(const VoxelmapView& map, Vec3 point) {
   bool stored = false;
   if (map.field == Field::layers) {
     const detail::Voxel found = detail::find_voxel(map, point);
-    stored = found.in_grid && map.brick_index[found.brick] != kNoBrick;
+    stored = detail::has_layer(map, found);
   } else {
     stored = octree::is_brick(detail::find_cell(map, point).entry);
   }

@@ -56,6 +56,8 @@ def own_penetration(f, point, field):
     i = g.astype(int)
     # Descend the octree, from blocks of 16 voxels. Arrays are indexed z, y, x.
     entry = int(voxelmap["field_roots"][tuple(i[::-1] // 16)])
+    if entry < 0x80000000:  # no samples: the entry is a bound of V
+        return None
     edge = 8
     while 0x80000000 <= entry < 0xFFFFFFFE:
         octant = int((i // edge % 2) @ [1, 2, 4])

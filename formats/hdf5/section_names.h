@@ -17,16 +17,23 @@ struct SectionName {
 
 inline constexpr SectionName kSectionNames[] = {
     {SectionKind::brick_index, "/voxelmap/brick_index", "1",
-     "number of the stored brick of 8x8x8 voxels, 4294967295 where none is stored", ""},
+     "number of the stored brick of 8x8x8 voxels; none is stored outside (4294967295) and inside (4294967294)", ""},
     {SectionKind::coarse_layers, "/voxelmap/coarse_layers", "voxel",
-     "lower bound of the distance from the brick's centre to the surface in whole voxels, less than 3 below it; "
-     "positive inside",
+     "lower bound of the distance from the centre of each block of 16x16x16 voxels to the surface in whole voxels, "
+     "less "
+     "than 3 below it; positive inside",
      ""},
     {SectionKind::field_roots, "/voxelmap/field_roots", "1",
-     "what covers each block of 16x16x16 cells: a node (2147483648 + number), a field brick (number + level above -2 "
+     "what covers each block of 16x16x16 cells: a node (2147483648 + number), or no samples and a linear upper bound "
+     "of "
+     "V: bits 0 to 20 slopes along x, y, z in 1/60, 21 to 29 height at the centre in 1/4 voxel, 30 inside; without "
+     "bounds 4294967295 outside, 4294967294 inside",
+     ""},
+    {SectionKind::field_nodes, "/voxelmap/field_nodes", "1",
+     "what covers each octant of a node, x fastest: a node (2147483648 + number), a field brick (number + level above "
+     "-2 "
      "times 268435456), or none outside (4294967295) or inside (4294967294)",
      ""},
-    {SectionKind::field_nodes, "/voxelmap/field_nodes", "1", "what covers each octant of a node, x fastest", ""},
     {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside",
      "Eq. (4), sigma = s"},
     {SectionKind::scaled, "/voxelmap/scaled", "lambda",

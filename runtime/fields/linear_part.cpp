@@ -49,7 +49,7 @@ class SampleCheck {
         for (root[0] = first[0]; root[0] <= last[0]; ++root[0]) {
           const std::size_t at = (std::size_t{root[2]} * map_.root_dims[1] + root[1]) * map_.root_dims[0] + root[0];
           const std::uint32_t low[3] = {kRootCells * root[0], kRootCells * root[1], kRootCells * root[2]};
-          if (!check(map_.field_roots[at], low, kRootCells)) return false;
+          if (!check(octree::root_entry(map_.field_roots[at]), low, kRootCells)) return false;
         }
       }
     }

@@ -32,36 +32,44 @@ void layer_slopes(const std::int64_t (&at)[3], const std::uint32_t (&shape)[3], 
 }
 
 // Normal without samples: from the layers of the neighbouring voxels or, where no layers are stored, from those of the
-// neighbouring bricks.
+// neighbouring blocks.
 Vec3 normal_from_layers(const VoxelmapView& map, Vec3 point) noexcept {
   const detail::Voxel found = detail::find_voxel(map, point);
   if (!found.in_grid) return {};
-  const auto brick_at = [&](const std::int64_t(&b)[3]) {
-    return static_cast<std::size_t>((b[2] * map.brick_dims[1] + b[1]) * map.brick_dims[0] + b[0]);
+  const auto place_of = [](std::size_t number, const std::uint32_t(&dims)[3]) {
+    const auto n = static_cast<std::int64_t>(number);
+    return std::array<std::int64_t, 3>{n % dims[0], n / dims[0] % dims[1], n / dims[0] / dims[1]};
   };
-  constexpr std::int64_t kEdge = kBrickEdge;
-  const auto b = static_cast<std::int64_t>(found.brick);
-  const std::int64_t brick[3] = {b % map.brick_dims[0], b / map.brick_dims[0] % map.brick_dims[1],
-                                 b / map.brick_dims[0] / map.brick_dims[1]};
+  const auto number_of = [](const std::array<std::int64_t, 3>& at, const std::uint32_t(&dims)[3]) {
+    return static_cast<std::size_t>((at[2] * dims[1] + at[1]) * dims[0] + at[0]);
+  };
   float out[3];
-  if (map.field == Field::layers && map.brick_index[found.brick] != kNoBrick) {
+  if (map.field == Field::layers && detail::has_layer(map, found)) {
+    constexpr std::int64_t kEdge = kBrickEdge;
+    const std::array<std::int64_t, 3> brick = place_of(found.brick, map.brick_dims);
     const auto v = static_cast<std::int64_t>(found.voxel);
     const std::int64_t voxel[3] = {brick[0] * kEdge + v % kEdge, brick[1] * kEdge + v / kEdge % kEdge,
                                    brick[2] * kEdge + v / (kEdge * kEdge)};
+    const auto own = static_cast<float>(detail::layer_of(map, found));
     layer_slopes(
         voxel, map.dims,
         [&](const std::int64_t(&at)[3]) {
           detail::Voxel other;
-          other.brick = brick_at({at[0] / kEdge, at[1] / kEdge, at[2] / kEdge});
+          other.in_grid = true;
+          other.brick = number_of({at[0] / kEdge, at[1] / kEdge, at[2] / kEdge}, map.brick_dims);
           other.voxel = static_cast<std::size_t>(((at[2] % kEdge) * kEdge + at[1] % kEdge) * kEdge + at[0] % kEdge);
-          if (map.brick_index[other.brick] == kNoBrick) return static_cast<float>(map.coarse_layers[other.brick]);
-          return static_cast<float>(detail::layer_of(map, other));
+          if (detail::has_layer(map, other)) return static_cast<float>(detail::layer_of(map, other));
+          return map.brick_index[other.brick] == kNoBrickInside ? own + 1 : own - 1;  // away from the surface
         },
         out);
   } else {
+    const std::array<std::int64_t, 3> block = place_of(found.block, map.root_dims);
     layer_slopes(
-        brick, map.brick_dims,
-        [&](const std::int64_t(&at)[3]) { return static_cast<float>(map.coarse_layers[brick_at(at)]); }, out);
+        {block[0], block[1], block[2]}, map.root_dims,
+        [&](const std::int64_t(&at)[3]) {
+          return static_cast<float>(map.coarse_layers[number_of({at[0], at[1], at[2]}, map.root_dims)]);
+        },
+        out);
   }
   return unit_above(0.5F, {out[0], out[1], out[2]});
 }
@@ -128,7 +136,7 @@ float value_in(const Analytic& field, Vec3 point, Vec3 /*inward_normal*/) noexce
 Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
   if (map.field == Field::layers) {
     const Voxel found = find_voxel(map, point);
-    if (!found.in_grid || map.brick_index[found.brick] == kNoBrick) return normal_beyond(map, point);
+    if (!has_layer(map, found)) return normal_beyond(map, point);
     const Vec3 estimate = normal_from_layers(map, point);
     return dot(estimate, estimate) > 0 ? estimate : normal_beyond(map, point);
   }

@@ -41,10 +41,11 @@ inline bool is_within(Vec3 a, float farthest) noexcept {
 /// Where a point lies in the grid of voxels.
 struct Voxel {
   bool in_grid = false;
-  std::size_t brick = 0;  ///< position in coarse_layers and brick_index
+  std::size_t brick = 0;  ///< position in brick_index
   std::size_t voxel = 0;  ///< position inside the brick
+  std::size_t block = 0;  ///< position in coarse_layers
   Vec3 to_centre;         ///< e = C - P of Eq. (4), C the voxel's centre. [m]
-  Vec3 to_brick_centre;   ///< [m]
+  Vec3 to_block_centre;   ///< [m]
 };
 
 inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
@@ -52,8 +53,7 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
   const float p[3] = {point.x, point.y, point.z};
   std::uint32_t index[3];
   float to_centre[3];
-  float to_brick_centre[3];
-  constexpr std::uint32_t kHalfBrick = kBrickEdge / 2;
+  float to_block_centre[3];
   for (int axis = 0; axis < 3; ++axis) {
     const auto local = static_cast<float>(p[axis] - map.origin[axis]);
     const float grid = local / map.voxel_size;
@@ -61,17 +61,21 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
     if (!(grid >= 0.0F && grid < static_cast<float>(map.dims[axis]))) return found;
     index[axis] = static_cast<std::uint32_t>(grid);
     to_centre[axis] = (static_cast<float>(index[axis]) + 0.5F) * map.voxel_size - local;
-    to_brick_centre[axis] = static_cast<float>((index[axis] & ~(kBrickEdge - 1)) + kHalfBrick) * map.voxel_size - local;
+    to_block_centre[axis] =
+        static_cast<float>((index[axis] & ~(kCoarseEdge - 1)) + kCoarseEdge / 2) * map.voxel_size - local;
   }
   found.in_grid = true;
   const std::size_t bx = index[0] / kBrickEdge;
   const std::size_t by = index[1] / kBrickEdge;
   const std::size_t bz = index[2] / kBrickEdge;
   found.brick = (bz * map.brick_dims[1] + by) * map.brick_dims[0] + bx;
+  static_assert(kCoarseEdge == kRootCells);
+  const std::size_t row = std::size_t{index[2] / kCoarseEdge} * map.root_dims[1] + index[1] / kCoarseEdge;
+  found.block = row * map.root_dims[0] + index[0] / kCoarseEdge;
   constexpr std::uint32_t kMask = kBrickEdge - 1;
   found.voxel = ((index[2] & kMask) * kBrickEdge + (index[1] & kMask)) * kBrickEdge + (index[0] & kMask);
   found.to_centre = {to_centre[0], to_centre[1], to_centre[2]};
-  found.to_brick_centre = {to_brick_centre[0], to_brick_centre[1], to_brick_centre[2]};
+  found.to_block_centre = {to_block_centre[0], to_block_centre[1], to_block_centre[2]};
   return found;
 }
 
@@ -145,6 +149,11 @@ inline float interpolate(const VoxelmapView& map, const FieldCell& cell) noexcep
   return trilinear(v, cell.part);
 }
 
+/// Whether the layer of a voxel is stored. @pre the map has layers
+inline bool has_layer(const VoxelmapView& map, const Voxel& found) noexcept {
+  return found.in_grid && is_stored(map.brick_index[found.brick]);
+}
+
 /// The layer of a voxel of a stored brick. [vx]
 inline std::int32_t layer_of(const VoxelmapView& map, const Voxel& found) noexcept {
   const std::size_t at = std::size_t{map.brick_index[found.brick]} * kBrickVoxels + found.voxel;
@@ -167,11 +176,11 @@ struct Interval {
   float low, high;
 };
 /// Interval of the distance to the surface beyond the band. The coarse layer is up to three voxels below the distance
-/// at the brick's centre. The triangle inequality moves this bound to the point (a distance field is 1-Lipschitz). The
+/// at the block's centre. The triangle inequality moves this bound to the point (a distance field is 1-Lipschitz). The
 /// lower end also uses the band, beyond which the nearest voxel's centre lies.
 inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float band) noexcept {
-  const auto layer = static_cast<float>(std::abs(map.coarse_layers[found.brick]));
-  const float reach = length(found.to_brick_centre);
+  const auto layer = static_cast<float>(std::abs(map.coarse_layers[found.block]));
+  const float reach = length(found.to_block_centre);
   const float s = map.voxel_size;
   return {std::max({layer * s - reach, band - length(found.to_centre), 0.0F}), (layer + kCoarseLayerSlack) * s + reach};
 }
@@ -192,7 +201,7 @@ inline float known_distance(const VoxelmapView& map) noexcept {
   return map.far.range > 0 ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
 }
 
-/// The plane of the cell at a point, and its height there: docs/internals/bounds.md, "The planes".
+/// The plane of the cell or block at a point, and its height there: docs/internals/bounds.md, "The planes".
 struct PlaneAt {
   bool in_grid = false;
   CellPlane plane;
@@ -201,18 +210,28 @@ struct PlaneAt {
 /// @pre the map has planes
 inline PlaneAt find_plane(const VoxelmapView& map, Vec3 point) noexcept {
   const float p[3] = {point.x, point.y, point.z};
-  std::size_t cell[3];
-  float from_centre[3];
+  std::uint32_t cell[3];
+  float at[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const float at = static_cast<float>(p[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
+    at[axis] = static_cast<float>(p[axis] - map.origin[axis]) / map.voxel_size - 0.5F;
     // Written so that NaN counts as beyond the grid.
-    if (!(at >= 0 && at < static_cast<float>(map.dims[axis] - 1))) return {};
-    cell[axis] = static_cast<std::size_t>(at) / kPlaneCell;
-    from_centre[axis] = at - (static_cast<float>(cell[axis]) + 0.5F) * kPlaneCell;
+    if (!(at[axis] >= 0 && at[axis] < static_cast<float>(map.dims[axis] - 1))) return {};
+    cell[axis] = static_cast<std::uint32_t>(at[axis]) / kPlaneCell;
   }
+  static_assert(kRootCells == 2 * kPlaneCell);
+  const std::uint32_t root =
+      map.field_roots[(std::size_t{cell[2] / 2} * map.root_dims[1] + cell[1] / 2) * map.root_dims[0] + cell[0] / 2];
+  const bool is_block = !octree::is_node(root);
+  const std::uint32_t octant = cell[2] % 2 * 4 + cell[1] % 2 * 2 + cell[0] % 2;
   PlaneAt found;
   found.in_grid = true;
-  found.plane = decode_plane(map.planes[(cell[2] * map.brick_dims[1] + cell[1]) * map.brick_dims[0] + cell[0]]);
+  found.plane =
+      is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::node_of(root)} + octant]);
+  float from_centre[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const float centre = is_block ? static_cast<float>(cell[axis] / 2 * 2 + 1) : static_cast<float>(cell[axis]) + 0.5F;
+    from_centre[axis] = at[axis] - centre * kPlaneCell;
+  }
   found.height = map.voxel_size * height_at(found.plane, from_centre);
   return found;
 }
@@ -226,11 +245,11 @@ inline OwnPenetration own_penetration(const VoxelmapView& map, Vec3 point, Vec3 
   const Voxel found = find_voxel(map, point);
   bool inside = false;
   if (map.field == Field::layers) {
-    if (found.in_grid && map.brick_index[found.brick] != kNoBrick) {
+    if (has_layer(map, found)) {
       // Eq. (4) with sigma = s.
       return {dot(inward_normal, found.to_centre) + static_cast<float>(layer_of(map, found)) * map.voxel_size, true};
     }
-    inside = found.in_grid && map.coarse_layers[found.brick] > 0;
+    inside = found.in_grid && map.brick_index[found.brick] == kNoBrickInside;
   } else {
     const FieldCell cell = find_cell(map, point);
     if (octree::is_brick(cell.entry)) return {interpolate(map, cell), true};
@@ -273,12 +292,12 @@ inline float voxelmap_bound(const VoxelmapView& map, Vec3 point) noexcept {
   if (map.field == Field::layers) {
     const Voxel found = find_voxel(map, point);
     if (!found.in_grid) return -distance_to_bounds(map, point);
-    if (map.brick_index[found.brick] != kNoBrick) {
+    if (has_layer(map, found)) {
       // Outside, a voxel of layer -n is separated from every surface voxel by n - 1 whole voxels along some axis.
       const auto layer = static_cast<float>(layer_of(map, found));
       return layer < 0 ? (layer + 1) * map.voxel_size : kUnbounded;
     }
-    inside = map.coarse_layers[found.brick] > 0;
+    inside = map.brick_index[found.brick] == kNoBrickInside;
   } else {
     const FieldCell cell = find_cell(map, point);
     if (octree::is_brick(cell.entry)) {
@@ -377,8 +396,8 @@ inline Interval interval_of_field(const VoxelmapView& map, Vec3 point) noexcept 
   const Voxel found = find_voxel(map, point);
   if (!found.in_grid) return signed_interval(far, false);
   if (map.field == Field::layers) {
-    if (map.brick_index[found.brick] != kNoBrick) return layer_interval(map, found, far);
-    return signed_interval(far, map.coarse_layers[found.brick] > 0);
+    if (has_layer(map, found)) return layer_interval(map, found, far);
+    return signed_interval(far, map.brick_index[found.brick] == kNoBrickInside);
   }
   const bool inside = cell.entry == kFarInside;
   // There are no samples because the voxel's centre lies beyond the band.

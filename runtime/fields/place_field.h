@@ -44,8 +44,7 @@ struct SampledMap {
   const void* values = nullptr;
   const std::int16_t* coarse_layers = nullptr;
   const std::int32_t* planes = nullptr;            ///< null: there are none
-  std::int32_t root_dims[2] = {};                  ///< x, y
-  std::int32_t brick_dims[2] = {};                 ///< x, y
+  std::int32_t root_dims[2] = {};                  ///< x, y; of the coarse layers, too
   float top[3] = {};                               ///< the last voxel's centre. [vx]
   float bounds_min[3] = {}, bounds_max[3] = {};    ///< of the mesh. [vx]
   float band_inner = 0, band_outer = 0;            ///< [vx]
@@ -150,10 +149,7 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
     map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);
     map.bounds_max[axis] = static_cast<float>((view.bounds_max[axis] - frame.origin[axis]) / frame.unit);
   }
-  for (int axis = 0; axis < 2; ++axis) {
-    map.root_dims[axis] = static_cast<std::int32_t>(view.root_dims[axis]);
-    map.brick_dims[axis] = static_cast<std::int32_t>(view.brick_dims[axis]);
-  }
+  for (int axis = 0; axis < 2; ++axis) map.root_dims[axis] = static_cast<std::int32_t>(view.root_dims[axis]);
   map.band_inner = view.band_inner / view.voxel_size;
   map.band_outer = view.band_outer / view.voxel_size;
   map.step = view.lambda / view.voxel_size;

@@ -66,12 +66,21 @@ struct SampledLanes : Everywhere {
     const I ix = hn::ConvertTo(i32, gx);
     const I iy = hn::ConvertTo(i32, gy);
     const I iz = hn::ConvertTo(i32, gz);
-    const I root =
-        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<4>(iz), hn::Set(i32, map.root_dims[1])), hn::ShiftRight<4>(iy)),
-                        hn::Set(i32, map.root_dims[0])),
-                hn::ShiftRight<4>(ix));
     static_assert(kRootCells == 16);
-    return {{gx, gy, gz}, in_grid, ix, iy, iz, hn::GatherIndex(i32, map.roots, root)};
+    const I root =
+        hn::GatherIndex(i32, map.roots, root_at(hn::ShiftRight<4>(ix), hn::ShiftRight<4>(iy), hn::ShiftRight<4>(iz)));
+    return {{gx, gy, gz}, in_grid, ix, iy, iz, entry_of(root)};
+  }
+  // Position of a block in `roots` and `coarse_layers`.
+  HWY_INLINE I root_at(I x, I y, I z) const {
+    const I row = hn::Add(hn::Mul(z, hn::Set(i32, map.root_dims[1])), y);
+    return hn::Add(hn::Mul(row, hn::Set(i32, map.root_dims[0])), x);
+  }
+  // octree::root_entry in lanes.
+  static HWY_INLINE I entry_of(I root) {
+    static_assert(kInsideFlag == 1U << 30);
+    const I none = hn::Sub(hn::Set(i32, -1), hn::ShiftRight<30>(root));  // kFarOutside or kFarInside
+    return hn::IfThenElse(hn::Lt(root, hn::Zero(i32)), root, none);
   }
 
   // Descends from octants of 2^kShift cells.
@@ -193,7 +202,7 @@ struct SampledLanes : Everywhere {
 
   static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 
-  // Bounds that a brick's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +
+  // Bounds that a block's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +
   // kCoarseLayerSlack + reach.
   struct Coarse {
     F layers, reach;
@@ -203,21 +212,18 @@ struct SampledLanes : Everywhere {
     const I vx = hn::ConvertTo(i32, hn::Add(g.x, half));
     const I vy = hn::ConvertTo(i32, hn::Add(g.y, half));
     const I vz = hn::ConvertTo(i32, hn::Add(g.z, half));
-    const I brick =
-        hn::Add(hn::Mul(hn::Add(hn::Mul(hn::ShiftRight<3>(vz), hn::Set(i32, map.brick_dims[1])), hn::ShiftRight<3>(vy)),
-                        hn::Set(i32, map.brick_dims[0])),
-                hn::ShiftRight<3>(vx));
-    static_assert(kBrickEdge == 8);
+    static_assert(kCoarseEdge == 16);
+    const I block = root_at(hn::ShiftRight<4>(vx), hn::ShiftRight<4>(vy), hn::ShiftRight<4>(vz));
     // A word has two layers. All words lie in the file, which was checked.
     const I pair =
-        hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(brick));
-    const I odd = hn::And(brick, hn::Set(i32, 1));
+        hn::GatherIndex(i32, reinterpret_cast<const std::int32_t*>(map.coarse_layers), hn::ShiftRight<1>(block));
+    const I odd = hn::And(block, hn::Set(i32, 1));
     const I low = hn::ShiftRight<16>(hn::ShiftLeft<16>(pair));
     const F layers =
         hn::Abs(hn::ConvertTo(f32, hn::IfThenElse(hn::Eq(odd, hn::Zero(i32)), low, hn::ShiftRight<16>(pair))));
     const auto from_centre = [&](F at, I v) {
-      const F centre = hn::ConvertTo(f32, hn::ShiftLeft<3>(hn::ShiftRight<3>(v)));
-      return square(hn::Sub(at, hn::Add(centre, set(0.5F * (kBrickEdge - 1)))));
+      const F first = hn::ConvertTo(f32, hn::ShiftLeft<4>(hn::ShiftRight<4>(v)));
+      return square(hn::Sub(at, hn::Add(first, set(0.5F * (kCoarseEdge - 1)))));
     };
     return {layers, hn::Sqrt(hn::Add(hn::Add(from_centre(g.x, vx), from_centre(g.y, vy)), from_centre(g.z, vz)))};
   }
@@ -328,32 +334,43 @@ struct SampledLanes : Everywhere {
     M wide;
   };
   // Upper bound of V at points outside, no less than 0 inside: from the planes, and beyond the grid from the mesh's
-  // bounds. docs/internals/bounds.md, "The planes".
+  // bounds. docs/internals/bounds.md, "The planes". find_plane in lanes.
   HWY_INLINE Ceiling ceiling(const Points& p) const {
     const auto within = [&](F a, int axis) { return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.top[axis]))); };
     const M in_grid = hn::And(hn::And(within(p.x, 0), within(p.y, 1)), within(p.z, 2));
     // Adding 1.5 * 2^23 to a whole number leaves it in the last bits.
     constexpr float kWhole = 12582912;
     struct Cell {
-      F place;  // in units of cells
-      F whole;
+      F beyond;  // its lower end, in units of cells
       I number;
     };
-    static_assert(kPlaneCell == 8);
+    static_assert(kPlaneCell == 8 && kRootCells == 16);
     const auto cell_of = [&](F a) {
       const F place = hn::Mul(hn::IfThenElseZero(in_grid, a), set(1.0F / kPlaneCell));
       const F whole = hn::Floor(place);
-      return Cell{place, whole, hn::Sub(hn::BitCast(i32, hn::Add(whole, set(kWhole))), hn::BitCast(i32, set(kWhole)))};
+      const I number = hn::Sub(hn::BitCast(i32, hn::Add(whole, set(kWhole))), hn::BitCast(i32, set(kWhole)));
+      return Cell{hn::Sub(place, whole), number};
     };
     const Cell x = cell_of(p.x);
     const Cell y = cell_of(p.y);
     const Cell z = cell_of(p.z);
-    const I row = hn::Add(hn::Mul(z.number, hn::Set(i32, map.brick_dims[1])), y.number);
-    const I cell = hn::Add(hn::Mul(row, hn::Set(i32, map.brick_dims[0])), x.number);
-    const I code = hn::GatherIndex(i32, map.planes, cell);
+    const auto block_of = [](const Cell& c) { return hn::ShiftRight<1>(c.number); };
+    const auto half_of = [](const Cell& c) { return hn::And(c.number, hn::Set(i32, 1)); };
+    const I root = hn::GatherIndex(i32, map.roots, root_at(block_of(x), block_of(y), block_of(z)));
+    const auto has_node = hn::Lt(root, hn::Zero(i32));
+    const I octant = hn::Or(half_of(x), hn::Or(hn::ShiftLeft<1>(half_of(y)), hn::ShiftLeft<2>(half_of(z))));
+    const I at = hn::Or(hn::ShiftLeft<3>(root), octant);  // the flag of nodes is shifted out
+    const I of_node = hn::GatherIndex(i32, map.planes, hn::IfThenElseZero(has_node, at));
+    const I code = hn::IfThenElse(has_node, of_node, root);
     const auto slope = [&](I up) { return hn::ConvertTo(f32, hn::ShiftRight<25>(up)); };
-    const auto from_centre = [&](const Cell& c) { return hn::Sub(hn::Sub(c.place, c.whole), set(0.5F)); };
-    const F height = hn::Mul(hn::ConvertTo(f32, hn::ShiftRight<22>(hn::ShiftLeft<1>(code))), set(1.0F / kHeightSteps));
+    const M in_octant = hn::RebindMask(f32, has_node);
+    const auto from_centre = [&](const Cell& c) {
+      const F in_block = hn::Add(c.beyond, hn::ConvertTo(f32, hn::Sub(half_of(c), hn::Set(i32, 1))));
+      return hn::IfThenElse(in_octant, hn::Sub(c.beyond, set(0.5F)), in_block);
+    };
+    const I of_cell = hn::ShiftRight<22>(hn::ShiftLeft<1>(code));
+    const I twice = hn::ShiftLeft<1>(hn::ShiftRight<23>(hn::ShiftLeft<2>(code)));
+    const F height = hn::Mul(hn::ConvertTo(f32, hn::IfThenElse(has_node, of_cell, twice)), set(1.0F / kHeightSteps));
     F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(x));
     rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(y), rise);
     rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(z), rise);

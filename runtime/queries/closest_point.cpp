@@ -19,8 +19,8 @@ class SurfaceWalk {
   SurfaceWalk(const VoxelmapView& map, const ClosestPointOptions& options) noexcept
       : map_(map), tolerance_(options.tolerance_vx * map.voxel_size), left_(options.max_iterations) {}
 
-  // Takes Newton steps where there are samples, and in the far grid while it comes nearer. Elsewhere it goes from brick
-  // to brick towards the surface.
+  // Takes Newton steps where there are samples, and in the far grid while it comes nearer. Elsewhere it goes from block
+  // to block towards the surface.
   bool to_surface(Vec3& at, float& residual) noexcept {
     constexpr float kNearer = 0.75F;
     float nearest = std::numeric_limits<float>::max();
@@ -43,7 +43,7 @@ class SurfaceWalk {
   }
 
  private:
-  // For points without a slope to follow, as beyond the band. Goes into the mesh's bounds, to a brick nearer to the
+  // For points without a slope to follow, as beyond the band. Goes into the mesh's bounds, to a block nearer to the
   // surface by its layer, or to a sample with |V| less than `residual`. False where there is no such place.
   bool approach(Vec3& at, float residual) const noexcept {
     const float* const low = map_.bounds_min;
@@ -54,30 +54,30 @@ class SurfaceWalk {
       at = nearest;
       return true;
     }
-    return to_nearer_brick(at) || to_smaller_sample(at, residual);
+    return to_nearer_block(at) || to_smaller_sample(at, residual);
   }
 
-  bool to_nearer_brick(Vec3& at) const noexcept {
+  bool to_nearer_block(Vec3& at) const noexcept {
     const Voxel found = find_voxel(map_, at);
     if (!found.in_grid) return false;
-    std::int64_t brick[3];
-    auto rest = static_cast<std::int64_t>(found.brick);
+    std::int64_t block[3];
+    auto rest = static_cast<std::int64_t>(found.block);
     for (int axis = 0; axis < 3; ++axis) {
-      brick[axis] = rest % map_.brick_dims[axis];
-      rest /= map_.brick_dims[axis];
+      block[axis] = rest % map_.root_dims[axis];
+      rest /= map_.root_dims[axis];
     }
-    int least = std::abs(map_.coarse_layers[found.brick]);
-    float way = 0;  // to the best brick so far; 0: bricks with the same layer as the point's own are not better
+    int least = std::abs(map_.coarse_layers[found.block]);
+    float way = 0;  // to the best block so far; 0: blocks with the same layer as the point's own are not better
     Vec3 next = at;
     for_each_neighbour([&](std::int64_t x, std::int64_t y, std::int64_t z) {
-      const std::int64_t b[3] = {brick[0] + x, brick[1] + y, brick[2] + z};
+      const std::int64_t b[3] = {block[0] + x, block[1] + y, block[2] + z};
       for (int axis = 0; axis < 3; ++axis) {
-        if (b[axis] < 0 || b[axis] >= map_.brick_dims[axis]) return;
+        if (b[axis] < 0 || b[axis] >= map_.root_dims[axis]) return;
       }
-      const auto number = static_cast<std::size_t>((b[2] * map_.brick_dims[1] + b[1]) * map_.brick_dims[0] + b[0]);
+      const auto number = static_cast<std::size_t>((b[2] * map_.root_dims[1] + b[1]) * map_.root_dims[0] + b[0]);
       const int layer = std::abs(map_.coarse_layers[number]);
-      const Vec3 centre = at + found.to_brick_centre +
-                          scaled({float(x), float(y), float(z)}, static_cast<float>(kBrickEdge) * map_.voxel_size);
+      const Vec3 centre = at + found.to_block_centre +
+                          scaled({float(x), float(y), float(z)}, static_cast<float>(kCoarseEdge) * map_.voxel_size);
       const float to_centre = length(centre - at);
       if (layer > least || (layer == least && to_centre >= way)) return;
       least = layer;
@@ -89,9 +89,9 @@ class SurfaceWalk {
     return found_one;
   }
 
-  // For points to which the band is closer than the next brick's centre.
+  // For points to which the band is closer than the next block's centre.
   bool to_smaller_sample(Vec3& at, float residual) const noexcept {
-    constexpr float kProbes[] = {1, 2, 4, 8};  // [vx]
+    constexpr float kProbes[] = {1, 2, 4, 8, 16};  // [vx]
     for (const float probe : kProbes) {
       float smallest = 0.99F * residual;
       Vec3 next = at;

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
+#include "formats/octree.h"
+
 namespace vps::test {
 namespace {
 
@@ -25,6 +29,27 @@ TEST(CellPlane, EveryPlaneComesBackFromItsCode) {
 
 TEST(CellPlane, HasTheBitsOfTheFormat) {
   EXPECT_EQ(encode({{1, -1, 2}, -3, true}), 1U | 127U << 7 | 2U << 14 | 1021U << 21 | 1U << 31);
+}
+
+TEST(CellPlane, ABlocksPlaneComesBackNoLower) {
+  for (const int slope : {-kLargestSlope, -1, 0, 1, 40, kLargestSlope}) {
+    for (const int height : {-kLargestBlockHeight, -3, -2, -1, 0, 1, 301, kLargestBlockHeight}) {
+      for (const bool inside : {false, true}) {
+        const std::uint32_t code = encode_block({{slope, -9, 11}, height, false}, inside);
+        EXPECT_EQ(octree::root_entry(code), inside ? kFarInside : kFarOutside);
+        const CellPlane back = decode_block(code);
+        EXPECT_EQ(back.slope[0], slope);
+        EXPECT_EQ(back.slope[1], -9);
+        EXPECT_EQ(back.slope[2], 11);
+        EXPECT_EQ(back.height, height + std::abs(height % 2));
+        EXPECT_FALSE(back.wide);
+      }
+    }
+  }
+}
+
+TEST(CellPlane, ABlocksHasTheBitsOfTheFormat) {
+  EXPECT_EQ(encode_block({{1, -1, 2}, -6, false}, true), 1U | 127U << 7 | 2U << 14 | 509U << 21 | 1U << 30);
 }
 
 TEST(CellPlane, ItsHeightIsInVoxels) {

@@ -67,7 +67,7 @@ TEST(Directory, FieldsLieWhereTheDocumentationSays) {
   const auto at = [&](std::size_t offset) { return std::to_integer<unsigned>(bytes.all()[offset]); };
   EXPECT_EQ(at(0), 0x89U);
   EXPECT_EQ(at(1), unsigned('V'));
-  EXPECT_EQ(at(8), 1U);
+  EXPECT_EQ(at(8), 2U);
   EXPECT_EQ(at(13), 0x10U);   // 4096, little-endian
   EXPECT_EQ(at(32), 15U);     // sections
   EXPECT_EQ(at(64), 16U);     // dims[0]
@@ -230,7 +230,7 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
       {Status::bad_section, [](Directory& d) { find(d, Kind::planes).element = ElementType::i32; }},
       {Status::bad_section,
        [](Directory& d) {
-         find(d, Kind::planes).shape = {1, 2, 1};
+         find(d, Kind::planes).shape = {2, 4};
        }},
       {Status::bad_section, [](Directory& d) { d.info.far_origin[1] += 0.01; }},
       {Status::bad_section, [](Directory& d) { d.info.far_spacing -= 0.26; }},
@@ -247,6 +247,19 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
   Directory too_many = good;
   too_many.section_count = kMaxSections + 1;
   EXPECT_EQ(bytes.with(too_many), Status::bad_info);
+}
+
+// Queries read the planes of every node that a root refers to.
+TEST(Directory, PlanesForMoreNodesThanThereAreAreRefused) {
+  TinyAsset tiny;
+  const std::vector<std::uint32_t> two(16, kFarOutside);
+  tiny.section(SectionKind::planes) = make_section(SectionKind::planes, ElementType::u32, {2, 8}, two);
+  tiny.section(SectionKind::field_nodes) = make_section(SectionKind::field_nodes, ElementType::u32, {2, 8}, two);
+  Bytes bytes(tiny);
+  Directory d = bytes.directory();
+  find(d, SectionKind::field_nodes).shape[0] = 1;
+  find(d, SectionKind::field_nodes).bytes /= 2;
+  EXPECT_EQ(bytes.with(d), Status::bad_section);
 }
 
 TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
@@ -300,18 +313,34 @@ Status with_value(SectionKind kind, std::size_t at, T value) {
   return validate_indices(bytes.all(), bytes.directory());
 }
 
+// @param root  the only one
+Status without_planes(std::uint32_t root) {
+  TinyAsset tiny;
+  std::memcpy(tiny.section(SectionKind::field_roots).bytes.data(), &root, sizeof root);
+  std::erase_if(tiny.sections, [](const SectionData& s) { return s.kind == SectionKind::planes; });
+  Bytes bytes(tiny);
+  return validate_indices(bytes.all(), bytes.directory());
+}
+
 TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 0, 2), Status::bad_index);
-  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, 0xFFFFFFFEu), Status::bad_index);
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrickInside - 1), Status::bad_index);
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrick), Status::ok);
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrickInside), Status::ok);
   const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
   for (const std::uint32_t entry : {kFarOutside, kFarInside, 1U, coarse, coarse | 1}) {
-    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, entry), Status::ok);
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::ok);
   }
   for (const std::uint32_t entry : {2U, coarse | 2, coarse + (1U << kLevelShift), kNodeFlag | 1, kFarInside - 1}) {
-    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, entry), Status::bad_index);
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::bad_index);
+  }
+  // With planes a block without samples has one.
+  for (const std::uint32_t root : {0U, kInsideFlag, kNodeFlag - 1, kNodeFlag}) {
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, root), Status::ok);
+  }
+  for (const std::uint32_t root : {kNodeFlag | 1, kFarInside - 1, kFarInside, kFarOutside}) {
+    EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, root), Status::bad_index);
+    EXPECT_EQ(without_planes(root), root >= kFarInside ? Status::ok : Status::bad_index);
   }
   // A node that is its own child.
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, kNodeFlag), Status::bad_index);

@@ -22,10 +22,9 @@ TEST(HostileAsset, AGridOfMoreBricksThanTheKernelsCanNumberIsRefused) {
     const std::uint64_t x = dims[0];
     const std::uint64_t y = dims[1];
     const std::uint64_t z = dims[2];
-    for (const SectionKind kind :
-         {SectionKind::brick_index, SectionKind::coarse_layers, SectionKind::planes, SectionKind::field_roots}) {
+    for (const SectionKind kind : {SectionKind::brick_index, SectionKind::coarse_layers, SectionKind::field_roots}) {
       Section& section = find(d, kind);
-      const std::uint64_t edge = kind == SectionKind::field_roots ? kRootCells : kBrickEdge;
+      const std::uint64_t edge = kind == SectionKind::brick_index ? kBrickEdge : kRootCells;
       section.shape = {(z + edge - 1) / edge, (y + edge - 1) / edge, (x + edge - 1) / edge};
       section.bytes = element_bytes(section.element) * section.shape[0] * section.shape[1] * section.shape[2];
       section.offset = offset;

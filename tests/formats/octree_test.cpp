@@ -27,10 +27,12 @@ TEST(Octree, AnEntryIsABrickANodeOrNone) {
   EXPECT_EQ(octree::sample_in_brick(kFieldEdge - 1, kFieldEdge - 1, kFieldEdge - 1), 124U);
 }
 
-// Two roots along each axis. Only the last root has nodes, each in the same octant of its parent.
+// Two roots along each axis: seven of blocks without samples, with and without planes. Only the last has nodes, each in
+// the same octant of its parent.
 TEST(Octree, TheWalkEndsAtTheEntryThatCoversTheCell) {
   std::array<std::uint32_t, 8> roots;
-  for (std::uint32_t n = 0; n < 8; ++n) roots[n] = octree::brick_entry(100 + n, 1);
+  for (std::uint32_t n = 0; n < 8; ++n) roots[n] = 100 + n + (n % 2 == 0 ? 0 : kInsideFlag);
+  roots[2] = kFarInside;
   roots[7] = octree::node_entry(0);
   constexpr std::uint32_t kOctant = 6;  // upper in y and z
   std::array<std::uint32_t, 32> nodes;
@@ -41,10 +43,10 @@ TEST(Octree, TheWalkEndsAtTheEntryThatCoversTheCell) {
   const auto find = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
     return octree::find_entry(roots.data(), nodes.data(), root_dims, {x, y, z});
   };
-  EXPECT_EQ(find(0, 0, 0).entry, roots[0]);
-  EXPECT_EQ(find(31, 15, 15).entry, roots[1]);
-  EXPECT_EQ(find(15, 16, 15).entry, roots[2]);
-  EXPECT_EQ(find(15, 15, 16).entry, roots[4]);
+  EXPECT_EQ(find(0, 0, 0).entry, kFarOutside);
+  EXPECT_EQ(find(31, 15, 15).entry, kFarInside);
+  EXPECT_EQ(find(15, 16, 15).entry, kFarInside);
+  EXPECT_EQ(find(15, 15, 16).entry, kFarOutside);
   EXPECT_EQ(find(15, 15, 16).edge, 16U);
   EXPECT_EQ(find(16, 16, 16).entry, nodes[0]);
   EXPECT_EQ(find(24, 23, 16).entry, kFarInside);

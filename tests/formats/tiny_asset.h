@@ -63,7 +63,7 @@ struct TinyAsset {
     std::strcpy(info.generator.data(), "tiny");
 
     sections.push_back(make_section<std::uint32_t>(SectionKind::brick_index, ElementType::u32, {1, 1, 2}, {0, 1}));
-    sections.push_back(make_section<std::int16_t>(SectionKind::coarse_layers, ElementType::i16, {1, 1, 2}, {0, 0}));
+    sections.push_back(make_section<std::int16_t>(SectionKind::coarse_layers, ElementType::i16, {1, 1, 1}, {0}));
     sections.push_back(
         make_section(SectionKind::layers, ElementType::i8, {2, 8, 8, 8}, std::vector<std::int8_t>(1024, -5)));
     const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
@@ -74,7 +74,7 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
                                     std::vector<std::int8_t>(2 * kFieldStride, -5)));
     sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
-    sections.push_back(make_section<std::uint32_t>(SectionKind::planes, ElementType::u32, {1, 1, 2}, {0, 0}));
+    sections.push_back(make_section(SectionKind::planes, ElementType::u32, {1, 8}, std::vector<std::uint32_t>(8, 0)));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
     const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));

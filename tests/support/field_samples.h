@@ -43,7 +43,8 @@ void for_each_sample(const VoxelmapView& map, double voxel_size, Visit visit) {
   for (std::uint32_t z = 0; z < map.root_dims[2]; ++z) {
     for (std::uint32_t y = 0; y < map.root_dims[1]; ++y) {
       for (std::uint32_t x = 0; x < map.root_dims[0]; ++x) {
-        walk(walk, *root++, {kRootCells * double(x), kRootCells * double(y), kRootCells * double(z)}, kRootCells);
+        walk(walk, octree::root_entry(*root++),
+             {kRootCells * double(x), kRootCells * double(y), kRootCells * double(z)}, kRootCells);
       }
     }
   }

@@ -69,7 +69,7 @@ Found attack_layers(const Subject& subject, const ClimbOptions& options) {
   const double slack = rounding(subject) / s;
   return over_points(subject, options, wider_band(subject), [&](Vec3 point, const Point& p) {
     const detail::Voxel voxel = detail::find_voxel(*map, point);
-    if (!voxel.in_grid || map->brick_index[voxel.brick] == kNoBrick) return kNotCovered;
+    if (!detail::has_layer(*map, voxel)) return kNotCovered;
     const std::int32_t layer = detail::layer_of(*map, voxel);
     const double distance = subject.oracle.distance(p) / s;
     const double n = std::abs(layer);
@@ -87,8 +87,8 @@ Found attack_coarse_layers(const Subject& subject, const ClimbOptions& options) 
   return over_points(subject, options, wider_band(subject), [&](Vec3 point, const Point& p) {
     const detail::Voxel voxel = detail::find_voxel(*map, point);
     if (!voxel.in_grid) return kNotCovered;
-    const double c = std::abs(map->coarse_layers[voxel.brick]);
-    const double reach = double(detail::length(voxel.to_brick_centre)) / s;
+    const double c = std::abs(map->coarse_layers[voxel.block]);
+    const double reach = double(detail::length(voxel.to_block_centre)) / s;
     const double distance = subject.oracle.distance(p) / s;
     return std::max(c - reach - distance, distance - (c + double(kCoarseLayerSlack)) - reach) - slack;
   });

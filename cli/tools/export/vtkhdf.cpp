@@ -38,8 +38,8 @@ std::int16_t stored_layer(const VoxelmapView& map, Vec3 p) {
   constexpr std::int16_t kFar = 32767;
   const detail::Voxel voxel = detail::find_voxel(map, p);
   const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
-  if (brick != kNoBrick) return static_cast<std::int16_t>(layer_at(map, brick, voxel.voxel));
-  return voxel.in_grid && map.coarse_layers[voxel.brick] > 0 ? kFar : std::int16_t{-kFar};
+  if (is_stored(brick)) return static_cast<std::int16_t>(layer_at(map, brick, voxel.voxel));
+  return brick == kNoBrickInside ? kFar : std::int16_t{-kFar};
 }
 
 template <class Value, class Evaluate>

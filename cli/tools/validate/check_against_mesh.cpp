@@ -249,7 +249,7 @@ class MeshChecks {
   // Whether a voxel's layer allows this distance, see docs/internals/bounds.md, Layers.
   [[nodiscard]] bool layer_allows(const VoxelmapView& map, const detail::Voxel& voxel, double truth) const {
     const std::uint32_t brick = voxel.in_grid ? map.brick_index[voxel.brick] : kNoBrick;
-    if (brick == kNoBrick) return false;
+    if (!is_stored(brick)) return false;
     const double layer = std::abs(layer_at(map, brick, voxel.voxel));
     return (layer - 1) * info_.voxel_size <= std::abs(truth) + slack_ &&
            std::abs(truth) <= std::sqrt(3.0) * (layer + 1) * info_.voxel_size + slack_;
@@ -304,18 +304,18 @@ class MeshChecks {
     VoxelmapView map;
     if (asset_.voxelmap(map) != Status::ok) return;
     lab::Random random(options_.seed + 2);
-    const auto bricks = double(map.brick_dims[0]) * double(map.brick_dims[1]) * double(map.brick_dims[2]);
-    const int count = static_cast<int>(std::min(bricks, double(options_.samples)));
+    const std::uint32_t* const dims = map.root_dims;
+    const auto blocks = double(dims[0]) * double(dims[1]) * double(dims[2]);
+    const int count = static_cast<int>(std::min(blocks, double(options_.samples)));
     int wrong = 0;
     for (int i = 0; i < count; ++i) {
-      const auto brick = bricks <= options_.samples ? std::uint64_t(i) : std::uint64_t(random.next() * bricks);
-      const std::uint64_t index[3] = {brick % map.brick_dims[0], brick / map.brick_dims[0] % map.brick_dims[1],
-                                      brick / map.brick_dims[0] / map.brick_dims[1]};
+      const auto block = blocks <= options_.samples ? std::uint64_t(i) : std::uint64_t(random.next() * blocks);
+      const std::uint64_t index[3] = {block % dims[0], block / dims[0] % dims[1], block / dims[0] / dims[1]};
       Point centre;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        centre[axis] = info_.origin[axis] + (double(index[axis]) + 0.5) * kBrickEdge * info_.voxel_size;
+        centre[axis] = info_.origin[axis] + (double(index[axis]) + 0.5) * kCoarseEdge * info_.voxel_size;
       }
-      const double truth = oracle.penetration(centre), layer = map.coarse_layers[brick];
+      const double truth = oracle.penetration(centre), layer = map.coarse_layers[block];
       const double s = info_.voxel_size;
       const bool far = std::abs(layer) >= 1;
       if (std::abs(layer) * s > std::abs(truth) + slack_ ||
@@ -325,9 +325,9 @@ class MeshChecks {
       }
     }
     add("coarse layers", passed(wrong == 0),
-        fmt::format("{} of {} bricks' bounds of the distance are wrong", wrong == 0 ? "none" : std::to_string(wrong),
+        fmt::format("{} of {} blocks' bounds of the distance are wrong", wrong == 0 ? "none" : std::to_string(wrong),
                     count),
-        {{"bricks", count}, {"wrong", wrong}});
+        {{"blocks", count}, {"wrong", wrong}});
   }
 
   // Planes bound the true V of points outside, and the field's own values where these can be contacts.

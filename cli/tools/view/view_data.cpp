@@ -69,11 +69,17 @@ class Layers {
   Layers(const Asset& asset, bool stored) : info_(asset.info()), stored_(stored) {
     (void)asset.voxelmap(map_, stored ? Field::layers : Field::none);
   }
-  /// Whether the brick is so far from the surface that none of its voxels has a layer.
-  [[nodiscard]] bool is_empty(std::size_t brick) const {
-    if (stored_) return map_.brick_index[brick] == kNoBrick;
+  /// Whether the brick at a place of the grid of bricks is so far from the surface that none of its voxels has a layer.
+  [[nodiscard]] bool is_empty(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    if (stored_) {
+      const std::uint32_t* const dims = map_.brick_dims;
+      return !is_stored(map_.brick_index[(std::size_t{z} * dims[1] + y) * dims[0] + x]);
+    }
+    constexpr std::uint32_t kBricks = kCoarseEdge / kBrickEdge;
+    const std::uint32_t* const dims = map_.root_dims;
+    const int layer = map_.coarse_layers[(std::size_t{z / kBricks} * dims[1] + y / kBricks) * dims[0] + x / kBricks];
     const double reach = std::max(map_.band_inner, map_.band_outer) / map_.voxel_size;
-    return std::abs(map_.coarse_layers[brick]) > reach + 0.9 * kBrickEdge;
+    return std::abs(layer) > reach + 0.9 * kCoarseEdge;
   }
   [[nodiscard]] std::int8_t at(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
     const double v = double(stored_penetration(map_, voxel_centre(info_, x, y, z))) / info_.voxel_size;
@@ -99,9 +105,11 @@ Json pack_voxels(const Asset& asset) {
   std::vector<std::int8_t> out(grid.cells(), kNone);
   const std::uint32_t* const bricks = layers.map().brick_dims;
   for (std::size_t brick = 0; brick < std::size_t{bricks[0]} * bricks[1] * bricks[2]; ++brick) {
-    if (layers.is_empty(brick)) continue;
-    const std::size_t low[3] = {brick % bricks[0] * kBrickEdge, brick / bricks[0] % bricks[1] * kBrickEdge,
-                                brick / bricks[0] / bricks[1] * kBrickEdge};
+    const auto at = [&](std::size_t n) { return static_cast<std::uint32_t>(n); };
+    const std::uint32_t place[3] = {at(brick % bricks[0]), at(brick / bricks[0] % bricks[1]),
+                                    at(brick / bricks[0] / bricks[1])};
+    if (layers.is_empty(place[0], place[1], place[2])) continue;
+    const std::size_t low[3] = {place[0] * kBrickEdge, place[1] * kBrickEdge, place[2] * kBrickEdge};
     for (std::uint32_t n = 0; n < kBrickVoxels; ++n) {
       const auto x = static_cast<std::uint32_t>(low[0] + n % kBrickEdge);
       const auto y = static_cast<std::uint32_t>(low[1] + n / kBrickEdge % kBrickEdge);

@@ -95,34 +95,38 @@ TEST(DistanceField, OnlyExactVoxelsTakeMemory) {
   EXPECT_EQ(scene.field.closest.size(), exact);
 }
 
-// Rows are cut into parts of 32 bricks along x. The one in the middle has no surface.
+void expect_bounds(const Scene& scene, const Oracle& oracle, std::uint32_t edge) {
+  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs, edge);
+  std::uint32_t blocks[3];
+  for (std::size_t axis = 0; axis < 3; ++axis) blocks[axis] = (scene.grid.dims[axis] + edge - 1) / edge;
+  ASSERT_EQ(layers.size(), std::size_t{blocks[0]} * blocks[1] * blocks[2]);
+  const double s = scene.grid.voxel_size;
+  for (std::size_t n = 0; n < layers.size(); ++n) {
+    const Vector block(static_cast<double>(n % blocks[0]), static_cast<double>(n / blocks[0] % blocks[1]),
+                       static_cast<double>(n / blocks[0] / blocks[1]));
+    const double truth = oracle.penetration(to_array(scene.grid.origin + edge * s * (block + Vector::Constant(0.5))));
+    ASSERT_GE(layers[n] * truth, 0) << n;
+    ASSERT_LE(std::abs(layers[n]) * s, std::abs(truth)) << n;
+    ASSERT_GT((std::abs(layers[n]) + 3) * s, std::abs(truth) * (1 - 1e-8)) << n;
+  }
+}
+
+// Rows are cut into parts of 32 blocks along x. The one in the middle has no surface.
 TEST(DistanceField, CoarseLayersOfALongGridDoNotDependOnItsParts) {
   const TriangleMesh mesh =
       joined(make_box({0.06, 0.05, 0.03}, {-0.8, 0, 0}), make_box({0.06, 0.05, 0.03}, {0.8, 0, 0}));
   const Scene scene(mesh, 0.002);
   ASSERT_GT(scene.grid.brick_dims[0], 96U);
   const Oracle oracle(mesh);
-  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs);
-  for (std::uint32_t z = 0; z < scene.grid.brick_dims[2]; ++z) {
-    for (std::uint32_t y = 0; y < scene.grid.brick_dims[1]; ++y) {
-      for (std::uint32_t x = 0; x < scene.grid.brick_dims[0]; ++x) {
-        const double s = scene.grid.voxel_size;
-        const Vector centre = scene.grid.origin + 8 * s * Vector(x + 0.5, y + 0.5, z + 0.5);
-        const double truth = oracle.penetration(to_array(centre));
-        const int layer = layers[scene.grid.brick_at(x, y, z)];
-        ASSERT_GE(layer * truth, 0);
-        ASSERT_LE(std::abs(layer) * s, std::abs(truth));
-        ASSERT_GT((std::abs(layer) + 3) * s, std::abs(truth) * (1 - 1e-8));
-      }
-    }
-  }
+  for (const std::uint32_t edge : {kBrickEdge, kCoarseEdge}) expect_bounds(scene, oracle, edge);
 }
 
 TEST(DistanceField, CoarseLayersNeverClaimMoreDistanceThanThereIs) {
   const TriangleMesh mesh = make_torus(0.1, 0.04, 40, 20);
   const Scene scene(mesh, 0.002);
   const Oracle oracle(mesh);
-  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs);
+  expect_bounds(scene, oracle, kCoarseEdge);
+  const auto layers = coarse_layers(scene.grid, scene.voxels, scene.runs, kBrickEdge);
   std::size_t inner = 0;
   for (std::uint32_t z = 0; z < scene.grid.brick_dims[2]; ++z) {
     for (std::uint32_t y = 0; y < scene.grid.brick_dims[1]; ++y) {

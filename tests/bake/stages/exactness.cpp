@@ -221,7 +221,7 @@ void expect_no_voxel_missed(const Subject& s) {
 
 void expect_far_bricks_bounded(const Subject& s) {
   const Grid& grid = s.scene.grid;
-  const std::vector<std::int16_t> layers = coarse_layers(grid, s.scene.voxels, s.scene.runs);
+  const std::vector<std::int16_t> layers = coarse_layers(grid, s.scene.voxels, s.scene.runs, kBrickEdge);
   const InsideTest inside(s.scene.surface, grid);
   Random random;
   Failures bounds;

@@ -117,7 +117,7 @@ void Examined::expect_layers() const {
   const std::size_t bricks = std::size_t{layers.brick_dims[0]} * layers.brick_dims[1] * layers.brick_dims[2];
   const std::size_t stride = 1 + asset_->directory().find(SectionKind::layers)->shape[0] * kBrickVoxels / 6000;
   for (std::size_t b = 0; b < bricks; ++b) {
-    if (layers.brick_index[b] == kNoBrick) continue;
+    if (!is_stored(layers.brick_index[b])) continue;
     const std::size_t base = std::size_t{layers.brick_index[b]} * kBrickVoxels;
     for (std::size_t voxel = (stride - base % stride) % stride; voxel < kBrickVoxels; voxel += stride) {
       const std::size_t index[3] = {b % layers.brick_dims[0] * kBrickEdge + voxel % 8,
