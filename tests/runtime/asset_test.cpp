@@ -114,7 +114,7 @@ TEST(Asset, IndicesAreCheckedWhereTheyAreInUse) {
                                                {SectionKind::children, Use::pointshell}};
   for (const auto& [kind, user] : users) {
     Bytes wrong = bytes;
-    for (std::uint64_t i = 0; i < 4; ++i) wrong[directory.find(kind)->offset + i] = std::byte{0x7F};
+    for (std::uint64_t i = 0; i < 4; ++i) wrong[directory.find(kind)->offset + i] = std::byte{0xFD};
     for (const Use use : {Use::layers, Use::scaled, Use::real, Use::pointshell}) {
       Asset opened;
       const bool shares = kind == SectionKind::field_roots && (use == Use::scaled || use == Use::real);
@@ -279,10 +279,10 @@ TEST(Asset, InMemoryTheBytesStayTheCallers) {
 }
 
 TEST(Asset, CoarseLayersMustEndWithAWordOfTheFile) {
-  const Bytes bytes = sphere_bytes(all_fields(0.014));
+  const Bytes bytes = sphere_bytes(all_fields(0.007));
   Directory directory = directory_of(bytes);
   const Section* const found = directory.find(SectionKind::coarse_layers);
-  ASSERT_EQ(found->bytes % 4, 2U) << "an even number of bricks proves nothing";
+  ASSERT_EQ(found->bytes % 4, 2U) << "an even number of blocks proves nothing";
   Section& coarse = directory.sections[static_cast<std::size_t>(found - directory.sections.data())];
   coarse.offset = (bytes.size() + kSectionAlignment - 1) / kSectionAlignment * kSectionAlignment;
   directory.file_bytes = coarse.offset + coarse.bytes;
