@@ -36,18 +36,18 @@ struct CellPlane {
   return {{part(0, 7), part(7, 7), part(14, 7)}, part(21, 10), code >> 31 != 0};
 }
 
-/// Heights of blocks are coded in twice the step of those of cells.
-inline constexpr int kLargestBlockHeight = 2 * 255;
+/// Heights of blocks are coded in four times the step of those of cells.
+inline constexpr int kLargestBlockHeight = 4 * 127;
 
-/// The entry of `field_roots` of a block without samples: bits 0 to 20 as above, 21 to 29 the height, bit 30 whether
+/// The entry of `field_roots` of a block without samples: bits 0 to 20 as above, 21 to 28 the height, bit 30 whether
 /// the block lies inside. A height is rounded up. @pre |height| <= kLargestBlockHeight; not wide
 [[nodiscard]] constexpr std::uint32_t encode_block(const CellPlane& plane, bool inside) noexcept {
-  const auto height = static_cast<std::uint32_t>((plane.height + 1) >> 1) & 511U;
+  const auto height = static_cast<std::uint32_t>((plane.height + 3) >> 2) & 255U;
   return (encode(plane) & ((1U << 21) - 1)) | height << 21 | static_cast<std::uint32_t>(inside) << 30;
 }
 [[nodiscard]] constexpr CellPlane decode_block(std::uint32_t code) noexcept {
   CellPlane plane = decode_plane(code);
-  plane.height = 2 * (static_cast<std::int32_t>(code << 2) >> 23);
+  plane.height = 4 * (static_cast<std::int32_t>(code << 3) >> 24);
   plane.wide = false;
   return plane;
 }

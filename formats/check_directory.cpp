@@ -155,7 +155,7 @@ Status check_voxelmap(const Directory& directory) noexcept {
   if ((coarse->offset + coarse->bytes + 3) / 4 * 4 > directory.file_bytes) return Status::bad_section;
   if (layers != nullptr && layers->shape[0] > kMostCount) return Status::bad_section;
   if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
-  if (planes != nullptr && planes->shape[0] > nodes->shape[0]) return Status::bad_section;
+  if (planes != nullptr && planes->shape[0] > (kOctantsFlag >> 3)) return Status::bad_section;
   std::uint64_t bricks = 0;
   if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
   for (const Section* field : {scaled, real, gradient}) {

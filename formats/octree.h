@@ -29,8 +29,10 @@ inline constexpr std::uint32_t kFarInside = 0xFFFFFFFEu;
 /// shifted left by kLevelShift. Several entries may lead to one brick.
 inline constexpr std::uint32_t kNodeFlag = 0x80000000u;
 /// No brick is as large as a block of `field_roots`. Where such an entry is less than kNodeFlag, the block has no
-/// samples: kInsideFlag tells whether it lies inside, and the other bits are its plane (formats/cell_plane.h).
+/// samples, and kInsideFlag tells whether it lies inside. With kOctantsFlag the other bits number its planes, one for
+/// each octant; without, they are its plane (formats/cell_plane.h).
 inline constexpr std::uint32_t kInsideFlag = 0x40000000u;
+inline constexpr std::uint32_t kOctantsFlag = 0x20000000u;
 inline constexpr int kLevelShift = 28;
 inline constexpr std::uint32_t kNumberMask = (1u << kLevelShift) - 1;
 
@@ -46,6 +48,14 @@ namespace octree {
 [[nodiscard]] constexpr std::uint32_t root_entry(std::uint32_t root) noexcept {
   if (root >= kNodeFlag) return root;
   return (root & kInsideFlag) != 0 ? kFarInside : kFarOutside;
+}
+/// Whether each octant of a root has a plane, in a field with planes.
+[[nodiscard]] constexpr bool has_octant_planes(std::uint32_t root) noexcept {
+  return (root & (kNodeFlag | kOctantsFlag)) != 0;
+}
+/// Number of these planes; of a node its own. @pre has_octant_planes(root), and the root is no far one
+[[nodiscard]] constexpr std::uint32_t planes_of(std::uint32_t root) noexcept {
+  return root & ~(kNodeFlag | kInsideFlag | kOctantsFlag);
 }
 /// Number of a node. @pre is_node(entry)
 [[nodiscard]] constexpr std::uint32_t node_of(std::uint32_t entry) noexcept {

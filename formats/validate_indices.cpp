@@ -45,7 +45,7 @@ Status check_bricks(std::span<const std::uint32_t> index, std::uint64_t bricks) 
 }
 
 // Nodes refer to later ones only, so no walk down is endless.
-// @param planes  nodes that have planes, which are all that roots may refer to; 0: there are no planes
+// @param planes  eights of planes, of which nodes of roots have the first; 0: there are no planes
 Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes, std::uint64_t bricks,
                     std::uint64_t planes) noexcept {
   const std::uint64_t count = nodes.size() / 8;
@@ -57,7 +57,10 @@ Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::u
   bool good = true;
   // With planes a block without samples has one.
   for (const std::uint32_t root : roots) {
-    if (root >= kNodeFlag) good &= planes > 0 ? octree::node_of(root) < planes : is_good(root, 0);
+    const bool node_is_good = root < kNodeFlag || is_good(root, 0);
+    const bool far = root >= kFarInside;
+    const bool plane_is_good = !far && (!octree::has_octant_planes(root) || octree::planes_of(root) < planes);
+    good &= node_is_good && (planes == 0 || plane_is_good);
   }
   for (std::uint64_t n = 0; n < count; ++n) {
     for (std::uint64_t i = 8 * n; i < 8 * n + 8; ++i) good &= is_good(nodes[i], n + 1);

@@ -85,8 +85,9 @@ enum class SectionKind : std::uint32_t {
   real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
   far = 20,     ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
                 ///< Optional
-  planes = 21,  ///< u32 [t,8]: a linear upper bound of V in each octant of the nodes of roots, which are the first t
-                ///< nodes; other roots have theirs in their entry (formats/cell_plane.h); with `scaled`. Optional
+  planes = 21,  ///< u32 [t,8]: a linear upper bound of V in each octant of a root: of those with nodes, which have the
+                ///< same numbers, then of others near the surface. The rest have one in their entry
+                ///< (formats/cell_plane.h). With `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]

@@ -325,10 +325,14 @@ class Fitter {
         // Queries with a larger contact distance look at every point themselves.
         samples_(from, -(from.band_outer / from.grid.voxel_size - std::sqrt(0.75))) {}
 
+  // The last blocks reach beyond the grid.
+  [[nodiscard]] bool is_in_grid(const Part& part) const {
+    const Index3& dims = from_.grid.brick_dims;
+    return part.cell[0] < dims[0] && part.cell[1] < dims[1] && part.cell[2] < dims[2];
+  }
+
   [[nodiscard]] CellPlane fit(const Part& part) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (part.cell[axis] >= from_.grid.brick_dims[axis]) return {{}, kNoBound, false};  // beyond the grid
-    }
+    if (!is_in_grid(part)) return {{}, kNoBound, false};
     const Box box = part.box();
     const Vector centre = box.center();
     std::vector<Value> values;
@@ -475,28 +479,68 @@ class Fitter {
   const Samples samples_;
 };
 
+// @param cell  the lowest of a block
+Part octant_of(const Index3& cell, std::uint32_t octant) {
+  return {{cell[0] + (octant & 1), cell[1] + (octant >> 1 & 1), cell[2] + (octant >> 2)}, 1};
+}
+
+// Whether the octants of a block without samples outside get planes of their own. That of the block is loose where the
+// surface bends around it, which matters near the surface.
+bool needs_octants(const Fitter& fitter, const Index3& cell, const CellPlane& block) {
+  constexpr double kLoose = 2;  // [vx]
+  constexpr double kNear = 12;  // [vx]
+  double heights[8];
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    constexpr float kPart = 0.5F * kPlaneCell;
+    const auto place = [](std::uint32_t upper) { return upper != 0 ? kPart : -kPart; };
+    heights[octant] = double{height_at(block, {place(octant & 1), place(octant & 2), place(octant & 4)})};
+  }
+  if (*std::max_element(heights, heights + 8) <= -kNear) return false;
+  double gap = 0;
+  double nearest = kNone;
+  int count = 0;
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    const Part part = octant_of(cell, octant);
+    if (!fitter.is_in_grid(part)) continue;
+    const double height = double{fitter.fit(part).height} / kHeightSteps;
+    nearest = std::max(nearest, height);
+    gap += heights[octant] - height;
+    ++count;
+  }
+  return gap > kLoose * count && nearest > -kNear;
+}
+
 }  // namespace
 
 FieldPlanes fit_planes(const PlaneSource& from) {
   const Fitter fitter(from);
   const FieldTree& tree = from.values.tree;
   const Index3& dims = tree.root_dims;
+  const auto cell_of = [&](std::size_t root) {
+    const auto place = [](std::size_t at) { return static_cast<std::uint32_t>(2 * at); };
+    return Index3{place(root % dims[0]), place(root / dims[0] % dims[1]), place(root / dims[0] / dims[1])};
+  };
   FieldPlanes out;
   out.roots = tree.roots;
-  out.octants.resize(8 *
-                     static_cast<std::size_t>(std::count_if(tree.roots.begin(), tree.roots.end(), octree::is_node)));
-  tbb::parallel_for(std::size_t{0}, tree.roots.size(), [&](std::size_t n) {
-    const auto place = [&](std::size_t at) { return static_cast<std::uint32_t>(2 * at); };
-    const Index3 cell = {place(n % dims[0]), place(n / dims[0] % dims[1]), place(n / dims[0] / dims[1])};
-    const std::uint32_t root = tree.roots[n];
-    if (!octree::is_node(root)) {
-      out.roots[n] = encode_block(fitter.fit({cell, 2}), root == kFarInside);
-      return;
-    }
-    for (std::uint32_t octant = 0; octant < 8; ++octant) {
-      const Index3 at = {cell[0] + (octant & 1), cell[1] + (octant >> 1 & 1), cell[2] + (octant >> 2)};
-      out.octants[8 * std::size_t{octree::node_of(root)} + octant] = encode(fitter.fit({at, 1}));
-    }
+  tbb::parallel_for(std::size_t{0}, out.roots.size(), [&](std::size_t n) {
+    std::uint32_t& root = out.roots[n];
+    if (octree::is_node(root)) return;
+    const Part block{cell_of(n), 2};
+    const CellPlane plane = fitter.fit(block);
+    const bool is_inside = root == kFarInside;
+    root = !is_inside && needs_octants(fitter, block.cell, plane) ? kOctantsFlag : encode_block(plane, is_inside);
+  });
+  // Nodes have the numbers from 0.
+  auto count = static_cast<std::uint32_t>(std::count_if(tree.roots.begin(), tree.roots.end(), octree::is_node));
+  for (std::uint32_t& root : out.roots) {
+    if (root == kOctantsFlag) root |= count++;
+  }
+  out.octants.resize(8 * std::size_t{count});
+  tbb::parallel_for(std::size_t{0}, out.roots.size(), [&](std::size_t n) {
+    if (!octree::has_octant_planes(out.roots[n])) return;
+    std::uint32_t* const codes = &out.octants[8 * std::size_t{octree::planes_of(out.roots[n])}];
+    for (std::uint32_t octant = 0; octant < 8; ++octant)
+      codes[octant] = encode(fitter.fit(octant_of(cell_of(n), octant)));
   });
   return out;
 }

@@ -45,8 +45,8 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const CoarseBounds&
 
 /// Of `fit_planes`.
 struct FieldPlanes {
-  std::vector<std::uint32_t> roots;    ///< the field's roots, with the planes of blocks without samples
-  std::vector<std::uint32_t> octants;  ///< [t,8]: codes for the octants of the nodes of roots
+  std::vector<std::uint32_t> roots;    ///< the field's roots; those without samples with their planes
+  std::vector<std::uint32_t> octants;  ///< [t,8]: codes for octants of roots, those of nodes first
 };
 /// @pre the sections have the field's roots
 void pack_planes(const FieldPlanes& planes, std::vector<SectionData>& sections);

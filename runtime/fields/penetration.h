@@ -221,12 +221,12 @@ inline PlaneAt find_plane(const VoxelmapView& map, Vec3 point) noexcept {
   static_assert(kRootCells == 2 * kPlaneCell);
   const std::uint32_t root =
       map.field_roots[(std::size_t{cell[2] / 2} * map.root_dims[1] + cell[1] / 2) * map.root_dims[0] + cell[0] / 2];
-  const bool is_block = !octree::is_node(root);
+  const bool is_block = !octree::has_octant_planes(root);
   const std::uint32_t octant = cell[2] % 2 * 4 + cell[1] % 2 * 2 + cell[0] % 2;
   PlaneAt found;
   found.in_grid = true;
   found.plane =
-      is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::node_of(root)} + octant]);
+      is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::planes_of(root)} + octant]);
   float from_centre[3];
   for (int axis = 0; axis < 3; ++axis) {
     const float centre = is_block ? static_cast<float>(cell[axis] / 2 * 2 + 1) : static_cast<float>(cell[axis]) + 0.5F;

@@ -357,20 +357,23 @@ struct SampledLanes : Everywhere {
     const auto block_of = [](const Cell& c) { return hn::ShiftRight<1>(c.number); };
     const auto half_of = [](const Cell& c) { return hn::And(c.number, hn::Set(i32, 1)); };
     const I root = hn::GatherIndex(i32, map.roots, root_at(block_of(x), block_of(y), block_of(z)));
-    const auto has_node = hn::Lt(root, hn::Zero(i32));
+    // octree::has_octant_planes
+    static_assert(kOctantsFlag == 1U << 29);
+    const auto of_octant = hn::Lt(hn::Or(root, hn::ShiftLeft<2>(root)), hn::Zero(i32));
     const I octant = hn::Or(half_of(x), hn::Or(hn::ShiftLeft<1>(half_of(y)), hn::ShiftLeft<2>(half_of(z))));
-    const I at = hn::Or(hn::ShiftLeft<3>(root), octant);  // the flag of nodes is shifted out
-    const I of_node = hn::GatherIndex(i32, map.planes, hn::IfThenElseZero(has_node, at));
-    const I code = hn::IfThenElse(has_node, of_node, root);
+    const I at = hn::Or(hn::ShiftLeft<3>(root), octant);  // the flags are shifted out
+    const I planes = hn::GatherIndex(i32, map.planes, hn::IfThenElseZero(of_octant, at));
+    const I code = hn::IfThenElse(of_octant, planes, root);
     const auto slope = [&](I up) { return hn::ConvertTo(f32, hn::ShiftRight<25>(up)); };
-    const M in_octant = hn::RebindMask(f32, has_node);
+    const M in_octant = hn::RebindMask(f32, of_octant);
     const auto from_centre = [&](const Cell& c) {
       const F in_block = hn::Add(c.beyond, hn::ConvertTo(f32, hn::Sub(half_of(c), hn::Set(i32, 1))));
       return hn::IfThenElse(in_octant, hn::Sub(c.beyond, set(0.5F)), in_block);
     };
     const I of_cell = hn::ShiftRight<22>(hn::ShiftLeft<1>(code));
-    const I twice = hn::ShiftLeft<1>(hn::ShiftRight<23>(hn::ShiftLeft<2>(code)));
-    const F height = hn::Mul(hn::ConvertTo(f32, hn::IfThenElse(has_node, of_cell, twice)), set(1.0F / kHeightSteps));
+    const I of_block = hn::ShiftLeft<2>(hn::ShiftRight<24>(hn::ShiftLeft<3>(code)));
+    const F height =
+        hn::Mul(hn::ConvertTo(f32, hn::IfThenElse(of_octant, of_cell, of_block)), set(1.0F / kHeightSteps));
     F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(x));
     rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(y), rise);
     rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(z), rise);

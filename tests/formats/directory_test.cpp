@@ -249,19 +249,6 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
   EXPECT_EQ(bytes.with(too_many), Status::bad_info);
 }
 
-// Queries read the planes of every node that a root refers to.
-TEST(Directory, PlanesForMoreNodesThanThereAreAreRefused) {
-  TinyAsset tiny;
-  const std::vector<std::uint32_t> two(16, kFarOutside);
-  tiny.section(SectionKind::planes) = make_section(SectionKind::planes, ElementType::u32, {2, 8}, two);
-  tiny.section(SectionKind::field_nodes) = make_section(SectionKind::field_nodes, ElementType::u32, {2, 8}, two);
-  Bytes bytes(tiny);
-  Directory d = bytes.directory();
-  find(d, SectionKind::field_nodes).shape[0] = 1;
-  find(d, SectionKind::field_nodes).bytes /= 2;
-  EXPECT_EQ(bytes.with(d), Status::bad_section);
-}
-
 TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
   TinyAsset tiny;
   tiny.sections.push_back(
@@ -335,13 +322,14 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::bad_index);
   }
   // With planes a block without samples has one.
-  for (const std::uint32_t root : {0U, kInsideFlag, kNodeFlag - 1, kNodeFlag}) {
+  for (const std::uint32_t root : {0U, kInsideFlag, kOctantsFlag - 1, kOctantsFlag, kNodeFlag}) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, root), Status::ok);
   }
   for (const std::uint32_t root : {kNodeFlag | 1, kFarInside - 1, kFarInside, kFarOutside}) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, root), Status::bad_index);
     EXPECT_EQ(without_planes(root), root >= kFarInside ? Status::ok : Status::bad_index);
   }
+  EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_roots, 0, kOctantsFlag | 1), Status::bad_index);
   // A node that is its own child.
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, kNodeFlag), Status::bad_index);
   for (std::size_t i = 0; i < 6; ++i) {
