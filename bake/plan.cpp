@@ -112,7 +112,7 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
     const double scaled = scaled_limit(options, grid.voxel_size, planned.lambda) <= 127 ? 1 : 2;
     const double sample = (options.scaled ? scaled : 0) + (options.real ? 8 + 3 * 4 : 0);
     constexpr double kNode = 8;  // one octree node of eight entries for four bricks
-    bytes += limit_field_bricks(mesh, grid, options) * (kFieldStride * sample + kNode);
+    bytes += limit_field_bricks(mesh, grid, options) * (kFieldSamples * sample + kNode);
     const auto grid_bricks = static_cast<double>(grid.brick_count());
     bytes += 2 * grid_bricks + grid_bricks / 2;
     if (options.scaled) bytes += 4 * grid_bricks;
@@ -142,7 +142,7 @@ std::size_t predict_memory(const Extent& mesh, const Grid& grid, const BakeOptio
                       bricks * (300 + (options.layers ? 2 * kBrickVoxels : 0)) + 14 * grid_bricks + 20 * area;
   // Held by one stage at a time. sample_field: samples as integers and packed. The pointshell's stages: points, blocks
   // of the surface, clusters.
-  const double field = field_bricks * (1000 + (options.real ? 6000 : 0));
+  const double field = field_bricks * (1000 + (options.real ? 6500 : 0));
   const double shell = options.pointshell ? 350 * 0.81 * area / (options.alpha * options.alpha) : 0;
   return static_cast<std::size_t>(held + std::max(field, shell));
 }

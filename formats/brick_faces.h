@@ -28,7 +28,7 @@ inline std::int64_t spacing_of(std::uint32_t entry) noexcept {
 }
 
 /// V that a brick interpolates at a place of a cell that its entry covers, faces included.
-/// @param sample  V of a sample, from the entry of its brick and its number there
+/// @param sample  V of a sample, from the entry of its brick and its number among all samples
 template <class Sample>
 double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Place& place, const Sample& sample) {
   const int shift = level_of(entry) - kFinestLevel;  // of places to samples
@@ -39,7 +39,8 @@ double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Pl
     at[axis] = place[axis] - (kPlacesPerVoxel * cell[axis] >> (shift + kCells) << (shift + kCells));
   }
   const auto number = [&](std::int64_t x, std::int64_t y, std::int64_t z) {
-    return sample_in_brick(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y), static_cast<std::uint32_t>(z));
+    return sample_at(entry, static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y),
+                     static_cast<std::uint32_t>(z));
   };
   const std::int64_t spacing = std::int64_t{1} << shift;
   if (((at[0] | at[1] | at[2]) & (spacing - 1)) == 0) {
@@ -100,7 +101,7 @@ void for_each_sample_on_faces(const Octree& tree, const Sample& sample, const Vi
       const Found other = find_entry(tree.roots, tree.nodes, tree.root_dims, other_cell);
       // The smaller cube has the whole face; of equal ones, the lower has it.
       if (other.edge < edge || (other.edge == edge && !upper)) continue;
-      if (!is_brick(other.entry) || brick_of(other.entry) == brick_of(entry)) continue;
+      if (!is_brick(other.entry) || slice_of(other.entry) == slice_of(entry)) continue;
       const std::int64_t length = kPlacesPerVoxel * edge;
       const std::int64_t step = std::min({spacing_of(entry), spacing_of(other.entry), length});
       Place place;

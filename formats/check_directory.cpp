@@ -25,9 +25,9 @@ constexpr Layout kLayouts[] = {
     {SectionKind::layers, {ElementType::i8, ElementType::i16}, 4, {0, kEdge, kEdge, kEdge}},
     {SectionKind::field_roots, {ElementType::u32, kNone}, 3, {}},
     {SectionKind::field_nodes, {ElementType::u32, kNone}, 2, {0, 8}},
-    {SectionKind::scaled, {ElementType::i8, ElementType::i16}, 2, {0, kFieldStride}},
-    {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldStride}},
-    {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldStride, 3}},
+    {SectionKind::scaled, {ElementType::i8, ElementType::i16}, 2, {0, kFieldSlice}},
+    {SectionKind::real, {ElementType::f64, kNone}, 2, {0, kFieldSlice}},
+    {SectionKind::real_gradient, {ElementType::f32, kNone}, 3, {0, kFieldSlice, 3}},
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
     {SectionKind::planes, {ElementType::u32, kNone}, 2, {0, 8}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
@@ -151,17 +151,20 @@ Status check_voxelmap(const Directory& directory) noexcept {
   const double voxel_size = directory.info.voxel_size;
   if (scaled != nullptr && !(directory.info.lambda >= 0x1p-16 * voxel_size && directory.info.lambda <= voxel_size / 2))
     return Status::bad_info;
-  // The vector kernels read coarse layers in words of two: the last word must lie in the file.
+  // The vector kernels read samples in words of four bytes, coarse layers in words of two: the last word must lie in
+  // the file.
+  if (scaled != nullptr && scaled->offset + scaled->bytes + 2 > directory.file_bytes) return Status::bad_section;
   if ((coarse->offset + coarse->bytes + 3) / 4 * 4 > directory.file_bytes) return Status::bad_section;
   if (layers != nullptr && layers->shape[0] > kMostCount) return Status::bad_section;
-  if (nodes != nullptr && nodes->shape[0] > kNumberMask) return Status::bad_section;
+  if (nodes != nullptr && nodes->shape[0] > kMostNodes) return Status::bad_section;
   if (planes != nullptr && planes->shape[0] > (kOctantsFlag >> 3)) return Status::bad_section;
-  std::uint64_t bricks = 0;
+  std::uint64_t slices = 0;
   if (far == nullptr ? directory.info.far_spacing != 0 : !far_grid_is_good(*far, directory)) return Status::bad_section;
   for (const Section* field : {scaled, real, gradient}) {
     if (field == nullptr) continue;
-    if (field->shape[0] > kNumberMask || (bricks != 0 && field->shape[0] != bricks)) return Status::bad_section;
-    bricks = field->shape[0];
+    const std::uint64_t count = field->shape[0];
+    if (count > kMostSlices || (slices != 0 && count != slices)) return Status::bad_section;
+    slices = count;
   }
   return Status::ok;
 }

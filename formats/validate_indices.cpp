@@ -46,13 +46,14 @@ Status check_bricks(std::span<const std::uint32_t> index, std::uint64_t bricks) 
 
 // Nodes refer to later ones only, so no walk down is endless.
 // @param planes  eights of planes, of which nodes of roots have the first; 0: there are no planes
-Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes, std::uint64_t bricks,
+Status check_octree(std::span<const std::uint32_t> roots, std::span<const std::uint32_t> nodes, std::uint64_t slices,
                     std::uint64_t planes) noexcept {
   const std::uint64_t count = nodes.size() / 8;
   const auto is_good = [&](std::uint32_t entry, std::uint64_t least_node) {
     const std::uint32_t node = octree::node_of(entry);
     if (octree::is_node(entry)) return node >= least_node && node < count;
-    return !octree::is_brick(entry) || (octree::brick_of(entry) < bricks && octree::level_of(entry) <= kCoarsestLevel);
+    const octree::Slices stored = octree::slices_of(entry);
+    return !octree::is_brick(entry) || (octree::slice_of(entry) + stored.count <= slices && stored.axis <= 2);
   };
   bool good = true;
   // With planes a block without samples has one.

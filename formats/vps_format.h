@@ -70,8 +70,8 @@ enum class Status : std::uint8_t {
 [[nodiscard]] const char* describe(Status status) noexcept;
 
 /// What a section holds. Numbers are part of the format. Shapes are C order, slowest axis first.
-/// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = field bricks,
-/// P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
+/// b = brick grid (x, y, z), n = stored bricks of layers, r = octree roots, N = octree nodes, f = slices of field
+/// bricks, P = points, F = facets, M = tree nodes, L = tree levels, H = corners of hulls.
 enum class SectionKind : std::uint32_t {
   brick_index = 1,    ///< u32 [bz,by,bx]: number of the stored brick, kNoBrick or kNoBrickInside; with `layers` only
   coarse_layers = 2,  ///< i16 [rz,ry,rx]: lower bound of the distance from the CENTRE of each block of 16x16x16 voxels
@@ -80,9 +80,9 @@ enum class SectionKind : std::uint32_t {
   field_nodes = 4,    ///< u32 [N,8]: entry of each octant, x fastest; with `scaled` or `real`
   layers =
       16,  ///< i8 or i16 [n,8,8,8]: layer v of each voxel (0 surface, +n inside, -n outside), Chebyshev steps. [vx]
-  scaled = 17,  ///< i8 or i16 [f,128]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
-  real = 18,    ///< f64 [f,128]: penetration of each sample. [m]
-  real_gradient = 19,  ///< f32 [f,128,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
+  scaled = 17,  ///< i8 or i16 [f,25]: penetration of each sample in steps of lambda, at level 1 of 2 lambda. Eq. (1)
+  real = 18,    ///< f64 [f,25]: penetration of each sample. [m]
+  real_gradient = 19,  ///< f32 [f,25,3]: gradient (x,y,z) of V at each sample, as in Eq. (5). [m per voxel step]
   far = 20,     ///< i8 [nz,ny,nx]: penetration at the nodes of the far grid, in far_step_inner or far_step_outer.
                 ///< Optional
   planes = 21,  ///< u32 [t,8]: a linear upper bound of V in each octant of a root: of those with nodes, which have the

@@ -210,7 +210,6 @@ Status Asset::voxelmap(VoxelmapView& out, Field field, double scale) const noexc
   if (out.field == Field::layers) {
     out.brick_index = section_data<std::uint32_t>(data_, directory_.find(SectionKind::brick_index));
   } else {
-    out.field_bricks = static_cast<std::uint32_t>(values->shape[0]);
     out.field_roots = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_roots));
     out.field_nodes = section_data<std::uint32_t>(data_, directory_.find(SectionKind::field_nodes));
   }

@@ -61,13 +61,12 @@ struct FarGridView {
 struct VoxelmapView {
   Field field = Field::none;                   ///< the finest stored one, unless Asset::voxelmap requested another
   ElementType element{};                       ///< element type of `values`
-  const void* values = nullptr;                ///< the field's bricks: [n,8,8,8] with Field::layers, else [f,128]
-  const float* gradients = nullptr;            ///< with Field::real: [f,128,3], metres per voxel step
+  const void* values = nullptr;                ///< [n,8,8,8] with Field::layers, else [f,25]
+  const float* gradients = nullptr;            ///< with Field::real: [f,25,3], metres per voxel step
   const std::uint32_t* brick_index = nullptr;  ///< with Field::layers
-  const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as field_nodes and field_bricks
+  const std::uint32_t* field_roots = nullptr;  ///< with Field::scaled and real, as field_nodes
   const std::uint32_t* field_nodes = nullptr;
   std::uint32_t root_dims[3] = {};              ///< blocks of 16x16x16 cells along x, y, z
-  std::uint32_t field_bricks = 0;               ///< f
   const std::int16_t* coarse_layers = nullptr;  ///< [rz,ry,rx]
   const std::uint32_t* planes =
       nullptr;                       ///< with Field::scaled: a linear upper bound of V per octant of a root; null: none

@@ -227,9 +227,8 @@ class Samples {
   void visit_brick(std::uint32_t entry, const Box& box, Sample sample) const {
     constexpr int kCells = kFieldEdge - 1;
     const double h = std::ldexp(1.0, octree::level_of(entry));
-    const std::size_t brick = octree::brick_of(entry);
-    const double step = values_.step(brick) / voxel_size_;
-    const std::int16_t* const v = tree_.scaled.data() + octree::first_sample(entry);
+    const double step = values_.form.step(octree::level_of(entry)) / voxel_size_;
+    const std::int16_t* const v = tree_.scaled.data() + octree::sample_at(entry, 0, 0, 0);
     const Vector low = (box.min() / (kCells * h)).array().floor() * (kCells * h);
     // The cells of interpolation that the box touches.
     int first[3];
@@ -238,7 +237,7 @@ class Samples {
       first[axis] = static_cast<int>(std::floor((box.min()[axis] - low[axis]) / h));
       last[axis] = std::min(static_cast<int>(std::ceil((box.max()[axis] - low[axis]) / h)), kCells);
     }
-    std::array<bool, kFieldStride> wanted{};
+    std::array<bool, kFieldSamples> wanted{};
     for (int z = first[2]; z < last[2]; ++z) {
       for (int y = first[1]; y < last[1]; ++y) {
         for (int x = first[0]; x < last[0]; ++x) {

@@ -30,7 +30,7 @@ std::vector<CertificateSample> jump_samples(const Truth& truth, const Grid& grid
                                             const StoredSample& stored) {
   std::vector<Jump> jumps;
   double least = 0;  // of those that are kept
-  const auto sample = [&](std::uint32_t entry, std::uint32_t n) { return stored(octree::brick_of(entry), n); };
+  const auto sample = [&](std::uint32_t entry, std::size_t n) { return stored(octree::level_of(entry), n); };
   octree::for_each_sample_on_faces(
       {tree.roots.data(), tree.nodes.data(), tree.root_dims.data()}, sample,
       [&](const octree::Place& place, double here, double there) {

@@ -9,8 +9,8 @@
 
 namespace vps::bake {
 
-/// V of a stored sample, from its brick and its number there. [m]
-using StoredSample = std::function<double(std::size_t brick, std::uint32_t n)>;
+/// V of a stored sample, from its brick's level and its number in the tree. [m]
+using StoredSample = std::function<double(int level, std::size_t n)>;
 
 /// Starts of the search for the largest error, in the band that the certificate covers: both sides of the faces between
 /// bricks, where the bricks differ most. The two errors add up to the difference.

@@ -16,6 +16,7 @@
 #include "bake/stages/certify.h"
 #include "bake/stages/crease_samples.h"
 #include "bake/stages/jump_samples.h"
+#include "bake/stages/trim_bricks.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
@@ -74,6 +75,8 @@ Representations represent(const Surface& surface, const Grid& grid, const Surfac
   if (!options.scaled && !options.real) return out;
   const double s = grid.voxel_size;
   out.form.real = options.real;
+  out.form.band_inner = options.band_inside * s;
+  out.form.band_outer = options.band_outside * s;
   if (options.scaled) {
     out.form.lambda = lambda;
     out.form.limit = scaled_limit(options, s, lambda);
@@ -116,10 +119,9 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     FieldCertificate certificate = certified(
         [&](const Vector& p) {
           const FieldCell cell = find_cell(grid, fields.tree, p);
-          if (cell.brick < 0) throw std::logic_error("a point of the band has no field brick");
+          if (!cell.sampled) throw std::logic_error("a point of the band has no field brick");
           double sum = 0;
-          for (std::size_t k = 0; k < 8; ++k)
-            sum += cell.weights[k] * value(static_cast<std::size_t>(cell.brick), cell.samples[k]);
+          for (std::size_t k = 0; k < 8; ++k) sum += cell.weights[k] * value(cell.level, cell.samples[k]);
           return sum;
         },
         jumps);
@@ -135,14 +137,11 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     return certificate;
   };
   if (fields.has_scaled()) {
-    info.scaled_error =
-        sampled([&](std::size_t brick,
-                    std::uint32_t n) { return fields.tree.scaled[brick * kFieldStride + n] * fields.step(brick); },
-                fields.form.lambda);
+    info.scaled_error = sampled(
+        [&](int level, std::size_t n) { return fields.tree.scaled[n] * fields.form.step(level); }, fields.form.lambda);
   }
   if (options.real) {
-    info.real_error = sampled(
-        [&](std::size_t brick, std::uint32_t n) { return fields.tree.penetration[brick * kFieldStride + n]; }, 0);
+    info.real_error = sampled([&](int, std::size_t n) { return fields.tree.penetration[n]; }, 0);
   }
 }
 
@@ -183,20 +182,22 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const CoarseBounds&
                                {field.set.bricks.size(), kBrickEdge, kBrickEdge, kBrickEdge}, fields.layers));
   }
   const FieldTree& tree = fields.tree;
-  if (tree.levels.empty()) return;
+  if (tree.bricks == 0) return;
+  const TrimmedTree trimmed = trim_bricks(tree, fields.form);
   sections.push_back(section(SectionKind::field_roots, ElementType::u32,
-                             {tree.root_dims[2], tree.root_dims[1], tree.root_dims[0]}, tree.roots));
-  sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, tree.nodes));
-  const std::vector<std::uint64_t> samples = {tree.levels.size(), kFieldStride};
+                             {tree.root_dims[2], tree.root_dims[1], tree.root_dims[0]}, trimmed.roots));
+  sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, trimmed.nodes));
+  const std::vector<std::uint64_t> samples = {trimmed.slices, kFieldSlice};
   if (fields.has_scaled()) {
+    const std::vector<std::int16_t> scaled = trimmed.stored(tree.scaled);
     sections.push_back(fields.form.limit <= 127
-                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, tree.scaled)
-                           : section(SectionKind::scaled, ElementType::i16, samples, tree.scaled));
+                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, scaled)
+                           : section(SectionKind::scaled, ElementType::i16, samples, scaled));
   }
   if (fields.form.real) {
-    sections.push_back(section(SectionKind::real, ElementType::f64, samples, tree.penetration));
-    sections.push_back(
-        section(SectionKind::real_gradient, ElementType::f32, {tree.levels.size(), kFieldStride, 3}, tree.gradient));
+    sections.push_back(section(SectionKind::real, ElementType::f64, samples, trimmed.stored(tree.penetration)));
+    sections.push_back(section(SectionKind::real_gradient, ElementType::f32, {trimmed.slices, kFieldSlice, 3},
+                               trimmed.stored(tree.gradient, 3)));
   }
 }
 

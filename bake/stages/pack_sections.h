@@ -20,8 +20,6 @@ struct Representations {
   SampleForm form;
 
   [[nodiscard]] bool has_scaled() const { return form.lambda > 0; }
-  /// Step of `scaled` in a field brick: larger where its samples lie farther apart. [m]
-  [[nodiscard]] double step(std::size_t brick) const { return form.step(tree.levels[brick]); }
 };
 
 [[nodiscard]] Representations represent(const Surface& surface, const Grid& grid, const SurfaceVoxels& voxels,

@@ -2,6 +2,7 @@
 // Works from the coarsest bricks down. A finer brick is kept where the coarser one's interpolation is not good enough.
 #include "bake/stages/sample_field.h"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "bake/stages/fine_samples.h"
 #include "bake/stages/fit_samples.h"
 #include "bake/stages/sample_brick.h"
+#include "bake/vps_bake.h"
 
 namespace vps::bake {
 namespace {
@@ -31,7 +33,7 @@ constexpr int sample_at(int x, int y, int z) {
 struct SampledBlock {
   std::uint32_t root = kFarOutside;
   std::vector<std::uint32_t> nodes;
-  std::vector<std::int8_t> levels;
+  std::size_t bricks = 0;
   std::vector<double> penetration;
   std::vector<float> gradient;
   std::vector<std::int16_t> scaled;
@@ -315,9 +317,7 @@ class BlockSampler {
 
   std::uint32_t store(FieldBrick& brick) {
     if (brick.entry != kFarOutside) return brick.entry;
-    const auto number = static_cast<std::uint32_t>(block_.levels.size());
-    brick.entry = octree::brick_entry(number, brick.level);
-    block_.levels.push_back(static_cast<std::int8_t>(brick.level));
+    brick.entry = octree::brick_entry(static_cast<std::uint32_t>(kFieldEdge * block_.bricks++), brick.level);
     for (std::size_t n = 0; n < kSamples; ++n) note_error(brick, n, std::abs(brick.fitted[n] - brick.value[n]));
     if (form_.lambda > 0) store_scaled(brick);
     if (form_.real) store_real(brick);
@@ -330,19 +330,16 @@ class BlockSampler {
     const double limit = form_.limit;
     for (const double v : brick.fitted)
       block_.scaled.push_back(static_cast<std::int16_t>(std::lrint(std::clamp(v / step, -limit, limit))));
-    block_.scaled.resize(block_.levels.size() * kFieldStride, 0);
   }
 
   void store_real(const FieldBrick& brick) {
     block_.penetration.insert(block_.penetration.end(), brick.fitted.begin(), brick.fitted.end());
-    block_.penetration.resize(block_.levels.size() * kFieldStride, 0);
     for (std::size_t n = 0; n < kSamples; ++n) {
       const Vector p = bricks_.place(brick, n);
       const Vector g =
           grid_.voxel_size * exact_gradient(surface_, p, brick.closest[n], brick.value[n] > 0, grid_.voxel_size);
       for (int axis = 0; axis < 3; ++axis) block_.gradient.push_back(static_cast<float>(g[axis]));
     }
-    block_.gradient.resize(block_.levels.size() * kFieldStride * 3, 0);
   }
 
   std::size_t open_node() {
@@ -368,17 +365,22 @@ class BlockSampler {
   SampledBlock block_;
 };
 
-std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uint32_t first_brick) {
+std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uint32_t first_slice) {
   if (octree::is_node(entry)) return entry + first_node;
-  return octree::is_brick(entry) ? entry + first_brick : entry;
+  return octree::is_brick(entry) ? entry + first_slice : entry;
 }
 
 void append(const SampledBlock& block, FieldTree& tree) {
   const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
-  const auto first_brick = static_cast<std::uint32_t>(tree.levels.size());
-  tree.roots.push_back(renumbered(block.root, first_node, first_brick));
-  for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_brick));
-  tree.levels.insert(tree.levels.end(), block.levels.begin(), block.levels.end());
+  const auto first_slice = static_cast<std::uint32_t>(kFieldEdge * tree.bricks);
+  tree.bricks += block.bricks;
+  if (kFieldEdge * tree.bricks > kMostSlices) {
+    throw BakeError("sample_field", fmt::format("the field needs more than the {} bricks of samples that an asset can "
+                                                "hold; choose larger voxels, or a larger --field-error",
+                                                kMostSlices / kFieldEdge));
+  }
+  tree.roots.push_back(renumbered(block.root, first_node, first_slice));
+  for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_slice));
   tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
   tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
   tree.scaled.insert(tree.scaled.end(), block.scaled.begin(), block.scaled.end());
@@ -455,8 +457,9 @@ FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
   const std::uint32_t entry =
       octree::find_entry(tree.roots.data(), tree.nodes.data(), tree.root_dims.data(), index).entry;
   if (!octree::is_brick(entry)) return cell;
-  cell.brick = octree::brick_of(entry);
-  const double scale = std::ldexp(1.0, -octree::level_of(entry));
+  cell.sampled = true;
+  cell.level = octree::level_of(entry);
+  const double scale = std::ldexp(1.0, -cell.level);
   double part[3];
   std::uint32_t low[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -466,7 +469,7 @@ FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p) {
   }
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    cell.samples[corner] = octree::sample_in_brick(low[0] + d[0], low[1] + d[1], low[2] + d[2]);
+    cell.samples[corner] = octree::sample_at(entry, low[0] + d[0], low[1] + d[1], low[2] + d[2]);
     cell.weights[corner] = 1;
     for (int axis = 0; axis < 3; ++axis) cell.weights[corner] *= d[axis] != 0 ? part[axis] : 1 - part[axis];
   }

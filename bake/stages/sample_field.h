@@ -26,19 +26,22 @@ struct SampleForm {
   bool real = false;       ///< as `penetration` and `gradient`
   double lambda = 0;       ///< as `scaled` with this step at levels below 1, twice that at level 1; 0: not. [m]
   std::int32_t limit = 0;  ///< largest absolute value in `scaled`
+  double band_inner = 0;   ///< a value beyond the band may be stored as less, but not as one in the band. [m]
+  double band_outer = 0;   ///< [m]
 
   [[nodiscard]] double step(int level) const { return level > 0 ? 2 * lambda : lambda; }
 };
 
-/// An octree of field bricks, as the asset stores it (vps_format.h), but for the planes of blocks without samples.
+/// An octree of field bricks. All slices of a brick are there, along z: the asset stores fewer (trim_bricks.h). The
+/// roots are without planes.
 struct FieldTree {
   Index3 root_dims{};
   std::vector<std::uint32_t> roots;  ///< [rz,ry,rx]
   std::vector<std::uint32_t> nodes;  ///< [N,8]; those of roots first, in their order
-  std::vector<std::int8_t> levels;   ///< [f]
-  std::vector<double> penetration;   ///< [f,128]: fitted within the field's band, else clamped. [m]
-  std::vector<float> gradient;       ///< [f,128,3]: zero beyond the band. [m per voxel step]
-  std::vector<std::int16_t> scaled;  ///< [f,128]: penetration / step, rounded to nearest, clamped at the limit
+  std::size_t bricks = 0;            ///< b
+  std::vector<double> penetration;   ///< [b,125]: fitted within the field's band, else clamped. [m]
+  std::vector<float> gradient;       ///< [b,125,3]: zero beyond the band. [m per voxel step]
+  std::vector<std::int16_t> scaled;  ///< [b,125]: penetration / step, rounded to nearest, clamped at the limit
   double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
   double proven = 0;                 ///< proven bound of interpolation's error in the band; 0 unless asked for. [m]
@@ -51,8 +54,9 @@ struct FieldTree {
 
 /// The field brick at a point, and the samples that interpolation uses there.
 struct FieldCell {
-  std::int64_t brick = -1;  ///< negative beyond the stored bricks
-  std::uint32_t samples[8]{};
+  bool sampled = false;  ///< false beyond the stored bricks
+  int level = 0;
+  std::size_t samples[8]{};  ///< numbers in the tree's values
   double weights[8]{};
 };
 [[nodiscard]] FieldCell find_cell(const Grid& grid, const FieldTree& tree, const Vector& p);

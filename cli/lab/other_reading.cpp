@@ -27,15 +27,14 @@ Point rotated(const Pose& pose, const Point& v) {
 
 // Eqs. (4) and (5) from the nearest corner of the point's cell.
 double from_nearest(const VoxelmapView& map, const detail::FieldCell& cell, const Point& inward_normal) {
-  std::size_t step = 0;
+  std::size_t nearest = 0;
   Point to_sample;
-  constexpr std::size_t kSteps[3] = {1, kFieldEdge, kFieldEdge * kFieldEdge};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double corner = cell.part[axis] >= 0.5F ? 1 : 0;
-    if (corner > 0) step += kSteps[axis];
+    if (corner > 0) nearest |= std::size_t{1} << axis;
     to_sample[axis] = (corner - double(cell.part[axis])) * double(cell.edge);
   }
-  const std::size_t at = cell.first + step;
+  const std::size_t at = cell.corners.number(nearest);
   const double value = double(detail::sample_value(map, cell, at));
   if (map.gradients == nullptr) return dot(inward_normal, to_sample) + value;
   const float* const g = map.gradients + 3 * at;

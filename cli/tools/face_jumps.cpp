@@ -11,10 +11,10 @@ namespace vps::cli {
 FaceJump largest_face_jump(const VoxelmapView& map, double voxel_size) {
   const detail::CertifiedBand band = detail::certified_band(map);
   const auto is_certified = [&](double v) { return v > -double(band.outer) && v < double(band.inner); };
-  const auto sample = [&](std::uint32_t entry, std::uint32_t n) {
+  const auto sample = [&](std::uint32_t entry, std::size_t n) {
     detail::FieldCell cell;
     cell.edge = std::ldexp(map.voxel_size, octree::level_of(entry));
-    return double(detail::sample_value(map, cell, octree::first_sample(entry) + n));
+    return double(detail::sample_value(map, cell, n));
   };
   FaceJump jump;
   octree::for_each_sample_on_faces(

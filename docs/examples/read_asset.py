@@ -65,14 +65,18 @@ def own_penetration(f, point, field):
         edge //= 2
     if entry >= 0xFFFFFFFE:  # ...FF: outside, ...FE: inside, beyond the band
         return None
-    # A brick of 4x4x4 cells whose edge is 2^level voxels, with samples at their 5x5x5 corners.
-    level = (entry >> 28) - 2
-    brick = entry & 0xFFFFFFF
-    cells = g / 2.0**level
-    x, y, z = cells.astype(int) % 4
-    samples = voxelmap[field][brick, :125].reshape(5, 5, 5)
-    v = samples[z : z + 2, y : y + 2, x : x + 2].astype(float)
-    for t in cells[::-1] % 1:  # trilinear: along z, then y, then x
+    # A brick of 4x4x4 cells whose edge is 2^level voxels, with samples at their corners: slices of 5x5 along an axis.
+    level = (entry >> 29) - 2
+    axis = 2 - (entry >> 27 & 3)
+    at_lower_end, left_out = entry >> 26 & 1, entry >> 24 & 3
+    at = g / 2.0**level % 4
+    at[[axis, 2]] = at[[2, axis]]
+    # Slices that are left out at one end equal the nearest that is stored.
+    at[2] = min(max(at[2] - at_lower_end * left_out, 0), 4 - left_out)
+    x, y, z = low = np.minimum(at.astype(int), [3, 3, 3 - left_out])
+    first = (entry & 0xFFFFFF) + z
+    v = voxelmap[field][first : first + 2].reshape(2, 5, 5)[:, y : y + 2, x : x + 2].astype(float)
+    for t in (at - low)[::-1]:  # trilinear: along z, then y, then x
         v = v[0] + t * (v[1] - v[0])
     if field == "real":
         return float(v)

@@ -8,7 +8,11 @@
 // After foreach_target.h.
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <span>
+#include <utility>
 
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
@@ -17,14 +21,13 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::CappedTag<float, 16>;
 using F = hn::Vec<Floats>;
 
-constexpr std::uint32_t kSamples = kFieldEdge * kFieldEdge * kFieldEdge;
-// Places of the samples, and of the unused numbers up to the brick's stride.
+// Places of the samples.
 constexpr auto kPlaces = [] {
-  std::array<std::array<float, kFieldStride>, 3> places{};
-  for (std::uint32_t i = 0; i < kSamples; ++i) {
+  std::array<std::array<float, kFieldSamples>, 3> places{};
+  for (std::uint32_t i = 0; i < kFieldSamples; ++i) {
     places[0][i] = static_cast<float>(i % kFieldEdge);
     places[1][i] = static_cast<float>(i / kFieldEdge % kFieldEdge);
-    places[2][i] = static_cast<float>(i / (kFieldEdge * kFieldEdge));
+    places[2][i] = static_cast<float>(i / kFieldSlice);
   }
   return places;
 }();
@@ -38,26 +41,30 @@ HWY_INLINE F at(const LineOverBrick& line, std::uint32_t i) {
 }
 
 template <class Code>
-bool is_linear_here(const Code* codes, float step, const LineOverBrick& wanted, float tolerance,
+bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
                     const LineOverBrick& height, float near) {
   const Floats f32;
   const hn::Rebind<Code, Floats> narrow;
   const hn::RebindToSigned<Floats> i32;
   // The caller's test of single samples rounds otherwise: what is accepted here, it accepts too.
   const F most = hn::Set(f32, tolerance * (1 - 1e-3F));
-  for (std::uint32_t i = 0; i < kSamples; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
-    const auto counts = hn::And(hn::FirstN(f32, kSamples - i), hn::Le(hn::Abs(at(height, i)), hn::Set(f32, near)));
-    const F v = hn::Mul(hn::Set(f32, step), hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, codes + i))));
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+  const auto count = static_cast<std::uint32_t>(codes.size());
+  for (std::uint32_t next = 0; next < count; next += lanes) {
+    const std::uint32_t i = std::min(next, count - lanes);
+    const auto counts = hn::Le(hn::Abs(at(height, i)), hn::Set(f32, near));
+    const F v =
+        hn::Mul(hn::Set(f32, step), hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, codes.data() + i))));
     const auto beyond = hn::And(counts, hn::Not(hn::Le(hn::Abs(hn::Sub(v, at(wanted, i))), most)));
     if (!hn::AllFalse(f32, beyond)) return false;
   }
   return true;
 }
-bool is_linear_8(const std::int8_t* codes, float step, const LineOverBrick& wanted, float tolerance,
+bool is_linear_8(std::span<const std::int8_t> codes, float step, const LineOverBrick& wanted, float tolerance,
                  const LineOverBrick& height, float near) {
   return is_linear_here(codes, step, wanted, tolerance, height, near);
 }
-bool is_linear_16(const std::int16_t* codes, float step, const LineOverBrick& wanted, float tolerance,
+bool is_linear_16(std::span<const std::int16_t> codes, float step, const LineOverBrick& wanted, float tolerance,
                   const LineOverBrick& height, float near) {
   return is_linear_here(codes, step, wanted, tolerance, height, near);
 }
@@ -71,14 +78,49 @@ namespace vps::detail {
 HWY_EXPORT(is_linear_8);
 HWY_EXPORT(is_linear_16);
 
-bool is_linear_brick(const VoxelmapView& map, std::size_t sample, float step, const LineOverBrick& wanted,
-                     float tolerance, const LineOverBrick& height, float near) noexcept {
-  if (map.element == ElementType::i8) {
-    const auto* const codes = static_cast<const std::int8_t*>(map.values) + sample;
-    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, step, wanted, tolerance, height, near);
+namespace {
+
+// Over the slices that are stored, which follow each other along z.
+LineOverBrick over_stored(const LineOverBrick& line, const octree::Slices& slices) {
+  LineOverBrick out = line;
+  out.first += static_cast<float>(slices.first) * line.slope[slices.axis];
+  std::swap(out.slope[slices.axis], out.slope[2]);
+  return out;
+}
+
+// Whether no sample of the slices that are left out is near the plane.
+bool left_out_are_far(const octree::Slices& slices, const LineOverBrick& height, float near) {
+  if (slices.count == kFieldEdge) return true;
+  const auto left_out = static_cast<float>(kFieldEdge - slices.count);
+  float centre[3] = {2, 2, 2};
+  float half[3] = {2, 2, 2};
+  half[slices.axis] = 0.5F * (left_out - 1);
+  centre[slices.axis] = slices.first > 0 ? half[slices.axis] : kFieldEdge - 1 - half[slices.axis];
+  float at_centre = height.first;
+  float reach = near;
+  for (int axis = 0; axis < 3; ++axis) {
+    at_centre += centre[axis] * height.slope[axis];
+    reach += half[axis] * std::abs(height.slope[axis]);
   }
-  const auto* const codes = static_cast<const std::int16_t*>(map.values) + sample;
-  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, step, wanted, tolerance, height, near);
+  return std::abs(at_centre) > reach;
+}
+
+}  // namespace
+
+bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, float step, const LineOverBrick& wanted,
+                     float tolerance, const LineOverBrick& height, float near) noexcept {
+  const octree::Slices slices = octree::slices_of(entry);
+  if (!left_out_are_far(slices, height, near)) return false;
+  const LineOverBrick v = over_stored(wanted, slices);
+  const LineOverBrick above = over_stored(height, slices);
+  const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
+  const std::size_t count = std::size_t{slices.count} * kFieldSlice;
+  if (map.element == ElementType::i8) {
+    const std::span codes(static_cast<const std::int8_t*>(map.values) + first, count);
+    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, step, v, tolerance, above, near);
+  }
+  const std::span codes(static_cast<const std::int16_t*>(map.values) + first, count);
+  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, step, v, tolerance, above, near);
 }
 
 }  // namespace vps::detail

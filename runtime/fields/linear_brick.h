@@ -16,12 +16,12 @@ struct LineOverBrick {
 };
 
 /// Whether |V - wanted| <= tolerance at every sample of a brick near a plane. Where rounding would decide it is false.
-/// @param sample  number of the brick's first one in map.values
+/// @param entry   of the brick
 /// @param step    takes the samples' codes to V. [m]
 /// @param wanted  [m]
 /// @param height  above the plane. [vx]
 /// @param near    largest height of the samples that count. [vx]
-bool is_linear_brick(const VoxelmapView& map, std::size_t sample, float step, const LineOverBrick& wanted,
+bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, float step, const LineOverBrick& wanted,
                      float tolerance, const LineOverBrick& height, float near) noexcept;
 
 }  // namespace vps::detail

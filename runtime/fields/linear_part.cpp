@@ -98,7 +98,6 @@ class SampleCheck {
     left_ -= kCost;
     const float reach = sheet_.reach(0.5F * h);
     const float step = h > 1 ? 2 * map_.lambda : map_.lambda;
-    const std::size_t samples = octree::first_sample(entry);
     LineOverBrick wanted{linear_at(origin), {}};
     LineOverBrick height{sheet_.height(origin), {}};
     for (int axis = 0; axis < 3; ++axis) {
@@ -107,8 +106,8 @@ class SampleCheck {
     }
     // The corners of all cells that the sheet may meet.
     const float near = 1.001F * sheet_.reach(h);
-    if (is_linear_brick(map_, samples, step, wanted, sheet_.tolerance, height, near)) return true;
-    bool checked[kFieldStride] = {};  // corners are shared
+    if (is_linear_brick(map_, entry, step, wanted, sheet_.tolerance, height, near)) return true;
+    bool checked[kFieldSamples] = {};  // corners are shared
     for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
       for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
         for (std::uint32_t x = first[0]; x <= last[0]; ++x) {
@@ -117,15 +116,15 @@ class SampleCheck {
           const float centre[3] = {low[0] + 0.5F * h, low[1] + 0.5F * h, low[2] + 0.5F * h};
           if (std::abs(sheet_.height(centre)) > reach) continue;
           for (std::uint32_t corner = 0; corner < 8; ++corner) {
-            const std::uint32_t at =
-                octree::sample_in_brick(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2));
+            const std::uint32_t sample[3] = {x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)};
+            const std::uint32_t at = (sample[2] * kFieldEdge + sample[1]) * kFieldEdge + sample[0];
             if (checked[at]) continue;
             checked[at] = true;
             const float place[3] = {low[0] + h * static_cast<float>(corner & 1),
                                     low[1] + h * static_cast<float>(corner >> 1 & 1),
                                     low[2] + h * static_cast<float>(corner >> 2)};
-            if (!(std::abs(step * static_cast<float>(code(samples + at)) - linear_at(place)) <= sheet_.tolerance))
-              return false;
+            const auto stored = static_cast<float>(code(octree::corners_of(entry, sample).first));
+            if (!(std::abs(step * stored - linear_at(place)) <= sheet_.tolerance)) return false;
           }
         }
       }

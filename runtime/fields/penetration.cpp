@@ -104,8 +104,7 @@ Vec3 sampled_fall(const VoxelmapView& map, const detail::FieldCell& cell) noexce
   for (std::size_t axis = 0; axis < 3; ++axis) {
     float v[8];
     for (std::size_t corner = 0; corner < 8; ++corner) {
-      const std::size_t step = (corner >> 2) * kFieldEdge * kFieldEdge + (corner >> 1 & 1) * kFieldEdge + (corner & 1);
-      v[corner] = map.gradients[3 * (cell.first + step) + axis];
+      v[corner] = map.gradients[3 * cell.corners.number(corner) + axis];
     }
     out[axis] = -map.scale * detail::trilinear(v, cell.part) / map.voxel_size;
   }

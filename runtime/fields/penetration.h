@@ -88,7 +88,7 @@ inline octree::Found find_entry(const VoxelmapView& map, const std::uint32_t (&c
 struct FieldCell {
   std::uint32_t entry = kFarOutside;  ///< of the octree; kFarOutside beyond the grid too
   bool in_grid = false;               ///< the point lies in the grid of samples
-  std::size_t first = 0;              ///< number of the cell's lowest sample in `values`
+  octree::Corners corners;            ///< in `values`
   float part[3] = {};                 ///< [0, 1] along x, y, z
   float edge = 0;                     ///< of the cell. [m]
 };
@@ -115,7 +115,7 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
     low[axis] = whole % (kFieldEdge - 1);
     cell.part[axis] = cells - static_cast<float>(whole);
   }
-  cell.first = octree::first_sample(entry) + octree::sample_in_brick(low[0], low[1], low[2]);
+  cell.corners = octree::corners_of(entry, low);
   cell.edge = cell_edge * map.voxel_size;
   return cell;
 }
@@ -137,10 +137,7 @@ inline float sample_value(const VoxelmapView& map, const FieldCell& cell, std::s
 
 /// The eight samples round a point, x fastest. [m]
 inline void corner_values(const VoxelmapView& map, const FieldCell& cell, float (&out)[8]) noexcept {
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    const std::size_t step = (corner >> 2) * kFieldEdge * kFieldEdge + (corner >> 1 & 1) * kFieldEdge + (corner & 1);
-    out[corner] = sample_value(map, cell, cell.first + step);
-  }
+  for (std::size_t corner = 0; corner < 8; ++corner) out[corner] = sample_value(map, cell, cell.corners.number(corner));
 }
 
 inline float interpolate(const VoxelmapView& map, const FieldCell& cell) noexcept {

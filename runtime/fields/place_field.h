@@ -190,8 +190,7 @@ inline Pose pose_above(const HalfSpaceField& field, const Pose& shell_to_field) 
 /// that field. `error` is the field's error, which the kernel's upper bounds do not include.
 template <class Run>
 Status in_kernel_form(const VoxelmapView& map, const Pose& shell_to_map, const Run& run) noexcept {
-  // Offsets into samples are 32 bits wide in the kernel.
-  if (map.field == Field::scaled && map.field_bricks < (1U << 23)) {
+  if (map.field == Field::scaled) {
     const Frame frame = voxel_frame(map);
     const float error = field_error(map);
     if (map.element == ElementType::i8) return run(sampled_map<SampledMap8>(map, frame), frame, error, shell_to_map);

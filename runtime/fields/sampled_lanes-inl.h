@@ -108,7 +108,7 @@ struct SampledLanes : Everywhere {
   struct Cells {
     Looked looked;  // without values
     I first;        // of the first sample, in `values`. [bytes]
-    F fx, fy, fz;   // the point's place in the cell, from 0 to 1
+    F fx, fy, fz;   // the point's place in the cell, from 0 to 1; z is the axis of the slices
     F step;         // between the samples' numbers
   };
   HWY_INLINE Cells find_cells(const Points& p) const {
@@ -123,29 +123,41 @@ struct SampledLanes : Everywhere {
     out.looked.in_grid = walk.in_grid;
 
     const I entry = hn::IfThenElseZero(is_brick, walk.entry);
-    const I brick = hn::And(entry, hn::Set(i32, kNumberMask));
     const I level = hn::ShiftRight<kLevelShift>(entry);
     out.looked.cell = power_of_two(hn::Add(level, hn::Set(i32, kFinestLevel)));
     const M coarse = hn::RebindMask(f32, hn::Eq(level, hn::Set(i32, kCoarsestLevel - kFinestLevel)));
     out.step = hn::IfThenElse(coarse, set(2 * map.step), set(map.step));
-    const F per_cell = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel), level));
-    const F cx = hn::Mul(walk.grid.x, per_cell);
-    const F cy = hn::Mul(walk.grid.y, per_cell);
-    const F cz = hn::Mul(walk.grid.z, per_cell);
-    const I wx = hn::ConvertTo(i32, cx);
-    const I wy = hn::ConvertTo(i32, cy);
-    const I wz = hn::ConvertTo(i32, cz);
-    out.fx = hn::Sub(cx, hn::ConvertTo(f32, wx));
-    out.fy = hn::Sub(cy, hn::ConvertTo(f32, wy));
-    out.fz = hn::Sub(cz, hn::ConvertTo(f32, wz));
-    const I three = hn::Set(i32, kFieldEdge - 2);
-    static_assert(kFieldEdge == 5, "cells of a brick are counted by two bits");
-    const I lx = hn::And(wx, three);
-    const I ly = hn::And(wy, three);
-    const I lz = hn::And(wz, three);
-    const I row_number = hn::Add(hn::Add(hn::ShiftLeft<2>(lz), lz), ly);
-    const I sample = hn::Add(hn::Add(hn::Add(hn::ShiftLeft<2>(row_number), row_number), lx), hn::ShiftLeft<7>(brick));
-    static_assert(kFieldStride == 128);
+    // In cells from the brick's lowest corner.
+    static_assert(kFieldEdge == 5, "a brick has four cells along its edge");
+    const F per_brick = power_of_two(hn::Sub(hn::Set(i32, -kFinestLevel - 2), level));
+    const auto in_brick = [&](F a) {
+      const F bricks = hn::Mul(a, per_brick);
+      return hn::Mul(hn::Sub(bricks, hn::Floor(bricks)), set(kFieldEdge - 1));
+    };
+    F x = in_brick(walk.grid.x);
+    F y = in_brick(walk.grid.y);
+    F z = in_brick(walk.grid.z);
+    // octree::corners_of in lanes.
+    const auto has = [&](int bit) { return hn::RebindMask(f32, hn::TestBit(entry, hn::Set(i32, 1 << bit))); };
+    const M along_y = has(kAxisShift);
+    const M along_x = has(kAxisShift + 1);
+    const F across = z;
+    z = hn::IfThenElse(along_y, y, hn::IfThenElse(along_x, x, z));
+    y = hn::IfThenElse(along_y, across, y);
+    x = hn::IfThenElse(along_x, across, x);
+    const I left_out = hn::And(hn::ShiftRight<kLeftOutShift>(entry), hn::Set(i32, 3));
+    const F left_out_f = hn::ConvertTo(f32, left_out);
+    z = hn::Max(hn::Sub(z, hn::IfThenElseZero(has(kLowerEndShift), left_out_f)), hn::Zero(f32));
+    z = hn::Min(z, hn::Sub(set(kFieldEdge - 1), left_out_f));
+    const I lx = hn::ConvertTo(i32, x);
+    const I ly = hn::ConvertTo(i32, y);
+    const I lz = hn::Min(hn::ConvertTo(i32, z), hn::Sub(hn::Set(i32, kFieldEdge - 2), left_out));
+    out.fx = hn::Sub(x, hn::ConvertTo(f32, lx));
+    out.fy = hn::Sub(y, hn::ConvertTo(f32, ly));
+    out.fz = hn::Sub(z, hn::ConvertTo(f32, lz));
+    const I slice = hn::Add(hn::And(entry, hn::Set(i32, kNumberMask)), lz);
+    const I row = hn::Add(hn::Add(hn::ShiftLeft<2>(slice), slice), ly);
+    const I sample = hn::Add(hn::Add(hn::ShiftLeft<2>(row), row), lx);
     constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
     out.first = hn::ShiftLeft<kBytesLog2>(sample);
     return out;

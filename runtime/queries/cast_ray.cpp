@@ -103,7 +103,7 @@ class March {
       number[axis] = static_cast<std::uint32_t>(whole) % (kFieldEdge - 1);
       ray_.clip(axis, low[axis] - kBeyond, low[axis] + edge + kBeyond, begin, leave);
     }
-    cell.first = octree::first_sample(found.entry) + octree::sample_in_brick(number[0], number[1], number[2]);
+    cell.corners = octree::corners_of(found.entry, number);
     float corners[8];
     corner_values(map_, cell, corners);
     leave = std::max(leave, way);

@@ -251,10 +251,10 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
 
 TEST(Directory, AnUnknownOptionalSectionIsSkipped) {
   TinyAsset tiny;
-  tiny.sections.push_back(
-      make_section(SectionKind::real, ElementType::f64, {2, kFieldStride}, std::vector<double>(2 * kFieldStride, 1)));
-  tiny.sections.push_back(make_section(SectionKind::real_gradient, ElementType::f32, {2, kFieldStride, 3},
-                                       std::vector<float>(6 * kFieldStride, 1)));
+  tiny.sections.push_back(make_section(SectionKind::real, ElementType::f64, {2 * kFieldEdge, kFieldSlice},
+                                       std::vector<double>(2 * kFieldSamples, 1)));
+  tiny.sections.push_back(make_section(SectionKind::real_gradient, ElementType::f32, {2 * kFieldEdge, kFieldSlice, 3},
+                                       std::vector<float>(6 * kFieldSamples, 1)));
   Bytes bytes(tiny);
   Directory d = bytes.directory();
   find(d, SectionKind::real).kind = SectionKind(998);
@@ -314,11 +314,15 @@ TEST(Validate, EveryIndexOutsideItsTargetIsRefused) {
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrickInside - 1), Status::bad_index);
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrick), Status::ok);
   EXPECT_EQ(with_value<std::uint32_t>(SectionKind::brick_index, 1, kNoBrickInside), Status::ok);
-  const std::uint32_t coarse = std::uint32_t{kCoarsestLevel - kFinestLevel} << kLevelShift;
-  for (const std::uint32_t entry : {kFarOutside, kFarInside, 1U, coarse, coarse | 1}) {
+  // The field has ten slices.
+  const octree::Slices two{0, 3, 2};
+  for (const std::uint32_t entry : {kFarOutside, kFarInside, octree::brick_entry(5, 0), octree::brick_entry(5, 1),
+                                    octree::brick_entry(8, 1, two), octree::brick_entry(3, -2, {1, 0, 4})}) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::ok);
   }
-  for (const std::uint32_t entry : {2U, coarse | 2, coarse + (1U << kLevelShift), kNodeFlag | 1, kFarInside - 1}) {
+  const std::uint32_t no_axis = 3U << kAxisShift;
+  for (const std::uint32_t entry : {octree::brick_entry(6, 0), octree::brick_entry(9, 1, two), no_axis,
+                                    octree::brick_entry(kMostSlices, 1, two), kNodeFlag | 1, kFarInside - 1}) {
     EXPECT_EQ(with_value<std::uint32_t>(SectionKind::field_nodes, 7, entry), Status::bad_index);
   }
   // With planes a block without samples has one.

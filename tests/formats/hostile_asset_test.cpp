@@ -37,6 +37,23 @@ TEST(HostileAsset, AGridOfMoreBricksThanTheKernelsCanNumberIsRefused) {
   EXPECT_EQ(status_of({1U << 20, 1U << 20, 1U << 20}), Status::bad_info);
 }
 
+TEST(HostileAsset, SamplesThatTheKernelsCannotNumberOrWouldReadBeyondTheFileAreRefused) {
+  const auto status_of = [](std::uint64_t slices, std::uint64_t bytes_behind) {
+    AssetBytes bytes{TinyAsset{}};
+    Directory d = bytes.directory();
+    Section& scaled = find(d, SectionKind::scaled);
+    scaled.shape[0] = slices;
+    scaled.bytes = slices * kFieldSlice;
+    scaled.offset = std::uint64_t{1} << 36;
+    d.file_bytes = scaled.offset + scaled.bytes + bytes_behind;
+    return detail::check_directory(d);
+  };
+  EXPECT_EQ(status_of(10, 2), Status::ok);
+  EXPECT_EQ(status_of(10, 1), Status::bad_section);
+  EXPECT_EQ(status_of(kMostSlices, 2), Status::ok);
+  EXPECT_EQ(status_of(kMostSlices + 1, 2), Status::bad_section);
+}
+
 // One leaf with all points.
 TinyAsset with_points(std::uint32_t points) {
   TinyAsset tiny;

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 namespace vps::test {
@@ -12,19 +13,63 @@ TEST(Octree, AnEntryIsABrickANodeOrNone) {
   for (const std::uint32_t entry : {kFarOutside, kFarInside}) {
     EXPECT_FALSE(octree::is_brick(entry) || octree::is_node(entry));
   }
-  for (const std::uint32_t number : {0U, 1U, kNumberMask - 1}) {
+  for (const std::uint32_t number : {0U, 1U, kMostNodes - 1}) {
     EXPECT_TRUE(octree::is_node(octree::node_entry(number)));
     EXPECT_FALSE(octree::is_brick(octree::node_entry(number)));
     EXPECT_EQ(octree::node_of(octree::node_entry(number)), number);
-    for (int level = kFinestLevel; level <= kCoarsestLevel; ++level) {
-      const std::uint32_t entry = octree::brick_entry(number, level);
-      EXPECT_TRUE(octree::is_brick(entry) && !octree::is_node(entry));
-      EXPECT_EQ(octree::brick_of(entry), number);
-      EXPECT_EQ(octree::level_of(entry), level);
-      EXPECT_EQ(octree::first_sample(entry), std::size_t{number} * kFieldStride);
+  }
+}
+
+// Every brick's slices: along each axis, with none to three left out at either end.
+template <class Visit>
+void for_each_slices(Visit visit) {
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t count = 2; count <= kFieldEdge; ++count) {
+      visit(octree::Slices{axis, 0, count});
+      visit(octree::Slices{axis, kFieldEdge - count, count});
     }
   }
-  EXPECT_EQ(octree::sample_in_brick(kFieldEdge - 1, kFieldEdge - 1, kFieldEdge - 1), 124U);
+}
+
+TEST(Octree, ABricksEntryTellsItsLevelAndSlices) {
+  for (const std::uint32_t number : {0U, 1U, kMostSlices - 1}) {
+    for (int level = kFinestLevel; level <= kCoarsestLevel; ++level) {
+      for_each_slices([&](const octree::Slices& slices) {
+        const std::uint32_t entry = octree::brick_entry(number, level, slices);
+        EXPECT_TRUE(octree::is_brick(entry) && !octree::is_node(entry));
+        EXPECT_EQ(octree::slice_of(entry), number);
+        EXPECT_EQ(octree::level_of(entry), level);
+        const octree::Slices back = octree::slices_of(entry);
+        EXPECT_EQ(back.axis, slices.axis);
+        EXPECT_EQ(back.first, slices.first);
+        EXPECT_EQ(back.count, slices.count);
+      });
+    }
+  }
+}
+
+TEST(Octree, ASliceThatIsLeftOutHasTheSamplesOfTheNearestStoredOne) {
+  constexpr std::uint32_t kFirst = 7;
+  for_each_slices([&](const octree::Slices& slices) {
+    const std::uint32_t entry = octree::brick_entry(kFirst, 0, slices);
+    const auto expected = [&](std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+      std::uint32_t at[3] = {x, y, z};
+      at[slices.axis] = std::clamp(at[slices.axis], slices.first, slices.first + slices.count - 1) - slices.first;
+      // z takes the place of the slices' axis.
+      if (slices.axis == 0) return (std::size_t{kFirst + at[0]} * 5 + at[1]) * 5 + at[2];
+      if (slices.axis == 1) return (std::size_t{kFirst + at[1]} * 5 + at[2]) * 5 + at[0];
+      return (std::size_t{kFirst + at[2]} * 5 + at[1]) * 5 + at[0];
+    };
+    for (std::uint32_t n = 0; n < kFieldSamples; ++n) {
+      const std::uint32_t x = n % 5, y = n / 5 % 5, z = n / 25;
+      ASSERT_EQ(octree::sample_at(entry, x, y, z), expected(x, y, z)) << n;
+      if (std::max({x, y, z}) == 4) continue;
+      const octree::Corners corners = octree::corners_of(entry, {x, y, z});
+      for (std::uint32_t k = 0; k < 8; ++k) {
+        ASSERT_EQ(corners.number(k), expected(x + (k & 1), y + (k >> 1 & 1), z + (k >> 2))) << n << ' ' << k;
+      }
+    }
+  });
 }
 
 // Two roots along each axis: seven of blocks without samples, with and without planes. Only the last has nodes, each in

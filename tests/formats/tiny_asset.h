@@ -70,9 +70,9 @@ struct TinyAsset {
     sections.push_back(make_section<std::uint32_t>(SectionKind::field_roots, ElementType::u32, {1, 1, 1}, {kNodeFlag}));
     sections.push_back(make_section<std::uint32_t>(
         SectionKind::field_nodes, ElementType::u32, {1, 8},
-        {coarse, coarse + 1, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarInside}));
-    sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2, kFieldStride},
-                                    std::vector<std::int8_t>(2 * kFieldStride, -5)));
+        {coarse, coarse + kFieldEdge, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarOutside, kFarInside}));
+    sections.push_back(make_section(SectionKind::scaled, ElementType::i8, {2 * kFieldEdge, kFieldSlice},
+                                    std::vector<std::int8_t>(2 * kFieldSamples, -5)));
     sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
     sections.push_back(make_section(SectionKind::planes, ElementType::u32, {1, 8}, std::vector<std::uint32_t>(8, 0)));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};

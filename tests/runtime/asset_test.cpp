@@ -208,7 +208,6 @@ TEST(Asset, InMemoryIsWhatItIsInAFile) {
     ASSERT_EQ(memory.voxelmap(b, field), Status::ok);
     EXPECT_EQ(a.field, b.field);
     EXPECT_EQ(a.element, b.element);
-    EXPECT_EQ(a.field_bricks, b.field_bricks);
     EXPECT_EQ(a.error, b.error);
     EXPECT_TRUE(places.same(a.values, b.values));
     EXPECT_TRUE(places.same(a.gradients, b.gradients));

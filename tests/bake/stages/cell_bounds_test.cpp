@@ -86,11 +86,9 @@ class SampledField {
     const double distance = distances_.exact(p, triangles_.distance(p));
     if (distance > core_) return -1;
     const FieldCell cell = find_cell(scene_.grid, tree_, p);
-    if (cell.brick < 0) return std::numeric_limits<double>::infinity();
+    if (!cell.sampled) return std::numeric_limits<double>::infinity();
     double sum = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      sum += cell.weights[k] * tree_.penetration[static_cast<std::size_t>(cell.brick) * kFieldStride + cell.samples[k]];
-    }
+    for (std::size_t k = 0; k < 8; ++k) sum += cell.weights[k] * tree_.penetration[cell.samples[k]];
     return std::abs(sum - (inside_.inside(p) ? distance : -distance));
   }
 

@@ -83,7 +83,7 @@ class Examined {
 void Examined::expect_samples() const {
   VoxelmapView scaled;
   ASSERT_EQ(asset_->voxelmap(scaled, Field::scaled), Status::ok);
-  const std::size_t stride = 1 + asset_->directory().find(SectionKind::real)->shape[0] * kFieldStride / 6000;
+  const std::size_t stride = 1 + asset_->directory().find(SectionKind::real)->shape[0] * kFieldSlice / 6000;
   std::size_t exact = 0;
   for_each_sample(map_, info_.voxel_size, [&](std::size_t at, const std::array<double, 3>& p, int level) {
     if (at % stride != 0) return;

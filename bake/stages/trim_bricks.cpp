@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/trim_bricks.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+
+#include "formats/brick_faces.h"
+
+namespace vps::bake {
+namespace {
+
+constexpr std::uint32_t kCellsAlong = kFieldEdge - 1;
+constexpr std::uint32_t kFewestSlices = 2;
+using CellSet = std::bitset<kCellsAlong * kCellsAlong * kCellsAlong>;
+
+class BrickTrimmer {
+ public:
+  BrickTrimmer(const FieldTree& tree, const SampleForm& form) : tree_(tree), form_(form), bricks_(tree.bricks) {
+    octree::for_each_brick_entry({tree.roots.data(), tree.nodes.data(), tree.root_dims.data()},
+                                 [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+                                   Brick& brick = bricks_[number(entry)];
+                                   brick.level = octree::level_of(entry);
+                                   mark_used(cell, edge, brick);
+                                 });
+  }
+
+  static std::size_t number(std::uint32_t entry) { return octree::slice_of(entry) / kFieldEdge; }
+
+  [[nodiscard]] octree::Slices trim(std::size_t brick) const {
+    octree::Slices best;
+    for (const std::uint32_t axis : {2U, 1U, 0U}) {
+      for (std::uint32_t count = kFewestSlices; count < best.count; ++count) {
+        for (const std::uint32_t first : {0U, kFieldEdge - count}) {
+          const octree::Slices slices{axis, first, count};
+          if (count < best.count && suffices(brick, slices)) best = slices;
+        }
+      }
+    }
+    return best;
+  }
+
+ private:
+  struct Brick {
+    int level = 0;
+    CellSet used;  // cells to which an entry leads, x fastest
+  };
+
+  // Marks a brick's cells in a cube of cells of level 0.
+  static void mark_used(const std::uint32_t (&cell)[3], std::uint32_t edge, Brick& brick) {
+    const double h = std::ldexp(1.0, brick.level);
+    std::uint32_t first[3];
+    std::uint32_t end[3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double low = std::fmod(cell[axis] / h, kCellsAlong);
+      first[axis] = static_cast<std::uint32_t>(low);
+      end[axis] = static_cast<std::uint32_t>(std::ceil(std::min(low + edge / h, double{kCellsAlong})));
+    }
+    for (std::uint32_t z = first[2]; z < end[2]; ++z) {
+      for (std::uint32_t y = first[1]; y < end[1]; ++y) {
+        for (std::uint32_t x = first[0]; x < end[0]; ++x) brick.used.set((z * kCellsAlong + y) * kCellsAlong + x);
+      }
+    }
+  }
+
+  [[nodiscard]] bool suffices(std::size_t brick, const octree::Slices& slices) const {
+    for (std::uint32_t n = 0; n < bricks_[brick].used.size(); ++n) {
+      const std::uint32_t cell[3] = {n % kCellsAlong, n / kCellsAlong % kCellsAlong, n / (kCellsAlong * kCellsAlong)};
+      const bool stored = cell[slices.axis] >= slices.first && cell[slices.axis] + 1 < slices.first + slices.count;
+      if (!stored && bricks_[brick].used.test(n) && !may_change(brick, cell, slices)) return false;
+    }
+    return true;
+  }
+
+  // Whether a cell's corners may have the samples of the nearest stored slice: they are the same, or the cell lies
+  // beyond the band and none of them gets farther from 0.
+  [[nodiscard]] bool may_change(std::size_t brick, const std::uint32_t (&cell)[3], const octree::Slices& slices) const {
+    const std::uint32_t whole = octree::brick_entry(static_cast<std::uint32_t>(kFieldEdge * brick), 0);
+    bool same = true;
+    bool inside = true;
+    bool outside = true;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      std::uint32_t at[3] = {cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)};
+      const std::size_t from = octree::corners_of(whole, at).first;
+      at[slices.axis] = std::clamp(at[slices.axis], slices.first, slices.first + slices.count - 1);
+      const std::size_t to = octree::corners_of(whole, at).first;
+      for_each_value(bricks_[brick].level, [&](const auto& v) {
+        same = same && v(to) == v(from);
+        inside = inside && v(to) >= form_.band_inner && v(to) <= v(from);
+        outside = outside && v(to) <= -form_.band_outer && v(to) >= v(from);
+      });
+      const float* const g = tree_.gradient.data();
+      if (!tree_.gradient.empty() && !std::equal(g + 3 * to, g + 3 * to + 3, g + 3 * from)) return false;
+    }
+    return same || inside || outside;
+  }
+
+  // Calls visit(v) for each field that is stored; v gives a sample's V. [m]
+  template <class Visit>
+  void for_each_value(int level, const Visit& visit) const {
+    // The band may end at a whole number of steps: 127.
+    const double step = form_.step(level) * (1 + 1e-9);
+    if (!tree_.scaled.empty()) visit([&](std::size_t n) { return tree_.scaled[n] * step; });
+    if (!tree_.penetration.empty()) visit([&](std::size_t n) { return tree_.penetration[n]; });
+  }
+
+  const FieldTree& tree_;
+  const SampleForm& form_;
+  std::vector<Brick> bricks_;
+};
+
+}  // namespace
+
+TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form) {
+  const BrickTrimmer trimmer(tree, form);
+  TrimmedTree out;
+  out.bricks.resize(tree.bricks);
+  tbb::parallel_for(std::size_t{0}, tree.bricks, [&](std::size_t brick) { out.bricks[brick] = trimmer.trim(brick); });
+  std::vector<std::uint32_t> first(tree.bricks);
+  for (std::size_t brick = 0; brick < tree.bricks; ++brick) {
+    first[brick] = static_cast<std::uint32_t>(out.slices);
+    out.slices += out.bricks[brick].count;
+  }
+  const auto trimmed = [&](std::vector<std::uint32_t> entries) {
+    for (std::uint32_t& entry : entries) {
+      if (!octree::is_brick(entry)) continue;
+      const std::size_t brick = BrickTrimmer::number(entry);
+      entry = octree::brick_entry(first[brick], octree::level_of(entry), out.bricks[brick]);
+    }
+    return entries;
+  };
+  out.roots = trimmed(tree.roots);
+  out.nodes = trimmed(tree.nodes);
+  return out;
+}
+
+}  // namespace vps::bake

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "bake/stages/trim_bricks.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "formats/brick_faces.h"
+#include "tests/bake/scene.h"
+
+namespace vps::test {
+
+using namespace bake;
+namespace {
+
+constexpr double kVoxel = 0.002;
+constexpr double kBand = 2.5 * kVoxel;
+
+SampleForm form(bool real) {
+  return {.real = real, .lambda = kBand / 127, .limit = 127, .band_inner = kBand, .band_outer = kBand};
+}
+
+FieldTree sampled(bool real) {
+  const Scene scene(make_torus(0.05, 0.017, 24, 12), kVoxel, 3.5);
+  const InsideTest inside(scene.surface, scene.grid);
+  return sample_field(scene.surface, scene.grid, scene.runs, scene.field, inside, {0.1 * kVoxel, kBand, kBand},
+                      form(real));
+}
+
+octree::Octree view(const std::vector<std::uint32_t>& roots, const std::vector<std::uint32_t>& nodes,
+                    const FieldTree& tree) {
+  return {roots.data(), nodes.data(), tree.root_dims.data()};
+}
+
+using Numbers = std::array<std::size_t, 8>;
+
+// Calls visit(level, corners, stored) for each cell to which an entry leads: the numbers of its samples in the tree,
+// and among those stored.
+template <class Visit>
+void for_each_cell(const FieldTree& tree, const TrimmedTree& trimmed, Visit visit) {
+  std::vector<std::uint32_t> entries;
+  octree::for_each_brick_entry(view(trimmed.roots, trimmed.nodes, tree),
+                               [&](std::uint32_t entry, const auto&, std::uint32_t) { entries.push_back(entry); });
+  std::size_t next = 0;
+  octree::for_each_brick_entry(
+      view(tree.roots, tree.nodes, tree), [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+        const std::uint32_t stored = entries.at(next++);
+        ASSERT_EQ(octree::level_of(stored), octree::level_of(entry));
+        const double h = std::ldexp(1.0, octree::level_of(entry));
+        const auto cells = static_cast<std::uint32_t>(std::max(edge / h, 1.0));
+        for (std::uint32_t n = 0; n < cells * cells * cells; ++n) {
+          const std::uint32_t at[3] = {static_cast<std::uint32_t>(cell[0] / h + n % cells) % 4,
+                                       static_cast<std::uint32_t>(cell[1] / h + n / cells % cells) % 4,
+                                       static_cast<std::uint32_t>(cell[2] / h + n / cells / cells) % 4};
+          Numbers whole;
+          Numbers kept;
+          for (std::size_t corner = 0; corner < 8; ++corner) {
+            whole[corner] = octree::corners_of(entry, at).number(corner);
+            kept[corner] = octree::corners_of(stored, at).number(corner);
+          }
+          visit(octree::level_of(entry), whole, kept);
+        }
+      });
+  ASSERT_EQ(next, entries.size());
+}
+
+TEST(TrimBricks, ACellChangesOnlyBeyondTheBandAndOnlyTowardsIt) {
+  const FieldTree tree = sampled(false);
+  const TrimmedTree trimmed = trim_bricks(tree, form(false));
+  const std::vector<std::int16_t> scaled = trimmed.stored(tree.scaled);
+  ASSERT_EQ(scaled.size(), kFieldSlice * trimmed.slices);
+  std::size_t same = 0;
+  std::size_t changed = 0;
+  for_each_cell(tree, trimmed, [&](int level, const Numbers& whole, const Numbers& kept) {
+    const auto is_same = [&](std::size_t n, std::size_t m) { return tree.scaled.at(n) == scaled.at(m); };
+    if (std::equal(whole.begin(), whole.end(), kept.begin(), is_same)) {
+      ++same;
+      return;
+    }
+    ++changed;
+    const int side = tree.scaled.at(whole[0]) > 0 ? 1 : -1;
+    const int end = level > 0 ? 64 : 127;  // the first step that is not in the band
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      ASSERT_GE(side * scaled.at(kept[corner]), end);
+      ASSERT_LE(side * scaled.at(kept[corner]), side * tree.scaled.at(whole[corner]));
+    }
+  });
+  EXPECT_GT(same, 20 * changed);
+  EXPECT_GT(changed, 100U);
+}
+
+TEST(TrimBricks, GradientsAndTheirSamplesStayTheSame) {
+  const FieldTree tree = sampled(true);
+  const TrimmedTree trimmed = trim_bricks(tree, form(true));
+  const std::vector<float> gradient = trimmed.stored(tree.gradient, 3);
+  ASSERT_EQ(trimmed.stored(tree.penetration).size(), kFieldSlice * trimmed.slices);
+  ASSERT_EQ(gradient.size(), 3 * kFieldSlice * trimmed.slices);
+  for_each_cell(tree, trimmed, [&](int, const Numbers& whole, const Numbers& kept) {
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        ASSERT_EQ(tree.gradient.at(3 * whole[corner] + axis), gradient.at(3 * kept[corner] + axis));
+    }
+  });
+  EXPECT_LT(trimmed.slices, kFieldEdge * tree.bricks);
+}
+
+TEST(TrimBricks, SlicesAreLeftOutAtBothEndsOfEveryAxis) {
+  const FieldTree tree = sampled(false);
+  const TrimmedTree trimmed = trim_bricks(tree, form(false));
+  EXPECT_LT(static_cast<double>(trimmed.slices), 0.92 * kFieldEdge * static_cast<double>(tree.bricks));
+  std::set<std::uint32_t> ends;
+  std::size_t slices = 0;
+  for (const octree::Slices& brick : trimmed.bricks) {
+    slices += brick.count;
+    if (brick.count < kFieldEdge) ends.insert(2 * brick.axis + (brick.first > 0 ? 1 : 0));
+  }
+  EXPECT_EQ(ends.size(), 6U);
+  EXPECT_EQ(slices, trimmed.slices);
+}
+
+}  // namespace
+}  // namespace vps::test
