@@ -31,7 +31,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
     {SectionKind::planes, {ElementType::u32, kNone}, 3, {}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
-    {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
+    {SectionKind::point_inward_normals, {ElementType::u8, kNone}, 2, {0, 3}},
     {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
@@ -176,7 +176,7 @@ Status check_pointshell(const Directory& directory) noexcept {
     std::uint64_t count;
   } kParts[] = {
       {SectionKind::point_positions, 1, info.points},
-      {SectionKind::point_inward_normals, 1, info.points},
+      {SectionKind::point_inward_normals, 0, info.points},
       {SectionKind::point_areas, 0, info.points},
       {SectionKind::spheres, 1, nodes},
       {SectionKind::children, 0, nodes},

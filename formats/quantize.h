@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file The 16-bit codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
+/// @file The codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
 /// docs/internals/format.md has the formulas. Standard library only; every function accepts any code.
 #pragma once
 
@@ -9,15 +9,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 namespace vps {
 
 /// Largest code of a coordinate and of an area.
 inline constexpr int kLargestCode = 65535;
 /// Code of 1 in an octahedral normal.
-inline constexpr int kUnitCode = 32767;
-/// Largest angle between a unit vector and the vector that its code gives. [rad]
-inline constexpr double kNormalCodeError = 4.4e-5;
+inline constexpr int kUnitCode = 2047;
+/// Upper bound of the angle between a unit vector and the vector that its code gives: on the octahedron's faces the
+/// codes are corners of equilateral triangles. [rad]
+inline constexpr double kNormalCodeError = std::numbers::sqrt2 / kUnitCode;
 
 /// Where the codes of positions lie: position = origin + step * code.
 struct PositionScale {
@@ -56,8 +58,22 @@ inline float decode_coordinate(std::uint16_t code, float origin, float step) noe
 /// A unit vector on the octahedron |x| + |y| + |z| = 1, whose lower half is folded out into the corners of the square
 /// [-1, 1]^2. Meyer et al. 2010, "On Floating-Point Normal Vectors"; Cigolle et al. 2014 for the rounding.
 struct OctahedralNormal {
-  std::int16_t u = 0, v = 0;  ///< coordinates in the square, in steps of 1 / kUnitCode
+  int u = 0, v = 0;  ///< coordinates in the square, in steps of 1 / kUnitCode
 };
+
+/// Two coordinates of 12 bits, less than 4096 each: kUnitCode + u, then kUnitCode + v, lowest bits first.
+using NormalCode = std::array<std::uint8_t, 3>;
+
+inline NormalCode pack(OctahedralNormal normal) noexcept {
+  const auto u = static_cast<unsigned>(kUnitCode + normal.u);
+  const auto v = static_cast<unsigned>(kUnitCode + normal.v);
+  return {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(u >> 8U | v << 4U),
+          static_cast<std::uint8_t>(v >> 4U)};
+}
+/// @param code  the three bytes of a NormalCode
+inline OctahedralNormal unpack(const std::uint8_t* code) noexcept {
+  return {(code[0] | (code[1] & 15) << 8) - kUnitCode, (code[1] >> 4 | code[2] << 4) - kUnitCode};
+}
 
 /// x, y, z of unit length, in the precision of Real.
 template <class Real>
@@ -85,7 +101,7 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
     u = folded;
   }
   const auto in_square = [](double x) {
-    return static_cast<std::int16_t>(std::clamp(x, -double{kUnitCode}, double{kUnitCode}));
+    return static_cast<int>(std::clamp(x, -double{kUnitCode}, double{kUnitCode}));
   };
   OctahedralNormal best;
   double least = std::numeric_limits<double>::infinity();

@@ -81,7 +81,7 @@ enum class SectionKind : std::uint32_t {
   planes = 21,  ///< u32 [bz,by,bx]: a linear upper bound of V in each cell of 8x8x8 voxels (formats/cell_plane.h); with
                 ///< `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
-  point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
+  point_inward_normals = 33,  ///< u8 [P,3]: octahedral codes of 12 + 12 bits (formats/quantize.h), into the body. [-]
   point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
   facet_points = 35,  ///< u32 [F]: points whose part of the surface is folded, ascending, one entry per facet. Optional
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
@@ -108,7 +108,7 @@ inline constexpr double kFaceSag = 0.005;
 inline constexpr double kHullTolerance = 0.01;
 
 /// No kind uses i32.
-enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };
+enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7, u8 = 8 };
 
 /// Bytes of one element; 0 for a value that is not an ElementType.
 [[nodiscard]] std::size_t element_bytes(ElementType type) noexcept;

@@ -89,7 +89,7 @@ struct PointshellView {
   std::uint32_t nodes = 0;
   std::uint32_t levels = 0;                     ///< root = 1
   const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
-  const std::int16_t* inward_normal[2] = {};    ///< octahedral codes, u, v rows: see point_inward_normal
+  const std::uint8_t* inward_normal = nullptr;  ///< codes of 3 bytes: see point_inward_normal
   const std::uint16_t* area = nullptr;          ///< codes: see point_area
   std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
   const std::uint32_t* facet_points = nullptr;  ///< ascending
@@ -131,7 +131,7 @@ struct PointshellView {
 
 /// Unit normal of a point, into the body, asset frame. [-]
 [[nodiscard]] inline Vec3 point_inward_normal(const PointshellView& shell, std::uint32_t i) noexcept {
-  const auto [x, y, z] = decode_normal<float>({shell.inward_normal[0][i], shell.inward_normal[1][i]});
+  const auto [x, y, z] = decode_normal<float>(unpack(shell.inward_normal + 3 * std::size_t{i}));
   return {x, y, z};
 }
 

@@ -275,7 +275,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
                      const AssetInfo& info, std::vector<SectionData>& sections) {
   const std::size_t count = tree.order.size();
   std::vector<std::uint16_t> positions(3 * count);
-  std::vector<std::int16_t> normals(2 * count);
+  std::vector<NormalCode> normals(count);
   std::vector<std::uint16_t> areas(count);
   double carry = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -283,9 +283,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     const std::array<std::uint16_t, 3> code = position_code(shell.positions[old], info);
     for (std::size_t axis = 0; axis < 3; ++axis) positions[axis * count + i] = code[axis];
     const Vector& n = shell.inward_normals[old];
-    const auto [u, v] = encode_normal({n.x(), n.y(), n.z()});
-    normals[i] = u;
-    normals[count + i] = v;
+    normals[i] = pack(encode_normal({n.x(), n.y(), n.z()}));
     areas[i] = encode_area(shell.areas[old], info.area_step, carry);
   }
   const std::size_t nodes = spheres.size();
@@ -298,7 +296,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     children[2 * n + 1] = tree.count[n];
   }
   sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
-  sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
+  sections.push_back(section(SectionKind::point_inward_normals, ElementType::u8, {count, 3}, normals));
   sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
   pack_facets(shell, tree.order, info, sections);
   if (!shell.on_face.empty()) {

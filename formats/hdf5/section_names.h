@@ -46,9 +46,10 @@ inline constexpr SectionName kSectionNames[] = {
      ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},
-    {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1/32767",
-     "rows u, v of the unit normals into the body, octahedral: z = 1 - |u| - |v|, t = max(-z, 0), x = u - t sign(u), "
-     "y = v - t sign(v) with sign(0) = 1, then to unit length",
+    {SectionKind::point_inward_normals, "/pointshell/inward_normals", "1/2047",
+     "unit normals into the body, octahedral: u and v are the lower and upper 12 bits of three bytes, lowest first, "
+     "less 2047; z = 1 - |u| - |v|, t = max(-z, 0), x = u - t sign(u), y = v - t sign(v) with sign(0) = 1, then to "
+     "unit length",
      "Eq. (2)"},
     {SectionKind::point_areas, "/pointshell/areas", "area_step",
      "surface area that each point stands for; area = area_step * value, in m^2", ""},

@@ -214,11 +214,11 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
          find(d, Kind::brick_index).shape = {1, 2, 1};
        }},
       {Status::bad_section, [](Directory& d) { find(d, Kind::point_positions).element = ElementType::i16; }},
-      {Status::bad_section, [](Directory& d) { find(d, Kind::point_inward_normals).element = ElementType::u16; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::point_inward_normals).element = ElementType::i8; }},
       {Status::bad_section, [](Directory& d) { find(d, Kind::point_areas).element = ElementType::i16; }},
       {Status::bad_section,
        [](Directory& d) {
-         find(d, Kind::point_inward_normals).shape = {4, 2};
+         find(d, Kind::point_inward_normals).shape = {3, 4};
        }},
       {Status::bad_section, [](Directory& d) { d.info.points = 3; }},
       {Status::bad_section, [](Directory& d) { d.info.levels = 1; }},
@@ -423,7 +423,7 @@ TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
 TEST(Validate, EveryCodeOfAPointIsAValue) {
   for (const std::uint16_t code : std::array<std::uint16_t, 5>{0x0000, 0x7FFF, 0x8000, 0x8001, 0xFFFF}) {
     EXPECT_EQ(with_value(SectionKind::point_positions, 5, code), Status::ok);
-    EXPECT_EQ(with_value(SectionKind::point_inward_normals, 7, code), Status::ok);
+    EXPECT_EQ(with_value(SectionKind::point_inward_normals, 11, static_cast<std::uint8_t>(code)), Status::ok);
     EXPECT_EQ(with_value(SectionKind::point_areas, 3, code), Status::ok);
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/hdf5/hdf5_writer.h"
+#include "formats/quantize.h"
 
 namespace vps::test {
 
@@ -76,9 +77,9 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
     sections.push_back(make_section<std::uint32_t>(SectionKind::planes, ElementType::u32, {1, 1, 2}, {0, 0}));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
-    const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
+    const std::vector<NormalCode> normals(4, pack({kUnitCode, 0}));
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));
-    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::i16, {2, 4}, normals));
+    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::u8, {4, 3}, normals));
     sections.push_back(
         make_section(SectionKind::point_areas, ElementType::u16, {4}, std::vector<std::uint16_t>{4, 4, 4, 2}));
     const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
