@@ -32,7 +32,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::planes, {ElementType::u32, kNone}, 3, {}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
     {SectionKind::point_inward_normals, {ElementType::u8, kNone}, 2, {0, 3}},
-    {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
+    {SectionKind::point_areas, {ElementType::u8, kNone}, 1, {}},
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},

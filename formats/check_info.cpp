@@ -102,7 +102,7 @@ bool shell_is_good(const AssetInfo& info, const Lengths& lengths) noexcept {
          is_between(info.normal_error_mean, 0, kLargestAngle) && is_between(info.normal_error_max, 0, kLargestAngle) &&
          lengths.is_point(info.position_origin) && info.position_step >= std::numeric_limits<float>::min() &&
          lengths.is_length(kLargestCode * info.position_step) && info.area_step >= std::numeric_limits<float>::min() &&
-         static_cast<double>(info.points) * kLargestCode * info.area_step <= kMostArea;
+         static_cast<double>(info.points) * decode_area(kLargestAreaCode, info.area_step) <= kMostArea;
 }
 
 // Either there is no far grid, or its values can be used.

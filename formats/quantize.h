@@ -13,8 +13,10 @@
 
 namespace vps {
 
-/// Largest code of a coordinate and of an area.
+/// Largest code of a coordinate.
 inline constexpr int kLargestCode = 65535;
+/// Largest code of an area.
+inline constexpr int kLargestAreaCode = 255;
 /// Code of 1 in an octahedral normal.
 inline constexpr int kUnitCode = 2047;
 /// Upper bound of the angle between a unit vector and the vector that its code gives: on the octahedron's faces the
@@ -120,17 +122,23 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
   return best;
 }
 
-/// @param carry  sum of the rounding errors of the areas before, 0 at first. It is added to the next area, so that the
-///               stored areas of any run have the same sum as the areas, within a step. [m^2]
-/// @param step   the largest area / kLargestCode. [Limits: value > 0] [Units: m^2]
-inline std::uint16_t encode_area(double area, double step, double& carry) noexcept {
-  const double due = area + carry;
-  const auto code = static_cast<std::uint16_t>(std::lround(std::clamp(due / step, 0.0, double{kLargestCode})));
-  carry = due - step * code;
-  return code;
+/// The code of an area is its square root, so that small areas have small steps: with thinned faces areas differ by more
+/// than 50 times. One of the two codes around the area, off by up to a step of 2 code + 1.
+/// @param carry  sum of the rounding errors of the areas before, 0 at first. The next area makes up for it, so that the
+///               stored areas of any run have the same sum as the areas, within kLargestAreaCode * step. [m^2]
+/// @param step   the largest area / kLargestAreaCode^2. [Limits: value > 0] [Units: m^2]
+inline std::uint8_t encode_area(double area, double step, double& carry) noexcept {
+  const double due = std::max((area + carry) / step, 0.0);
+  const double below = std::floor(std::sqrt(due));
+  const double nearest = due - below * below > below + 0.5 ? below + 1 : below;
+  const double root = std::sqrt(area / step);
+  const double code = std::min(std::clamp(nearest, std::floor(root), std::ceil(root)), double{kLargestAreaCode});
+  carry += area - step * code * code;
+  return static_cast<std::uint8_t>(code);
 }
-inline float decode_area(std::uint16_t code, float step) noexcept {
-  return step * static_cast<float>(code);
+template <class Real>
+Real decode_area(std::uint8_t code, Real step) noexcept {
+  return step * static_cast<Real>(code * code);
 }
 
 }  // namespace vps

@@ -82,7 +82,7 @@ enum class SectionKind : std::uint32_t {
                 ///< `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
   point_inward_normals = 33,  ///< u8 [P,3]: octahedral codes of 12 + 12 bits (formats/quantize.h), into the body. [-]
-  point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
+  point_areas = 34,           ///< u8 [P]: surface area that the point represents: area_step * code^2. [m^2]
   facet_points = 35,  ///< u32 [F]: points whose part of the surface is folded, ascending, one entry per facet. Optional
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
@@ -172,7 +172,7 @@ struct AssetInfo {
   double normal_error_max = 0;   ///< [rad]
   std::array<double, 3> position_origin{};  ///< bounds_min, rounded down to float. [m]
   double position_step = 0;  ///< largest extent of the bounds / 65535, rounded up to 8 significant bits. [m]
-  double area_step = 0;      ///< the largest area / 65535. [m^2]
+  double area_step = 0;      ///< the largest area / 65025. [m^2]
   std::uint64_t points = 0;
   std::uint32_t branching = 0;  ///< K
   std::uint32_t levels = 0;     ///< L, root = 1

@@ -266,7 +266,7 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
     out.centre_of_mass[axis] = static_cast<float>(facts.centre_of_mass[axis]);
   }
   out.inward_normal = section_data<std::uint8_t>(data_, directory_.find(SectionKind::point_inward_normals));
-  out.area = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_areas));
+  out.area = section_data<std::uint8_t>(data_, directory_.find(SectionKind::point_areas));
   out.position_step = static_cast<float>(facts.position_step);
   out.area_step = static_cast<float>(facts.area_step);
   if (const Section* const facets = directory_.find(SectionKind::facet_points); facets != nullptr) {

@@ -90,7 +90,7 @@ struct PointshellView {
   std::uint32_t levels = 0;                     ///< root = 1
   const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
   const std::uint8_t* inward_normal = nullptr;  ///< codes of 3 bytes: see point_inward_normal
-  const std::uint16_t* area = nullptr;          ///< codes: see point_area
+  const std::uint8_t* area = nullptr;           ///< codes: see point_area
   std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
   const std::uint32_t* facet_points = nullptr;  ///< ascending
   const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point

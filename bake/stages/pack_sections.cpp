@@ -215,7 +215,7 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
   const PositionScale scale = position_scale(info.bounds_min, info.bounds_max);
   info.position_origin = scale.origin;
   info.position_step = scale.step;
-  info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / kLargestCode,
+  info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / (kLargestAreaCode * kLargestAreaCode),
                             double{std::numeric_limits<float>::min()});
   // The radius must hold for decoded positions: these move by up to half a step along each axis, and are then rounded
   // to float.
@@ -276,7 +276,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   const std::size_t count = tree.order.size();
   std::vector<std::uint16_t> positions(3 * count);
   std::vector<NormalCode> normals(count);
-  std::vector<std::uint16_t> areas(count);
+  std::vector<std::uint8_t> areas(count);
   double carry = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t old = tree.order[i];
@@ -297,7 +297,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   }
   sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
   sections.push_back(section(SectionKind::point_inward_normals, ElementType::u8, {count, 3}, normals));
-  sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
+  sections.push_back(section(SectionKind::point_areas, ElementType::u8, {count}, areas));
   pack_facets(shell, tree.order, info, sections);
   if (!shell.on_face.empty()) {
     std::vector<std::uint32_t> faces((count + 31) / 32, 0);

@@ -28,7 +28,7 @@ def read_points(f):
     t = np.maximum(-z, 0)
     normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return positions, normals, facts["area_step"] * shell["areas"][:]
+    return positions, normals, facts["area_step"] * shell["areas"][:].astype(float) ** 2
 
 
 def penetration(f, point, field="scaled"):

@@ -52,7 +52,7 @@ inline constexpr SectionName kSectionNames[] = {
      "unit length",
      "Eq. (2)"},
     {SectionKind::point_areas, "/pointshell/areas", "area_step",
-     "surface area that each point stands for; area = area_step * value, in m^2", ""},
+     "surface area that each point stands for; area = area_step * value^2, in m^2", ""},
     {SectionKind::facet_points, "/pointshell/facet_points", "1",
      "points whose part of the surface is folded, ascending, one entry per facet", ""},
     {SectionKind::facet_corners, "/pointshell/facet_corners", "covering_radius/112",

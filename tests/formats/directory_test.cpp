@@ -215,7 +215,7 @@ TEST(Directory, WrongSectionEntriesAreRefused) {
        }},
       {Status::bad_section, [](Directory& d) { find(d, Kind::point_positions).element = ElementType::i16; }},
       {Status::bad_section, [](Directory& d) { find(d, Kind::point_inward_normals).element = ElementType::i8; }},
-      {Status::bad_section, [](Directory& d) { find(d, Kind::point_areas).element = ElementType::i16; }},
+      {Status::bad_section, [](Directory& d) { find(d, Kind::point_areas).element = ElementType::i8; }},
       {Status::bad_section,
        [](Directory& d) {
          find(d, Kind::point_inward_normals).shape = {3, 4};
@@ -424,7 +424,7 @@ TEST(Validate, EveryCodeOfAPointIsAValue) {
   for (const std::uint16_t code : std::array<std::uint16_t, 5>{0x0000, 0x7FFF, 0x8000, 0x8001, 0xFFFF}) {
     EXPECT_EQ(with_value(SectionKind::point_positions, 5, code), Status::ok);
     EXPECT_EQ(with_value(SectionKind::point_inward_normals, 11, static_cast<std::uint8_t>(code)), Status::ok);
-    EXPECT_EQ(with_value(SectionKind::point_areas, 3, code), Status::ok);
+    EXPECT_EQ(with_value(SectionKind::point_areas, 3, static_cast<std::uint8_t>(code)), Status::ok);
   }
 }
 

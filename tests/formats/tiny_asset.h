@@ -81,7 +81,7 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));
     sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::u8, {4, 3}, normals));
     sections.push_back(
-        make_section(SectionKind::point_areas, ElementType::u16, {4}, std::vector<std::uint16_t>{4, 4, 4, 2}));
+        make_section(SectionKind::point_areas, ElementType::u8, {4}, std::vector<std::uint8_t>{2, 2, 2, 1}));
     const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
     sections.push_back(make_section(SectionKind::spheres, ElementType::f32, {4, 3}, spheres));
     sections.push_back(

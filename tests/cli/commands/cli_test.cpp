@@ -122,7 +122,7 @@ with h5py.File("a.vps.hdf") as f:
     t = np.maximum(-z, 0)
     normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    areas = facts["area_step"] * shell["areas"][:]
+    areas = facts["area_step"] * shell["areas"][:].astype(float) ** 2
     assert [shell[name].attrs["unit"] for name in ("positions", "inward_normals", "areas")] == \
         [b"position_step", b"1/2047", b"area_step"]
     assert len(points) == len(normals) == len(areas) == facts["points"]
