@@ -65,22 +65,19 @@ Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::u
                   const AssetInfo& info) noexcept {
   const std::uint64_t most = kMostChildren * info.branching;
   const std::size_t levels = offsets.size() - 1;
-  const std::uint64_t nodes = children.size() / 2;
+  const std::uint64_t nodes = children.size() - 1;
   if (offsets[0] != 0 || offsets[1] != 1 || offsets[levels] != nodes) return Status::bad_index;
   for (std::size_t level = 0; level < levels; ++level) {
     if (offsets[level + 1] <= offsets[level] || offsets[level + 1] > nodes) return Status::bad_index;
+    // The points follow the nodes.
+    if (children[offsets[level]] != offsets[level + 1]) return Status::bad_index;
   }
-  for (std::size_t level = 0; level < levels; ++level) {
-    const bool leaf = level + 1 == levels;
-    std::uint64_t next = leaf ? 0 : offsets[level + 1];
-    for (std::size_t node = offsets[level]; node < offsets[level + 1]; ++node) {
-      const std::uint64_t count = children[2 * node + 1];
-      if (children[2 * node] != next || count == 0 || count > most) return Status::bad_index;
-      next += count;
-    }
-    if (next != (leaf ? info.points : offsets[level + 2])) return Status::bad_index;
+  if (children[nodes] != nodes + info.points) return Status::bad_index;
+  bool good = true;
+  for (std::uint64_t node = 0; node < nodes; ++node) {
+    good &= children[node] < children[node + 1] && children[node + 1] - children[node] <= most;
   }
-  return Status::ok;
+  return good ? Status::ok : Status::bad_index;
 }
 
 bool all_below(std::span<const std::uint32_t> values, std::uint64_t limit) noexcept {

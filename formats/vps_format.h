@@ -88,7 +88,7 @@ enum class SectionKind : std::uint32_t {
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
                        ///< the points are thinned out. Optional
   spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
-  children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
+  children = 49,  ///< u32 [M+1]: first child of each node, on the leaf level M + number of the first point; M + P last
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
   hull_offsets = 52,   ///< u32 [M+1]: where the corners of each node's hull begin; nodes that are not flat have none.

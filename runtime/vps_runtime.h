@@ -99,7 +99,7 @@ struct PointshellView {
   float area_step = 0;                          ///< [m^2]
   const std::uint32_t* face_points = nullptr;   ///< see is_on_face; null: no faces are thinned
   const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
-  const std::uint32_t* children = nullptr;      ///< pairs: first, count
+  const std::uint32_t* children = nullptr;      ///< nodes + 1 entries: see children_of
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   const std::uint32_t* hull_offsets =
@@ -117,6 +117,17 @@ struct PointshellView {
     return decode_coordinate(shell.position[axis][i], shell.position_origin[axis], shell.position_step);
   };
   return {coordinate(0), coordinate(1), coordinate(2)};
+}
+
+/// Numbers of child nodes, or of points.
+struct IndexRange {
+  std::uint32_t begin = 0, end = 0;
+};
+/// Child nodes of a node; on the leaf level points.
+[[nodiscard]] inline IndexRange children_of(const PointshellView& shell, std::uint32_t node) noexcept {
+  const std::uint32_t* const first = shell.children + node;
+  const std::uint32_t before = first[0] < shell.nodes ? 0 : shell.nodes;
+  return {first[0] - before, first[1] - before};
 }
 
 /// Centre of a node's bounding sphere, asset frame. [m]

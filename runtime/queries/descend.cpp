@@ -265,8 +265,9 @@ class Batches {
         if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
         parent_ = d_.queue[head_++];
       } while (d_.flats != nullptr && set_aside(parent_));
-      first_ = d_.shell->children[2 * parent_];
-      left_ = d_.shell->children[2 * parent_ + 1];
+      const IndexRange children = children_of(*d_.shell, parent_);
+      first_ = children.begin;
+      left_ = children.end - children.begin;
     }
     constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
     batch = {first_, left_ < kMost ? left_ : kMost, parent_};

@@ -114,8 +114,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
       continue;
     }
     const std::uint32_t node = s.stack[top];
-    const std::uint32_t first = s.shell->children[2 * node];
-    const std::uint32_t last = first + s.shell->children[2 * node + 1];
+    const auto [first, last] = children_of(*s.shell, node);
     if (node >= leaves) {
       test_points(field, first, last - first, s);
       continue;

@@ -52,7 +52,7 @@ TinyAsset with_points(std::uint32_t points) {
   set(SectionKind::point_inward_normals, ElementType::u8, {points, 3}, std::vector<NormalCode>(points));
   set(SectionKind::point_areas, ElementType::u8, {points}, std::vector<std::uint8_t>(points, 1));
   set(SectionKind::spheres, ElementType::f32, {4, 1}, std::vector<float>{0.5F, 0.5F, 1.5F, 0});
-  set(SectionKind::children, ElementType::u32, {1, 2}, U32{0, points});
+  set(SectionKind::children, ElementType::u32, {2}, U32{1, 1 + points});
   set(SectionKind::parent_points, ElementType::u32, {1}, U32{0});
   set(SectionKind::level_offsets, ElementType::u32, {2}, U32{0, 1});
   return tiny;

@@ -91,10 +91,9 @@ void check_faces(const Asset& asset, Field field, std::vector<Check>& checks) {
 std::vector<std::pair<std::uint32_t, std::uint32_t>> point_ranges(const PointshellView& shell) {
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ranges(shell.nodes);
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
-    const std::uint32_t first = shell.children[2 * node], count = shell.children[2 * node + 1];
+    const auto [first, end] = children_of(shell, node);
     const bool leaf = node >= shell.level_offsets[shell.levels - 1];
-    ranges[node] =
-        leaf ? std::pair{first, first + count} : std::pair{ranges[first].first, ranges[first + count - 1].second};
+    ranges[node] = leaf ? std::pair{first, end} : std::pair{ranges[first].first, ranges[end - 1].second};
   }
   return ranges;
 }

@@ -169,7 +169,7 @@ Json pack_field(const Asset& asset) {
 Json pack_segments(const PointshellView& shell, const std::vector<std::uint32_t>& drawn_before) {
   std::vector<std::uint32_t> first(shell.nodes);
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
-    const std::uint32_t child = shell.children[2 * std::size_t{node}];
+    const std::uint32_t child = children_of(shell, node).begin;
     first[node] = node >= shell.level_offsets[shell.levels - 1] ? child : first[child];
   }
   Json segments = Json::array();

@@ -214,8 +214,7 @@ void Examined::expect_spheres() const {
   std::vector<std::uint32_t> first(shell_.nodes);
   std::vector<std::uint32_t> last(shell_.nodes);
   for (std::uint32_t n = shell_.nodes; n-- > 0;) {
-    const std::uint32_t from = shell_.children[2 * n];
-    const std::uint32_t to = from + shell_.children[2 * n + 1];
+    const auto [from, to] = children_of(shell_, n);
     first[n] = n >= leaves ? from : first[from];
     last[n] = n >= leaves ? to : last[to - 1];
     for (std::uint32_t i = first[n]; i < last[n]; ++i) {

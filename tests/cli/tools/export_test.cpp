@@ -151,8 +151,8 @@ TEST_F(Export, PlyHoldsTheRuntimesPointsAndTheirNodes) {
       EXPECT_LE(std::hypot(d[0], d[1], d[2]), double(shell_.sphere[3][node]) * (1 + 1e-6));
     }
     ++segments[nodes[1]];
-    const std::uint32_t* const children = shell_.children + 2 * std::size_t{nodes[0]};
-    EXPECT_TRUE(i >= children[0] && i < children[0] + children[1]) << i;
+    const auto [begin, end] = children_of(shell_, nodes[0]);
+    EXPECT_TRUE(i >= begin && i < end) << i;
   }
   EXPECT_NEAR(area, asset_.info().surface_area, 1e-5 * asset_.info().surface_area);
   EXPECT_GT(segments.size(), 3U);
@@ -214,7 +214,8 @@ TEST_F(Export, JsonHoldsTheRuntimesNumbers) {
   ASSERT_EQ(j["tree"]["radii"].size(), shell_.nodes);
   for (std::uint32_t node = 0; node < shell_.nodes; ++node) {
     EXPECT_EQ(float(j["tree"]["radii"][node]), shell_.sphere[3][node]);
-    EXPECT_EQ(j["tree"]["children"][node], Json::array({shell_.children[2 * node], shell_.children[2 * node + 1]}));
+    const auto [begin, end] = children_of(shell_, node);
+    EXPECT_EQ(j["tree"]["children"][node], Json::array({begin, end - begin}));
   }
   EXPECT_EQ(j["tree"]["level_offsets"].size(), shell_.levels + 1);
   VPS_SCHEMA_CHECK_OR_SKIP();
