@@ -36,7 +36,7 @@ constexpr Layout kLayouts[] = {
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},
-    {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
+    {SectionKind::spheres, {ElementType::u16, kNone}, 2, {4, 0}},
     {SectionKind::children, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::level_offsets, {ElementType::u32, kNone}, 1, {}},

@@ -27,6 +27,11 @@ bool is_between(double x, double low, double high) noexcept {
   return x >= low && x <= high;
 }
 
+// Largest length and coordinate that an asset may have: its square fits a float at any scale. [m]
+double longest_length(const AssetInfo& info) noexcept {
+  return std::min(kLongest_vx * info.voxel_size, kLongest);
+}
+
 // Ranges of lengths, which depend on the voxel size.
 class Lengths {
  public:
@@ -119,10 +124,6 @@ bool far_is_good(const AssetInfo& info, const Lengths& lengths) noexcept {
 }
 
 }  // namespace
-
-double longest_length(const AssetInfo& info) noexcept {
-  return std::min(kLongest_vx * info.voxel_size, kLongest);
-}
 
 bool info_is_good(const AssetInfo& info) noexcept {
   if (!is_between(info.voxel_size, kLeastVoxel, kMostVoxel)) return false;

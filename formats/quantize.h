@@ -122,10 +122,10 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
   return best;
 }
 
-/// The code of an area is its square root, so that small areas have small steps: with thinned faces areas differ by more
-/// than 50 times. One of the two codes around the area, off by up to a step of 2 code + 1.
+/// The code of an area is its square root, so that small areas have small steps: with thinned faces areas differ by
+/// more than 50 times. One of the two codes around the area, off by up to a step of 2 code + 1.
 /// @param carry  sum of the rounding errors of the areas before, 0 at first. The next area makes up for it, so that the
-///               stored areas of any run have the same sum as the areas, within kLargestAreaCode * step. [m^2]
+///               sum of all errors is at most kLargestAreaCode * step, and that of any run twice that. [m^2]
 /// @param step   the largest area / kLargestAreaCode^2. [Limits: value > 0] [Units: m^2]
 inline std::uint8_t encode_area(double area, double step, double& carry) noexcept {
   const double due = std::max((area + carry) / step, 0.0);

@@ -87,7 +87,8 @@ enum class SectionKind : std::uint32_t {
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
                        ///< the points are thinned out. Optional
-  spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
+  spheres = 48,        ///< u16 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node; radius =
+                       ///< position_step * code. [m]
   children = 49,  ///< u32 [M+1]: first child of each node, on the leaf level M + number of the first point; M + P last
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
@@ -231,9 +232,9 @@ enum class Use : std::uint8_t {
   return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
 }
 
-/// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
-/// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
-/// once, and skips those that `use` does not need. The points need no check, because all their codes are valid.
+/// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels), so
+/// that no query can read outside the mapping or walk without end. Reads these sections once, and skips those that
+/// `use` does not need. Points and spheres need no check, because all their codes are valid.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned for a double, the
 /// widest element.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,

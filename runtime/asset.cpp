@@ -276,7 +276,8 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   }
   const Section* const spheres = directory_.find(SectionKind::spheres);
   out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
-  for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;
+  for (std::size_t row = 0; row < 4; ++row)
+    out.sphere[row] = section_data<std::uint16_t>(data_, spheres) + row * out.nodes;
   out.children = section_data<std::uint32_t>(data_, directory_.find(SectionKind::children));
   out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
   out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));

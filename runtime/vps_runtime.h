@@ -98,7 +98,7 @@ struct PointshellView {
   float position_step = 0;                      ///< [m]
   float area_step = 0;                          ///< [m^2]
   const std::uint32_t* face_points = nullptr;   ///< see is_on_face; null: no faces are thinned
-  const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
+  const std::uint16_t* sphere[4] = {};          ///< codes, x, y, z, radius rows: see sphere_centre
   const std::uint32_t* children = nullptr;      ///< nodes + 1 entries: see children_of
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
@@ -132,12 +132,14 @@ struct IndexRange {
 
 /// Centre of a node's bounding sphere, asset frame. [m]
 [[nodiscard]] inline Vec3 sphere_centre(const PointshellView& shell, std::uint32_t node) noexcept {
-  return {shell.scale * shell.sphere[0][node], shell.scale * shell.sphere[1][node],
-          shell.scale * shell.sphere[2][node]};
+  const auto coordinate = [&](int axis) {
+    return decode_coordinate(shell.sphere[axis][node], shell.position_origin[axis], shell.position_step);
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
 }
 /// [m]
 [[nodiscard]] inline float sphere_radius(const PointshellView& shell, std::uint32_t node) noexcept {
-  return shell.scale * shell.sphere[3][node];
+  return shell.position_step * static_cast<float>(shell.sphere[3][node]);
 }
 
 /// Unit normal of a point, into the body, asset frame. [-]

@@ -289,7 +289,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   }
   const std::size_t nodes = spheres.size();
   const std::uint32_t leaves = *(tree.level_offsets.end() - 2);
-  std::vector<float> rows(4 * nodes);
+  std::vector<std::uint16_t> rows(4 * nodes);
   // Points are numbered after the nodes.
   std::vector<std::uint32_t> children(nodes + 1, static_cast<std::uint32_t>(nodes + count));
   for (std::size_t n = 0; n < nodes; ++n) {
@@ -308,7 +308,7 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     }
     sections.push_back(section(SectionKind::face_points, ElementType::u32, {faces.size()}, faces));
   }
-  sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
+  sections.push_back(section(SectionKind::spheres, ElementType::u16, {4, nodes}, rows));
   sections.push_back(section(SectionKind::children, ElementType::u32, {nodes + 1}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));
   sections.push_back(

@@ -59,8 +59,10 @@ inline constexpr SectionName kSectionNames[] = {
      "four corners (x, y, z) of each facet less the position of its point, counter-clockwise seen from outside", ""},
     {SectionKind::face_points, "/pointshell/face_points", "1",
      "bit i % 32 of word i / 32: whether point i lies inside a face, where the points are thinned out", ""},
-    {SectionKind::spheres, "/pointshell/tree/spheres", "m",
-     "rows x, y, z, radius of the sphere round all points of a node", "Eq. (6)"},
+    {SectionKind::spheres, "/pointshell/tree/spheres", "position_step",
+     "rows x, y, z, radius of the sphere round all points of a node; centre = position_origin + position_step * value, "
+     "radius = position_step * value, in m",
+     "Eq. (6)"},
     {SectionKind::children, "/pointshell/tree/children", "1",
      "first child of each node; on the leaf level number of nodes + number of the first point; number of both last",
      "Eq. (6)"},

@@ -411,19 +411,10 @@ TEST(Validate, HullsHaveOffsetsForEveryNodeAndCornersThatArePoints) {
   EXPECT_EQ(decoded({}, {0}), Status::missing_section);
 }
 
-TEST(Validate, FloatsThatNoQueryCanUseAreRefused) {
-  const float nan = std::numeric_limits<float>::quiet_NaN();
-  const float inf = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(with_value<float>(SectionKind::spheres, 0, inf), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::spheres, 5, nan), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::spheres, 11, nan), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, -0.5F), Status::bad_index);
-  EXPECT_EQ(with_value<float>(SectionKind::spheres, 9, 0.5F), Status::ok);
-}
-
-TEST(Validate, EveryCodeOfAPointIsAValue) {
+TEST(Validate, EveryCodeOfAPointOrSphereIsAValue) {
   for (const std::uint16_t code : std::array<std::uint16_t, 5>{0x0000, 0x7FFF, 0x8000, 0x8001, 0xFFFF}) {
     EXPECT_EQ(with_value(SectionKind::point_positions, 5, code), Status::ok);
+    EXPECT_EQ(with_value(SectionKind::spheres, 9, code), Status::ok);
     EXPECT_EQ(with_value(SectionKind::point_inward_normals, 11, static_cast<std::uint8_t>(code)), Status::ok);
     EXPECT_EQ(with_value(SectionKind::point_areas, 3, static_cast<std::uint8_t>(code)), Status::ok);
   }

@@ -82,8 +82,8 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::u8, {4, 3}, normals));
     sections.push_back(
         make_section(SectionKind::point_areas, ElementType::u8, {4}, std::vector<std::uint8_t>{3, 2, 1, 0}));
-    const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
-    sections.push_back(make_section(SectionKind::spheres, ElementType::f32, {4, 3}, spheres));
+    const std::vector<std::uint16_t> spheres = {3, 1, 5, 0, 0, 0, 0, 0, 0, 3, 1, 1};
+    sections.push_back(make_section(SectionKind::spheres, ElementType::u16, {4, 3}, spheres));
     sections.push_back(make_section<std::uint32_t>(SectionKind::children, ElementType::u32, {4}, {1, 3, 5, 7}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::parent_points, ElementType::u32, {3}, {1, 0, 2}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::level_offsets, ElementType::u32, {3}, {0, 1, 3}));

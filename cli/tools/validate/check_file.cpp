@@ -103,12 +103,12 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
   std::size_t outside = 0, tests = 0;
   double worst = 0;  // distance outside of a sphere. [m]
   for (std::uint32_t node = 0; node < shell.nodes; ++node) {
-    const Vec3 centre{shell.sphere[0][node], shell.sphere[1][node], shell.sphere[2][node]};
+    const Vec3 centre = sphere_centre(shell, node);
     for (std::uint32_t i = ranges[node].first; i < ranges[node].second; ++i, ++tests) {
       const Vec3 p = point_position(shell, i);
       const double distance =
           std::hypot(double(p.x) - double(centre.x), double(p.y) - double(centre.y), double(p.z) - double(centre.z));
-      const double beyond = distance - double(shell.sphere[3][node]);
+      const double beyond = distance - double(sphere_radius(shell, node));
       if (beyond <= 0) continue;
       ++outside;
       worst = std::max(worst, beyond);

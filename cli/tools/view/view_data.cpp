@@ -224,7 +224,8 @@ Json pack_spheres(const PointshellView& shell) {
     if (count > kPageSpheres) break;
     counts.push_back(count);
     for (std::uint32_t node = shell.level_offsets[l]; node < shell.level_offsets[l + 1]; ++node) {
-      for (const auto* const row : shell.sphere) values.push_back(row[node]);
+      const Vec3 centre = sphere_centre(shell, node);
+      values.insert(values.end(), {centre.x, centre.y, centre.z, sphere_radius(shell, node)});
     }
   }
   std::string note = fmt::format("The tree has {} levels", shell.levels);

@@ -77,7 +77,7 @@ class FlatNodes {
   // Largest distance off the surface at which a corner is a hit. In the field's unit.
   [[nodiscard]] float reach_of(std::size_t corner) const noexcept {
     if (d_.moving == nullptr) return limit_;
-    const Affine& ways = d_.moving->point_ways;
+    const Affine& ways = d_.moving->ways;
     const float code[3] = {codes_[0][corner], codes_[1][corner], codes_[2][corner]};
     float squared = 0;
     for (int axis = 0; axis < 3; ++axis) {

@@ -177,8 +177,8 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
        [](AssetInfo&, auto& sections) {
          for (SectionData& section : sections) {
            if (section.kind != SectionKind::spheres) continue;
-           auto* const radii = reinterpret_cast<float*>(section.bytes.data()) + 3 * section.shape[1];
-           radii[section.shape[1] - 1] *= 0.9F;
+           auto* const radii = reinterpret_cast<std::uint16_t*>(section.bytes.data()) + 3 * section.shape[1];
+           radii[section.shape[1] - 1] = static_cast<std::uint16_t>(0.9 * radii[section.shape[1] - 1]);
          }
        }},
       {"points",
