@@ -209,7 +209,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     stages.add("bounding_spheres", {clustered, described}, [&] {
       describe_pointshell(shell, point_tree, options.branching, asset.info);
       const std::vector<Point3f> points = tree_points(shell, point_tree, asset.info);
-      pack_pointshell(shell, point_tree, bounding_spheres(point_tree, points), asset.info, shell_sections);
+      pack_pointshell(shell, point_tree,
+                      bounding_spheres(point_tree, points, {asset.info.position_origin, asset.info.position_step}),
+                      asset.info, shell_sections);
       pack_hulls(find_hulls(point_tree, points, kHullTolerance * shell.feature_covering_radius), shell_sections);
     });
   }

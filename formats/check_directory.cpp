@@ -31,13 +31,13 @@ constexpr Layout kLayouts[] = {
     {SectionKind::far, {ElementType::i8, kNone}, 3, {}},
     {SectionKind::planes, {ElementType::u32, kNone}, 2, {0, 8}},
     {SectionKind::point_positions, {ElementType::u16, kNone}, 2, {3, 0}},
-    {SectionKind::point_inward_normals, {ElementType::i16, kNone}, 2, {2, 0}},
-    {SectionKind::point_areas, {ElementType::u16, kNone}, 1, {}},
+    {SectionKind::point_inward_normals, {ElementType::u8, kNone}, 2, {0, 3}},
+    {SectionKind::point_areas, {ElementType::u8, kNone}, 1, {}},
     {SectionKind::facet_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::facet_corners, {ElementType::i8, kNone}, 3, {0, 4, 3}},
     {SectionKind::face_points, {ElementType::u32, kNone}, 1, {}},
-    {SectionKind::spheres, {ElementType::f32, kNone}, 2, {4, 0}},
-    {SectionKind::children, {ElementType::u32, kNone}, 2, {0, 2}},
+    {SectionKind::spheres, {ElementType::u16, kNone}, 2, {4, 0}},
+    {SectionKind::children, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::parent_points, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::level_offsets, {ElementType::u32, kNone}, 1, {}},
     {SectionKind::hull_offsets, {ElementType::u32, kNone}, 1, {}},
@@ -174,16 +174,17 @@ Status check_pointshell(const Directory& directory) noexcept {
   // Each section, its axis that counts points or nodes, and the count that it must have.
   const Section* const spheres = directory.find(SectionKind::spheres);
   const std::uint64_t nodes = spheres == nullptr ? 0 : spheres->shape[1];
+  if (nodes > kMostCount) return Status::bad_section;
   const struct {
     SectionKind kind;
     std::size_t axis;
     std::uint64_t count;
   } kParts[] = {
       {SectionKind::point_positions, 1, info.points},
-      {SectionKind::point_inward_normals, 1, info.points},
+      {SectionKind::point_inward_normals, 0, info.points},
       {SectionKind::point_areas, 0, info.points},
       {SectionKind::spheres, 1, nodes},
-      {SectionKind::children, 0, nodes},
+      {SectionKind::children, 0, nodes + 1},
       {SectionKind::parent_points, 0, nodes},
       {SectionKind::level_offsets, 0, std::uint64_t{info.levels} + 1},
   };
@@ -193,7 +194,7 @@ Status check_pointshell(const Directory& directory) noexcept {
       if (section != nullptr) return Status::bad_info;
     } else if (section == nullptr) {
       return Status::missing_section;
-    } else if (section->shape[part.axis] != part.count || part.count > kMostCount) {
+    } else if (section->shape[part.axis] != part.count) {
       return Status::bad_section;
     }
   }

@@ -27,6 +27,11 @@ bool is_between(double x, double low, double high) noexcept {
   return x >= low && x <= high;
 }
 
+// Largest length and coordinate that an asset may have: its square fits a float at any scale. [m]
+double longest_length(const AssetInfo& info) noexcept {
+  return std::min(kLongest_vx * info.voxel_size, kLongest);
+}
+
 // Ranges of lengths, which depend on the voxel size.
 class Lengths {
  public:
@@ -102,7 +107,7 @@ bool shell_is_good(const AssetInfo& info, const Lengths& lengths) noexcept {
          is_between(info.normal_error_mean, 0, kLargestAngle) && is_between(info.normal_error_max, 0, kLargestAngle) &&
          lengths.is_point(info.position_origin) && info.position_step >= std::numeric_limits<float>::min() &&
          lengths.is_length(kLargestCode * info.position_step) && info.area_step >= std::numeric_limits<float>::min() &&
-         static_cast<double>(info.points) * kLargestCode * info.area_step <= kMostArea;
+         static_cast<double>(info.points) * decode_area(kLargestAreaCode, info.area_step) <= kMostArea;
 }
 
 // Either there is no far grid, or its values can be used.
@@ -119,10 +124,6 @@ bool far_is_good(const AssetInfo& info, const Lengths& lengths) noexcept {
 }
 
 }  // namespace
-
-double longest_length(const AssetInfo& info) noexcept {
-  return std::min(kLongest_vx * info.voxel_size, kLongest);
-}
 
 bool info_is_good(const AssetInfo& info) noexcept {
   if (!is_between(info.voxel_size, kLeastVoxel, kMostVoxel)) return false;

@@ -11,9 +11,6 @@ inline constexpr std::uint64_t kMostBricks = (std::uint64_t{1} << 31) - 1;
 /// Points, facets, nodes of the tree and corners of hulls. Queries keep four numbers for each of them in 32 bits.
 inline constexpr std::uint64_t kMostCount = std::uint64_t{1} << 30;
 
-/// Largest length and coordinate that an asset may have: its square fits a float at any scale. [m]
-[[nodiscard]] double longest_length(const AssetInfo& info) noexcept;
-
 /// Whether every scalar is in its range, and those of the mesh fit each other: docs/internals/format.md, "Ranges".
 [[nodiscard]] bool info_is_good(const AssetInfo& info) noexcept;
 

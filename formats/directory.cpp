@@ -96,6 +96,7 @@ std::uint64_t hash_bytes(std::span<const std::byte> bytes) noexcept {
 std::size_t element_bytes(ElementType type) noexcept {
   switch (type) {
     case ElementType::i8:
+    case ElementType::u8:
       return 1;
     case ElementType::i16:
     case ElementType::u16:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-/// @file The 16-bit codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
+/// @file The codes of the pointshell's positions, normals and areas: encoded by the bake, decoded by queries.
 /// docs/internals/format.md has the formulas. Standard library only; every function accepts any code.
 #pragma once
 
@@ -9,15 +9,19 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <numbers>
 
 namespace vps {
 
-/// Largest code of a coordinate and of an area.
+/// Largest code of a coordinate.
 inline constexpr int kLargestCode = 65535;
+/// Largest code of an area.
+inline constexpr int kLargestAreaCode = 255;
 /// Code of 1 in an octahedral normal.
-inline constexpr int kUnitCode = 32767;
-/// Largest angle between a unit vector and the vector that its code gives. [rad]
-inline constexpr double kNormalCodeError = 4.4e-5;
+inline constexpr int kUnitCode = 2047;
+/// Upper bound of the angle between a unit vector and the vector that its code gives: on the octahedron's faces the
+/// codes are corners of equilateral triangles. [rad]
+inline constexpr double kNormalCodeError = std::numbers::sqrt2 / kUnitCode;
 
 /// Where the codes of positions lie: position = origin + step * code.
 struct PositionScale {
@@ -56,8 +60,22 @@ inline float decode_coordinate(std::uint16_t code, float origin, float step) noe
 /// A unit vector on the octahedron |x| + |y| + |z| = 1, whose lower half is folded out into the corners of the square
 /// [-1, 1]^2. Meyer et al. 2010, "On Floating-Point Normal Vectors"; Cigolle et al. 2014 for the rounding.
 struct OctahedralNormal {
-  std::int16_t u = 0, v = 0;  ///< coordinates in the square, in steps of 1 / kUnitCode
+  int u = 0, v = 0;  ///< coordinates in the square, in steps of 1 / kUnitCode
 };
+
+/// Two coordinates of 12 bits, less than 4096 each: kUnitCode + u, then kUnitCode + v, lowest bits first.
+using NormalCode = std::array<std::uint8_t, 3>;
+
+inline NormalCode pack(OctahedralNormal normal) noexcept {
+  const auto u = static_cast<unsigned>(kUnitCode + normal.u);
+  const auto v = static_cast<unsigned>(kUnitCode + normal.v);
+  return {static_cast<std::uint8_t>(u), static_cast<std::uint8_t>(u >> 8U | v << 4U),
+          static_cast<std::uint8_t>(v >> 4U)};
+}
+/// @param code  the three bytes of a NormalCode
+inline OctahedralNormal unpack(const std::uint8_t* code) noexcept {
+  return {(code[0] | (code[1] & 15) << 8) - kUnitCode, (code[1] >> 4 | code[2] << 4) - kUnitCode};
+}
 
 /// x, y, z of unit length, in the precision of Real.
 template <class Real>
@@ -85,7 +103,7 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
     u = folded;
   }
   const auto in_square = [](double x) {
-    return static_cast<std::int16_t>(std::clamp(x, -double{kUnitCode}, double{kUnitCode}));
+    return static_cast<int>(std::clamp(x, -double{kUnitCode}, double{kUnitCode}));
   };
   OctahedralNormal best;
   double least = std::numeric_limits<double>::infinity();
@@ -104,17 +122,23 @@ inline OctahedralNormal encode_normal(const std::array<double, 3>& n) noexcept {
   return best;
 }
 
-/// @param carry  sum of the rounding errors of the areas before, 0 at first. It is added to the next area, so that the
-///               stored areas of any run have the same sum as the areas, within a step. [m^2]
-/// @param step   the largest area / kLargestCode. [Limits: value > 0] [Units: m^2]
-inline std::uint16_t encode_area(double area, double step, double& carry) noexcept {
-  const double due = area + carry;
-  const auto code = static_cast<std::uint16_t>(std::lround(std::clamp(due / step, 0.0, double{kLargestCode})));
-  carry = due - step * code;
-  return code;
+/// The code of an area is its square root, so that small areas have small steps: with thinned faces areas differ by
+/// more than 50 times. One of the two codes around the area, off by up to a step of 2 code + 1.
+/// @param carry  sum of the rounding errors of the areas before, 0 at first. The next area makes up for it, so that the
+///               sum of all errors is at most kLargestAreaCode * step, and that of any run twice that. [m^2]
+/// @param step   the largest area / kLargestAreaCode^2. [Limits: value > 0] [Units: m^2]
+inline std::uint8_t encode_area(double area, double step, double& carry) noexcept {
+  const double due = std::max((area + carry) / step, 0.0);
+  const double below = std::floor(std::sqrt(due));
+  const double nearest = due - below * below > below + 0.5 ? below + 1 : below;
+  const double root = std::sqrt(area / step);
+  const double code = std::min(std::clamp(nearest, std::floor(root), std::ceil(root)), double{kLargestAreaCode});
+  carry += area - step * code * code;
+  return static_cast<std::uint8_t>(code);
 }
-inline float decode_area(std::uint16_t code, float step) noexcept {
-  return step * static_cast<float>(code);
+template <class Real>
+Real decode_area(std::uint8_t code, Real step) noexcept {
+  return step * static_cast<Real>(code * code);
 }
 
 }  // namespace vps

@@ -89,14 +89,15 @@ enum class SectionKind : std::uint32_t {
                 ///< same numbers, then of others near the surface. The rest have one in their entry
                 ///< (formats/cell_plane.h). With `scaled`. Optional
   point_positions = 32,       ///< u16 [3,P]: rows x, y, z: position_origin + position_step * code. [m]
-  point_inward_normals = 33,  ///< i16 [2,P]: rows u, v of the octahedral code (formats/quantize.h), into the body. [-]
-  point_areas = 34,           ///< u16 [P]: surface area that the point represents: area_step * code. [m^2]
+  point_inward_normals = 33,  ///< u8 [P,3]: octahedral codes of 12 + 12 bits (formats/quantize.h), into the body. [-]
+  point_areas = 34,           ///< u8 [P]: surface area that the point represents: area_step * code^2. [m^2]
   facet_points = 35,  ///< u32 [F]: points whose part of the surface is folded, ascending, one entry per facet. Optional
   facet_corners = 36,  ///< i8 [F,4,3]: corners of each facet less its point: covering_radius / kFacetSteps * code. [m]
   face_points = 37,    ///< u32 [ceil(P/32)]: bit i % 32 of word i / 32 tells whether point i lies inside a face, where
                        ///< the points are thinned out. Optional
-  spheres = 48,        ///< f32 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node. [m]
-  children = 49,       ///< u32 [M,2]: first, count: child nodes, or on the leaf level points
+  spheres = 48,        ///< u16 [4,M]: rows x, y, z, radius of the bounding sphere of all points below a node; radius =
+                       ///< position_step * code. [m]
+  children = 49,  ///< u32 [M+1]: first child of each node, on the leaf level M + number of the first point; M + P last
   parent_points = 50,  ///< u32 [M]: the point that represents the node (P_1 of Eq. 6)
   level_offsets = 51,  ///< u32 [L+1]: nodes of level l (root = 1) are [offset[l-1], offset[l])
   hull_offsets = 52,   ///< u32 [M+1]: where the corners of each node's hull begin; nodes that are not flat have none.
@@ -116,7 +117,7 @@ inline constexpr double kFaceSag = 0.005;
 inline constexpr double kHullTolerance = 0.01;
 
 /// No kind uses i32.
-enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7 };
+enum class ElementType : std::uint32_t { i8 = 1, i16 = 2, i32 = 3, u32 = 4, f32 = 5, f64 = 6, u16 = 7, u8 = 8 };
 
 /// Bytes of one element; 0 for a value that is not an ElementType.
 [[nodiscard]] std::size_t element_bytes(ElementType type) noexcept;
@@ -180,7 +181,7 @@ struct AssetInfo {
   double normal_error_max = 0;   ///< [rad]
   std::array<double, 3> position_origin{};  ///< bounds_min, rounded down to float. [m]
   double position_step = 0;  ///< largest extent of the bounds / 65535, rounded up to 8 significant bits. [m]
-  double area_step = 0;      ///< the largest area / 65535. [m^2]
+  double area_step = 0;      ///< the largest area / 65025. [m^2]
   std::uint64_t points = 0;
   std::uint32_t branching = 0;  ///< K
   std::uint32_t levels = 0;     ///< L, root = 1
@@ -239,9 +240,9 @@ enum class Use : std::uint8_t {
   return (static_cast<unsigned>(a) & static_cast<unsigned>(b)) != 0;
 }
 
-/// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels) and
-/// that spheres are finite, so that no query can read outside the mapping or walk without end. Reads these sections
-/// once, and skips those that `use` does not need. The points need no check, because all their codes are valid.
+/// Checks every index stored in the sections (brick numbers, the octree's entries, children, parent points, levels), so
+/// that no query can read outside the mapping or walk without end. Reads these sections once, and skips those that
+/// `use` does not need. Points and spheres need no check, because all their codes are valid.
 /// @pre `directory` came from decode_directory on the same bytes, which start at an address aligned for a double, the
 /// widest element.
 [[nodiscard]] Status validate_indices(std::span<const std::byte> file, const Directory& directory,

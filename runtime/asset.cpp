@@ -259,14 +259,13 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   out.points = static_cast<std::uint32_t>(facts.points);
   out.levels = facts.levels;
   const auto* positions = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_positions));
-  const auto* normals = section_data<std::int16_t>(data_, directory_.find(SectionKind::point_inward_normals));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     out.position[axis] = positions + axis * out.points;
     out.position_origin[axis] = static_cast<float>(facts.position_origin[axis]);
     out.centre_of_mass[axis] = static_cast<float>(facts.centre_of_mass[axis]);
   }
-  for (std::size_t row = 0; row < 2; ++row) out.inward_normal[row] = normals + row * out.points;
-  out.area = section_data<std::uint16_t>(data_, directory_.find(SectionKind::point_areas));
+  out.inward_normal = section_data<std::uint8_t>(data_, directory_.find(SectionKind::point_inward_normals));
+  out.area = section_data<std::uint8_t>(data_, directory_.find(SectionKind::point_areas));
   out.position_step = static_cast<float>(facts.position_step);
   out.area_step = static_cast<float>(facts.area_step);
   if (const Section* const facets = directory_.find(SectionKind::facet_points); facets != nullptr) {
@@ -276,7 +275,8 @@ Status Asset::pointshell(PointshellView& out, double scale) const noexcept {
   }
   const Section* const spheres = directory_.find(SectionKind::spheres);
   out.nodes = static_cast<std::uint32_t>(spheres->shape[1]);
-  for (std::size_t row = 0; row < 4; ++row) out.sphere[row] = section_data<float>(data_, spheres) + row * out.nodes;
+  for (std::size_t row = 0; row < 4; ++row)
+    out.sphere[row] = section_data<std::uint16_t>(data_, spheres) + row * out.nodes;
   out.children = section_data<std::uint32_t>(data_, directory_.find(SectionKind::children));
   out.parent_point = section_data<std::uint32_t>(data_, directory_.find(SectionKind::parent_points));
   out.level_offsets = section_data<std::uint32_t>(data_, directory_.find(SectionKind::level_offsets));

@@ -90,8 +90,8 @@ struct PointshellView {
   std::uint32_t nodes = 0;
   std::uint32_t levels = 0;                     ///< root = 1
   const std::uint16_t* position[3] = {};        ///< codes, x, y, z rows: see point_position
-  const std::int16_t* inward_normal[2] = {};    ///< octahedral codes, u, v rows: see point_inward_normal
-  const std::uint16_t* area = nullptr;          ///< codes: see point_area
+  const std::uint8_t* inward_normal = nullptr;  ///< codes of 3 bytes: see point_inward_normal
+  const std::uint8_t* area = nullptr;           ///< codes: see point_area
   std::uint32_t facets = 0;                     ///< of points whose part of the surface is folded
   const std::uint32_t* facet_points = nullptr;  ///< ascending
   const std::int8_t* facet_corners = nullptr;   ///< codes [facets,4,3]: covering_radius / kFacetSteps less the point
@@ -99,8 +99,8 @@ struct PointshellView {
   float position_step = 0;                      ///< [m]
   float area_step = 0;                          ///< [m^2]
   const std::uint32_t* face_points = nullptr;   ///< see is_on_face; null: no faces are thinned
-  const float* sphere[4] = {};                  ///< x, y, z, radius rows, without `scale`: see sphere_centre. [m]
-  const std::uint32_t* children = nullptr;      ///< pairs: first, count
+  const std::uint16_t* sphere[4] = {};          ///< codes, x, y, z, radius rows: see sphere_centre
+  const std::uint32_t* children = nullptr;      ///< nodes + 1 entries: see children_of
   const std::uint32_t* parent_point = nullptr;
   const std::uint32_t* level_offsets = nullptr;  ///< levels + 1 entries
   const std::uint32_t* hull_offsets =
@@ -120,19 +120,32 @@ struct PointshellView {
   return {coordinate(0), coordinate(1), coordinate(2)};
 }
 
+/// Numbers of child nodes, or of points.
+struct IndexRange {
+  std::uint32_t begin = 0, end = 0;
+};
+/// Child nodes of a node; on the leaf level points.
+[[nodiscard]] inline IndexRange children_of(const PointshellView& shell, std::uint32_t node) noexcept {
+  const std::uint32_t* const first = shell.children + node;
+  const std::uint32_t before = first[0] < shell.nodes ? 0 : shell.nodes;
+  return {first[0] - before, first[1] - before};
+}
+
 /// Centre of a node's bounding sphere, asset frame. [m]
 [[nodiscard]] inline Vec3 sphere_centre(const PointshellView& shell, std::uint32_t node) noexcept {
-  return {shell.scale * shell.sphere[0][node], shell.scale * shell.sphere[1][node],
-          shell.scale * shell.sphere[2][node]};
+  const auto coordinate = [&](int axis) {
+    return decode_coordinate(shell.sphere[axis][node], shell.position_origin[axis], shell.position_step);
+  };
+  return {coordinate(0), coordinate(1), coordinate(2)};
 }
 /// [m]
 [[nodiscard]] inline float sphere_radius(const PointshellView& shell, std::uint32_t node) noexcept {
-  return shell.scale * shell.sphere[3][node];
+  return shell.position_step * static_cast<float>(shell.sphere[3][node]);
 }
 
 /// Unit normal of a point, into the body, asset frame. [-]
 [[nodiscard]] inline Vec3 point_inward_normal(const PointshellView& shell, std::uint32_t i) noexcept {
-  const auto [x, y, z] = decode_normal<float>({shell.inward_normal[0][i], shell.inward_normal[1][i]});
+  const auto [x, y, z] = decode_normal<float>(unpack(shell.inward_normal + 3 * std::size_t{i}));
   return {x, y, z};
 }
 

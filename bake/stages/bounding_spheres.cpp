@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Minimal enclosing spheres by CGAL. Its double version returns wrong spheres for some lattice points and reports them
 // as valid. So every result is checked against every point. A wrong one is tried again with jitter, then in exact
-// arithmetic; for many points a sphere around the first one replaces it.
+// arithmetic; for many points a sphere around the middle of their box replaces it.
 #include "bake/stages/bounding_spheres.h"
 
 #include <CGAL/Cartesian.h>
@@ -76,24 +76,28 @@ Sphere minimal_sphere(std::span<const Point3f> points) {
   if (points.size() == 1) return {Vector(points[0][0], points[0][1], points[0][2]), 0};
   Sphere sphere = minimal_double(points, 0);
   if (encloses(sphere, points)) return sphere;
-  const Vector first(points[0][0], points[0][1], points[0][2]);
-  const double extent = farthest(first, points);
-  sphere = minimal_double(points, 1e-7 * extent);
+  Eigen::AlignedBox3d box;
+  for (const Point3f& p : points) box.extend(Vector(p[0], p[1], p[2]));
+  sphere = minimal_double(points, 1e-7 * box.diagonal().norm());
   if (encloses(sphere, points)) return sphere;
   constexpr std::size_t kExactLimit = 256;  // exact arithmetic takes 0.6 ms for 16 points
   if (points.size() <= kExactLimit) return minimal_exact(points);
-  return {first, extent};
+  return {box.center(), farthest(box.center(), points)};
 }
 
 }  // namespace
 
-BoundingSphere bounding_sphere(std::span<const Point3f> points) {
+BoundingSphere bounding_sphere(std::span<const Point3f> points, const PositionScale& scale) {
   const Sphere minimal = minimal_sphere(points);
+  const auto step = static_cast<float>(scale.step);
   BoundingSphere out;
+  Point3f centre;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    out.centre[axis] = static_cast<float>(minimal.centre[static_cast<Eigen::Index>(axis)]);
+    const double origin = scale.origin[axis];
+    out.centre[axis] = encode_coordinate(minimal.centre[static_cast<Eigen::Index>(axis)], origin, scale.step);
+    centre[axis] = decode_coordinate(out.centre[axis], static_cast<float>(origin), step);
   }
-  const auto [x, y, z] = out.centre;
+  const auto [x, y, z] = centre;
   float radius = 0;
   for (const Point3f& p : points) {
     const float dx = p[0] - x;
@@ -103,12 +107,14 @@ BoundingSphere bounding_sphere(std::span<const Point3f> points) {
   }
   // The float sum may have rounded down, so the distance in double must pass too.
   const double exact = farthest(Vector(x, y, z), points);
-  while (static_cast<double>(radius) < exact) radius = std::nextafter(radius, std::numeric_limits<float>::infinity());
-  out.radius = points.size() == 1 ? radius : std::nextafter(radius, std::numeric_limits<float>::infinity());
+  // A code times the step is exact. Half the diagonal of the scale's box has fewer than kLargestCode steps.
+  out.radius = static_cast<std::uint16_t>(std::ceil(std::max(static_cast<double>(radius), exact) / scale.step));
+  while (static_cast<double>(step) * out.radius < exact || step * static_cast<float>(out.radius) < radius) ++out.radius;
   return out;
 }
 
-std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::vector<Point3f>& points) {
+std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::vector<Point3f>& points,
+                                             const PositionScale& scale) {
   const std::size_t nodes = tree.first.size();
   const std::uint32_t leaves = tree.level_offsets[tree.level_offsets.size() - 2];
   // Points below each node are contiguous. Their ranges are joined from the leaves up.
@@ -120,7 +126,7 @@ std::vector<BoundingSphere> bounding_spheres(const PointTree& tree, const std::v
   }
   std::vector<BoundingSphere> spheres(nodes);
   tbb::parallel_for(std::size_t{0}, nodes, [&](std::size_t n) {
-    spheres[n] = bounding_sphere({points.data() + first[n], last[n] - first[n]});
+    spheres[n] = bounding_sphere({points.data() + first[n], last[n] - first[n]}, scale);
   });
   return spheres;
 }

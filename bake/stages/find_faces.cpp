@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "bake/point_grid.h"
-#include "runtime/vps_runtime.h"
 
 namespace vps::bake {
 namespace {
@@ -41,8 +40,7 @@ class FaceSearch {
     const Vector& at = samples_[seed]->position;
     const Vector& normal = samples_[seed]->normal;
     const auto is_inside = [&](std::uint32_t i) {
-      return (normals_[i] + normal).norm() <= 0.5 * double{kPatchNormal} &&
-             std::abs(normal.dot(samples_[i]->position - at)) <= flat_;
+      return (normals_[i] + normal).norm() <= kFlatNormal && std::abs(normal.dot(samples_[i]->position - at)) <= flat_;
     };
     face_[seed] = kNone;
     if (!is_inside(seed)) return;

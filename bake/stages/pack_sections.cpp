@@ -226,8 +226,9 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
   const PositionScale scale = position_scale(info.bounds_min, info.bounds_max);
   info.position_origin = scale.origin;
   info.position_step = scale.step;
-  info.area_step = std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / kLargestCode,
-                            double{std::numeric_limits<float>::min()});
+  info.area_step =
+      std::max(*std::max_element(shell.areas.begin(), shell.areas.end()) / (kLargestAreaCode * kLargestAreaCode),
+               double{std::numeric_limits<float>::min()});
   // The radius must hold for decoded positions: these move by up to half a step along each axis, and are then rounded
   // to float.
   double largest = 0;
@@ -286,31 +287,30 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
                      const AssetInfo& info, std::vector<SectionData>& sections) {
   const std::size_t count = tree.order.size();
   std::vector<std::uint16_t> positions(3 * count);
-  std::vector<std::int16_t> normals(2 * count);
-  std::vector<std::uint16_t> areas(count);
+  std::vector<NormalCode> normals(count);
+  std::vector<std::uint8_t> areas(count);
   double carry = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t old = tree.order[i];
     const std::array<std::uint16_t, 3> code = position_code(shell.positions[old], info);
     for (std::size_t axis = 0; axis < 3; ++axis) positions[axis * count + i] = code[axis];
     const Vector& n = shell.inward_normals[old];
-    const auto [u, v] = encode_normal({n.x(), n.y(), n.z()});
-    normals[i] = u;
-    normals[count + i] = v;
+    normals[i] = pack(encode_normal({n.x(), n.y(), n.z()}));
     areas[i] = encode_area(shell.areas[old], info.area_step, carry);
   }
   const std::size_t nodes = spheres.size();
-  std::vector<float> rows(4 * nodes);
-  std::vector<std::uint32_t> children(2 * nodes);
+  const std::uint32_t leaves = *(tree.level_offsets.end() - 2);
+  std::vector<std::uint16_t> rows(4 * nodes);
+  // Points are numbered after the nodes.
+  std::vector<std::uint32_t> children(nodes + 1, static_cast<std::uint32_t>(nodes + count));
   for (std::size_t n = 0; n < nodes; ++n) {
     for (std::size_t axis = 0; axis < 3; ++axis) rows[axis * nodes + n] = spheres[n].centre[axis];
     rows[3 * nodes + n] = spheres[n].radius;
-    children[2 * n] = tree.first[n];
-    children[2 * n + 1] = tree.count[n];
+    children[n] = tree.first[n] + (n < leaves ? 0 : static_cast<std::uint32_t>(nodes));
   }
   sections.push_back(section(SectionKind::point_positions, ElementType::u16, {3, count}, positions));
-  sections.push_back(section(SectionKind::point_inward_normals, ElementType::i16, {2, count}, normals));
-  sections.push_back(section(SectionKind::point_areas, ElementType::u16, {count}, areas));
+  sections.push_back(section(SectionKind::point_inward_normals, ElementType::u8, {count, 3}, normals));
+  sections.push_back(section(SectionKind::point_areas, ElementType::u8, {count}, areas));
   pack_facets(shell, tree.order, info, sections);
   if (!shell.on_face.empty()) {
     std::vector<std::uint32_t> faces((count + 31) / 32, 0);
@@ -319,8 +319,8 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
     }
     sections.push_back(section(SectionKind::face_points, ElementType::u32, {faces.size()}, faces));
   }
-  sections.push_back(section(SectionKind::spheres, ElementType::f32, {4, nodes}, rows));
-  sections.push_back(section(SectionKind::children, ElementType::u32, {nodes, 2}, children));
+  sections.push_back(section(SectionKind::spheres, ElementType::u16, {4, nodes}, rows));
+  sections.push_back(section(SectionKind::children, ElementType::u32, {nodes + 1}, children));
   sections.push_back(section(SectionKind::parent_points, ElementType::u32, {nodes}, tree.parent_point));
   sections.push_back(
       section(SectionKind::level_offsets, ElementType::u32, {tree.level_offsets.size()}, tree.level_offsets));

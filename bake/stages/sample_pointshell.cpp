@@ -411,7 +411,9 @@ Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& 
   // has changed it. On an edge it halves the angle between the faces.
   const double least_cosine = sample.on_edge ? 0.2 : std::cos(std::numbers::pi / 6);
   if (!(length > kTrust * 2 * h) || -gradient.dot(sample.normal) < least_cosine * length) return -sample.normal;
-  return gradient / length;
+  // The points of a flat face have one normal, so that rounding to codes does not tell them apart.
+  const Vector normal = gradient / length;
+  return (normal + sample.normal).norm() <= kFlatNormal ? Vector(-sample.normal) : normal;
 }
 
 // Rounds a normal as the asset stores it, so that the measured error holds for the asset.
@@ -456,11 +458,12 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
     const Sample& sample = *samples[i];
     shell.positions[i] = sample.position;
-    shell.inward_normals[i] = as_stored(inward_normal(grid, runs, field, sample));
+    shell.inward_normals[i] = inward_normal(grid, runs, field, sample);
     shell.areas[i] = sample.area;
   });
   shell.faces = find_faces(samples, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
                            0.5 * kHullTolerance * shell.feature_covering_radius);
+  for (Vector& normal : shell.inward_normals) normal = as_stored(normal);
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     if (samples[i]->cell == nullptr) continue;
     for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});

@@ -242,6 +242,8 @@ const char* element_name(ElementType type) {
       return "i16";
     case ElementType::i32:
       return "i32";
+    case ElementType::u8:
+      return "u8";
     case ElementType::u16:
       return "u16";
     case ElementType::u32:

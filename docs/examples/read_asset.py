@@ -20,12 +20,15 @@ def read_points(f):
     # Positions are 16-bit steps from an origin; rows are x, y, z.
     positions = facts["position_origin"] + facts["position_step"] * shell["positions"][:].T
     # Octahedral code: u and v are x and y on an octahedron, whose lower half is folded out into the corners of the square.
-    u, v = shell["inward_normals"][:] / 32767.0
+    # Three bytes hold 12 bits of each.
+    low, middle, high = shell["inward_normals"][:].astype(int).T
+    u = (low + 256 * (middle % 16)) / 2047.0 - 1
+    v = (middle // 16 + 16 * high) / 2047.0 - 1
     z = 1 - abs(u) - abs(v)
     t = np.maximum(-z, 0)
     normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return positions, normals, facts["area_step"] * shell["areas"][:]
+    return positions, normals, facts["area_step"] * shell["areas"][:].astype(float) ** 2
 
 
 def penetration(f, point, field="scaled"):

@@ -184,6 +184,8 @@ inline hid_t stored_type(ElementType type) {
       return H5T_STD_I16LE;
     case ElementType::i32:
       return H5T_STD_I32LE;
+    case ElementType::u8:
+      return H5T_STD_U8LE;
     case ElementType::u16:
       return H5T_STD_U16LE;
     case ElementType::u32:

@@ -40,8 +40,7 @@ class Surfels {
   // The recursion is no deeper than the tree has levels.
   void visit(std::uint32_t node) {
     if (!near(in_shape(sphere_centre(shell_, node)), sphere_radius(shell_, node) + reach())) return;
-    const std::uint32_t first = shell_.children[2 * node];
-    const std::uint32_t end = first + shell_.children[2 * node + 1];
+    const auto [first, end] = children_of(shell_, node);
     const bool leaf = node >= shell_.level_offsets[shell_.levels - 1];
     for (std::uint32_t child = first; child < end; ++child) leaf ? emit(child) : visit(child);
   }

@@ -24,14 +24,14 @@ struct Sum3 {
   }
 };
 
-bool has_facets(const PointshellView& shell, PointRange points) noexcept {
+bool has_facets(const PointshellView& shell, IndexRange points) noexcept {
   const std::uint32_t* const end = shell.facet_points + shell.facets;
   const std::uint32_t* const next = std::lower_bound(shell.facet_points, end, points.begin);
   return next != end && *next < points.end;
 }
 
 // Sets all but the node. @return whether the points share a normal and have an area
-bool set_moments(const PointshellView& shell, PointRange points, FlatPatch& patch) noexcept {
+bool set_moments(const PointshellView& shell, IndexRange points, FlatPatch& patch) noexcept {
   Sum3 normals;
   Sum3 centres;
   double area = 0;
@@ -82,7 +82,7 @@ Status find_flat_patches(const PointshellView& shell, std::vector<FlatPatch>& pa
   if (shell.hull_offsets == nullptr) return Status::ok;
   for (std::uint32_t node = 0; node < shell.nodes; ++node) {
     if (shell.hull_offsets[node] == shell.hull_offsets[node + 1]) continue;
-    const PointRange points = points_below(shell, node);
+    const IndexRange points = points_below(shell, node);
     FlatPatch patch;
     patch.node = node;
     if (!has_facets(shell, points) && set_moments(shell, points, patch)) patches.push_back(patch);

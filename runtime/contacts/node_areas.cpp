@@ -12,10 +12,9 @@ Status node_areas(const PointshellView& shell, std::span<float> areas) noexcept 
   const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
   // Children have larger numbers than their parents.
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
-    const std::uint32_t first = shell.children[2 * std::size_t{node}];
-    const std::uint32_t count = shell.children[2 * std::size_t{node} + 1];
+    const auto [begin, end] = children_of(shell, node);
     double sum = 0;
-    for (std::uint32_t i = first; i < first + count; ++i) sum += node < leaves ? areas[i] : point_area(shell, i);
+    for (std::uint32_t i = begin; i < end; ++i) sum += node < leaves ? areas[i] : point_area(shell, i);
     areas[node] = static_cast<float>(sum);
   }
   return Status::ok;

@@ -244,7 +244,6 @@ Status detail::traverse_contacts(const PointshellView& shell, FieldRef field, co
 Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                               const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
                               std::span<Contact> out, QueryResult& result) noexcept {
-  const Affine to_nodes = affine(shell_to_field, Frame(), {0, 0, 0}, shell.scale);
   const Affine to_points = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
   QueryOptions farthest = options;
   farthest.cache = nullptr;
@@ -255,8 +254,7 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
   }
   const auto run = [&](TraverseQuery& query) {
     const float unit = query.descent.unit;
-    const MovingShell moving{ways_of(motion, to_nodes, unit), ways_of(motion, to_points, unit), length(motion.turn),
-                             options.contact_distance / unit};
+    const MovingShell moving{ways_of(motion, to_points, unit), length(motion.turn), options.contact_distance / unit};
     query.descent.moving = &moving;
     query.has_sums = false;
     if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);

@@ -270,17 +270,21 @@ HWY_INLINE hn::Vec<D> load(D d, const hn::TFromD<D>* from, std::size_t available
   return hn::Load(d, copy);
 }
 
-HWY_INLINE F load_floats(const float* row, std::size_t length, const Batch& batch) {
-  return load(f32, row + batch.first, length - batch.first);
-}
 HWY_INLINE F load_codes(const std::uint16_t* row, std::size_t length, const Batch& batch) {
   const hn::Rebind<std::uint16_t, Floats> u16;
   return hn::ConvertTo(f32, hn::PromoteTo(i32, load(u16, row + batch.first, length - batch.first)));
 }
-HWY_INLINE Points load_points(const PointshellView& shell, const Batch& batch) {
-  const std::uint16_t* const* const rows = shell.position;
-  const std::size_t length = shell.points;
+HWY_INLINE Points load_places(const std::uint16_t* const* rows, std::size_t length, const Batch& batch) {
   return {load_codes(rows[0], length, batch), load_codes(rows[1], length, batch), load_codes(rows[2], length, batch)};
+}
+HWY_INLINE Points load_points(const PointshellView& shell, const Batch& batch) {
+  return load_places(shell.position, shell.points, batch);
+}
+HWY_INLINE Points load_centres(const PointshellView& shell, const Batch& batch) {
+  return load_places(shell.sphere, shell.nodes, batch);
+}
+HWY_INLINE F load_radii(const PointshellView& shell, const Batch& batch) {
+  return load_codes(shell.sphere[3], shell.nodes, batch);
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE

@@ -212,15 +212,16 @@ Status in_kernel_form(const Analytic& field, const Pose& shell_to_field, const R
 
 /// Largest rounding error of a shell's coordinates in a field, which grows with the shell's size and distance. In the
 /// field's unit.
-inline float rounding(const PointshellView& shell, const Affine& nodes, float unit) noexcept {
-  float largest = 0;
+/// @param pose  takes the shell to the field
+inline float rounding(const PointshellView& shell, const Pose& pose, const Frame& frame) noexcept {
+  const Vec3 at = sphere_centre(shell, 0);
+  const float centre[3] = {at.x, at.y, at.z};
+  double largest = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    largest =
-        std::max(largest, std::abs(nodes.translation[axis]) + shell.scale * std::abs(shell.sphere[axis][0]) / unit);
+    largest = std::max(largest, std::abs(pose.translation[axis] - frame.origin[axis]) + std::abs(double{centre[axis]}));
   }
-  largest += sphere_radius(shell, 0) / unit;
-  constexpr float kRounding = 1e-6F;
-  return kRounding * largest;
+  constexpr double kRounding = 2e-6;
+  return static_cast<float>(kRounding * (largest + double{sphere_radius(shell, 0)}) / frame.unit);
 }
 
 /// Upper bound of the distance that any point of the shell moves from one pose to the other. [m]

@@ -28,17 +28,14 @@ struct Spheres {
 };
 template <class Lanes>
 HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
-  const float* const* const rows = d.shell->sphere;
-  const std::size_t length = d.shell->nodes;
-  const Points stored = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
-                         load_floats(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(d.radius_scale), set(d.slack));
+  const Points codes = load_centres(*d.shell, batch);
+  const F radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.slack));
   F distance = set(d.contact_distance);
   if (d.moving != nullptr) {
-    const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->node_ways, stored));
+    const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->ways, codes));
     distance = hn::Min(distance, hn::Add(way, set(d.moving->near)));
   }
-  return {field.place(d.nodes, stored), radius, hn::Add(radius, distance)};
+  return {field.place(d.points, codes), radius, hn::Add(radius, distance)};
 }
 
 // Whether spheres and points can be tested against the planes first.
@@ -177,7 +174,7 @@ class PointTests {
   // The least V of a hit.
   HWY_INLINE F least(const Points& codes) const {
     if (d_.moving == nullptr) return limit_;
-    return hn::Max(limit_, hn::Neg(hn::Add(way_of(d_.moving->point_ways, codes), set(d_.moving->near))));
+    return hn::Max(limit_, hn::Neg(hn::Add(way_of(d_.moving->ways, codes), set(d_.moving->near))));
   }
 
   HWY_INLINE void take(const Points& codes, const Points& p, F v, M sampled, hn::Vec<Words> points,
@@ -265,8 +262,9 @@ class Batches {
         if (head_ >= tail || head_ >= d_.stop || d_.queue[head_] >= last) return false;
         parent_ = d_.queue[head_++];
       } while (d_.flats != nullptr && set_aside(parent_));
-      first_ = d_.shell->children[2 * parent_];
-      left_ = d_.shell->children[2 * parent_ + 1];
+      const IndexRange children = children_of(*d_.shell, parent_);
+      first_ = children.begin;
+      left_ = children.end - children.begin;
     }
     constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
     batch = {first_, left_ < kMost ? left_ : kMost, parent_};

@@ -11,20 +11,19 @@ namespace vps::detail {
 
 /// A motion of the shell: each point moves by its own way. In the field's unit.
 struct MovingShell {
-  Affine node_ways{};   ///< takes sphere centres to their ways
-  Affine point_ways{};  ///< takes codes of positions to their ways
-  float turn = 0;       ///< upper bound of the difference of ways, for each unit of distance
-  float near = 0;       ///< contact distance at the end of a way
+  Affine ways{};   ///< takes codes of positions to their ways
+  float turn = 0;  ///< upper bound of the difference of ways, for each unit of distance
+  float near = 0;  ///< contact distance at the end of a way
 };
 
 /// One descent of the tree: its input, and its results. Lengths are in the field's unit: voxels for SampledMap, else
 /// metres.
 struct Descent {
   const PointshellView* shell = nullptr;
-  Affine nodes{};          ///< takes sphere centres to the field
   Affine points{};         ///< takes codes of positions to the field
   float unit = 1;          ///< metres in the field's unit
-  float radius_scale = 1;  ///< takes the stored radii to the field's unit
+  float radius_scale = 1;  ///< takes codes of radii to the field's unit
+  float rounding = 0;      ///< of coordinates in the field
   float contact_distance = 0;
   float slack = 0;                      ///< added to every radius: the field's error and rounding
   const MovingShell* moving = nullptr;  ///< if not null: hits are points that may come within `near` in a motion

@@ -63,13 +63,9 @@ inline float threshold(const DeepestSearch& s) {
 template <class Lanes>
 HWY_INLINE std::uint32_t push(const Lanes& field, const Batch& batch, std::uint32_t top, DeepestSearch& s) {
   const Words u32;
-  const float* const* const rows = s.shell->sphere;
-  const std::size_t length = s.shell->nodes;
-  const Points centre = {load_floats(rows[0], length, batch), load_floats(rows[1], length, batch),
-                         load_floats(rows[2], length, batch)};
-  const F radius = hn::MulAdd(load_floats(rows[3], length, batch), set(s.radius_scale), set(s.slack));
+  const F radius = hn::MulAdd(load_radii(*s.shell, batch), set(s.radius_scale), set(s.slack));
   const M valid = hn::FirstN(f32, batch.count);
-  const Points p = field.place(s.nodes, centre);
+  const Points p = field.place(s.points, load_centres(*s.shell, batch));
   float least = 0;
   F highest = ceiling_at(field, p, least);
   const M unknown = hn::And(valid, hn::Ge(highest, set(least)));
@@ -114,8 +110,7 @@ void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
       continue;
     }
     const std::uint32_t node = s.stack[top];
-    const std::uint32_t first = s.shell->children[2 * node];
-    const std::uint32_t last = first + s.shell->children[2 * node + 1];
+    const auto [first, last] = children_of(*s.shell, node);
     if (node >= leaves) {
       test_points(field, first, last - first, s);
       continue;

@@ -12,10 +12,9 @@ namespace vps::detail {
 /// One search: its input, and its results. Lengths are in the field's unit: voxels for SampledMap, else metres.
 struct DeepestSearch {
   const PointshellView* shell = nullptr;
-  Affine nodes{};                  ///< takes sphere centres to the field
   Affine points{};                 ///< takes codes of positions to the field
   float unit = 1;                  ///< metres in the field's unit
-  float radius_scale = 1;          ///< takes the stored radii to the field's unit
+  float radius_scale = 1;          ///< takes codes of radii to the field's unit
   float slack = 0;                 ///< added to every radius: rounding
   float margin = 0;                ///< spheres with bounds above best - margin are searched
   std::uint32_t* stack = nullptr;  ///< room for every node and kLanePadding more; the same for `bounds`

@@ -101,10 +101,9 @@ DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame
   DeepestSearch search;
   search.shell = &shell;
   search.unit = static_cast<float>(frame.unit);
-  search.radius_scale = shell.scale / search.unit;
-  search.nodes = affine(pose, frame, {0, 0, 0}, shell.scale);
+  search.radius_scale = shell.position_step / search.unit;
   search.points = affine(pose, frame, shell.position_origin, shell.position_step);
-  search.slack = rounding(shell, search.nodes, search.unit);
+  search.slack = rounding(shell, pose, frame);
   search.stack = query.scratch.queue.data();
   search.bounds = query.scratch.bounds.data();
   search.point = guess;

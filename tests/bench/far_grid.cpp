@@ -115,7 +115,7 @@ void print_poses(const PointshellView& shell, const VoxelmapView& map, const Vox
     Pose pose = test::random_pose(random, 0);
     const std::array<double, 9> way = random.rotation();
     double low = 0;
-    double high = 4 * shell.sphere[3][0];
+    double high = double{4 * sphere_radius(shell, 0)};
     for (int i = 0; i < 24; ++i) {
       const double middle = (low + high) / 2;
       for (std::size_t axis = 0; axis < 3; ++axis) pose.translation[axis] = middle * way[axis];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "formats/hdf5/hdf5_writer.h"
+#include "formats/quantize.h"
 
 namespace vps::test {
 
@@ -76,15 +77,14 @@ struct TinyAsset {
     sections.push_back(make_section(SectionKind::far, ElementType::i8, {3, 3, 4}, std::vector<std::int8_t>(36, -127)));
     sections.push_back(make_section(SectionKind::planes, ElementType::u32, {1, 8}, std::vector<std::uint32_t>(8, 0)));
     const std::vector<std::uint16_t> positions = {0, 2, 4, 6, 0, 0, 0, 0, 0, 0, 0, 0};
-    const std::vector<std::int16_t> normals = {32767, 32767, 32767, 32767, 0, 0, 0, 0};
+    const std::vector<NormalCode> normals(4, pack({kUnitCode, 0}));
     sections.push_back(make_section(SectionKind::point_positions, ElementType::u16, {3, 4}, positions));
-    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::i16, {2, 4}, normals));
+    sections.push_back(make_section(SectionKind::point_inward_normals, ElementType::u8, {4, 3}, normals));
     sections.push_back(
-        make_section(SectionKind::point_areas, ElementType::u16, {4}, std::vector<std::uint16_t>{4, 4, 4, 2}));
-    const std::vector<float> spheres = {1.5F, 0.5F, 2.5F, 0, 0, 0, 1, 1, 1, 1.5F, 0.5F, 0.5F};
-    sections.push_back(make_section(SectionKind::spheres, ElementType::f32, {4, 3}, spheres));
-    sections.push_back(
-        make_section<std::uint32_t>(SectionKind::children, ElementType::u32, {3, 2}, {1, 2, 0, 2, 2, 2}));
+        make_section(SectionKind::point_areas, ElementType::u8, {4}, std::vector<std::uint8_t>{3, 2, 1, 0}));
+    const std::vector<std::uint16_t> spheres = {3, 1, 5, 0, 0, 0, 0, 0, 0, 3, 1, 1};
+    sections.push_back(make_section(SectionKind::spheres, ElementType::u16, {4, 3}, spheres));
+    sections.push_back(make_section<std::uint32_t>(SectionKind::children, ElementType::u32, {4}, {1, 3, 5, 7}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::parent_points, ElementType::u32, {3}, {1, 0, 2}));
     sections.push_back(make_section<std::uint32_t>(SectionKind::level_offsets, ElementType::u32, {3}, {0, 1, 3}));
   }

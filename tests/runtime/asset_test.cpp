@@ -224,7 +224,7 @@ TEST(Asset, InMemoryIsWhatItIsInAFile) {
   EXPECT_EQ(a.nodes, b.nodes);
   EXPECT_EQ(a.levels, b.levels);
   for (int row = 0; row < 3; ++row) EXPECT_TRUE(places.same(a.position[row], b.position[row]));
-  for (int row = 0; row < 2; ++row) EXPECT_TRUE(places.same(a.inward_normal[row], b.inward_normal[row]));
+  EXPECT_TRUE(places.same(a.inward_normal, b.inward_normal));
   for (int row = 0; row < 4; ++row) EXPECT_TRUE(places.same(a.sphere[row], b.sphere[row]));
   EXPECT_TRUE(places.same(a.area, b.area));
   EXPECT_TRUE(places.same(a.children, b.children));

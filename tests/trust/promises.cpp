@@ -239,13 +239,12 @@ Found test_spheres(const Subject& subject, const ClimbOptions&) {
   for (std::uint32_t node = 0; node < shell.nodes; ++node) {
     std::uint32_t first = node;
     std::uint32_t last = node;
-    const auto end_of = [&](std::uint32_t n) { return shell.children[2 * n] + shell.children[2 * n + 1]; };
     while (first < leaves) {
-      last = end_of(last) - 1;
-      first = shell.children[2 * first];
+      last = children_of(shell, last).end - 1;
+      first = children_of(shell, first).begin;
     }
     const Eigen::Vector3d centre = vector_of(to_double(sphere_centre(shell, node)));
-    for (std::uint32_t i = shell.children[2 * first]; i < end_of(last); ++i) {
+    for (std::uint32_t i = children_of(shell, first).begin; i < children_of(shell, last).end; ++i) {
       const double distance = (vector_of(to_double(point_position(shell, i))) - centre).norm();
       // Rounding in float: the check itself is exact to that.
       const double radius = double(sphere_radius(shell, node)) + 0.1 * rounding(subject);

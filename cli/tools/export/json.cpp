@@ -33,9 +33,10 @@ std::string to_json_text(const std::string& path, const Asset& asset) {
     }
     auto& tree = j["tree"];
     for (std::uint32_t node = 0; node < shell.nodes; ++node) {
-      tree["centres"].push_back(triple({shell.sphere[0][node], shell.sphere[1][node], shell.sphere[2][node]}));
-      tree["radii"].push_back(short_number(shell.sphere[3][node]));
-      tree["children"].push_back({shell.children[2 * node], shell.children[2 * node + 1]});
+      tree["centres"].push_back(triple(sphere_centre(shell, node)));
+      tree["radii"].push_back(short_number(sphere_radius(shell, node)));
+      const auto [begin, end] = children_of(shell, node);
+      tree["children"].push_back({begin, end - begin});
       tree["parent_points"].push_back(shell.parent_point[node]);
     }
     for (std::uint32_t l = 0; l <= shell.levels; ++l) tree["level_offsets"].push_back(shell.level_offsets[l]);

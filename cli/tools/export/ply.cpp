@@ -27,9 +27,8 @@ std::vector<std::uint32_t> nodes_of_points(const PointshellView& shell, std::uin
   for (std::uint32_t node = shell.level_offsets[level - 1]; node < shell.level_offsets[level]; ++node) {
     std::uint32_t first = node, last = node;  // of the nodes below it, then of the points
     for (std::uint32_t down = level; down <= shell.levels; ++down) {
-      const std::uint32_t* const end = shell.children + 2 * std::size_t{last};
-      first = shell.children[2 * std::size_t{first}];
-      last = end[0] + end[1] - 1;
+      first = children_of(shell, first).begin;
+      last = children_of(shell, last).end - 1;
     }
     for (std::uint32_t i = first; i <= last; ++i) nodes[i] = node;
   }

@@ -177,7 +177,7 @@ Json pack_field(const Asset& asset) {
 Json pack_segments(const PointshellView& shell, const std::vector<std::uint32_t>& drawn_before) {
   std::vector<std::uint32_t> first(shell.nodes);
   for (std::uint32_t node = shell.nodes; node-- > 0;) {
-    const std::uint32_t child = shell.children[2 * std::size_t{node}];
+    const std::uint32_t child = children_of(shell, node).begin;
     first[node] = node >= shell.level_offsets[shell.levels - 1] ? child : first[child];
   }
   Json segments = Json::array();
@@ -232,7 +232,8 @@ Json pack_spheres(const PointshellView& shell) {
     if (count > kPageSpheres) break;
     counts.push_back(count);
     for (std::uint32_t node = shell.level_offsets[l]; node < shell.level_offsets[l + 1]; ++node) {
-      for (const auto* const row : shell.sphere) values.push_back(row[node]);
+      const Vec3 centre = sphere_centre(shell, node);
+      values.insert(values.end(), {centre.x, centre.y, centre.z, sphere_radius(shell, node)});
     }
   }
   std::string note = fmt::format("The tree has {} levels", shell.levels);

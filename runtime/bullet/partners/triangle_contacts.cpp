@@ -165,7 +165,7 @@ class Search {
     std::uint32_t leaf = shell_.level_offsets[shell_.levels - 1];
     for (std::uint32_t count = shell_.nodes - leaf; count > 1;) {
       const std::uint32_t half = count / 2;
-      if (shell_.children[2 * std::size_t{leaf + half}] <= point) leaf += half;
+      if (children_of(shell_, leaf + half).begin <= point) leaf += half;
       count -= half;
     }
     return leaf;
@@ -188,8 +188,7 @@ class Search {
     }
     if (sheets_.lists.size() > to) {
       if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
-      const std::uint32_t first = shell_.children[2 * std::size_t{node}];
-      const std::uint32_t end = first + shell_.children[2 * std::size_t{node} + 1];
+      const auto [first, end] = children_of(shell_, node);
       part_.list = {sheets_.lists.data() + to, sheets_.lists.size() - to};
       leaf_ = node;
       const bool flat = level >= segment_level_ && has_hull(node);
@@ -319,7 +318,7 @@ class Search {
         if (body_.penetration_at(triangle.corners[k]) < -relevant_) continue;
         ManifoldContact contact;
         contact.area = shell_.feature_covering_radius * shell_.feature_covering_radius;
-        contact.point = shell_.children[2 * std::size_t{leaf_}];
+        contact.point = children_of(shell_, leaf_).begin;
         contact.node = leaf_;
         contact.feature = corner_feature(shell_, triangle.id, k);
         climb(triangle.corners[k], contact);

@@ -17,7 +17,8 @@ std::uint32_t end_of_block(const TraverseQuery& query) noexcept {
   std::uint32_t at = d.begin;
   for (; at < d.end; ++at) {
     const std::uint32_t node = d.queue[at];
-    const std::uint64_t children = shell.children[2 * std::size_t{node} + 1];
+    const auto [begin, end] = children_of(shell, node);
+    const std::uint64_t children = end - begin;
     // At the end, the points that represent the remaining nodes are tested, too.
     const std::uint64_t cost = node < leaves ? 2 * children : children;
     // One node fits into any block, however many children it has.

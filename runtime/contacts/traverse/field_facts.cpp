@@ -46,11 +46,11 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
   const auto unit = static_cast<float>(facts.frame.unit);
   descent.shell = &shell;
   descent.unit = unit;
-  descent.radius_scale = shell.scale / unit;
-  descent.nodes = affine(kernel_pose, facts.frame, {0, 0, 0}, shell.scale);
+  descent.radius_scale = shell.position_step / unit;
   descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
   descent.contact_distance = reach / unit;
-  descent.slack = facts.error / unit + rounding(shell, descent.nodes, unit);
+  descent.rounding = rounding(shell, kernel_pose, facts.frame);
+  descent.slack = facts.error / unit + descent.rounding;
   descent.queue = scratch.queue.data();
   descent.hits = scratch.hits.data();
   descent.penetrations = scratch.penetrations.data();

@@ -30,7 +30,7 @@ class FlatNodes {
 
   Answer ask(std::uint32_t node) noexcept {
     count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
-    const PointRange below = points_below(shell_, node);
+    const IndexRange below = points_below(shell_, node);
     const std::uint32_t points = below.end - below.begin;
     // A forged asset must not give more hits than there are points.
     if (count_ > kMostCorners || count_ > points) return Answer::unknown;
@@ -77,7 +77,7 @@ class FlatNodes {
   // Largest distance off the surface at which a corner is a hit. In the field's unit.
   [[nodiscard]] float reach_of(std::size_t corner) const noexcept {
     if (d_.moving == nullptr) return limit_;
-    const Affine& ways = d_.moving->point_ways;
+    const Affine& ways = d_.moving->ways;
     const float code[3] = {codes_[0][corner], codes_[1][corner], codes_[2][corner]};
     float squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -189,8 +189,7 @@ void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {
   for (std::uint32_t at = 0; at < count; ++at) {
     const std::uint32_t node = flats[at];
     if (nodes.ask(node) != Answer::unknown) continue;
-    const std::uint32_t first = shell.children[2 * std::size_t{node}];
-    const std::uint32_t last = first + shell.children[2 * std::size_t{node} + 1];
+    const auto [first, last] = children_of(shell, node);
     if (node >= leaves || first >= leaves) {
       d.queue[tail++] = node;
       continue;

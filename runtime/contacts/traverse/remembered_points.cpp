@@ -48,7 +48,7 @@ void test_remembered(const ContactCache& cache, double spent, TraverseQuery& que
   const auto moved = static_cast<float>((spent + farther) / d.unit);
   PointList list = list_of(cache);
   list.ways = cache.ways.data();
-  list.moved = moved + 2 * rounding(query.shell, d.nodes, d.unit);
+  list.moved = moved + 2 * d.rounding;
   query.field.test_list(d, list);
   if (d.hit_count == 0 && query.has_sums) {
     // The distance is that of the nearest point, which may be one of those that were left out.

@@ -42,10 +42,10 @@ void test_far(TraverseQuery& query, std::uint32_t from, std::uint32_t to) noexce
   std::uint32_t node = nearest_node(query, from, to);
   if (!query.budget.limited()) {
     while (node < shell.level_offsets[shell.levels - 1]) {
-      const std::uint32_t first = shell.children[2 * std::size_t{node}];
-      const std::uint32_t count = shell.children[2 * std::size_t{node} + 1];
-      std::iota(d.queue + to, d.queue + to + count, first);
-      node = nearest_node(query, to, to + count);
+      const auto [begin, end] = children_of(shell, node);
+      const std::uint32_t last = to + (end - begin);
+      std::iota(d.queue + to, d.queue + last, begin);
+      node = nearest_node(query, to, last);
     }
     d.contact_distance = -d.deepest;
     d.hit_count = 0;

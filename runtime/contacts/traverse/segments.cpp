@@ -46,7 +46,7 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
       return points_below(query.shell, node).end <= d.hits[begin];
     });
     if (segment == segments.end()) continue;  // in a forged asset
-    const PointRange range = points_below(query.shell, *segment);
+    const IndexRange range = points_below(query.shell, *segment);
     while (hit < d.hit_count && d.hits[hit] >= range.begin && d.hits[hit] < range.end) ++hit;
     take_segment(query, *segment, begin, hit);
   }

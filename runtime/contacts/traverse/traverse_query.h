@@ -135,22 +135,15 @@ void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch, FlatNodesGive gi
 /// @param count  of the nodes in Descent::flats
 void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept;
 
-/// Numbers of the points below a node, in tree order.
-struct PointRange {
-  std::uint32_t begin = 0, end = 0;
-};
-inline PointRange points_below(const PointshellView& shell, std::uint32_t node) noexcept {
+/// The points below a node, in tree order.
+inline IndexRange points_below(const PointshellView& shell, std::uint32_t node) noexcept {
   const std::uint32_t leaves = shell.level_offsets[shell.levels - 1];
-  const auto first_child = [&](std::uint32_t of) { return shell.children[2 * std::size_t{of}]; };
-  const auto end_of_children = [&](std::uint32_t of) {
-    return first_child(of) + shell.children[2 * std::size_t{of} + 1];
-  };
   std::uint32_t first = node;
   while (node < leaves) {
-    first = first_child(first);
-    node = end_of_children(node) - 1;
+    first = children_of(shell, first).begin;
+    node = children_of(shell, node).end - 1;
   }
-  return {first_child(first), end_of_children(node)};
+  return {children_of(shell, first).begin, children_of(shell, node).end};
 }
 
 /// Finds all hits. @return how many expanded nodes lie at the front of the queue

@@ -17,7 +17,35 @@ Vector vector(const Point3f& p) {
   return {p[0], p[1], p[2]};
 }
 
-void expect_contained(const BoundingSphere& sphere, std::span<const Point3f> points) {
+// A sphere as readers decode it.
+struct Decoded {
+  Point3f centre{};
+  float radius = 0;
+};
+Decoded decode(const BoundingSphere& sphere, const PositionScale& scale) {
+  Decoded out;
+  const auto step = static_cast<float>(scale.step);
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    out.centre[axis] = decode_coordinate(sphere.centre[axis], static_cast<float>(scale.origin[axis]), step);
+  out.radius = step * static_cast<float>(sphere.radius);
+  return out;
+}
+
+PositionScale scale_of(std::span<const Point3f> points) {
+  Vector low = vector(points[0]);
+  Vector high = low;
+  for (const Point3f& p : points) {
+    low = low.cwiseMin(vector(p));
+    high = high.cwiseMax(vector(p));
+  }
+  return position_scale(to_array(low), to_array(high));
+}
+Decoded sphere_around(std::span<const Point3f> points) {
+  const PositionScale scale = scale_of(points);
+  return decode(bounding_sphere(points, scale), scale);
+}
+
+void expect_contained(const Decoded& sphere, std::span<const Point3f> points) {
   for (const Point3f& p : points) {
     const float dx = p[0] - sphere.centre[0];
     const float dy = p[1] - sphere.centre[1];
@@ -75,18 +103,19 @@ TEST(BoundingSpheres, SpheresAreMinimalAndContainEveryPoint) {
       }
       points.push_back(p);
     }
-    const BoundingSphere sphere = bounding_sphere(points);
+    const Decoded sphere = sphere_around(points);
     expect_contained(sphere, points);
     const double minimal = smallest_radius(points);
-    ASSERT_LE(sphere.radius, minimal * (1 + 1e-5) + 1e-12) << "trial " << trial;
+    // Half a diagonal for the centre, and a step for the radius.
+    ASSERT_LE(sphere.radius, minimal * (1 + 1e-5) + 1.9 * scale_of(points).step) << "trial " << trial;
   }
 }
 
 TEST(BoundingSpheres, TheLatticePointsThatBreakTheDoubleSolverAreEnclosed) {
   const std::vector<Point3f> points = {{-3e-5F, -1e-5F, -4e-5F}, {-3e-5F, -3e-5F, 2e-5F}, {1e-5F, 2e-5F, -3e-5F}};
-  const BoundingSphere sphere = bounding_sphere(points);
+  const Decoded sphere = sphere_around(points);
   expect_contained(sphere, points);
-  EXPECT_NEAR(sphere.radius, smallest_radius(points), 1e-10);
+  EXPECT_NEAR(sphere.radius, smallest_radius(points), 1.9 * scale_of(points).step);
 }
 
 TEST(BoundingSpheres, FlatClustersOfALatticeAreEnclosed) {
@@ -97,7 +126,7 @@ TEST(BoundingSpheres, FlatClustersOfALatticeAreEnclosed) {
         points.push_back({0.001F * static_cast<float>(i), 0.001F * static_cast<float>(j), 0.5F});
       }
     }
-    const BoundingSphere sphere = bounding_sphere(points);
+    const Decoded sphere = sphere_around(points);
     expect_contained(sphere, points);
     EXPECT_NEAR(sphere.radius, 0.001 * (n - 1) / std::sqrt(2.0), 1e-6);
   }
@@ -105,10 +134,10 @@ TEST(BoundingSpheres, FlatClustersOfALatticeAreEnclosed) {
 
 TEST(BoundingSpheres, OnePointAndCoincidentPointsHaveNoRadius) {
   const std::vector<Point3f> one = {{1.5F, 2, 3}};
-  EXPECT_EQ(bounding_sphere(one).radius, 0);
+  EXPECT_EQ(sphere_around(one).radius, 0);
   const std::vector<Point3f> same(5, {1.5F, 2, 3});
-  expect_contained(bounding_sphere(same), same);
-  EXPECT_LT(bounding_sphere(same).radius, 1e-6F);
+  expect_contained(sphere_around(same), same);
+  EXPECT_LT(sphere_around(same).radius, 1e-6F);
 }
 
 TEST(BoundingSpheres, EveryNodeContainsAllPointsBelowIt) {
@@ -121,14 +150,15 @@ TEST(BoundingSpheres, EveryNodeContainsAllPointsBelowIt) {
   info.bounds_max = to_array(scene.surface.bounds_max);
   describe_pointshell(shell, tree, 4, info);
   const std::vector<Point3f> points = tree_points(shell, tree, info);
-  const std::vector<BoundingSphere> spheres = bounding_spheres(tree, points);
+  const PositionScale scale{info.position_origin, info.position_step};
+  const std::vector<BoundingSphere> spheres = bounding_spheres(tree, points, scale);
   const std::size_t leaves = tree.level_offsets[tree.level_offsets.size() - 2];
   std::vector<std::uint32_t> low(spheres.size());
   std::vector<std::uint32_t> high(spheres.size());
   for (std::size_t n = spheres.size(); n-- > 0;) {
     low[n] = n >= leaves ? tree.first[n] : low[tree.first[n]];
     high[n] = n >= leaves ? tree.first[n] + tree.count[n] : high[tree.first[n] + tree.count[n] - 1];
-    expect_contained(spheres[n], std::span(points).subspan(low[n], high[n] - low[n]));
+    expect_contained(decode(spheres[n], scale), std::span(points).subspan(low[n], high[n] - low[n]));
   }
   EXPECT_EQ(low[0], 0U);
   EXPECT_EQ(high[0], points.size());

@@ -58,12 +58,20 @@ struct Shell {
   }
 };
 
+TriangleMesh slanting(TriangleMesh mesh) {
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(0.83, Vector(1, 2, 3).normalized()).toRotationMatrix();
+  for (auto& vertex : mesh.vertices) {
+    const Vector v = rotation * Vector(vertex[0], vertex[1], vertex[2]);
+    vertex = {v.x(), v.y(), v.z()};
+  }
+  return mesh;
+}
+
 std::uint32_t faces_of(const Shell& s) {
   return *std::max_element(s.shell.faces.begin(), s.shell.faces.end());
 }
 
-TEST(FindFaces, EachFaceIsANodeOfItsOwn) {
-  const Shell s(make_box({0.03, 0.025, 0.02}));
+void expect_a_node_for_each_face(const Shell& s) {
   ASSERT_EQ(faces_of(s), 6U);
   std::map<std::uint32_t, std::size_t> sizes;
   for (const std::uint32_t face : s.shell.faces) ++sizes[face];
@@ -78,13 +86,31 @@ TEST(FindFaces, EachFaceIsANodeOfItsOwn) {
                                     [&](std::uint32_t point) { return s.shell.faces[point] == face; });
     if (!is_one || !found.insert(face).second) continue;
     EXPECT_GE(s.corners(node), 4U) << face;
-    const Vector normal = s.shell.inward_normals[s.tree.order[begin]];
+    const Vector stored = s.shell.inward_normals[s.tree.order[begin]];
+    const auto& normals = s.scene.surface.normals;
+    const Vector normal = -*std::ranges::min_element(normals, {}, [&](const Vector& n) { return n.dot(stored); });
     for (std::uint32_t i = begin; i < end; ++i) {
       ASSERT_NEAR(normal.dot(s.point(i) - s.point(begin)), 0, s.flat);
       ASSERT_LE((s.shell.inward_normals[s.tree.order[i]] - normal).norm(), double{kPatchNormal});
     }
   }
   EXPECT_EQ(found.size(), 6U);
+}
+
+TEST(FindFaces, EachFaceIsANodeOfItsOwn) {
+  expect_a_node_for_each_face(Shell(make_box({0.03, 0.025, 0.02})));
+}
+
+// Codes of normals are farther from a slanting face's normal than the points of a face may be.
+TEST(FindFaces, EachSlantingFaceIsANodeOfItsOwn) {
+  const Shell s(slanting(make_box({0.03, 0.025, 0.02})));
+  expect_a_node_for_each_face(s);
+  std::map<std::uint32_t, Vector> normals;
+  for (std::size_t i = 0; i < s.shell.faces.size(); ++i) {
+    if (s.shell.faces[i] == 0) continue;
+    const Vector& normal = normals.emplace(s.shell.faces[i], s.shell.inward_normals[i]).first->second;
+    ASSERT_EQ(s.shell.inward_normals[i], normal) << i;
+  }
 }
 
 TEST(FindFaces, StripsAndCurvedSurfacesHaveNone) {

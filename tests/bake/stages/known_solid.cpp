@@ -214,16 +214,16 @@ void Examined::expect_spheres() const {
   std::vector<std::uint32_t> first(shell_.nodes);
   std::vector<std::uint32_t> last(shell_.nodes);
   for (std::uint32_t n = shell_.nodes; n-- > 0;) {
-    const std::uint32_t from = shell_.children[2 * n];
-    const std::uint32_t to = from + shell_.children[2 * n + 1];
+    const auto [from, to] = children_of(shell_, n);
     first[n] = n >= leaves ? from : first[from];
     last[n] = n >= leaves ? to : last[to - 1];
     for (std::uint32_t i = first[n]; i < last[n]; ++i) {
       const Vec3 p = point_position(shell_, i);
-      const float dx = p.x - shell_.sphere[0][n];
-      const float dy = p.y - shell_.sphere[1][n];
-      const float dz = p.z - shell_.sphere[2][n];
-      ASSERT_LE(std::sqrt(dx * dx + dy * dy + dz * dz), shell_.sphere[3][n]) << "node " << n << " point " << i;
+      const Vec3 centre = sphere_centre(shell_, n);
+      const float dx = p.x - centre.x;
+      const float dy = p.y - centre.y;
+      const float dz = p.z - centre.z;
+      ASSERT_LE(std::sqrt(dx * dx + dy * dy + dz * dz), sphere_radius(shell_, n)) << "node " << n << " point " << i;
     }
   }
   EXPECT_EQ(first[0], 0U);

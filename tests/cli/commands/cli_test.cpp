@@ -116,14 +116,15 @@ import h5py, numpy as np
 with h5py.File("a.vps.hdf") as f:
     facts, shell = f.attrs, f["pointshell"]
     points = facts["position_origin"] + facts["position_step"] * shell["positions"][:].T
-    u, v = shell["inward_normals"][:] / 32767
+    low, middle, high = shell["inward_normals"][:].astype(int).T
+    u, v = ((low | middle % 16 << 8) - 2047) / 2047, ((middle >> 4 | high << 4) - 2047) / 2047
     z = 1 - abs(u) - abs(v)
     t = np.maximum(-z, 0)
     normals = np.stack([u - np.where(u >= 0, t, -t), v - np.where(v >= 0, t, -t), z], axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    areas = facts["area_step"] * shell["areas"][:]
+    areas = facts["area_step"] * shell["areas"][:].astype(float) ** 2
     assert [shell[name].attrs["unit"] for name in ("positions", "inward_normals", "areas")] == \
-        [b"position_step", b"1/32767", b"area_step"]
+        [b"position_step", b"1/2047", b"area_step"]
     assert len(points) == len(normals) == len(areas) == facts["points"]
     half = facts["position_step"] / 2 + 1e-8
     assert (points >= facts["bounds_min"] - half).all() and (points <= facts["bounds_max"] + half).all()

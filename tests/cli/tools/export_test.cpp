@@ -146,13 +146,13 @@ TEST_F(Export, PlyHoldsTheRuntimesPointsAndTheirNodes) {
     area += double(x[6]);
     for (const std::uint32_t node : nodes) {
       ASSERT_LT(node, shell_.nodes);
-      const double d[3] = {double(p.x - shell_.sphere[0][node]), double(p.y - shell_.sphere[1][node]),
-                           double(p.z - shell_.sphere[2][node])};
-      EXPECT_LE(std::hypot(d[0], d[1], d[2]), double(shell_.sphere[3][node]) * (1 + 1e-6));
+      const Vec3 centre = sphere_centre(shell_, node);
+      const double d[3] = {double(p.x - centre.x), double(p.y - centre.y), double(p.z - centre.z)};
+      EXPECT_LE(std::hypot(d[0], d[1], d[2]), double(sphere_radius(shell_, node)) * (1 + 1e-6));
     }
     ++segments[nodes[1]];
-    const std::uint32_t* const children = shell_.children + 2 * std::size_t{nodes[0]};
-    EXPECT_TRUE(i >= children[0] && i < children[0] + children[1]) << i;
+    const IndexRange children = children_of(shell_, nodes[0]);
+    EXPECT_TRUE(i >= children.begin && i < children.end) << i;
   }
   EXPECT_NEAR(area, asset_.info().surface_area, 1e-5 * asset_.info().surface_area);
   EXPECT_GT(segments.size(), 3U);
@@ -213,8 +213,9 @@ TEST_F(Export, JsonHoldsTheRuntimesNumbers) {
   }
   ASSERT_EQ(j["tree"]["radii"].size(), shell_.nodes);
   for (std::uint32_t node = 0; node < shell_.nodes; ++node) {
-    EXPECT_EQ(float(j["tree"]["radii"][node]), shell_.sphere[3][node]);
-    EXPECT_EQ(j["tree"]["children"][node], Json::array({shell_.children[2 * node], shell_.children[2 * node + 1]}));
+    EXPECT_EQ(float(j["tree"]["radii"][node]), sphere_radius(shell_, node));
+    const auto [begin, end] = children_of(shell_, node);
+    EXPECT_EQ(j["tree"]["children"][node], Json::array({begin, end - begin}));
   }
   EXPECT_EQ(j["tree"]["level_offsets"].size(), shell_.levels + 1);
   VPS_SCHEMA_CHECK_OR_SKIP();

@@ -177,8 +177,8 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
        [](AssetInfo&, auto& sections) {
          for (SectionData& section : sections) {
            if (section.kind != SectionKind::spheres) continue;
-           auto* const radii = reinterpret_cast<float*>(section.bytes.data()) + 3 * section.shape[1];
-           radii[section.shape[1] - 1] *= 0.9F;
+           auto* const radii = reinterpret_cast<std::uint16_t*>(section.bytes.data()) + 3 * section.shape[1];
+           radii[section.shape[1] - 1] = static_cast<std::uint16_t>(0.9 * radii[section.shape[1] - 1]);
          }
        }},
       {"points",
@@ -186,12 +186,10 @@ TEST_F(Validate, WhatIsNotTrueOfTheMeshIsNamed) {
       {"normals",
        [](AssetInfo& info, auto& sections) {
          // Reverses every normal.
-         auto* const codes = numbers<std::int16_t>(sections, SectionKind::point_inward_normals);
+         auto* const codes = numbers<NormalCode>(sections, SectionKind::point_inward_normals);
          for (std::uint64_t i = 0; i < info.points; ++i) {
-           const auto n = decode_normal<double>({codes[i], codes[info.points + i]});
-           const OctahedralNormal turned = encode_normal({-n[0], -n[1], -n[2]});
-           codes[i] = turned.u;
-           codes[info.points + i] = turned.v;
+           const auto n = decode_normal<double>(unpack(codes[i].data()));
+           codes[i] = pack(encode_normal({-n[0], -n[1], -n[2]}));
          }
        }},
       {"coarse layers",

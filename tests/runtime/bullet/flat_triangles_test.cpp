@@ -184,8 +184,8 @@ TEST(FlatTriangles, ASegmentsContactIsAsDeepAsItsDeepestPoint) {
   // The segment of a leaf.
   std::vector<std::uint32_t> segment(shell.nodes);
   for (std::uint32_t node = 0; node < shell.level_offsets[shell.levels - 1]; ++node) {
-    for (std::uint32_t k = 0; k < shell.children[2 * node + 1]; ++k) {
-      const std::uint32_t child = shell.children[2 * node] + k;
+    const auto [begin, end] = children_of(shell, node);
+    for (std::uint32_t child = begin; child < end; ++child) {
       segment[child] = child < shell.level_offsets[kLevel] ? child : segment[node];
     }
   }

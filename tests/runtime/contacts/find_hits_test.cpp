@@ -175,8 +175,8 @@ TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSe
         std::uint32_t first = node;
         std::uint32_t last = node;
         for (std::uint32_t level = options.segment_level; level <= s.shell.levels; ++level) {
-          first = s.shell.children[2 * first];
-          last = s.shell.children[2 * last] + s.shell.children[2 * last + 1] - 1;
+          first = children_of(s.shell, first).begin;
+          last = children_of(s.shell, last).end - 1;
         }
         float most = -1;
         for (auto at = found.lower_bound(first); at != found.end() && at->first <= last; ++at) {

@@ -213,7 +213,7 @@ std::map<std::uint32_t, float> deepest_of_segments(const Queries& q, FieldRef fi
   const detail::Transform to_field(pose);
   std::map<std::uint32_t, float> deepest;
   for (std::uint32_t node = q.shell.level_offsets[level - 1]; node < q.shell.level_offsets[level]; ++node) {
-    const detail::PointRange below = detail::points_below(q.shell, node);
+    const IndexRange below = detail::points_below(q.shell, node);
     for (std::uint32_t point = below.begin; point < below.end; ++point) {
       const Vec3 p = to_field.apply(point_position(q.shell, point));
       const float way = detail::length(motion.shift + detail::cross(motion.turn, p));

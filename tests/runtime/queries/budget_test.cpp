@@ -204,7 +204,8 @@ TEST(Budget, ThatIsAmpleReachesTheEndOfAWideTree) {
   // A node and its children's own points exceed one block of work.
   std::uint32_t widest = 0;
   for (std::uint32_t node = 0; node < shell.level_offsets[shell.levels - 1]; ++node) {
-    widest = std::max(widest, shell.children[2 * node + 1]);
+    const auto [begin, end] = children_of(shell, node);
+    widest = std::max(widest, end - begin);
   }
   ASSERT_GT(widest, 64U);
   Scratch scratch;
