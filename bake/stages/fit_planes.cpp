@@ -501,7 +501,7 @@ bool needs_octants(const Fitter& fitter, const Index3& cell, const CellPlane& bl
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
     const Part part = octant_of(cell, octant);
     if (!fitter.is_in_grid(part)) continue;
-    const double height = double{fitter.fit(part).height} / kHeightSteps;
+    const double height = static_cast<double>(fitter.fit(part).height) / kHeightSteps;
     nearest = std::max(nearest, height);
     gap += heights[octant] - height;
     ++count;
