@@ -20,36 +20,35 @@ inline constexpr SectionName kSectionNames[] = {
      "number of the stored brick of 8x8x8 voxels; none is stored outside (4294967295) and inside (4294967294)", ""},
     {SectionKind::coarse_layers, "/voxelmap/coarse_layers", "voxel",
      "lower bound of the distance from the centre of each block of 16x16x16 voxels to the surface in whole voxels, "
-     "less "
-     "than 3 below it; positive inside",
+     "less than 3 below it; positive inside",
      ""},
     {SectionKind::field_roots, "/voxelmap/field_roots", "1",
-     "what covers each block of 16x16x16 cells: a node (2147483648 + number), or no samples and a linear upper bound "
-     "of "
-     "V: bits 0 to 20 slopes along x, y, z in 1/60, 21 to 29 height at the centre in 1/4 voxel, 30 inside; without "
-     "bounds 4294967295 outside, 4294967294 inside",
+     "what covers each block of 16x16x16 cells: 2147483648 + number of a node; below it no samples, inside with bit "
+     "30, and with bit 29 the number of its octants' planes, else a linear upper bound of V: bits 0 to 20 slopes "
+     "along x, y, z in 1/60, 21 to 28 height at the centre in 1/2 voxel; without planes 4294967295 outside, "
+     "4294967294 inside",
      ""},
     {SectionKind::field_nodes, "/voxelmap/field_nodes", "1",
-     "what covers each octant of a node, x fastest: a node (2147483648 + number), a field brick (number + level above "
-     "-2 "
-     "times 268435456), or none outside (4294967295) or inside (4294967294)",
+     "what covers each octant of a node, x fastest: 2147483648 + number of a node; no samples outside (4294967295) "
+     "and inside (4294967294); else a field brick: bits 0 to 23 number of its first slice, 24 and 25 how many slices"
+     " are left out, 26 at the lower end, 27 and 28 the slices' axis (0 z, 1 y, 2 x), 29 and 30 level above -2",
      ""},
     {SectionKind::layers, "/voxelmap/layers", "voxel", "layer v of each voxel: 0 surface, positive inside",
      "Eq. (4), sigma = s"},
     {SectionKind::scaled, "/voxelmap/scaled", "lambda",
-     "penetration of the 5x5x5 samples of each field brick, then 3 of padding, in steps of lambda, at level 1 of 2 "
-     "lambda; positive inside",
+     "penetration at the samples of field bricks, in slices of 5x5, in steps of lambda, at level 1 of 2 lambda; "
+     "positive inside",
      "Eq. (1)"},
     {SectionKind::real, "/voxelmap/real", "m",
-     "penetration of the 5x5x5 samples of each field brick, then 3 of padding; positive inside", "Eq. (5)"},
+     "penetration at the samples of field bricks, in slices of 5x5; positive inside", "Eq. (5)"},
     {SectionKind::real_gradient, "/voxelmap/real_gradient", "m/voxel", "gradient (x, y, z) of real", "Eq. (5)"},
     {SectionKind::far, "/voxelmap/far", "far_step_inner, far_step_outer",
      "penetration at the nodes of a coarse grid, far_origin + far_spacing (x, y, z); values above 0 count in "
      "far_step_inner, below 0 in far_step_outer, and -127 may mean farther outside",
      ""},
     {SectionKind::planes, "/voxelmap/planes", "1",
-     "linear upper bound of V in each cell of 8x8x8 voxels: bits 0 to 20 the gradient in 1/60, 21 to 30 the value at "
-     "the centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the cell",
+     "linear upper bound of V in each octant of a root, 8x8x8 cells: bits 0 to 20 the gradient in 1/60, 21 to 30 the"
+     " value at the centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the octant",
      ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},
@@ -67,8 +66,8 @@ inline constexpr SectionName kSectionNames[] = {
     {SectionKind::face_points, "/pointshell/face_points", "1",
      "bit i % 32 of word i / 32: whether point i lies inside a face, where the points are thinned out", ""},
     {SectionKind::spheres, "/pointshell/tree/spheres", "position_step",
-     "rows x, y, z, radius of the sphere round all points of a node; centre = position_origin + position_step * value, "
-     "radius = position_step * value, in m",
+     "rows x, y, z, radius of the sphere round all points of a node; centre = position_origin + position_step * "
+     "value, radius = position_step * value, in m",
      "Eq. (6)"},
     {SectionKind::children, "/pointshell/tree/children", "1",
      "first child of each node; on the leaf level number of nodes + number of the first point; number of both last",
