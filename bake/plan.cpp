@@ -114,13 +114,15 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
     constexpr double kNode = 8;  // one octree node of eight entries for four bricks
     bytes += limit_field_bricks(mesh, grid, options) * (kFieldSamples * sample + kNode);
     const auto grid_bricks = static_cast<double>(grid.brick_count());
-    bytes += 2 * grid_bricks + grid_bricks / 2;
-    if (options.scaled) bytes += 4 * grid_bricks;
-    if (options.layers) bytes += 4 * grid_bricks + predict_bricks(mesh, grid, options) * kBrickVoxels;
+    const double bricks = predict_bricks(mesh, grid, options);
+    bytes += 6 * grid_bricks / 8;   // a coarse layer and a root for each block of eight bricks
+    constexpr double kPlanes = 10;  // of 0.3 blocks beside each brick of the band
+    if (options.scaled) bytes += kPlanes * bricks;
+    if (options.layers) bytes += 4 * grid_bricks + bricks * kBrickVoxels;
   }
   // A plane has 1 to 1.73 surface voxels for each square of a voxel's size.
   if (options.voxelmap) bytes += kFarNodes * 1.73 * mesh.area / (grid.voxel_size * grid.voxel_size);
-  constexpr double kPoint = 12 + 28.0 / 12;  // its codes and its share of the tree
+  constexpr double kPoint = 10 + 16.0 / 12;  // its codes and its share of the tree
   return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
 }
 
