@@ -265,7 +265,7 @@ std::vector<Promise> all_promises() {
   const auto of_field = [](auto attack, Field field) {
     return [=](const Subject& subject, const ClimbOptions& options) { return attack(subject, options, field); };
   };
-  add("coarse layers", "the distance to the surface is within the bounds of a brick's coarse layer", Measure::excess,
+  add("coarse layers", "the distance to the surface is within the bounds of a block's coarse layer", Measure::excess,
       false, 1, attack_coarse_layers);
   add("layers", "the distance to the surface is within the bounds of a voxel's layer", Measure::excess, false, 1,
       attack_layers);
