@@ -10,8 +10,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 
+#include "bake/stages/surface_parts.h"
 #include "formats/cell_plane.h"
 #include "formats/octree.h"
 
@@ -20,9 +20,8 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
-// Surface farther than this many cells around a cell or block is only known to be that far away.
-constexpr int kAround = 2;
-constexpr double kUnseen = kAround * kPlaneCell;
+// Surface farther around a cell or block is only known to be that far away.
+constexpr double kUnseen = SurfaceParts::kAround * kPlaneCell;
 // More than queries round in float.
 constexpr double kMargin = 2e-3;
 constexpr double kNone = std::numeric_limits<double>::lowest();
@@ -36,151 +35,6 @@ struct Part {
     const Vector low = kPlaneCell * Vector(cell[0], cell[1], cell[2]);
     return {low, low + Vector::Constant(2 * half())};
   }
-};
-
-// A convex polygon, clipped by the planes of a box.
-class Polygon {
- public:
-  Polygon(const Vector& a, const Vector& b, const Vector& c) : corners_{a, b, c}, count_(3) {}
-
-  void clip(const Box& box) {
-    for (int axis = 0; axis < 3 && count_ > 0; ++axis) {
-      clip_at(axis, box.min()[axis], 1);
-      clip_at(axis, box.max()[axis], -1);
-    }
-  }
-  [[nodiscard]] const Vector* begin() const { return corners_.data(); }
-  [[nodiscard]] const Vector* end() const { return corners_.data() + count_; }
-
- private:
-  // Keeps what lies above the plane, or below it where `side` is -1.
-  void clip_at(int axis, double at, double side) {
-    std::array<Vector, 12> kept;
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < count_; ++i) {
-      const Vector& p = corners_[i];
-      const Vector& q = corners_[i + 1 < count_ ? i + 1 : 0];
-      const double from = side * (p[axis] - at);
-      const double to = side * (q[axis] - at);
-      if (from >= 0) kept[count++] = p;
-      if ((from < 0) != (to < 0)) kept[count++] = p + from / (from - to) * (q - p);
-    }
-    corners_ = kept;
-    count_ = count;
-  }
-
-  std::array<Vector, 12> corners_;
-  std::size_t count_;
-};
-
-// The part of the surface in one cell: the corners of its flat pieces.
-struct SurfacePart {
-  std::vector<Vector> corners;
-  Box box;
-};
-
-// The surface, cell by cell.
-class SurfaceParts {
- public:
-  SurfaceParts(const Surface& surface, const Grid& grid) : surface_(surface), dims_(grid.brick_dims) {
-    vertices_.reserve(surface.vertices.size());
-    for (const Vector& p : surface.vertices) {
-      vertices_.emplace_back((p - grid.origin) / grid.voxel_size - Vector::Constant(0.5));
-    }
-    list_triangles();
-    std::vector<std::uint8_t> listed(grid.brick_count());
-    for (std::size_t n = 0; n < listed.size(); ++n) listed[n] = begin_[n] < begin_[n + 1] ? 1 : 0;
-    set_ = BrickSet::from_flags(grid, listed);
-    parts_.resize(set_.bricks.size());
-    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t n) { cut(set_.bricks[n], parts_[n]); });
-  }
-
-  // Calls visit(surface part) for those in cells up to `kAround` away.
-  template <class Visit>
-  void for_each_around(const Part& part, Visit visit) const {
-    Index3 first;
-    Index3 last;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      first[axis] = part.cell[axis] - std::min<std::uint32_t>(part.cell[axis], kAround);
-      last[axis] = std::min(part.cell[axis] + part.cells - 1 + kAround, dims_[axis] - 1);
-    }
-    for_each_cell(first, last, [&](std::size_t at) {
-      const std::uint32_t n = set_.index[at];
-      if (n != kNoBrick && !parts_[n].corners.empty()) visit(parts_[n]);
-    });
-  }
-
- private:
-  [[nodiscard]] std::size_t number_of(const Index3& cell) const {
-    return (std::size_t{cell[2]} * dims_[1] + cell[1]) * dims_[0] + cell[0];
-  }
-  template <class Visit>
-  void for_each_cell(const Index3& first, const Index3& last, Visit visit) const {
-    for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
-      for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
-        const std::size_t row = number_of({0, y, z});
-        for (std::uint32_t x = first[0]; x <= last[0]; ++x) visit(row + x);
-      }
-    }
-  }
-  [[nodiscard]] Box box_of(const Triangle& triangle) const {
-    Box box;
-    for (const std::uint32_t v : triangle) box.extend(vertices_[v]);
-    return box;
-  }
-
-  // Lists for each cell the triangles whose boxes touch it.
-  void list_triangles() {
-    const auto for_each_listed = [&](auto visit) {
-      for (std::uint32_t t = 0; t < surface_.triangles.size(); ++t) {
-        const Box box = box_of(surface_.triangles[t]);
-        Index3 first;
-        Index3 last;
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const auto i = static_cast<Eigen::Index>(axis);
-          const auto cell = [&](double at) {
-            return static_cast<std::uint32_t>(std::clamp(at / kPlaneCell, 0.0, dims_[axis] - 1.0));
-          };
-          // Both cells at a face.
-          first[axis] = cell(std::ceil(box.min()[i]) - 1);
-          last[axis] = cell(box.max()[i]);
-        }
-        for_each_cell(first, last, [&](std::size_t at) { visit(at, t); });
-      }
-    };
-    begin_.assign(std::size_t{dims_[0]} * dims_[1] * dims_[2] + 1, 0);
-    for_each_listed([&](std::size_t at, std::uint32_t) { ++begin_[at + 1]; });
-    std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
-    triangles_.resize(begin_.back());
-    std::vector<std::size_t> next(begin_.begin(), begin_.end() - 1);
-    for_each_listed([&](std::size_t at, std::uint32_t t) { triangles_[next[at]++] = t; });
-  }
-
-  void cut(const Index3& cell, SurfacePart& part) const {
-    const Box box = Part{cell, 1}.box();
-    const std::size_t at = number_of(cell);
-    for (std::size_t i = begin_[at]; i < begin_[at + 1]; ++i) {
-      const Triangle& t = surface_.triangles[triangles_[i]];
-      Polygon piece(vertices_[t[0]], vertices_[t[1]], vertices_[t[2]]);
-      if (!box.contains(box_of(t))) piece.clip(box);
-      part.corners.insert(part.corners.end(), piece.begin(), piece.end());
-    }
-    // Neighbours share corners.
-    const auto before = [](const Vector& a, const Vector& b) {
-      return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end());
-    };
-    std::sort(part.corners.begin(), part.corners.end(), before);
-    part.corners.erase(std::unique(part.corners.begin(), part.corners.end()), part.corners.end());
-    for (const Vector& p : part.corners) part.box.extend(p);
-  }
-
-  const Surface& surface_;
-  const Index3 dims_;
-  std::vector<Vector> vertices_;
-  std::vector<std::size_t> begin_;  // of each cell's triangles; one more than cells
-  std::vector<std::uint32_t> triangles_;
-  BrickSet set_;
-  std::vector<SurfacePart> parts_;
 };
 
 // The samples that decide contacts in a box of cells: those of interpolation cells with a value above `least`.
@@ -355,7 +209,7 @@ class Fitter {
       }
     };
     const int layer = most_layer(part);
-    if (may_see_surface(layer)) parts_.for_each_around(part, find_nearest);
+    if (may_see_surface(layer)) parts_.for_each_around(part.cell, part.cells, find_nearest);
     if (nearest == nullptr && values.empty()) return far_plane(layer);
     // Deep inside.
     if (nearest == nullptr && !inside.empty()) return {{}, kNoBound, false};
@@ -402,7 +256,7 @@ class Fitter {
     return most;
   }
 
-  // Whether there may be surface up to `kAround` cells away. From the coarse layers: docs/internals/bounds.md.
+  // Whether there may be surface up to `kUnseen` away. From the coarse layers: docs/internals/bounds.md.
   [[nodiscard]] static bool may_see_surface(int layer) {
     constexpr double kSeen = kUnseen * std::numbers::sqrt3 + kFarthest;
     return std::abs(layer) <= kSeen;
@@ -429,7 +283,7 @@ class Fitter {
       const Vector from_centre = cube.center() - centre;
       height = std::max(height, -g.dot(from_centre) + 0.5 * g.cwiseAbs().dot(cube.sizes()));
     }
-    parts_.for_each_around(part, [&](const SurfacePart& surface) {
+    parts_.for_each_around(part.cell, part.cells, [&](const SurfacePart& surface) {
       if (height >= enough) return;
       const Vector to_part = surface.box.center() - centre;
       const Vector half = 0.5 * surface.box.sizes();
