@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "runtime/fields/penetration.h"
 #include "tests/support/baked.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
@@ -139,6 +140,33 @@ TEST(Penetration, NotANumberIsOutside) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_FALSE(penetration(map, {nan, 0, 0}, {1, 0, 0}) > 0);
   EXPECT_FALSE(penetration(map, {0, nan, nan}, {1, 0, 0}) > 0);
+}
+
+// Deep inside two boxes, around them, and in the gap of 20 voxels between them.
+TEST(Penetration, BricksWithoutLayersKnowTheirSide) {
+  bake::BakeOptions options;
+  options.voxel_size = 0.002;
+  options.layers = true;
+  options.scaled = options.pointshell = false;
+  const TriangleMesh mesh = joined(make_box({0.1, 0.1, 0.1}), make_box({0.1, 0.1, 0.1}, {0.24, 0, 0}));
+  const auto asset = baked(mesh, options);
+  VoxelmapView map;
+  ASSERT_EQ(asset->voxelmap(map, Field::layers), Status::ok);
+  const Oracle oracle(mesh);
+  Random random(3);
+  std::size_t without[2] = {};
+  for (int n = 0; n < 8000; ++n) {
+    const auto x = random.between(-0.12, 0.36);
+    const Vec3 p{static_cast<float>(x), static_cast<float>(random.between(-0.12, 0.12)),
+                 static_cast<float>(random.between(-0.12, 0.12))};
+    const detail::Voxel voxel = detail::find_voxel(map, p);
+    if (!voxel.in_grid || detail::has_layer(map, voxel)) continue;
+    const bool inside = oracle.penetration({p.x, p.y, p.z}) > 0;
+    ASSERT_EQ(detail::own_penetration(map, p, {}).v >= 0, inside) << p.x << ' ' << p.y << ' ' << p.z;
+    ++without[inside];
+  }
+  EXPECT_GT(without[0], 100U);
+  EXPECT_GT(without[1], 100U);
 }
 
 }  // namespace
