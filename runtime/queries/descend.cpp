@@ -184,11 +184,19 @@ class PointTests {
     if (!hn::AllFalse(f32, hit)) add_hits(codes, points, leaves, v, hit, d_);
   }
 
-  // Keeps the points that can be hits, and without hits those that can be nearer than all before.
+  // Keeps the points that can be hits, and without hits those that can be nearer than all before. Where most can be
+  // hits, as on a thread in contact, the planes cost more than they save.
   HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
-    const F ceiling = field_.ceiling(p).v;
-    const M near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
-    rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
+    M near = valid;
+    if (unfiltered_ > 0) {
+      --unfiltered_;
+    } else {
+      const F ceiling = field_.ceiling(p).v;
+      near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
+      rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
+      const bool most = 4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid);
+      if (most && d_.hit_count > 0) unfiltered_ = kUnfiltered;
+    }
     if (hn::AllFalse(f32, near)) return;
     const Words u32;
     (void)store_packed(f32, codes.x, near, codes_[0] + count_);
@@ -243,6 +251,8 @@ class PointTests {
   F deepest_, rejected_;
   F nearest_ = set(std::numeric_limits<float>::lowest());
   const bool has_planes_;
+  static constexpr std::uint32_t kUnfiltered = 4;
+  std::uint32_t unfiltered_ = 0;  // vectors to come that are looked up without the planes
   // Room for one vector that waits, and another.
   std::uint32_t count_ = 0;
   HWY_ALIGN float codes_[3][2 * kLanePadding] = {};
