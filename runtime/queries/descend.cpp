@@ -185,7 +185,7 @@ class PointTests {
   }
 
   // Keeps the points that can be hits, and without hits those that can be nearer than all before. Where most can be
-  // hits, as on a thread in contact, the planes cost more than they save.
+  // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save.
   HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
     M near = valid;
     if (unfiltered_ > 0) {
@@ -194,8 +194,7 @@ class PointTests {
       const F ceiling = field_.ceiling(p).v;
       near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
       rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      const bool most = 4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid);
-      if (most && d_.hit_count > 0) unfiltered_ = kUnfiltered;
+      if (4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid)) unfiltered_ = kUnfiltered;
     }
     if (hn::AllFalse(f32, near)) return;
     const Words u32;
