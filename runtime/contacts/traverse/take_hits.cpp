@@ -10,15 +10,20 @@
 namespace vps::detail {
 namespace {
 
-Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsAre hits, std::uint32_t hit) noexcept {
+// Writes in place: a copy would read what has just been written in other sizes, and wait for it.
+void fill_contact(const TraverseQuery& query, const Transform& transform, HitsAre hits, std::uint32_t hit,
+                  Contact& contact) noexcept {
   const std::uint32_t point = query.descent.hits[hit];
-  Contact contact;
   contact.position = transform.apply(point_position(query.shell, point));
   contact.inward_normal = transform.rotate(point_inward_normal(query.shell, point));
   contact.penetration = query.descent.unit * query.descent.penetrations[hit];
   contact.point = point;
   contact.node = query.descent.leaves[hit];
   contact.area = hits == HitsAre::nodes ? query.options.node_areas[contact.node] : point_area(query.shell, point);
+}
+Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsAre hits, std::uint32_t hit) noexcept {
+  Contact contact;
+  fill_contact(query, transform, hits, hit, contact);
   return contact;
 }
 
@@ -146,6 +151,7 @@ void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uin
     if (found < out.size()) out[found] = contact;
     ++found;
   };
+  Contact beyond;  // where there is no more room
   ForceSum sum(query);
   const float unit = query.descent.unit;
   for (std::uint32_t i = first; i < last; ++i) {
@@ -157,6 +163,13 @@ void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uin
     const float penetration = unit * query.descent.penetrations[i];
     const bool is_deepest = segment == nullptr || penetration > segment->penetration;
     if (range.first == range.last && penetration < 0 && !is_deepest) continue;
+    if (segment == nullptr && range.first == range.last) {
+      Contact& contact = found < out.size() ? out[found] : beyond;
+      fill_contact(query, transform, hits, i, contact);
+      ++found;
+      if (penetration >= 0) sum.add(contact);
+      continue;
+    }
     Contact contact = contact_of(query, transform, hits, i);
     bool is_cut = false;
     for (std::uint32_t facet = range.first; facet < range.last; ++facet) {
