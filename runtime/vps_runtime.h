@@ -9,6 +9,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <type_traits>
 #include <variant>
@@ -423,10 +424,14 @@ struct QueryResult {
 };
 
 /// Working memory of one thread. Grows on first use with a shell, never afterwards. A query whose working memory cannot
-/// grow returns `no_memory`; `reserve` throws std::bad_alloc.
+/// grow returns `no_memory`; `reserve` throws std::bad_alloc. Nothing is written when it grows: pages that no query
+/// needs cost no time.
 struct Scratch {
-  std::vector<std::uint32_t> queue, hits, leaves, flats;
-  std::vector<float> penetrations, bounds, positions[3];
+  /// Rows in `memory`: of nodes, then of points.
+  std::uint32_t *queue = nullptr, *flats = nullptr, *hits = nullptr, *leaves = nullptr;
+  float *bounds = nullptr, *penetrations = nullptr, *positions[3] = {};
+  std::unique_ptr<std::byte[]> memory;
+  std::size_t nodes = 0, points = 0;  ///< for which there is room
   void reserve(const PointshellView& shell);
 };
 

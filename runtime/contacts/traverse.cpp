@@ -207,19 +207,31 @@ Affine ways_of(const detail::RelativeMotion& motion, const Affine& to_field, flo
 
 void Scratch::reserve(const PointshellView& shell) {
   // The segmented traverse keeps the list of segments in front of one segment's queue.
-  const std::size_t nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
+  const std::size_t most_nodes = 2 * std::size_t{shell.nodes} + detail::kLanePadding;
   // The points that represent nodes can be hits, too, and there can be more nodes than points.
-  const std::size_t points =
+  const std::size_t most_points =
       std::size_t{std::max(shell.points, shell.nodes)} + detail::kExtraRows + detail::kLanePadding;
-  if (queue.size() < nodes) queue.resize(nodes);
-  if (bounds.size() < nodes) bounds.resize(nodes);
-  if (hits.size() < points) hits.resize(points);
-  if (leaves.size() < points) leaves.resize(points);
-  if (flats.size() < shell.nodes) flats.resize(shell.nodes);
-  if (penetrations.size() < points) penetrations.resize(points);
-  for (std::vector<float>& row : positions) {
-    if (row.size() < points) row.resize(points);
-  }
+  // A moved one has sizes, but no memory.
+  if (memory != nullptr && most_nodes <= nodes && most_points <= points) return;
+  if (memory == nullptr) nodes = points = 0;
+  const std::size_t new_nodes = std::max(nodes, most_nodes);
+  const std::size_t new_points = std::max(points, most_points);
+  static_assert(sizeof(float) == sizeof(std::uint32_t));
+  memory = std::make_unique_for_overwrite<std::byte[]>((3 * new_nodes + 6 * new_points) * sizeof(float));
+  nodes = new_nodes;
+  points = new_points;
+  std::byte* next = memory.get();
+  const auto take = [&]<class T>(T*& row, std::size_t size) {
+    row = reinterpret_cast<T*>(next);
+    next += size * sizeof(T);
+  };
+  take(queue, nodes);
+  take(flats, nodes);
+  take(bounds, nodes);
+  take(hits, points);
+  take(leaves, points);
+  take(penetrations, points);
+  for (float*& row : positions) take(row, points);
 }
 
 Status traverse(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
@@ -286,9 +298,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
   hits = {};
   most = kUnknown;
   if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) return status;
-  hits = {{scratch.positions[0].data(), scratch.positions[1].data(), scratch.positions[2].data()},
-          scratch.penetrations.data(),
-          scratch.hits.data()};
+  hits = {{scratch.positions[0], scratch.positions[1], scratch.positions[2]}, scratch.penetrations, scratch.hits};
   QueryResult result;
   const auto run = [&](TraverseQuery& query) {
     detail::Descent& d = query.descent;

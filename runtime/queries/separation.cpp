@@ -104,8 +104,8 @@ DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame
   search.radius_scale = shell.position_step / search.unit;
   search.points = affine(pose, frame, shell.position_origin, shell.position_step);
   search.slack = rounding(shell, pose, frame);
-  search.stack = query.scratch.queue.data();
-  search.bounds = query.scratch.bounds.data();
+  search.stack = query.scratch.queue;
+  search.bounds = query.scratch.bounds;
   search.point = guess;
   return search;
 }

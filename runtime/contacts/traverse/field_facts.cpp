@@ -51,11 +51,11 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
   descent.contact_distance = reach / unit;
   descent.rounding = rounding(shell, kernel_pose, facts.frame);
   descent.slack = facts.error / unit + descent.rounding;
-  descent.queue = scratch.queue.data();
-  descent.hits = scratch.hits.data();
-  descent.penetrations = scratch.penetrations.data();
-  descent.leaves = scratch.leaves.data();
-  if (budget.limited() || options.level > 0) descent.bounds = scratch.bounds.data();
+  descent.queue = scratch.queue;
+  descent.hits = scratch.hits;
+  descent.penetrations = scratch.penetrations;
+  descent.leaves = scratch.leaves;
+  if (budget.limited() || options.level > 0) descent.bounds = scratch.bounds;
   descent.deepest = descent.rejected = kNothingTested;
 }
 

@@ -171,7 +171,7 @@ bool has_hull(const PointshellView& shell, std::uint32_t node) noexcept {
 
 void stop_at_flat_nodes(TraverseQuery& query, Scratch& scratch, FlatNodesGive give) noexcept {
   if (query.shell.hull_offsets == nullptr || !query.facts.takes_lists || query.budget.limited()) return;
-  query.descent.flats = scratch.flats.data();
+  query.descent.flats = scratch.flats;
   query.flat_nodes_give = give;
 }
 
