@@ -91,7 +91,8 @@ struct FieldQuery {
   QueryOptions options;  // with the margins and the cache
   PairMemory& memory;
   Workspace& space;
-  bool chooses = false;  // a few of many
+  std::span<Contact> contacts;  // room for as many as the shell has points
+  bool chooses = false;         // a few of many
 };
 
 // Whether the points in contact need nothing but their depth before some are chosen. Those of bodies without faces have
@@ -167,7 +168,7 @@ Status find_in_field(const FieldQuery& query, const Field& field, FoundContacts&
   QueryOptions options = query.options;
   // Planes of a body without faces change from query to query.
   if (query.partner.convex != nullptr && !query.partner.convex->has_faces()) options.cache = nullptr;
-  std::vector<Contact>& contacts = query.space.contacts;
+  const std::span<Contact> contacts = query.contacts;
   const SegmentReach reach{options.contact_distance, pair.margin + kTouching_vx * static_cast<float>(pair.voxel_size)};
   const std::span<const SegmentPoint> segments = query.memory.segments.points;
   if (!segments.empty() && holds(query) && test_only(shell, field, pose, reach, segments, contacts)) {
@@ -271,17 +272,17 @@ Status find_contacts(const StepPair& pair, const Partner& partner, QueryOptions 
   options.contact_distance += pair.margin;
   if (memory.is_lasting) options.cache = &memory.cache;
   memory.segments.belong_to(pair.shell, options.segment_level);
-  if (space.contacts.size() < pair.shell.points) space.contacts.resize(pair.shell.points);
   const bool chooses = options.segment_level == 0 && !pair.has_springs();
   found.shell_points = pair.shell.points;
-  const FieldQuery query{pair, partner, options, memory, space, chooses};
+  const std::span<Contact> room = space.contacts.grow(pair.shell.points);
+  const FieldQuery query{pair, partner, options, memory, space, room, chooses};
   const Status status = [&] {
     if (partner.sheet != nullptr) return find_on_sheet(query, found);
     if (partner.map() == nullptr || !(found.way > 0)) return find_in_solid(query, found);
     // Where a point arrives is found later: farther out a bound of its distance is enough.
     VoxelmapView map = *partner.map();
     map.far.range = std::numeric_limits<float>::max();
-    return find_in_solid({pair, Partner{map}, options, memory, space, chooses}, found);
+    return find_in_solid({pair, Partner{map}, options, memory, space, room, chooses}, found);
   }();
   if (status != Status::ok) return status;
   if (pair.margin > 0) {

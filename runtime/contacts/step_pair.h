@@ -8,6 +8,7 @@
 #include "runtime/contacts/corner_contacts.h"
 #include "runtime/contacts/segment_contacts.h"
 #include "runtime/fields/place_field.h"
+#include "runtime/grow.h"
 #include "runtime/vps_contacts.h"
 
 namespace vps::detail {
@@ -181,7 +182,8 @@ struct Workspace {
   std::vector<float> rows[4];  // x, y, z, penetration
   std::vector<std::uint32_t> features, chosen;
   std::vector<float> nearest;
-  std::vector<Contact> contacts, on_map, seeds;
+  Room<Contact> contacts;
+  std::vector<Contact> on_map, seeds;
   SheetContacts on_sheet;
   std::vector<ManifoldContact> all, few;
   std::vector<SlidingContact> sliding;
