@@ -103,7 +103,7 @@ std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& gri
   };
   const auto pairs = brick_items<Pair>(field.set.bricks.size(), for_each_pair);
   std::vector<CreaseStart> points(std::min(kAtBends, 2 * pairs.count()));
-  for (std::size_t n = 0; n < points.size(); ++n) {
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
     const std::uint64_t counter = 4 * n;
     const double part = (static_cast<double>(n) + uniform(counter)) / static_cast<double>(points.size());
     const auto at = static_cast<std::size_t>(part * static_cast<double>(pairs.count()));
@@ -112,7 +112,7 @@ std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& gri
     from_centre[pair.axis] += 0.5;
     const Vector centre = grid.centre(field.set.bricks[brick], pair.voxel);
     points[n] = {centre + grid.voxel_size * from_centre, {centre, field.value(brick, pair.voxel)}};
-  }
+  });
   return points;
 }
 

@@ -510,7 +510,8 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   });
   shell.faces = find_faces(samples, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
                            0.5 * kHullTolerance * shell.feature_covering_radius);
-  for (Vector& normal : shell.inward_normals) normal = as_stored(normal);
+  tbb::parallel_for(std::size_t{0}, samples.size(),
+                    [&](std::size_t i) { shell.inward_normals[i] = as_stored(shell.inward_normals[i]); });
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     if (samples[i]->cell == nullptr) continue;
     for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});
