@@ -239,9 +239,17 @@ class Fitter {
 
   using SurfaceAround = std::vector<const SurfacePart*>;
 
+  // The first of the nearest ones.
   [[nodiscard]] static const Vector* nearest_corner(const SurfaceAround& around, const Vector& centre) {
-    const Vector* nearest = nullptr;
+    if (around.empty()) return nullptr;
+    // The part with the nearest box excludes most others.
+    const auto nearest_box = std::min_element(around.begin(), around.end(), [&](const auto* a, const auto* b) {
+      return a->box.squaredExteriorDistance(centre) < b->box.squaredExteriorDistance(centre);
+    });
     double closest = std::numeric_limits<double>::max();
+    for (const Vector& q : (*nearest_box)->corners) closest = std::min(closest, (q - centre).squaredNorm());
+    closest = std::nextafter(closest, std::numeric_limits<double>::max());
+    const Vector* nearest = nullptr;
     for (const SurfacePart* const part : around) {
       if (part->box.squaredExteriorDistance(centre) >= closest) continue;
       for (const Vector& q : part->corners) {
