@@ -3,11 +3,10 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace vps::bake {
@@ -35,17 +34,27 @@ struct RowBits {
 // Squared distance from the centres of blocks [begin, end) along x to the nearest surface voxel of the row.
 // @param row  not empty
 void nearest_in_row(const std::vector<RowBits>& row, int edge, int begin, int end, int* out) {
-  constexpr int kNone = std::numeric_limits<int>::max();
-  std::size_t n = 0;
-  for (int b = begin; b < end; ++b) {
-    const int centre = 2 * edge * b + edge;
-    while (n < row.size() && kBrickHalves * (row[n].brick + 1) <= centre) ++n;
-    const int before = n > 0 ? centre - row[n - 1].last() : kNone;
-    const int after = n < row.size() ? row[n].first() - centre : kNone;
-    const bool is_here = n < row.size() && kBrickHalves * row[n].brick < centre;
-    const int distance = is_here ? row[n].nearest_to_centre() : std::min(before, after);
-    *out++ = distance * distance;
+  constexpr int kNone = 1 << 20;  // halves; beyond every grid
+  int b = begin;
+  const auto centre = [&](int block) { return 2 * edge * block + edge; };
+  // Blocks with their centre up to the next brick lie between two voxels.
+  const auto fill_gap = [&](int before, int after, int last_centre) {
+    const int stop = std::min(end, last_centre >= edge ? (last_centre - edge) / (2 * edge) + 1 : 0);
+    for (; b < stop; ++b) {
+      const int distance = std::min(centre(b) - before, after - centre(b));
+      *out++ = distance * distance;
+    }
+  };
+  int before = -kNone;
+  for (const RowBits& bits : row) {
+    fill_gap(before, bits.first(), kBrickHalves * bits.brick);
+    for (; b < end && centre(b) < kBrickHalves * (bits.brick + 1); ++b) {
+      const int distance = bits.nearest_to_centre();
+      *out++ = distance * distance;
+    }
+    before = bits.last();
   }
+  fill_gap(before, kNone, kNone);
 }
 
 // Works on some of the blocks along x at a time: then the distances of all slices of voxels take little memory, and
@@ -54,7 +63,7 @@ constexpr std::uint32_t kPart = 32;
 
 // Neighbouring blocks along x, which a processor compares at once.
 constexpr std::uint32_t kLanes = 8;
-using Lanes = std::array<int, kLanes>;
+using Lanes = Eigen::Array<int, kLanes, 1>;
 static_assert(kPart % kLanes == 0);
 
 // The voxels of a line along y or z, with squared distances across it for each lane.
@@ -62,7 +71,9 @@ struct Line {
   const int* first;
   std::size_t stride;
   int count;
-  [[nodiscard]] const int* at(int voxel) const { return first + stride * static_cast<std::size_t>(voxel); }
+  [[nodiscard]] Eigen::Map<const Lanes> at(int voxel) const {
+    return Eigen::Map<const Lanes>(first + stride * static_cast<std::size_t>(voxel));
+  }
 };
 
 // Adds the distances along a line: the least sum of squares for the centre of every block.
@@ -71,10 +82,11 @@ class LineMinimum {
   // Calls out(block, Lanes).
   template <class Out>
   void find(const Line& line, int edge, int blocks, Out out) {
-    least_.assign(static_cast<std::size_t>(blocks), kFar);
-    for (int i = 0; i < line.count; ++i) {
-      int& least = least_[static_cast<std::size_t>(i / edge)];
-      for (std::uint32_t lane = 0; lane < kLanes; ++lane) least = std::min(least, line.at(i)[lane]);
+    least_.clear();
+    for (int b = 0; b < blocks; ++b) {
+      Lanes least = Lanes::Constant(kFar);
+      for (int i = edge * b; i < std::min(edge * (b + 1), line.count); ++i) least = least.min(line.at(i));
+      least_.push_back(least.minCoeff());
     }
     for (int b = 0; b < blocks; ++b) out(b, nearest(line, edge, b));
   }
@@ -82,19 +94,17 @@ class LineMinimum {
  private:
   // Looks at the voxels of block after block, away from the centre, as long as there may be a nearer one.
   [[nodiscard]] Lanes nearest(const Line& line, int edge, int b) const {
-    Lanes best;
-    best.fill(kFar);
+    Lanes best = Lanes::Constant(kFar);
     int most = kFar;
     const int blocks = static_cast<int>(least_.size());
     const auto look_at = [&](int block, int gap) {
       if (block < 0 || block >= blocks || least_[static_cast<std::size_t>(block)] + gap * gap >= most) return;
-      for (int i = edge * block; i < std::min(edge * (block + 1), line.count); ++i) {
+      const int end = std::min(edge * (block + 1), line.count);
+      for (int i = edge * block; i < end; ++i) {
         const int along = 2 * i + 1 - (2 * edge * b + edge);
-        const int* const across = line.at(i);
-        for (std::uint32_t lane = 0; lane < kLanes; ++lane)
-          best[lane] = std::min(best[lane], across[lane] + along * along);
+        best = best.min(line.at(i) + along * along);
       }
-      most = *std::max_element(best.begin(), best.end());
+      most = best.maxCoeff();
     };
     look_at(b, 0);
     for (int step = 1; step < blocks; ++step) {
@@ -168,7 +178,7 @@ class CoarseLayers {
     for (std::size_t x = 0; x < end - begin; x += kLanes) {
       minimum.find({distances.data() + x, kPart, static_cast<int>(grid_.dims[1])}, static_cast<int>(edge_),
                    static_cast<int>(blocks_[1]), [&](int y, const Lanes& squared) {
-                     std::copy(squared.begin(), squared.end(), plane + static_cast<std::size_t>(y) * kPart + x);
+                     Eigen::Map<Lanes>(plane + static_cast<std::size_t>(y) * kPart + x) = squared;
                    });
     }
   }
