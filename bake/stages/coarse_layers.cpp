@@ -86,7 +86,7 @@ class LineMinimum {
     for (int b = 0; b < blocks; ++b) {
       Lanes least = Lanes::Constant(kFar);
       for (int i = edge * b; i < std::min(edge * (b + 1), line.count); ++i) least = least.min(line.at(i));
-      least_.push_back(least.minCoeff());
+      least_.push_back(least);
     }
     for (int b = 0; b < blocks; ++b) out(b, nearest(line, edge, b));
   }
@@ -95,28 +95,26 @@ class LineMinimum {
   // Looks at the voxels of block after block, away from the centre, as long as there may be a nearer one.
   [[nodiscard]] Lanes nearest(const Line& line, int edge, int b) const {
     Lanes best = Lanes::Constant(kFar);
-    int most = kFar;
     const int blocks = static_cast<int>(least_.size());
     const auto look_at = [&](int block, int gap) {
-      if (block < 0 || block >= blocks || least_[static_cast<std::size_t>(block)] + gap * gap >= most) return;
+      if (block < 0 || block >= blocks || !(least_[static_cast<std::size_t>(block)] + gap * gap < best).any()) return;
       const int end = std::min(edge * (block + 1), line.count);
       for (int i = edge * block; i < end; ++i) {
         const int along = 2 * i + 1 - (2 * edge * b + edge);
         best = best.min(line.at(i) + along * along);
       }
-      most = best.maxCoeff();
     };
     look_at(b, 0);
     for (int step = 1; step < blocks; ++step) {
       const int gap = edge * (2 * step - 1) + 1;
-      if (gap * gap >= most) break;
+      if (gap * gap >= best.maxCoeff()) break;
       look_at(b - step, gap);
       look_at(b + step, gap);
     }
     return best;
   }
 
-  std::vector<int> least_;  // of each block's voxels
+  std::vector<Lanes> least_;  // of each block's voxels
 };
 
 class CoarseLayers {
