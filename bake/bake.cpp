@@ -147,7 +147,6 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   Representations fields;
   FarField far;
   FieldPlanes planes;
-  auto certified = measured;
   auto last_of_map = measured, fielded = measured, sampled = measured;
   if (options.voxelmap) {
     const auto layered = stages.add("coarse_layers", {voxelized, filled}, [&] {
@@ -167,21 +166,23 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       warn_of_thin_walls(find_thin_walls(surface, *tree, grid, runs, field, spread_points(surface, kWallSamples)),
                          grid.voxel_size, asset.notes);
     });
-    certified = stages.add("certify", {fielded, treed, layered}, [&] {
+    const auto certified = stages.add("certify", {fielded, treed}, [&] {
       certify_fields(surface, distances(), *inside, grid, field, fields, options, asset.info);
+    });
+    const auto packed = stages.add("pack_voxelmap", {fielded, layered}, [&] {
       pack_voxelmap(grid, field, {coarse, blocks}, fields, asset.sections);
-      // Frees memory for sample_pointshell. fit_planes needs the scaled field.
-      fields.layers = {};
-      fields.tree.penetration = {};
-      fields.tree.gradient = {};
     });
     const auto far_sampled = stages.add("far_field", {voxelized, layered, sided, treed}, [&] {
       const double least = (std::min(options.band_inside, options.band_outside) - std::sqrt(0.75)) * grid.voxel_size;
       far = far_field({surface, distances(), *inside, grid, coarse}, least, voxels.count);
     });
-    last_of_map = stages.add("free_searches", {certified, far_sampled, walls_found}, [&] {
+    last_of_map = stages.add("free_searches", {certified, packed, far_sampled, walls_found}, [&] {
       inside.reset();
       tree.reset();
+      // fit_planes needs the scaled field.
+      fields.layers = {};
+      fields.tree.penetration = {};
+      fields.tree.gradient = {};
       // The pointshell needs values only.
       std::vector<std::uint32_t>().swap(field.closest);
       std::vector<std::size_t>().swap(field.near_start);
@@ -192,7 +193,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   Pointshell shell;
   PointTree point_tree;
   std::vector<SectionData> shell_sections;
-  auto last_in_parallel = certified;
+  auto last_in_parallel = last_of_map;
   if (options.pointshell) {
     // Side by side with the samples of the field, or with the trees, it would raise the peak of memory.
     sampled = last_in_parallel = stages.add("sample_pointshell", {voxelized, last_of_map}, [&] {
@@ -217,7 +218,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   }
   if (options.voxelmap && options.scaled) {
     // Beside the clusters, which only one thread makes.
-    stages.add("fit_planes", {certified, last_in_parallel}, [&] {
+    stages.add("fit_planes", {last_in_parallel}, [&] {
       planes = fit_planes(
           {surface, grid, fields, coarse, asset.info.band_inner, asset.info.band_outer, asset.info.scaled_error.bound});
     });

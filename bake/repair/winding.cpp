@@ -140,7 +140,11 @@ bool InsideTest::inside(const Vector& point) const {
   // The crossings beyond the point sum to minus the winding number at the point.
   int winding = 0;
   for_each_crossing(point, [&](std::uint32_t triangle, int crossing) {
-    if (crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;
+    // A crossing lies in the triangle.
+    const auto [low, high] =
+        std::minmax({mesh_.corner(triangle, 0).x(), mesh_.corner(triangle, 1).x(), mesh_.corner(triangle, 2).x()});
+    if (high < point.x()) return;
+    if (low > point.x() || crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;
   });
   return winding > 0;
 }

@@ -31,6 +31,11 @@ double Distances::exact(const Vector& point, double about) const {
   return exact_distance(surface, point, near);
 }
 
+bool is_inside(const InsideTest& inside, const Vector& point, double least, const CertificateSample& known) {
+  const double apart = (point - known.point).norm();
+  return apart < least + std::abs(known.penetration) ? known.penetration > 0 : inside.inside(point);
+}
+
 std::vector<CertificateSample> certificate_samples(const Distances& distances, const InsideTest& inside,
                                                    const Grid& grid, const BandField& field, double band_inner,
                                                    double band_outer) {
@@ -45,6 +50,7 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
   std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.count()));
   std::vector<std::uint8_t> used(samples.size(), 0);
   const double half_diagonal = std::sqrt(0.75) * grid.voxel_size;
+  const double farthest = std::max(band_inner, band_outer) - half_diagonal;
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     const std::uint64_t counter = 4 * static_cast<std::uint64_t>(n);
     const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.count()));
@@ -53,10 +59,12 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
     const Vector centre = grid.centre(field.set.bricks[brick], voxel);
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
     sample.point = centre + grid.voxel_size * offset;
-    const bool within = inside.inside(sample.point);
+    const double slack = distances.slack;
+    const double about = distances.tree.distance(sample.point, farthest + 2 * slack);
+    if (about > farthest + slack) return;
+    const bool within = is_inside(inside, sample.point, about - slack, {centre, field.value(brick, voxel)});
     const double limit = (within ? band_inner : band_outer) - half_diagonal;
-    const double about = distances.tree.distance(sample.point, limit + 2 * distances.slack);
-    if (about > limit + distances.slack) return;
+    if (about > limit + slack) return;
     const double distance = distances.exact(sample.point, about);
     if (distance > limit) return;
     sample.penetration = within ? distance : -distance;
@@ -100,12 +108,10 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
     double step;         // [m]
   };
   const double slack = truth.distances.slack;
-  // The error at a point, or -1 where the certificate does not cover it.
-  const auto error_at = [&](CertificateSample& at, double distance, double more) {
-    if (distance > std::max(truth.inner, truth.outer) + more || distance < truth.least - more) return -1.0;
-    at.penetration = truth.inside.inside(at.point) ? distance : -distance;
-    if (at.penetration > truth.inner + more || at.penetration < -truth.outer - more) return -1.0;
-    return std::abs(reconstruct(at.point) - at.penetration) + more;
+  const double farthest = std::max(truth.inner, truth.outer);
+  const auto is_covered = [&](double penetration, double more) {
+    const double distance = std::abs(penetration);
+    return distance >= truth.least - more && penetration <= truth.inner + more && penetration >= -truth.outer - more;
   };
   std::vector<Place> places;
   places.reserve(samples.size());
@@ -130,11 +136,15 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
       const auto is_worse = [&] {
         const double at_most = std::abs(best.sample.penetration) + 2 * best.step + 2 * slack;
         const double about = truth.distances.tree.distance(other.point, at_most);
-        if (error_at(other, about, slack) <= best.error) return false;
-        const double error = error_at(other, truth.distances.exact(other.point, about), 0);
-        if (error <= best.error) return false;
-        best.sample = other;
-        best.error = error;
+        if (about > farthest + slack || about < truth.least - slack) return false;
+        const double side = is_inside(truth.inside, other.point, about - slack, best.sample) ? 1 : -1;
+        if (!is_covered(side * about, slack)) return false;
+        const double found = reconstruct(other.point);
+        if (std::abs(found - side * about) + slack <= best.error) return false;
+        other.penetration = side * truth.distances.exact(other.point, about);
+        const double error = std::abs(found - other.penetration);
+        if (!is_covered(other.penetration, 0) || error <= best.error) return false;
+        best = {other, error, best.number, best.step};
         return true;
       };
       best.step = is_worse() ? std::min(1.5 * best.step, truth.voxel_size / 2) : 0.9 * best.step;

@@ -21,6 +21,13 @@ struct CertificateSample {
 /// A stored field as a query sees it: V at a point by Eq. (4) or interpolated. [m]
 using Reconstruction = std::function<double(const Vector&)>;
 
+/// Whether a point is inside. The surface cannot pass between two points that are closer to each other than the sum of
+/// their distances to it: only elsewhere the exact test has to decide.
+/// @param least  lower bound of the point's distance. [m]
+/// @param known  another point; one on the surface tells nothing
+[[nodiscard]] bool is_inside(const InsideTest& inside, const Vector& point, double least,
+                             const CertificateSample& known);
+
 /// Both ways to the distance of a point. All values of a certificate are of `exact_distance`, which shares no
 /// arithmetic with the field. The tree finds out which points have to be measured, and which triangles may be the
 /// nearest.

@@ -10,9 +10,9 @@ namespace vps::bake {
 /// less than three voxels below the distance. Where the block holds no surface, it has the layer's sign. Paper: the
 /// layered voxelmap, kept at a coarse resolution. [Units: vx]
 ///
-/// Computes exact distances to the centres of the surface voxels, by lower envelopes of parabolas axis after axis
-/// (Felzenszwalb and Huttenlocher 2012). Subtracts half a voxel's diagonal, because every point of the surface is that
-/// close to such a centre.
+/// Computes exact distances to the centres of the surface voxels, axis after axis (Felzenszwalb and Huttenlocher 2012,
+/// but with a search outwards along each line, for several lines at once). Subtracts half a voxel's diagonal, because
+/// every point of the surface is that close to such a centre.
 /// @param edge  of a block: kBrickEdge or kCoarseEdge. The last blocks may reach beyond the grid. [vx]
 [[nodiscard]] std::vector<std::int16_t> coarse_layers(const Grid& grid, const SurfaceVoxels& voxels,
                                                       const InsideRuns& runs, std::uint32_t edge);

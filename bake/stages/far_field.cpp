@@ -56,22 +56,25 @@ bool is_inside(const FarSource& from, const Vector& p) {
 }
 
 // V, but -most where the point is outside and farther than that.
-// @param distance_of  distance of a point. [m]
+// @param distance_of  distance of a point, or any value from `enough` on. [m]
 template <class DistanceOf>
 double penetration_down_to(double most, const FarSource& from, const Vector& p, DistanceOf distance_of) {
   const bool within = is_inside(from, p);
   if (!within && least_distance(from, p) >= most) return -most;
-  const double distance = distance_of(p);
+  const double enough = within ? std::numeric_limits<double>::infinity() : most + from.distances.slack;
+  const double distance = distance_of(p, enough);
   return within ? distance : -std::min(distance, most);
 }
 double exact_down_to(double most, const FarSource& from, const Vector& p) {
-  return penetration_down_to(
-      most, from, p, [&](const Vector& at) { return from.distances.exact(at, from.distances.tree.distance(at)); });
+  return penetration_down_to(most, from, p, [&](const Vector& at, double) {
+    return from.distances.exact(at, from.distances.tree.distance(at));
+  });
 }
 // The same but for rounding. @param at_most  an upper bound of the distance. [m]
 double fast_down_to(double most, const FarSource& from, const Vector& p, double at_most) {
-  return penetration_down_to(most, from, p,
-                             [&](const Vector& at) { return from.distances.tree.distance(at, at_most); });
+  return penetration_down_to(most, from, p, [&](const Vector& at, double enough) {
+    return from.distances.tree.distance(at, std::min(at_most, enough));
+  });
 }
 
 // A grid with a spacing of `spacing` voxels, without values.
@@ -146,8 +149,10 @@ void certify_far(const FarSource& from, double least, FarField& far) {
     const auto is_covered = [&](double v, double slack) {
       return v >= -far.range - slack && std::abs(v) >= least - slack;
     };
-    const double about = fast_down_to(2 * far.range, from, sample.point, std::numeric_limits<double>::infinity());
-    if (!is_covered(about, from.distances.slack)) return;
+    const double slack = from.distances.slack;
+    const double about =
+        fast_down_to(far.range + 2 * slack, from, sample.point, std::numeric_limits<double>::infinity());
+    if (!is_covered(about, slack)) return;
     sample.penetration = exact_down_to(2 * far.range, from, sample.point);
     used[n] = is_covered(sample.penetration, 0) ? 1 : 0;
   });

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 
 #include "bake/stages/surface_parts.h"
 #include "formats/cell_plane.h"
@@ -197,19 +198,12 @@ class Fitter {
         },
         [&](const Box& cube) { inside.push_back(cube); });
     if (inside.size() == 1 && inside[0].volume() == box.volume()) return {{}, kNoBound, false};
-    const Vector* nearest = nullptr;
-    double closest = std::numeric_limits<double>::max();
-    const auto find_nearest = [&](const SurfacePart& surface) {
-      if (surface.box.squaredExteriorDistance(centre) >= closest) return;
-      for (const Vector& q : surface.corners) {
-        const double squared = (q - centre).squaredNorm();
-        if (squared >= closest) continue;
-        closest = squared;
-        nearest = &q;
-      }
-    };
     const int layer = most_layer(part);
-    if (may_see_surface(layer)) parts_.for_each_around(part.cell, part.cells, find_nearest);
+    SurfaceAround around;
+    if (may_see_surface(layer)) {
+      parts_.for_each_around(part.cell, part.cells, [&](const SurfacePart& surface) { around.push_back(&surface); });
+    }
+    const Vector* const nearest = nearest_corner(around, centre);
     if (nearest == nullptr && values.empty()) return far_plane(layer);
     // Deep inside.
     if (nearest == nullptr && !inside.empty()) return {{}, kNoBound, false};
@@ -219,7 +213,7 @@ class Fitter {
     const auto try_gradient = [&](const Vector& gradient) {
       CellPlane plane;
       set_slope(gradient, plane);
-      const double height = height_of(plane, part, values, inside, least);
+      const double height = height_of(plane, part, {values, inside, around}, least);
       if (height >= least) return;
       least = height;
       best = plane;
@@ -241,6 +235,31 @@ class Fitter {
   static void set_height(double height, CellPlane& plane) {
     const double code = std::ceil((height + kMargin) * kHeightSteps);
     plane.height = static_cast<int>(std::clamp(code, double{-kLargestBlockHeight}, double{kLargestBlockHeight}));
+  }
+
+  using SurfaceAround = std::vector<const SurfacePart*>;
+
+  // The first of the nearest ones.
+  [[nodiscard]] static const Vector* nearest_corner(const SurfaceAround& around, const Vector& centre) {
+    if (around.empty()) return nullptr;
+    // The part with the nearest box excludes most others.
+    const auto nearest_box = std::min_element(around.begin(), around.end(), [&](const auto* a, const auto* b) {
+      return a->box.squaredExteriorDistance(centre) < b->box.squaredExteriorDistance(centre);
+    });
+    double closest = std::numeric_limits<double>::max();
+    for (const Vector& q : (*nearest_box)->corners) closest = std::min(closest, (q - centre).squaredNorm());
+    closest = std::nextafter(closest, std::numeric_limits<double>::max());
+    const Vector* nearest = nullptr;
+    for (const SurfacePart* const part : around) {
+      if (part->box.squaredExteriorDistance(centre) >= closest) continue;
+      for (const Vector& q : part->corners) {
+        const double squared = (q - centre).squaredNorm();
+        if (squared >= closest) continue;
+        closest = squared;
+        nearest = &q;
+      }
+    }
+    return nearest;
   }
 
   // The coarse layer of the part's bricks that is highest.
@@ -270,28 +289,36 @@ class Fitter {
     return plane;
   }
 
+  // What a plane has to bound in a part.
+  struct Bounded {
+    const std::vector<Value>& values;
+    const std::vector<Box>& inside;
+    const SurfaceAround& around;
+  };
+
   // The least height at the centre with which a plane is a bound; or some height from `enough` on.
-  [[nodiscard]] double height_of(const CellPlane& plane, const Part& part, const std::vector<Value>& values,
-                                 const std::vector<Box>& inside, double enough) const {
+  [[nodiscard]] static double height_of(const CellPlane& plane, const Part& part, const Bounded& bounded,
+                                        double enough) {
     const Vector centre = part.box().center();
     const Vector g = gradient_of(plane);
     // The surface that is not seen.
     double height = -kUnseen + part.half() * g.lpNorm<1>();
-    for (const Value& value : values) height = std::max(height, value.v - g.dot(value.at));
+    for (const Value& value : bounded.values) height = std::max(height, value.v - g.dot(value.at));
     // Beyond the band inside, no sphere and no point may be rejected.
-    for (const Box& cube : inside) {
+    for (const Box& cube : bounded.inside) {
       const Vector from_centre = cube.center() - centre;
       height = std::max(height, -g.dot(from_centre) + 0.5 * g.cwiseAbs().dot(cube.sizes()));
     }
-    parts_.for_each_around(part.cell, part.cells, [&](const SurfacePart& surface) {
-      if (height >= enough) return;
+    for (const SurfacePart* const seen : bounded.around) {
+      if (height >= enough) break;
+      const SurfacePart& surface = *seen;
       const Vector to_part = surface.box.center() - centre;
       const Vector half = 0.5 * surface.box.sizes();
       const double distance = to_part.norm();
       const Vector u = distance > 0 ? Vector(-to_part / distance) : Vector::Zero();
       const double turned = distance > 0 ? part.half() * (u + g).lpNorm<1>() : std::numeric_limits<double>::max();
       const auto bound_of_box = [&](const Vector& along) { return along.dot(to_part) + along.cwiseAbs().dot(half); };
-      if (std::min(bound_of_box(-g), bound_of_box(u) + turned) <= height) return;
+      if (std::min(bound_of_box(-g), bound_of_box(u) + turned) <= height) continue;
       double by_gradient = kNone;
       double by_distance = kNone;
       for (const Vector& q : surface.corners) {
@@ -299,7 +326,7 @@ class Fitter {
         by_distance = std::max(by_distance, u.dot(q - centre));
       }
       height = std::max(height, std::min(by_gradient, by_distance + turned));
-    });
+    }
     return height;
   }
 
@@ -337,9 +364,16 @@ Part octant_of(const Index3& cell, std::uint32_t octant) {
   return {{cell[0] + (octant & 1), cell[1] + (octant >> 1 & 1), cell[2] + (octant >> 2)}, 1};
 }
 
-// Whether the octants of a block without samples outside get planes of their own. That of the block is loose where the
-// surface bends around it, which matters near the surface.
-bool needs_octants(const Fitter& fitter, const Index3& cell, const CellPlane& block) {
+using OctantPlanes = std::array<CellPlane, 8>;
+OctantPlanes fit_octants(const Fitter& fitter, const Index3& cell) {
+  OctantPlanes planes;
+  for (std::uint32_t octant = 0; octant < 8; ++octant) planes[octant] = fitter.fit(octant_of(cell, octant));
+  return planes;
+}
+
+// The octants' planes of a block without samples outside, if that of the block is loose. It is where the surface bends
+// around it, which matters near the surface.
+std::optional<OctantPlanes> needed_octants(const Fitter& fitter, const Index3& cell, const CellPlane& block) {
   constexpr double kLoose = 2;  // [vx]
   constexpr double kNear = 12;  // [vx]
   double heights[8];
@@ -348,53 +382,63 @@ bool needs_octants(const Fitter& fitter, const Index3& cell, const CellPlane& bl
     const auto place = [](std::uint32_t upper) { return upper != 0 ? kPart : -kPart; };
     heights[octant] = double{height_at(block, {place(octant & 1), place(octant & 2), place(octant & 4)})};
   }
-  if (*std::max_element(heights, heights + 8) <= -kNear) return false;
+  if (*std::max_element(heights, heights + 8) <= -kNear) return {};
+  const OctantPlanes planes = fit_octants(fitter, cell);
   double gap = 0;
   double nearest = kNone;
   int count = 0;
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
-    const Part part = octant_of(cell, octant);
-    if (!fitter.is_in_grid(part)) continue;
-    const double height = static_cast<double>(fitter.fit(part).height) / kHeightSteps;
+    if (!fitter.is_in_grid(octant_of(cell, octant))) continue;
+    const double height = static_cast<double>(planes[octant].height) / kHeightSteps;
     nearest = std::max(nearest, height);
     gap += heights[octant] - height;
     ++count;
   }
-  return gap > kLoose * count && nearest > -kNear;
+  if (gap > kLoose * count && nearest > -kNear) return planes;
+  return {};
+}
+
+// Codes of the octants of a row of blocks along x.
+struct OctantRow {
+  std::vector<std::uint32_t> of_nodes, others;
+};
+
+void append_codes(const OctantPlanes& planes, std::vector<std::uint32_t>& codes) {
+  for (const CellPlane& plane : planes) codes.push_back(encode(plane));
 }
 
 }  // namespace
 
 FieldPlanes fit_planes(const PlaneSource& from) {
   const Fitter fitter(from);
-  const FieldTree& tree = from.values.tree;
-  const Index3& dims = tree.root_dims;
-  const auto cell_of = [&](std::size_t root) {
-    const auto place = [](std::size_t at) { return static_cast<std::uint32_t>(2 * at); };
-    return Index3{place(root % dims[0]), place(root / dims[0] % dims[1]), place(root / dims[0] / dims[1])};
-  };
+  const Index3& dims = from.values.tree.root_dims;
   FieldPlanes out;
-  out.roots = tree.roots;
-  tbb::parallel_for(std::size_t{0}, out.roots.size(), [&](std::size_t n) {
-    std::uint32_t& root = out.roots[n];
-    if (octree::is_node(root)) return;
-    const Part block{cell_of(n), 2};
-    const CellPlane plane = fitter.fit(block);
-    const bool is_inside = root == kFarInside;
-    root = !is_inside && needs_octants(fitter, block.cell, plane) ? kOctantsFlag : encode_block(plane, is_inside);
+  out.roots = from.values.tree.roots;
+  std::vector<OctantRow> rows(std::size_t{dims[1]} * dims[2]);
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t n) {
+    OctantRow& row = rows[n];
+    for (std::uint32_t x = 0; x < dims[0]; ++x) {
+      std::uint32_t& root = out.roots[n * dims[0] + x];
+      const Index3 cell = {2 * x, static_cast<std::uint32_t>(2 * (n % dims[1])),
+                           static_cast<std::uint32_t>(2 * (n / dims[1]))};
+      if (octree::is_node(root)) {
+        append_codes(fit_octants(fitter, cell), row.of_nodes);
+        continue;
+      }
+      const CellPlane plane = fitter.fit({cell, 2});
+      const bool is_inside = root == kFarInside;
+      const auto octants = is_inside ? std::nullopt : needed_octants(fitter, cell, plane);
+      root = octants ? kOctantsFlag : encode_block(plane, is_inside);
+      if (octants) append_codes(*octants, row.others);
+    }
   });
   // Nodes have the numbers from 0.
-  auto count = static_cast<std::uint32_t>(std::count_if(tree.roots.begin(), tree.roots.end(), octree::is_node));
+  for (const OctantRow& row : rows) out.octants.insert(out.octants.end(), row.of_nodes.begin(), row.of_nodes.end());
+  auto count = static_cast<std::uint32_t>(out.octants.size() / 8);
+  for (const OctantRow& row : rows) out.octants.insert(out.octants.end(), row.others.begin(), row.others.end());
   for (std::uint32_t& root : out.roots) {
     if (root == kOctantsFlag) root |= count++;
   }
-  out.octants.resize(8 * std::size_t{count});
-  tbb::parallel_for(std::size_t{0}, out.roots.size(), [&](std::size_t n) {
-    if (!octree::has_octant_planes(out.roots[n])) return;
-    std::uint32_t* const codes = &out.octants[8 * std::size_t{octree::planes_of(out.roots[n])}];
-    for (std::uint32_t octant = 0; octant < 8; ++octant)
-      codes[octant] = encode(fitter.fit(octant_of(cell_of(n), octant)));
-  });
   return out;
 }
 

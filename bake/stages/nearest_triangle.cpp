@@ -4,6 +4,8 @@
 #include "bake/stages/nearest_triangle.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -42,6 +44,20 @@ struct Facet {
 // Eight points or centres of cubes, x fastest, relative to the lattice's first point.
 struct Eight {
   alignas(64) double x[8], y[8], z[8];
+};
+
+// Candidates of each of a cube's eight parts.
+struct Parts {
+  std::vector<std::array<double, 8>> squared;  // distances of the cube's candidates from the parts' centres
+  std::vector<std::uint32_t> numbers;          // of facets; each part has room for all of the cube's candidates
+  std::array<std::size_t, 8> count{};
+
+  explicit Parts(std::size_t most) : squared(most), numbers(8 * most) {}
+};
+
+// A candidate's distance from a centre is at most the least one and `more`, and at most `most`.
+struct SiftLimits {
+  double more, most, slack;
 };
 
 }  // namespace vps::bake::detail
@@ -91,12 +107,37 @@ HWY_INLINE PlaceLanes places_at(const Eight& points, std::size_t i) {
   return {hn::Load(lanes_of_8, points.x + i), hn::Load(lanes_of_8, points.y + i), hn::Load(lanes_of_8, points.z + i)};
 }
 
-void cube_distances(const Facet* facets, std::span<const std::uint32_t> chosen, const Eight& centres,
-                    std::array<double, 8>* squared) {
+// Keeps for each of eight cubes with these centres the chosen facets that are near enough. Slivers always are.
+void sift(const Facet* facets, std::span<const std::uint32_t> chosen, const Eight& centres, const SiftLimits& limits,
+          Parts& parts) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  alignas(64) double limit_squared[8];
   for (std::size_t i = 0; i < 8; i += hn::Lanes(lanes_of_8)) {
     const PlaceLanes p = places_at(centres, i);
+    Lanes least = set(kInfinity);
     for (std::size_t n = 0; n < chosen.size(); ++n) {
-      hn::StoreU(squared_distance(facets[chosen[n]], p), lanes_of_8, squared[n].data() + i);
+      const Facet& f = facets[chosen[n]];
+      const Lanes squared = squared_distance(f, p);
+      least = hn::Min(least, f.sliver ? set(kInfinity) : squared);
+      hn::StoreU(f.sliver ? set(-1) : squared, lanes_of_8, parts.squared[n].data() + i);
+    }
+    const Lanes limit =
+        hn::Add(hn::Min(hn::Add(hn::Sqrt(least), set(limits.more)), set(limits.most)), set(limits.slack));
+    hn::Store(hn::Mul(limit, limit), lanes_of_8, limit_squared + i);
+  }
+  const std::size_t room = parts.numbers.size() / 8;
+  parts.count = {};
+  for (std::size_t n = 0; n < chosen.size(); ++n) {
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < 8; i += hn::Lanes(lanes_of_8)) {
+      std::uint8_t mask[8] = {};
+      const Lanes squared = hn::LoadU(lanes_of_8, parts.squared[n].data() + i);
+      hn::StoreMaskBits(lanes_of_8, hn::Le(squared, hn::Load(lanes_of_8, limit_squared + i)), mask);
+      bits |= std::uint32_t{mask[0]} << i;
+    }
+    for (; bits != 0; bits &= bits - 1) {
+      const auto part = static_cast<std::size_t>(std::countr_zero(bits));
+      parts.numbers[part * room + parts.count[part]++] = chosen[n];
     }
   }
 }
@@ -143,7 +184,7 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::bake {
 namespace detail {
-HWY_EXPORT(cube_distances);
+HWY_EXPORT(sift);
 HWY_EXPORT(offer_to_points);
 
 // With a height of at least this part of the longest edge, the unit normal is accurate to 1e-11, and so is a distance
@@ -183,15 +224,6 @@ Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points
   facet.sure = facet.sliver || sure < 0 ? -1 : sure * sure;
   return facet;
 }
-
-// Candidates of each of a cube's eight parts.
-struct Parts {
-  std::vector<std::array<double, 8>> squared;  // distances of the cube's candidates from the parts' centres
-  std::vector<std::uint32_t> numbers;          // of facets; each part has room for all of the cube's candidates
-  std::array<std::size_t, 8> count{};
-
-  explicit Parts(std::size_t most) : squared(most), numbers(8 * most) {}
-};
 
 // The search in one lattice.
 class Search {
@@ -236,24 +268,9 @@ Eight Search::eight_at(const std::array<double, 3>& first, double spacing) const
 void Search::sift(std::span<const std::uint32_t> from, const std::array<int, 3>& first, int half, Parts& parts) const {
   const double middle = (half - 1) / 2.0;
   const double radius = std::sqrt(3.0) * middle * points_.step;
-  const double slack = kSlack * points_.step;
-  HWY_DYNAMIC_DISPATCH(cube_distances)
+  HWY_DYNAMIC_DISPATCH(sift)
   (facets_.data(), from, eight_at({first[0] + middle, first[1] + middle, first[2] + middle}, half),
-   parts.squared.data());
-  for (std::size_t part = 0; part < 8; ++part) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      if (!facets_[from[i]].sliver) least = std::min(least, parts.squared[i][part]);
-    }
-    const double limit = std::min(std::sqrt(least) + 2 * radius, band_ + radius) + slack;
-    std::uint32_t* const numbers = parts.numbers.data() + part * facets_.size();
-    std::size_t count = 0;
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      numbers[count] = from[i];
-      count += static_cast<std::size_t>(parts.squared[i][part] <= limit * limit || facets_[from[i]].sliver);
-    }
-    parts.count[part] = count;
-  }
+   {2 * radius, band_ + radius, kSlack * points_.step}, parts);
 }
 
 void Search::offer_to_block(std::span<const std::uint32_t> facets, const std::array<int, 3>& first) {

@@ -34,6 +34,18 @@ RowPlace row_place(int y, int z) {
           static_cast<std::uint32_t>(((z + kEdge) % kEdge * kEdge + (y + kEdge) % kEdge) * kEdge)};
 }
 
+// Which voxels of a part of a brick's row are exact.
+struct ExactRow {
+  std::uint64_t bits;
+  bool all;
+  [[nodiscard]] bool has(std::uint32_t n) const { return (bits >> n & 1) != 0; }
+};
+ExactRow exact_bits(const BandField& field, std::uint32_t brick, std::uint32_t voxel, std::uint32_t count) {
+  const std::uint64_t all = (std::uint64_t{1} << count) - 1;
+  const std::uint64_t bits = field.exact[brick][voxel / 64] >> voxel % 64 & all;
+  return {bits, bits == all};
+}
+
 }  // namespace
 
 void cell_errors(const ChordLines& lines, CellErrors& errors) {
@@ -90,11 +102,14 @@ void OctantSamples::load_row(const std::array<std::uint32_t, 27>& bricks, int y,
       std::fill_n(to, count, kUnknown);
       return;
     }
-    std::size_t from = field_.at(stored, at.voxels + first);
+    const ExactRow exact = exact_bits(field_, stored, at.voxels + first, count);
+    const double* from = field_.penetration.data() + field_.at(stored, at.voxels + first);
+    if (exact.all) {
+      for (std::uint32_t i = 0; i < count; ++i) to[i] = static_cast<float>(from[i]) * per_voxel;
+      return;
+    }
     for (std::uint32_t i = 0; i < count; ++i) {
-      to[i] = kUnknown;
-      if (field_.is_exact(stored, at.voxels + first + i))
-        to[i] = static_cast<float>(field_.penetration[from++]) * per_voxel;
+      to[i] = exact.has(i) ? static_cast<float>(*from++) * per_voxel : kUnknown;
     }
   };
   convert(0, kBrickEdge - kHalo, kHalo, row);
@@ -110,17 +125,22 @@ void OctantSamples::load_exact(const Index3& brick, const std::array<std::uint32
     return i[0] < grid_.dims[0] && i[1] < grid_.dims[1] && i[2] < grid_.dims[2] && runs_.test(grid_, i[0], i[1], i[2]);
   };
   const auto load = [&](std::uint32_t stored, std::uint32_t first, std::uint32_t end) {
+    const std::size_t to = number(0, y, z) + first;
+    const std::uint32_t count = end - first;
     std::size_t from = stored != kNoBrick ? field_.at(stored, at.voxels) : 0;
-    for (std::uint32_t x = first; x < end; ++x) {
-      const std::size_t n = number(0, y, z) + x;
-      const std::uint32_t voxel = at.voxels + x - first;
-      const bool exact = stored != kNoBrick && field_.is_exact(stored, voxel);
-      closest_[n] = exact ? field_.closest[from] : kNoTriangle;
-      if (exact) {
-        value_[n] = field_.penetration[from++];
+    const ExactRow exact = stored != kNoBrick ? exact_bits(field_, stored, at.voxels, count) : ExactRow{0, false};
+    if (exact.all) {
+      std::copy_n(field_.penetration.data() + from, count, value_.data() + to);
+      std::copy_n(field_.closest.data() + from, count, closest_.data() + to);
+      return;
+    }
+    for (std::uint32_t i = 0; i < count; ++i) {
+      closest_[to + i] = exact.has(i) ? field_.closest[from] : kNoTriangle;
+      if (exact.has(i)) {
+        value_[to + i] = field_.penetration[from++];
       } else {
-        const bool within = stored != kNoBrick ? test_bit(field_.inside[stored], voxel) : is_inside(x);
-        value_[n] = within ? field_.band_inner : -field_.band_outer;
+        const bool within = stored != kNoBrick ? test_bit(field_.inside[stored], at.voxels + i) : is_inside(first + i);
+        value_[to + i] = within ? field_.band_inner : -field_.band_outer;
       }
     }
   };

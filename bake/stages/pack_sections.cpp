@@ -3,6 +3,7 @@
 #include "bake/stages/pack_sections.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <bit>
@@ -92,14 +93,29 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
                     const BandField& field, const Representations& fields, const BakeOptions& options,
                     AssetInfo& info) {
   const double s = grid.voxel_size;
-  const std::vector<CertificateSample> samples =
-      certificate_samples(distances, inside, grid, field, options.band_inside * s, options.band_outside * s);
-  info.certificate_samples = samples.size();
   const double half_diagonal = std::sqrt(0.75) * s;
   const Truth truth{distances, inside, s, options.band_inside * s - half_diagonal,
                     options.band_outside * s - half_diagonal};
-  std::vector<CertificateSample> starts =
-      crease_samples(distances, inside, grid, field, std::min(truth.inner, truth.outer));
+  const auto scaled = [&](int level, std::size_t n) { return fields.tree.scaled[n] * fields.form.step(level); };
+  const auto real = [&](int, std::size_t n) { return fields.tree.penetration[n]; };
+  std::vector<CertificateSample> samples;
+  std::vector<CertificateSample> starts;
+  std::vector<CertificateSample> scaled_jumps;
+  std::vector<CertificateSample> real_jumps;
+  // Side by side, as parts of each keep one thread busy.
+  tbb::parallel_invoke(
+      [&] {
+        samples =
+            certificate_samples(distances, inside, grid, field, options.band_inside * s, options.band_outside * s);
+      },
+      [&] { starts = crease_samples(distances, inside, grid, field, std::min(truth.inner, truth.outer)); },
+      [&] {
+        if (fields.has_scaled()) scaled_jumps = jump_samples(truth, grid, fields.tree, scaled);
+      },
+      [&] {
+        if (options.real) real_jumps = jump_samples(truth, grid, fields.tree, real);
+      });
+  info.certificate_samples = samples.size();
   starts.insert(starts.end(), samples.begin(), samples.end());
   const auto certified = [&](const Reconstruction& reconstruct, const std::vector<CertificateSample>& more) {
     FieldCertificate certificate = certify(samples, reconstruct);
@@ -114,8 +130,7 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     const double end = std::max(options.band_inside, options.band_outside) - std::sqrt(0.75);
     info.layers_error.bound = layers_error_bound(end) * s;
   }
-  const auto sampled = [&](const auto& value, double rounding) {
-    const auto jumps = jump_samples(truth, grid, fields.tree, value);
+  const auto sampled = [&](const auto& value, const std::vector<CertificateSample>& jumps, double rounding) {
     FieldCertificate certificate = certified(
         [&](const Vector& p) {
           const FieldCell cell = find_cell(grid, fields.tree, p);
@@ -136,13 +151,8 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     certificate.bound = std::max(kSearched * certificate.max, 2 * fields.tree.worst_error + rounding);
     return certificate;
   };
-  if (fields.has_scaled()) {
-    info.scaled_error = sampled(
-        [&](int level, std::size_t n) { return fields.tree.scaled[n] * fields.form.step(level); }, fields.form.lambda);
-  }
-  if (options.real) {
-    info.real_error = sampled([&](int, std::size_t n) { return fields.tree.penetration[n]; }, 0);
-  }
+  if (fields.has_scaled()) info.scaled_error = sampled(scaled, scaled_jumps, fields.form.lambda);
+  if (options.real) info.real_error = sampled(real, real_jumps, 0);
 }
 
 void describe_voxelmap(const Grid& grid, const SurfaceVoxels& voxels, const InsideRuns& runs,

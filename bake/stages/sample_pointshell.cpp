@@ -12,6 +12,7 @@
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 
 #include "bake/repair/topology.h"
 #include "bake/stages/find_faces.h"
@@ -78,7 +79,7 @@ class PieceCells {
            (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
   }
   /// The corners of a candidate's cell, which may be empty. Valid until the next call.
-  const std::vector<Place>& cell(const Candidate& of);
+  std::span<const Place> cell(const Candidate& of);
 
  private:
   void push(Sample& s) {
@@ -102,50 +103,65 @@ class PieceCells {
     candidates_.erase(none, candidates_.end());
   }
 
+  // Makes room to cut a cell. In exact arithmetic one more corner would do.
+  void reserve(std::size_t corners) {
+    if (excess_.size() >= 2 * corners) return;
+    excess_.resize(4 * corners);
+    for (std::vector<Place>& places : places_) places.resize(4 * corners);
+  }
+
   const SurfaceBlocks& blocks_;
   const double reach_;
   Piece piece_;
   double edges_[3] = {};  // squared
   std::vector<Candidate> candidates_;
-  std::vector<Place> cell_;
-  std::vector<Place> clipped_;
-  std::vector<double> excess_;  // of the corners
+  std::vector<Place> places_[2];  // a cell's corners, and those after the next cut
+  std::vector<double> excess_;    // of the corners
 };
 
-const std::vector<Place>& PieceCells::cell(const Candidate& of) {
-  cell_ = {{1, 0}, {0, 1}, {0, 0}};
+std::span<const Place> PieceCells::cell(const Candidate& of) {
+  std::size_t count = 3;
+  reserve(count);
+  Place* cell = places_[0].data();
+  Place* clipped = places_[1].data();
+  cell[0] = {1, 0};
+  cell[1] = {0, 1};
+  cell[2] = {0, 0};
   for (const Candidate& other : candidates_) {
     if (&other == &of) continue;
     const double third = of.squared[2] - other.squared[2];
     const double slope[2] = {of.squared[0] - other.squared[0] - third, of.squared[1] - other.squared[1] - third};
     if (third < 0 && third + slope[0] < 0 && third + slope[1] < 0) continue;
+    double* const excess = excess_.data();
     // Places equally far from both belong to the first.
-    const auto inside = [&](double e) { return e < 0 || (e == 0 && &of < &other); };
-    const std::size_t count = cell_.size();
-    excess_.resize(count);
+    const bool is_first = &of < &other;
+    const auto inside = [&](double e) { return e < 0 || (e == 0 && is_first); };
     std::size_t kept = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      excess_[i] = third + cell_[i][0] * slope[0] + cell_[i][1] * slope[1];
-      kept += inside(excess_[i]) ? 1 : 0;
+      excess[i] = third + cell[i][0] * slope[0] + cell[i][1] * slope[1];
+      kept += inside(excess[i]) ? 1 : 0;
     }
     if (kept == count) continue;
-    clipped_.clear();
-    for (std::size_t i = 0; i < count && kept > 0; ++i) {
-      const std::size_t previous = i == 0 ? count - 1 : i - 1;
-      const double before = excess_[previous];
-      const double here = excess_[i];
-      const Place& p = cell_[i];
+    if (kept == 0) return {};
+    std::size_t made = 0;
+    for (std::size_t i = 0, previous = count - 1; i < count; previous = i++) {
+      const double before = excess[previous];
+      const double here = excess[i];
+      const Place& p = cell[i];
       if (inside(before) != inside(here)) {
-        const Place& q = cell_[previous];
+        const Place& q = cell[previous];
         const double t = before / (before - here);
-        clipped_.push_back({q[0] + t * (p[0] - q[0]), q[1] + t * (p[1] - q[1])});
+        clipped[made++] = {q[0] + t * (p[0] - q[0]), q[1] + t * (p[1] - q[1])};
       }
-      if (inside(here)) clipped_.push_back(p);
+      if (inside(here)) clipped[made++] = p;
     }
-    cell_.swap(clipped_);
-    if (kept == 0) break;
+    count = made;
+    places_[0].swap(places_[1]);
+    reserve(count);
+    cell = places_[0].data();
+    clipped = places_[1].data();
   }
-  return cell_;
+  return {cell, count};
 }
 
 class Sampler {
@@ -304,7 +320,7 @@ void Sampler::measure_areas() {
       cells.start(block, p, surface_.normals[patch.triangle]);
       shares.clear();
       for (const Candidate& c : cells.candidates()) {
-        const std::vector<Place>& cell = cells.cell(c);
+        const std::span<const Place> cell = cells.cell(c);
         double share = 0;
         for (std::size_t i = 2; i < cell.size(); ++i) {
           share += (cell[i - 1][0] - cell[0][0]) * (cell[i][1] - cell[0][1]) -
@@ -374,36 +390,67 @@ std::vector<Sample*> Sampler::samples() {
   return all;
 }
 
-// V at any point near the surface, trilinear between voxel centres.
-double interpolate(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& p) {
-  const Vector g = (p - grid.origin) / grid.voxel_size - Vector::Constant(0.5);
-  std::uint32_t base[3];
-  double w[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const double cell = std::clamp(std::floor(g[axis]), 0.0, grid.dims[static_cast<std::size_t>(axis)] - 2.0);
-    base[axis] = static_cast<std::uint32_t>(cell);
-    w[axis] = g[axis] - cell;
+// V around a point near the surface, trilinear between voxel centres. Looks each voxel up once.
+class NearField {
+ public:
+  NearField(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& centre)
+      : grid_(grid), runs_(runs), field_(field) {
+    const Vector g = at_voxels(centre);
+    for (int axis = 0; axis < 3; ++axis) first_[axis] = cell_of(g[axis] - 1, axis);
+    known_.fill(std::numeric_limits<double>::quiet_NaN());
   }
-  double sum = 0;
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    const std::uint32_t dx = corner & 1;
-    const std::uint32_t dy = corner >> 1 & 1;
-    const std::uint32_t dz = corner >> 2;
-    const double weight = (dx != 0 ? w[0] : 1 - w[0]) * (dy != 0 ? w[1] : 1 - w[1]) * (dz != 0 ? w[2] : 1 - w[2]);
-    sum += weight * field.value(grid, runs, base[0] + dx, base[1] + dy, base[2] + dz);
+
+  // @param p  up to half a voxel from the centre along an axis
+  [[nodiscard]] double at(const Vector& p) {
+    const Vector g = at_voxels(p);
+    std::uint32_t base[3];
+    double w[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      base[axis] = cell_of(g[axis], axis);
+      w[axis] = g[axis] - base[axis];
+    }
+    double sum = 0;
+    for (std::uint32_t corner = 0; corner < 8; ++corner) {
+      const std::uint32_t dx = corner & 1;
+      const std::uint32_t dy = corner >> 1 & 1;
+      const std::uint32_t dz = corner >> 2;
+      const double weight = (dx != 0 ? w[0] : 1 - w[0]) * (dy != 0 ? w[1] : 1 - w[1]) * (dz != 0 ? w[2] : 1 - w[2]);
+      sum += weight * value(base[0] + dx, base[1] + dy, base[2] + dz);
+    }
+    return sum;
   }
-  return sum;
-}
+
+ private:
+  static constexpr std::uint32_t kEdge = 4;
+
+  [[nodiscard]] Vector at_voxels(const Vector& p) const {
+    return (p - grid_.origin) / grid_.voxel_size - Vector::Constant(0.5);
+  }
+  [[nodiscard]] std::uint32_t cell_of(double g, int axis) const {
+    return static_cast<std::uint32_t>(std::clamp(std::floor(g), 0.0, grid_.dims[static_cast<std::size_t>(axis)] - 2.0));
+  }
+  [[nodiscard]] double value(std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+    double& known = known_[((k - first_[2]) * kEdge + j - first_[1]) * kEdge + i - first_[0]];
+    if (std::isnan(known)) known = field_.value(grid_, runs_, i, j, k);
+    return known;
+  }
+
+  const Grid& grid_;
+  const InsideRuns& runs_;
+  const BandField& field_;
+  std::uint32_t first_[3];
+  std::array<double, std::size_t{kEdge} * kEdge * kEdge> known_;
+};
 
 // The gradient of V, by central differences over one voxel; it points inward. Where it vanishes (the middle of a thin
 // wall) or contradicts the triangle, the triangle's own normal is better.
 Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Sample& sample) {
   const double h = grid.voxel_size / 2;
+  NearField near(grid, runs, field, sample.position);
   Vector gradient;
   for (int axis = 0; axis < 3; ++axis) {
     const Vector step = h * Vector::Unit(axis);
-    gradient[axis] =
-        interpolate(grid, runs, field, sample.position + step) - interpolate(grid, runs, field, sample.position - step);
+    gradient[axis] = near.at(sample.position + step) - near.at(sample.position - step);
   }
   const double length = gradient.norm();
   constexpr double kTrust = 0.4;  // of the unit slope
@@ -463,7 +510,8 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
   });
   shell.faces = find_faces(samples, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
                            0.5 * kHullTolerance * shell.feature_covering_radius);
-  for (Vector& normal : shell.inward_normals) normal = as_stored(normal);
+  tbb::parallel_for(std::size_t{0}, samples.size(),
+                    [&](std::size_t i) { shell.inward_normals[i] = as_stored(shell.inward_normals[i]); });
   for (std::uint32_t i = 0; i < samples.size(); ++i) {
     if (samples[i]->cell == nullptr) continue;
     for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});

@@ -4,7 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bitset>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include "formats/brick_faces.h"
@@ -14,7 +15,42 @@ namespace {
 
 constexpr std::uint32_t kCellsAlong = kFieldEdge - 1;
 constexpr std::uint32_t kFewestSlices = 2;
-using CellSet = std::bitset<kCellsAlong * kCellsAlong * kCellsAlong>;
+using CellSet = std::uint64_t;  // a bit for each cell, x fastest
+
+constexpr CellSet cell_bit(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
+  return CellSet{1} << ((z * kCellsAlong + y) * kCellsAlong + x);
+}
+
+// Cells that lose a corner when only some slices are stored.
+constexpr CellSet changed_cells(const octree::Slices& slices) {
+  CellSet changed = 0;
+  for (std::uint32_t n = 0; n < kCellsAlong * kCellsAlong * kCellsAlong; ++n) {
+    const std::uint32_t cell[3] = {n % kCellsAlong, n / kCellsAlong % kCellsAlong, n / (kCellsAlong * kCellsAlong)};
+    const bool stored = cell[slices.axis] >= slices.first && cell[slices.axis] + 1 < slices.first + slices.count;
+    if (!stored) changed |= cell_bit(cell[0], cell[1], cell[2]);
+  }
+  return changed;
+}
+
+struct Choice {
+  octree::Slices slices;
+  CellSet changed;
+};
+// All ways to leave out slices at one end, the preferred ones first.
+constexpr auto all_choices() {
+  std::array<Choice, 18> choices;
+  std::size_t n = 0;
+  for (std::uint32_t count = kFewestSlices; count < kFieldEdge; ++count) {
+    for (const std::uint32_t axis : {2U, 1U, 0U}) {
+      for (const std::uint32_t first : {0U, kFieldEdge - count}) {
+        const octree::Slices slices{axis, first, count};
+        choices[n++] = {slices, changed_cells(slices)};
+      }
+    }
+  }
+  return choices;
+}
+constexpr auto kChoices = all_choices();
 
 class BrickTrimmer {
  public:
@@ -30,22 +66,15 @@ class BrickTrimmer {
   static std::size_t number(std::uint32_t entry) { return octree::slice_of(entry) / kFieldEdge; }
 
   [[nodiscard]] octree::Slices trim(std::size_t brick) const {
-    octree::Slices best;
-    for (const std::uint32_t axis : {2U, 1U, 0U}) {
-      for (std::uint32_t count = kFewestSlices; count < best.count; ++count) {
-        for (const std::uint32_t first : {0U, kFieldEdge - count}) {
-          const octree::Slices slices{axis, first, count};
-          if (count < best.count && suffices(brick, slices)) best = slices;
-        }
-      }
-    }
-    return best;
+    const auto best =
+        std::find_if(kChoices.begin(), kChoices.end(), [&](const Choice& c) { return suffices(brick, c); });
+    return best != kChoices.end() ? best->slices : octree::Slices{};
   }
 
  private:
   struct Brick {
     int level = 0;
-    CellSet used;  // cells to which an entry leads, x fastest
+    CellSet used = 0;  // cells to which an entry leads
   };
 
   // Marks a brick's cells in a cube of cells of level 0.
@@ -60,16 +89,16 @@ class BrickTrimmer {
     }
     for (std::uint32_t z = first[2]; z < end[2]; ++z) {
       for (std::uint32_t y = first[1]; y < end[1]; ++y) {
-        for (std::uint32_t x = first[0]; x < end[0]; ++x) brick.used.set((z * kCellsAlong + y) * kCellsAlong + x);
+        for (std::uint32_t x = first[0]; x < end[0]; ++x) brick.used |= cell_bit(x, y, z);
       }
     }
   }
 
-  [[nodiscard]] bool suffices(std::size_t brick, const octree::Slices& slices) const {
-    for (std::uint32_t n = 0; n < bricks_[brick].used.size(); ++n) {
+  [[nodiscard]] bool suffices(std::size_t brick, const Choice& choice) const {
+    for (CellSet left = bricks_[brick].used & choice.changed; left != 0; left &= left - 1) {
+      const auto n = static_cast<std::uint32_t>(std::countr_zero(left));
       const std::uint32_t cell[3] = {n % kCellsAlong, n / kCellsAlong % kCellsAlong, n / (kCellsAlong * kCellsAlong)};
-      const bool stored = cell[slices.axis] >= slices.first && cell[slices.axis] + 1 < slices.first + slices.count;
-      if (!stored && bricks_[brick].used.test(n) && !may_change(brick, cell, slices)) return false;
+      if (!may_change(brick, cell, choice.slices)) return false;
     }
     return true;
   }
@@ -77,24 +106,27 @@ class BrickTrimmer {
   // Whether a cell's corners may have the samples of the nearest stored slice: they are the same, or the cell lies
   // beyond the band and none of them gets farther from 0.
   [[nodiscard]] bool may_change(std::size_t brick, const std::uint32_t (&cell)[3], const octree::Slices& slices) const {
-    const std::uint32_t whole = octree::brick_entry(static_cast<std::uint32_t>(kFieldEdge * brick), 0);
+    const auto number_of = [&](const std::uint32_t(&at)[3]) {
+      return brick * kFieldSamples + (std::size_t{at[2]} * kFieldEdge + at[1]) * kFieldEdge + at[0];
+    };
     bool same = true;
     bool inside = true;
     bool outside = true;
     for (std::uint32_t corner = 0; corner < 8; ++corner) {
       std::uint32_t at[3] = {cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1), cell[2] + (corner >> 2)};
-      const std::size_t from = octree::corners_of(whole, at).first;
+      const std::size_t from = number_of(at);
       at[slices.axis] = std::clamp(at[slices.axis], slices.first, slices.first + slices.count - 1);
-      const std::size_t to = octree::corners_of(whole, at).first;
+      const std::size_t to = number_of(at);
       for_each_value(bricks_[brick].level, [&](const auto& v) {
         same = same && v(to) == v(from);
         inside = inside && v(to) >= form_.band_inner && v(to) <= v(from);
         outside = outside && v(to) <= -form_.band_outer && v(to) >= v(from);
       });
+      if (!same && !inside && !outside) return false;
       const float* const g = tree_.gradient.data();
       if (!tree_.gradient.empty() && !std::equal(g + 3 * to, g + 3 * to + 3, g + 3 * from)) return false;
     }
-    return same || inside || outside;
+    return true;
   }
 
   // Calls visit(v) for each field that is stored; v gives a sample's V. [m]

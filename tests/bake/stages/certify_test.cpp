@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "bake/stages/crease_samples.h"
+#include "bake/uniform.h"
 #include "bake/vps_bake.h"
 #include "cli/lab/oracle.h"
 #include "formats/hdf5/hdf5_writer.h"
@@ -50,6 +51,26 @@ TEST(Certify, TheSearchClimbsAlongARidge) {
   find_worst(few, reconstruct, {searches.distances, searches.inside, s, end, end}, found);
   EXPECT_GT(found.max, 1.95 * s);
   EXPECT_LE(found.max, 2 * s);
+}
+
+TEST(Certify, APointHasTheSideOfAnotherOnlyWhereNoSurfaceIsBetween) {
+  const double s = 0.0025;
+  const Scene scene(make_box({0.02, 0.02, 0.4 * s}), s);
+  const Searches searches(scene);
+  std::uint64_t counter = 0;
+  const auto sample = [&](const Vector& around, double reach) {
+    const Vector way(uniform(counter) - 0.5, uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5);
+    counter += 3;
+    const Vector point = around + 2 * reach * way;
+    const double distance = searches.distances.exact(point, searches.tree.distance(point));
+    return CertificateSample{point, searches.inside.inside(point) ? distance : -distance};
+  };
+  for (int n = 0; n < 5000; ++n) {
+    const CertificateSample known = sample({0.015, 0.015, 0}, s);
+    const CertificateSample other = sample(known.point, s);
+    const double least = std::abs(other.penetration) - searches.distances.slack;
+    ASSERT_EQ(is_inside(searches.inside, other.point, least, known), other.penetration > 0) << n;
+  }
 }
 
 TEST(Certify, SamplesLieBesideTheCreasesOfABox) {
