@@ -62,7 +62,7 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
     const double slack = distances.slack;
     const double about = distances.tree.distance(sample.point, farthest + 2 * slack);
     if (about > farthest + slack) return;
-    const bool within = is_inside(inside, sample.point, about - slack, {centre, field.value(brick, voxel)});
+    const bool within = inside.inside(sample.point);
     const double limit = (within ? band_inner : band_outer) - half_diagonal;
     if (about > limit + slack) return;
     const double distance = distances.exact(sample.point, about);

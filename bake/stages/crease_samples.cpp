@@ -55,34 +55,28 @@ std::vector<Edge> sharp_edges(const Surface& surface) {
   return edges;
 }
 
-struct CreaseStart {
-  Vector point;
-  CertificateSample known;  // nearby; on the surface where there is none
-};
-
 Vector in_cube(std::uint64_t counter) {
   return {uniform(counter) - 0.5, uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5};
 }
 
-std::vector<CreaseStart> points_at_edges(const Surface& surface, double voxel_size) {
+std::vector<Vector> points_at_edges(const Surface& surface, double voxel_size) {
   const std::vector<Edge> edges = sharp_edges(surface);
   if (edges.empty()) return {};
   std::vector<double> sums;
   double sum = 0;
   for (const Edge& edge : edges) sums.push_back(sum += edge.along.norm());
-  std::vector<CreaseStart> points;
+  std::vector<Vector> points;
   for (std::size_t n = 0; n < kAtEdges; ++n) {
     const std::uint64_t counter = 5 * n;
     const double at = sum * (static_cast<double>(n) + uniform(counter)) / static_cast<double>(kAtEdges);
     const auto found = static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), at) - sums.begin());
     const Edge& edge = edges[std::min(found, edges.size() - 1)];
-    points.push_back({edge.from + uniform(counter + 1) * edge.along + voxel_size * in_cube(counter + 2), {}});
+    points.emplace_back(edge.from + uniform(counter + 1) * edge.along + voxel_size * in_cube(counter + 2));
   }
   return points;
 }
 
-std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& grid, const BandField& field,
-                                         double limit) {
+std::vector<Vector> points_at_bends(const Surface& surface, const Grid& grid, const BandField& field, double limit) {
   struct Pair {
     std::uint32_t voxel;
     int axis;  // towards the other voxel of the pair, in the same brick
@@ -102,7 +96,7 @@ std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& gri
     });
   };
   const auto pairs = brick_items<Pair>(field.set.bricks.size(), for_each_pair);
-  std::vector<CreaseStart> points(std::min(kAtBends, 2 * pairs.count()));
+  std::vector<Vector> points(std::min(kAtBends, 2 * pairs.count()));
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
     const std::uint64_t counter = 4 * n;
     const double part = (static_cast<double>(n) + uniform(counter)) / static_cast<double>(points.size());
@@ -110,8 +104,7 @@ std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& gri
     const auto [brick, pair] = pairs.find(std::min(at, pairs.count() - 1));
     Vector from_centre = in_cube(counter + 1);
     from_centre[pair.axis] += 0.5;
-    const Vector centre = grid.centre(field.set.bricks[brick], pair.voxel);
-    points[n] = {centre + grid.voxel_size * from_centre, {centre, field.value(brick, pair.voxel)}};
+    points[n] = grid.centre(field.set.bricks[brick], pair.voxel) + grid.voxel_size * from_centre;
   });
   return points;
 }
@@ -120,14 +113,13 @@ std::vector<CreaseStart> points_at_bends(const Surface& surface, const Grid& gri
 
 std::vector<CertificateSample> crease_samples(const Distances& distances, const InsideTest& inside, const Grid& grid,
                                               const BandField& field, double limit) {
-  std::vector<CreaseStart> points = points_at_edges(distances.surface, grid.voxel_size);
-  const std::vector<CreaseStart> bends = points_at_bends(distances.surface, grid, field, limit);
+  std::vector<Vector> points = points_at_edges(distances.surface, grid.voxel_size);
+  const std::vector<Vector> bends = points_at_bends(distances.surface, grid, field, limit);
   points.insert(points.end(), bends.begin(), bends.end());
   std::vector<CertificateSample> samples(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
-    const auto& [point, known] = points[n];
-    const double distance = distances.exact(point, distances.tree.distance(point));
-    samples[n] = {point, is_inside(inside, point, distance - distances.slack, known) ? distance : -distance};
+    const double distance = distances.exact(points[n], distances.tree.distance(points[n]));
+    samples[n] = {points[n], inside.inside(points[n]) ? distance : -distance};
   });
   samples.erase(std::remove_if(samples.begin(), samples.end(),
                                [&](const CertificateSample& sample) { return std::abs(sample.penetration) > limit; }),
