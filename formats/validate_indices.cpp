@@ -96,7 +96,9 @@ Status check_tree(std::span<const std::uint32_t> offsets, std::span<const std::u
   if (children[nodes] != nodes + info.points) return Status::bad_index;
   std::int32_t bad = 0;
   for (std::uint64_t node = 0; node < nodes; ++node) {
-    bad |= (children[node] >= children[node + 1]) | (children[node + 1] - children[node] > most);
+    const std::uint32_t first = children[node];
+    const std::uint32_t end = children[node + 1];
+    bad |= (end <= first) | (end - first > most);
   }
   return bad == 0 ? Status::ok : Status::bad_index;
 }
