@@ -194,7 +194,9 @@ class PointTests {
       const F ceiling = field_.ceiling(p).v;
       near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
       rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      if (4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid)) unfiltered_ = kUnfiltered;
+      const bool most_pass = 4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid);
+      // Otherwise the planes reject points that a look-up may take for hits.
+      if (most_pass && planes_bound_hits(field_, d_)) unfiltered_ = kUnfiltered;
     }
     if (hn::AllFalse(f32, near)) return;
     const Words u32;
