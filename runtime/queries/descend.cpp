@@ -188,15 +188,16 @@ class PointTests {
   // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save.
   HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
     M near = valid;
-    if (unfiltered_ > 0) {
+    const F least_hit = least(codes);
+    // Otherwise the planes reject points that a look-up may take for hits.
+    const bool bounds_hits = hn::AllTrue(f32, hn::Gt(least_hit, set(-field_.map.end_outer)));
+    if (unfiltered_ > 0 && bounds_hits) {
       --unfiltered_;
     } else {
       const F ceiling = field_.ceiling(p).v;
-      near = hn::And(valid, hn::Ge(ceiling, hn::Min(least(codes), nearest_)));
+      near = hn::And(valid, hn::Ge(ceiling, hn::Min(least_hit, nearest_)));
       rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      const bool most_pass = 4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid);
-      // Otherwise the planes reject points that a look-up may take for hits.
-      if (most_pass && planes_bound_hits(field_, d_)) unfiltered_ = kUnfiltered;
+      if (4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid)) unfiltered_ = kUnfiltered;
     }
     if (hn::AllFalse(f32, near)) return;
     const Words u32;
