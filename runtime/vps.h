@@ -424,7 +424,9 @@ typedef struct VpsSeparation {
   uint32_t points_tested;
 } VpsSeparation;
 
-/// Finds the deepest point of a shell, with bounds for the true surfaces.
+/// Finds the deepest point of a shell, with bounds for the true surfaces. Beyond the band a voxelmap says little:
+/// bodies that are apart are compared shell with shell, where the voxelmap's asset has points, and the deepest point is
+/// found to a fiftieth of the distance. Without these it may be another one than the closest, as `upper` says.
 /// @param shell_to_field  as for vps_traverse
 /// @param options         NULL: all zero
 VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,

@@ -15,6 +15,11 @@ namespace vps {
 struct SeparationOptions {
   float tolerance = 0;  ///< the search may miss a point that is deeper by at most this. [Limits: value >= 0] [Units: m]
   std::uint32_t guess = 0;  ///< point to start from, such as the last SeparationResult::point. [Limits: value < points]
+  /// The points of the voxelmap's body, in its frame and at its scale. Beyond the band a voxelmap says little: with
+  /// them bodies that are apart are compared shell with shell, and the deepest point is found to a fiftieth of the
+  /// distance. Null: it may be another one than the closest, at up to twice the distance, as `upper` says. Not used
+  /// with other fields.
+  const PointshellView* field_shell = nullptr;
 };
 
 /// Penetration of a shell's deepest point; negative: minus the separation. If the shell's body encloses the field's
@@ -33,8 +38,9 @@ struct SeparationResult {
 };
 
 /// Finds the deepest point of a shell by branch and bound. With the default options it is exact if the point lies in
-/// the band that the field's certificate covers. Deeper inside, `point` has the largest V of Field::scaled. `lower` is
-/// minus infinity where a polytope's planes do not determine its distance.
+/// the band that the field's certificate covers; for bodies farther apart see SeparationOptions::field_shell. Deeper
+/// inside, `point` has the largest V of Field::scaled. `lower` is minus infinity where a polytope's planes do not
+/// determine its distance.
 /// @param shell_to_field  takes the shell's asset frame to the field's frame: relative_pose(field's body, shell's body)
 /// @return `bad_pose`; `bad_argument` for options outside their limits and fields that are not finite; `missing_part`.
 [[nodiscard]] Status separation(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
@@ -115,6 +121,7 @@ struct ImpactOptions {
       1e-4F;  ///< an impact is reported when the gap to `distance` is at most this. [Limits: value > 0] [Units: m]
   Contactor contactor = Contactor::surface;
   std::uint32_t max_iterations = 256;  ///< steps of advancement; each is one separation query. [Limits: value >= 1]
+  const PointshellView* field_shell = nullptr;  ///< see SeparationOptions::field_shell
 };
 
 enum class Impact : std::uint8_t {

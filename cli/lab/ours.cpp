@@ -92,7 +92,9 @@ class Separation final : public PairPeer {
     PairAnswer answer;
     SeparationResult result;
     const auto begin = Clock::now();
-    require_ok(separation(parts_.shell, parts_.map, pose, SeparationOptions{}, scratch_, result));
+    SeparationOptions options;
+    options.field_shell = &parts_.shell;
+    require_ok(separation(parts_.shell, parts_.map, pose, options, scratch_, result));
     answer.microseconds = microseconds_since(begin);
     answer.depth = result.delta;
     answer.lower = result.lower;

@@ -41,6 +41,7 @@ bool bound_penetration(const Pair& pair, PairPartner& partners, std::uint32_t& g
   SeparationOptions options;
   options.tolerance = 0.1F * of_step.touching();
   options.guess = guess;
+  if (pair.field.vps != nullptr) options.field_shell = &pair.field.vps->pointshell();
   SeparationResult result;
   const Status status =
       separation(of_step.shell, partner->field, of_step.shell_to_field, options, workspace().scratch, result);

@@ -105,6 +105,7 @@ void fill_views(VpsAsset& asset, double scale) {
   }
   if (asset.asset.pointshell(asset.shell.view, scale) == vps::Status::ok) {
     (void)vps::node_areas(asset.shell.view, asset.shell.areas);
+    for (VpsVoxelmap& map : asset.maps) map.shell = &asset.shell.view;
   }
 }
 

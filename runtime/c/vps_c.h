@@ -11,6 +11,7 @@
 
 struct VpsVoxelmap {
   vps::VoxelmapView view;
+  const vps::PointshellView* shell = nullptr;  // of the same asset; null: it has none
 };
 struct VpsPointshell {
   vps::PointshellView view;
@@ -103,6 +104,11 @@ VpsStatus with_field(VpsFieldRef ref, const Run& run) {
     default:
       return vps_bad_argument;
   }
+}
+
+// The points of a field's body; null: it has none.
+inline const vps::PointshellView* shell_of(VpsFieldRef ref) {
+  return ref.kind == vps_kind_map && ref.field != nullptr ? static_cast<const VpsVoxelmap*>(ref.field)->shell : nullptr;
 }
 
 }  // namespace vps::c

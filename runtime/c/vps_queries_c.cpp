@@ -36,11 +36,13 @@ vps::Sweep to_sweep(const VpsSweep& from) {
   return sweep;
 }
 
-VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose,
-                   const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
+VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const vps::PointshellView* field_shell,
+                   const VpsPose* pose, const VpsSeparationOptions* options, VpsScratch* scratch,
+                   VpsSeparation* result) {
   if (shell == nullptr || pose == nullptr || result == nullptr) return vps_bad_argument;
   vps::SeparationOptions given;
   if (options != nullptr) given = {options->tolerance, options->guess};
+  given.field_shell = field_shell;
   if (!std::isfinite(given.tolerance)) return vps_bad_argument;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::SeparationResult found;
@@ -49,8 +51,9 @@ VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   return to_c(status);
 }
 
-VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const VpsSweep* sweep,
-                      const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
+VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const vps::PointshellView* field_shell,
+                      const VpsSweep* sweep, const VpsImpactOptions* options, VpsScratch* scratch,
+                      VpsImpactResult* result) {
   if (shell == nullptr || sweep == nullptr || result == nullptr) return vps_bad_argument;
   vps::ImpactOptions given;
   if (options != nullptr) {
@@ -62,6 +65,7 @@ VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const Vps
     given.contactor = static_cast<vps::Contactor>(options->contactor);
     given.max_iterations = options->max_iterations;
   }
+  given.field_shell = field_shell;
   if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::ImpactResult found;
   const vps::Status status = vps::time_of_impact(shell->view, field, to_sweep(*sweep), given, scratch->scratch, found);
@@ -75,8 +79,9 @@ VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const Vps
 
 VpsStatus vps_separation(const VpsPointshell* shell, VpsFieldRef field, const VpsPose* shell_to_field,
                          const VpsSeparationOptions* options, VpsScratch* scratch, VpsSeparation* result) {
-  return with_field(field,
-                    [&](vps::FieldRef ref) { return separate(shell, ref, shell_to_field, options, scratch, result); });
+  return with_field(field, [&](vps::FieldRef ref) {
+    return separate(shell, ref, shell_of(field), shell_to_field, options, scratch, result);
+  });
 }
 
 VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, double time, VpsPose* pose) {
@@ -94,7 +99,9 @@ VpsStatus vps_sweep_pose(const VpsPointshell* shell, const VpsSweep* sweep, doub
 
 VpsStatus vps_time_of_impact(const VpsPointshell* shell, VpsFieldRef field, const VpsSweep* sweep,
                              const VpsImpactOptions* options, VpsScratch* scratch, VpsImpactResult* result) {
-  return with_field(field, [&](vps::FieldRef ref) { return time_impact(shell, ref, sweep, options, scratch, result); });
+  return with_field(field, [&](vps::FieldRef ref) {
+    return time_impact(shell, ref, shell_of(field), sweep, options, scratch, result);
+  });
 }
 
 VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float tolerance_vx, VpsRayHit* result) {

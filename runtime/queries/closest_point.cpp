@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Zlib
 // Walks from a point to the surface of a sampled field.
+#include "runtime/queries/closest_point.h"
+
 #include <cmath>
 
 #include "runtime/fields/penetration.h"
-#include "runtime/vps_queries.h"
 
 namespace vps {
 namespace {
@@ -161,12 +162,12 @@ void slide(const VoxelmapView& map, Vec3 point, SurfaceWalk& walk, ClosestPoint&
 
 }  // namespace
 
-Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOptions& options,
-                     ClosestPoint& result) noexcept {
+Status detail::closest_point_from(const VoxelmapView& map, Vec3 point, Vec3 start, const ClosestPointOptions& options,
+                                  ClosestPoint& result) noexcept {
   result = {};
   if (map.field == Field::none || map.field == Field::layers) return Status::missing_part;
   constexpr float kFarthest = 1e15F;  // its square fits a float
-  if (!is_within(point, kFarthest)) return Status::bad_argument;
+  if (!is_within(point, kFarthest) || !is_within(start, kFarthest)) return Status::bad_argument;
   if (!(options.tolerance_vx > 0 && std::isfinite(options.tolerance_vx)) || options.max_iterations == 0) {
     return Status::bad_argument;
   }
@@ -178,7 +179,7 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   result.upper = std::max(std::abs(at_point.low), std::abs(at_point.high)) + rounding;
 
   SurfaceWalk walk(map, options);
-  result.position = point;
+  result.position = start;
   result.converged = walk.to_surface(result.position, result.residual);
   result.distance = length(point - result.position);
   if (!result.converged) return Status::ok;
@@ -188,6 +189,11 @@ Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOpti
   result.upper =
       std::min(result.upper, result.distance + std::max(std::abs(there.low), std::abs(there.high)) + rounding);
   return Status::ok;
+}
+
+Status closest_point(const VoxelmapView& map, Vec3 point, const ClosestPointOptions& options,
+                     ClosestPoint& result) noexcept {
+  return detail::closest_point_from(map, point, point, options, result);
 }
 
 }  // namespace vps

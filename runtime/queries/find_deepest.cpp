@@ -99,7 +99,8 @@ inline void sort_rising(std::uint32_t first, std::uint32_t last, DeepestSearch& 
 
 template <class Lanes>
 void find_deepest_lanes(const Lanes& field, DeepestSearch& s) {
-  s.deepest = s.best = s.rejected = std::numeric_limits<float>::lowest();
+  s.deepest = s.best = s.floor;
+  s.rejected = std::numeric_limits<float>::lowest();
   test_points(field, s.point, 1, s);
   const std::uint32_t leaves = s.shell->level_offsets[s.shell->levels - 1];
   std::uint32_t top = push(field, Batch{0, 1, 0}, 0, s);

@@ -6,8 +6,9 @@
 
 #include "runtime/fields/analytic_fields.h"
 #include "runtime/grow.h"
+#include "runtime/queries/closest_pair.h"
+#include "runtime/queries/closest_point.h"
 #include "runtime/queries/find_deepest.h"
-#include "runtime/vps_queries.h"
 
 namespace vps {
 namespace {
@@ -31,7 +32,8 @@ struct DeepestPoint {
   Vec3 direction;
 };
 
-DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+// @param start  where a walk to the surface begins. [m]
+DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal, Vec3 start) noexcept {
   DeepestPoint out;
   out.v = voxelmap_penetration(map, point, inward_normal);
   out.truth = penetration_interval(map, point);
@@ -40,7 +42,7 @@ DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal)
   const CertifiedBand certified = certified_band(map);
   if (map.field == Field::layers || (out.v > -certified.outer && out.v < certified.inner)) return out;
   ClosestPoint closest;
-  if (closest_point(map, point, {}, closest) != Status::ok || !closest.converged) return out;
+  if (closest_point_from(map, point, start, {}, closest) != Status::ok || !closest.converged) return out;
   if (!(closest.distance > 0)) return out;
   const Vec3 away = closest.inside ? closest.position - point : point - closest.position;
   if (closest.inside) {
@@ -56,15 +58,15 @@ DeepestPoint deepest_at(const VoxelmapView& map, Vec3 point, Vec3 inward_normal)
   return out;
 }
 template <class Analytic>
-DeepestPoint deepest_at(const Analytic& field, Vec3 p, Vec3) noexcept {
+DeepestPoint deepest_at(const Analytic& field, Vec3 p, Vec3, Vec3) noexcept {
   DeepestPoint out;
   out.v = value_at(field, p);
   out.truth = {out.v, out.v};
   out.direction = normal_at(field, p);
   return out;
 }
-DeepestPoint deepest_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal) noexcept {
-  DeepestPoint out = deepest_at<PolytopeField>(field, p, inward_normal);
+DeepestPoint deepest_at(const PolytopeField& field, Vec3 p, Vec3 inward_normal, Vec3 start) noexcept {
+  DeepestPoint out = deepest_at<PolytopeField>(field, p, inward_normal, start);
   // V is exact if the nearest point of the farthest plane lies on the body.
   const Vec3 on_plane{p.x + out.v * out.direction.x, p.y + out.v * out.direction.y, p.z + out.v * out.direction.z};
   if (out.v < 0 && value_at(field, on_plane) < 1e-5F * out.v) {
@@ -110,11 +112,21 @@ DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame
   return search;
 }
 
+// @param start  where a walk to the field's surface begins; null: at the point
 template <class Field>
-DeepestPoint deepest_of(const SeparationQuery<Field>& query, std::uint32_t point, Vec3& position) noexcept {
+DeepestPoint deepest_of(const SeparationQuery<Field>& query, std::uint32_t point, const Vec3* start,
+                        Vec3& position) noexcept {
   const Transform transform(query.pose);
   position = transform.apply(point_position(query.shell, point));
-  return deepest_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)));
+  return deepest_at(query.field, position, transform.rotate(point_inward_normal(query.shell, point)),
+                    start != nullptr ? *start : position);
+}
+
+// Moves the origin of the field's frame.
+Pose seen_from(Vec3 origin, Pose pose) noexcept {
+  const float at[3] = {origin.x, origin.y, origin.z};
+  for (int axis = 0; axis < 3; ++axis) pose.translation[axis] -= at[axis];
+  return pose;
 }
 
 // Beyond the band, the deepest point by the layers may not be the closest. Searches the shell's point that is closest
@@ -123,16 +135,13 @@ DeepestPoint come_closer(const SeparationQuery<VoxelmapView>& query, DeepestPoin
                          SeparationResult& result) noexcept {
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds && deepest.walked; ++round) {
-    Pose from_surface = query.pose;
-    const float surface[3] = {deepest.surface.x, deepest.surface.y, deepest.surface.z};
-    for (int axis = 0; axis < 3; ++axis) from_surface.translation[axis] -= surface[axis];
-    DeepestSearch search = new_search(query, {}, from_surface, result.point);
+    DeepestSearch search = new_search(query, {}, seen_from(deepest.surface, query.pose), result.point);
     find_deepest(SphereField(), search);
     result.nodes_tested += search.nodes_tested;
     result.points_tested += search.points_tested;
     if (search.point == result.point) break;
     Vec3 position;
-    const DeepestPoint next = deepest_of(query, search.point, position);
+    const DeepestPoint next = deepest_of(query, search.point, &deepest.surface, position);
     if (!(next.v > deepest.v)) break;
     deepest = next;
     result.point = search.point;
@@ -143,6 +152,60 @@ DeepestPoint come_closer(const SeparationQuery<VoxelmapView>& query, DeepestPoin
 template <class Field>
 DeepestPoint come_closer(const SeparationQuery<Field>&, const DeepestPoint& deepest, SeparationResult&) noexcept {
   return deepest;
+}
+
+// Whether the shells of both bodies are compared when these are apart. The field has to tell which side a point is on.
+bool compares_shells(const SeparationQuery<VoxelmapView>& query) noexcept {
+  const PointshellView* const other = query.options.field_shell;
+  return other != nullptr && other->points > 0 && certified_band(query.field).outer > value_error(query.field);
+}
+template <class Field>
+bool compares_shells(const SeparationQuery<Field>&) noexcept {
+  return false;
+}
+
+// V from which on the field alone tells the deepest point. [m]
+float least_of_field(const VoxelmapView& map) noexcept {
+  return -certified_band(map).outer;
+}
+template <class Field>
+float least_of_field(const Field&) noexcept {
+  return std::numeric_limits<float>::lowest();
+}
+
+// Lower bound of the distance of all points from the bounds of the field's mesh. [m]
+float distance_to_bounds(const SeparationQuery<VoxelmapView>& query) noexcept {
+  const float* const low = query.field.bounds_min;
+  const float* const high = query.field.bounds_max;
+  const BoxField box{{(high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2}};
+  const Vec3 centre{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
+  DeepestSearch search = new_search(query, {}, seen_from(centre, query.pose), 0);
+  search.margin = -query.options.tolerance;
+  find_deepest(box, search);
+  return -std::max(search.best, search.rejected) - search.slack;
+}
+
+// The deepest point of a shell that is apart from the field's body, and how near the field's surface is to any point.
+struct Apart {
+  DeepestPoint deepest;
+  float nearest = 0;  // lower bound of the distance of all points. [m]
+};
+Apart find_apart(const SeparationQuery<VoxelmapView>& query, SeparationResult& result) noexcept {
+  const PointshellView& other = *query.options.field_shell;
+  constexpr float kRelative = 0.02F;
+  const ClosestPair pair = find_closest_pair(query.shell, other, query.pose, {0, query.options.tolerance, kRelative});
+  result.nodes_tested += pair.nodes_tested;
+  result.points_tested += pair.points_tested;
+  result.point = pair.first;
+  const Vec3 start = point_position(other, pair.second);
+  Apart apart;
+  apart.deepest = deepest_of(query, pair.first, &start, result.position);
+  apart.nearest = std::max(pair.bound - other.covering_radius, distance_to_bounds(query));
+  return apart;
+}
+template <class Field>
+Apart find_apart(const SeparationQuery<Field>&, SeparationResult&) noexcept {
+  return {};
 }
 
 // @param kernel_field  the field in kernel form
@@ -157,19 +220,32 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
   // V may be too large at a point, and too small at the centre of its sphere.
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
+  if (compares_shells(query)) search.floor = least_of_field(query.field) / unit;
   find_deepest(kernel_field, search);
 
   result.point = search.point;
   result.nodes_tested = search.nodes_tested;
   result.points_tested = search.points_tested;
-  const DeepestPoint deepest = come_closer(query, deepest_of(query, search.point, result.position), result);
   const double slack = double{search.slack} * unit;
+  result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
+  double above = double{error};  // of the true V of a point above delta_bound
+  DeepestPoint deepest;
+  if (!compares_shells(query) || search.deepest > search.floor) {
+    deepest = deepest_of(query, search.point, nullptr, result.position);
+  } else {
+    const Apart apart = find_apart(query, result);
+    deepest = apart.deepest;
+    if (-double{apart.nearest} < result.delta_bound) {
+      result.delta_bound = -double{apart.nearest};
+      above = 0;
+    }
+  }
+  deepest = come_closer(query, deepest, result);
   // Points lie on the surface, apart from the rounding of their codes. Every point of the surface is within the
   // covering radius of one of them.
   const double off_surface = std::sqrt(0.75) * shell.position_step + slack;
-  result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
   result.delta = std::min<double>(deepest.v, result.delta_bound);
-  result.upper = result.delta_bound + error + shell.covering_radius;
+  result.upper = result.delta_bound + above + shell.covering_radius;
   result.lower = std::min(deepest.truth.low - off_surface, result.upper);
   result.direction = deepest.direction;
   return std::isfinite(result.delta) ? Status::ok : Status::bad_argument;

@@ -68,6 +68,7 @@ Status time_of_impact(const PointshellView& shell, FieldRef field, const Sweep& 
   if (const Status status = check_pose(sweep.start); status != Status::ok) return status;
   const double speed = largest_speed(shell, sweep);
   SeparationOptions search;
+  search.field_shell = options.field_shell;
   double gap = 0;
   while (result.iterations < options.max_iterations) {
     ++result.iterations;

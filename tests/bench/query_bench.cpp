@@ -44,7 +44,10 @@ struct Options {
   double scale = 1;
   std::string work = ".";
   std::string json;
+  std::string only;  ///< a kind of work; empty: all
   int rounds = 5;
+
+  [[nodiscard]] bool wants(std::string_view of_work) const { return only.empty() || only == of_work; }
 };
 
 struct OurAsset {
@@ -80,9 +83,11 @@ Bodies make_bodies(const Options& options) {
   }
   out.box = bake_box(kBakedBoxHalfExtents, folder / "query_box.vps.hdf");
 
-  const std::vector<Hull> hulls = hacd_hulls(out.mesh, {}, folder);
+  const TriangleMesh as_read = out.mesh;
   const Asset& asset = *out.ours[0].file.asset;
   out.mesh = centred(std::move(out.mesh), asset);
+  if (options.only == "distance") return out;  // HACD takes minutes
+  const std::vector<Hull> hulls = hacd_hulls(as_read, {}, folder);
   for (const auto& v : out.mesh.vertices) out.lowest = std::min(out.lowest, v[1]);
   out.peers.emplace_back("hull of 42", hull_of_42(out.mesh, kPeerMargin));
   out.peers.emplace_back("HACD", compound_of(hulls, asset.info().centre_of_mass, kPeerMargin));
@@ -204,13 +209,34 @@ void run_contacts(const Bodies& bodies, const std::vector<PairPose>& poses, int 
   run_pairs("body on body", std::move(sides), poses, report);
 }
 
-void run_distances(const Bodies& bodies, const std::vector<PairPose>& poses, int rounds, Report& report) {
-  std::vector<PairPose> apart;
-  std::copy_if(poses.begin(), poses.end(), std::back_inserter(apart), [](const PairPose& p) { return p.depth < 0; });
+void run_distances(const std::string& work, const Bodies& bodies, const std::vector<PairPose>& poses, int rounds,
+                   Report& report) {
   std::vector<PairSide> sides;
   sides.push_back({"FCL", fcl_distance(bodies.mesh), rounds});
   for (const OurAsset& our : bodies.ours) sides.push_back({our.name, our_separation(our.file.asset), rounds});
-  run_pairs("distance", std::move(sides), apart, report);
+  run_pairs(work, std::move(sides), poses, report);
+}
+
+std::vector<PairPose> those_apart(const std::vector<PairPose>& poses) {
+  std::vector<PairPose> apart;
+  std::copy_if(poses.begin(), poses.end(), std::back_inserter(apart), [](const PairPose& p) { return p.depth < 0; });
+  return apart;
+}
+
+// The same, with the bodies moved apart along the line between their centres. FCL's distances are exact.
+std::vector<PairPose> moved_apart(const Bodies& bodies, const std::vector<PairPose>& apart) {
+  const std::unique_ptr<PairPeer> exact = fcl_distance(bodies.mesh);
+  std::vector<PairPose> far;
+  for (const double way : {0.001, 0.003, 0.01, 0.03, 0.1}) {
+    for (PairPose pose : apart) {
+      double(&t)[3] = pose.first_in_second.translation;
+      const double from_centre = std::hypot(t[0], t[1], t[2]);
+      for (double& x : t) x *= 1 + way / from_centre;
+      pose.depth = exact->query(pose.first_in_second).depth;
+      far.push_back(pose);
+    }
+  }
+  return far;
 }
 
 // --- opening
@@ -257,11 +283,16 @@ void run(const Options& options) {
   print_head(bodies, options);
 
   Report report(kTargets);
-  run_drops(bodies, "on a box", options.rounds, report);
-  run_drops(bodies, "on a plane", options.rounds, report);
-  run_contacts(bodies, poses, options.rounds, report);
-  run_distances(bodies, poses, options.rounds, report);
-  run_openings(bodies, poses[poses.size() / 2].first_in_second, report);
+  for (const std::string ground : {"on a box", "on a plane"}) {
+    if (options.wants(ground)) run_drops(bodies, ground, options.rounds, report);
+  }
+  if (options.wants("body on body")) run_contacts(bodies, poses, options.rounds, report);
+  if (options.wants("distance")) {
+    const std::vector<PairPose> apart = those_apart(poses);
+    run_distances("distance", bodies, apart, options.rounds, report);
+    run_distances("distance, 1 to 100 mm", bodies, moved_apart(bodies, apart), options.rounds, report);
+  }
+  if (options.wants("open")) run_openings(bodies, poses[poses.size() / 2].first_in_second, report);
 
   fmt::print("{}\n{}", report.ratio_table(), report.time_table());
   if (!options.json.empty()) {
@@ -282,6 +313,8 @@ int main(int argc, char** argv) {
   app.add_option("--scale", options.scale, "Metres per unit of the mesh");
   app.add_option("--work", options.work, "Folder for assets, and for hulls and poses that the next run finds again");
   app.add_option("--rounds", options.rounds, "Measured rounds")->check(CLI::PositiveNumber);
+  app.add_option("--only", options.only, "Only this work")
+      ->check(CLI::IsMember({"on a box", "on a plane", "body on body", "distance", "open"}));
   app.add_option("--json", options.json, "Also write the numbers there");
   CLI11_PARSE(app, argc, argv);
   try {

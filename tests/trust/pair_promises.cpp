@@ -154,12 +154,28 @@ Found attack_deepest_point(const Subject& subject, const ClimbOptions& options) 
   });
 }
 
+// The least bounds of separation with the points of one body, and with those of both.
+bool separate(Pair& pair, const Pose& pose, SeparationResult& result) {
+  SeparationOptions options;
+  if (separation(pair.shell, pair.map, pose, options, pair.scratch, result) != Status::ok) return false;
+  options.field_shell = &pair.shell;
+  SeparationResult of_both;
+  if (separation(pair.shell, pair.map, pose, options, pair.scratch, of_both) != Status::ok) return false;
+  result.delta_bound = std::min(result.delta_bound, of_both.delta_bound);
+  result.upper = std::min(result.upper, of_both.upper);
+  if (of_both.lower > result.lower) {
+    result.lower = of_both.lower;
+    result.position = of_both.position;
+  }
+  return true;
+}
+
 // Beyond the band too: no point has a V above delta_bound.
 Found attack_separation_bound(const Subject& subject, const ClimbOptions& options) {
   return over_poses(subject, options, 40, [](Pair& pair, const Meeting& m) {
     (void)pair.look_up(m.pose);
     SeparationResult result;
-    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
+    if (!separate(pair, m.pose, result)) return kNotCovered;
     const double bound = result.delta_bound + double(detail::field_error(pair.map));
     return (pair.true_deepest(m.pose) - bound - pose_rounding(pair)) / double(pair.map.voxel_size);
   });
@@ -168,7 +184,7 @@ Found attack_separation_bound(const Subject& subject, const ClimbOptions& option
 Found attack_separation_interval(const Subject& subject, const ClimbOptions& options) {
   return over_poses(subject, options, 40, [](Pair& pair, const Meeting& m) {
     SeparationResult result;
-    if (separation(pair.shell, pair.map, m.pose, {}, pair.scratch, result) != Status::ok) return kNotCovered;
+    if (!separate(pair, m.pose, result)) return kNotCovered;
     const Oracle& oracle = pair.subject.oracle;
     const double surface = oracle.penetration(moved(m.pose, m.at)) - result.upper;
     const double deepest = result.lower - oracle.penetration(to_double(result.position));

@@ -73,6 +73,7 @@ void expect_equal(const VpsImpactResult& a, const ImpactResult& b) {
 template <class AnyField>
 void expect_distances(const PointshellView& shell, const AnyField& field, const Sweep& fall, const Pose& pose,
                       const VpsSeparation& separated, const VpsImpactResult& impact) {
+  // The C interface knows the shell of the map's asset, which is this one.
   Scratch scratch;
   constexpr bool kIsMap = std::is_same_v<AnyField, VoxelmapView>;
   SeparationOptions options;
@@ -81,6 +82,7 @@ void expect_distances(const PointshellView& shell, const AnyField& field, const 
     options = {kSeparationOptions.tolerance, kSeparationOptions.guess};
     impact_options = {kImpactOptions.distance, kImpactOptions.tolerance, Contactor::points,
                       kImpactOptions.max_iterations};
+    options.field_shell = impact_options.field_shell = &shell;
   }
   SeparationResult result;
   ASSERT_EQ(separation(shell, field, pose, options, scratch, result), Status::ok);
