@@ -16,16 +16,14 @@
 
 #include "bake/repair/topology.h"
 #include "bake/stages/find_faces.h"
-#include "bake/stages/surface_blocks.h"
+#include "bake/stages/inward_normal.h"
+#include "bake/stages/piece_cells.h"
 #include "bake/stages/thin_faces.h"
 #include "formats/quantize.h"
 
 namespace vps::bake {
 namespace {
 
-// Two points are on the same side if the cosine between their triangles' normals is above this. Others lie on two sides
-// of a wall or wedge. Both sides are sampled, however thin it is.
-constexpr double kSameSide = -0.25;
 // Dihedral angle above which an edge is sampled as a feature (cosine of 40 degrees).
 constexpr double kSharp = 0.766;
 // Largest distance of the surface from the points, in spacings.
@@ -34,135 +32,7 @@ constexpr double kCovering = 1.05;
 // by 14 degrees (root mean square), or an edge of 28 degrees in the middle.
 constexpr double kFlat = 0.97;
 
-// Place on a piece: the weights of its first two corners.
-using Place = std::array<double, 2>;
-
-// A sample that may be the nearest to some place on a piece.
-struct Candidate {
-  Sample* sample;
-  std::array<double, 3> squared;  // distances to the corners
-  double farthest;                // of these
-};
-
-// The Voronoi cells of the samples on a piece's side, clipped to the piece. The difference of the squared distances to
-// two samples is linear on a piece. So a cell is a convex polygon, and it is farthest from its sample at a corner.
-class PieceCells {
- public:
-  /// Starts with the samples that are within reach of the piece.
-  PieceCells(const SurfaceBlocks& blocks, double reach) : blocks_(blocks), reach_(reach) {}
-
-  void start(const Block& home, const Piece& piece, const Vector& normal) {
-    piece_ = piece;
-    for (std::size_t k = 0; k < 3; ++k) edges_[k] = (piece[k] - piece[k == 2 ? 0 : k + 1]).squaredNorm();
-    candidates_.clear();
-    const Vector low = piece[0].cwiseMin(piece[1]).cwiseMin(piece[2]);
-    const Vector high = piece[0].cwiseMax(piece[1]).cwiseMax(piece[2]);
-    blocks_.for_each_near(home, low, high, reach_, [&](Sample& s) {
-      if (normal.dot(s.normal) > kSameSide) push(s);
-      return true;
-    });
-    prune();
-  }
-  void add(Sample& sample) {
-    push(sample);
-    prune();
-  }
-
-  /// The samples that may have a cell. The first is the one whose farthest corner is nearest.
-  [[nodiscard]] const std::vector<Candidate>& candidates() const { return candidates_; }
-  [[nodiscard]] Vector at(const Place& p) const {
-    return p[0] * piece_[0] + p[1] * piece_[1] + (1 - p[0] - p[1]) * piece_[2];
-  }
-  [[nodiscard]] double squared_distance(const Candidate& c, const Place& p) const {
-    const double third = 1 - p[0] - p[1];
-    return p[0] * c.squared[0] + p[1] * c.squared[1] + third * c.squared[2] -
-           (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
-  }
-  /// The corners of a candidate's cell, which may be empty. Valid until the next call.
-  std::span<const Place> cell(const Candidate& of);
-
- private:
-  void push(Sample& s) {
-    const Vector& p = s.position;
-    Candidate c{&s, {(p - piece_[0]).squaredNorm(), (p - piece_[1]).squaredNorm(), (p - piece_[2]).squaredNorm()}, 0};
-    c.farthest = std::max({c.squared[0], c.squared[1], c.squared[2]});
-    if (!candidates_.empty() && !may_have_cell(c)) return;
-    candidates_.push_back(c);
-    if (c.farthest < candidates_.front().farthest) std::swap(candidates_.front(), candidates_.back());
-  }
-
-  // A sample that is farther than the first from all corners is farther from all of the piece.
-  [[nodiscard]] bool may_have_cell(const Candidate& c) const {
-    const std::array<double, 3>& first = candidates_.front().squared;
-    return c.squared[0] < first[0] || c.squared[1] < first[1] || c.squared[2] < first[2];
-  }
-  void prune() {
-    if (candidates_.empty()) return;
-    const auto none = std::remove_if(candidates_.begin() + 1, candidates_.end(),
-                                     [&](const Candidate& c) { return !may_have_cell(c); });
-    candidates_.erase(none, candidates_.end());
-  }
-
-  // Makes room to cut a cell. In exact arithmetic one more corner would do.
-  void reserve(std::size_t corners) {
-    if (excess_.size() >= 2 * corners) return;
-    excess_.resize(4 * corners);
-    for (std::vector<Place>& places : places_) places.resize(4 * corners);
-  }
-
-  const SurfaceBlocks& blocks_;
-  const double reach_;
-  Piece piece_;
-  double edges_[3] = {};  // squared
-  std::vector<Candidate> candidates_;
-  std::vector<Place> places_[2];  // a cell's corners, and those after the next cut
-  std::vector<double> excess_;    // of the corners
-};
-
-std::span<const Place> PieceCells::cell(const Candidate& of) {
-  std::size_t count = 3;
-  reserve(count);
-  Place* cell = places_[0].data();
-  Place* clipped = places_[1].data();
-  cell[0] = {1, 0};
-  cell[1] = {0, 1};
-  cell[2] = {0, 0};
-  for (const Candidate& other : candidates_) {
-    if (&other == &of) continue;
-    const double third = of.squared[2] - other.squared[2];
-    const double slope[2] = {of.squared[0] - other.squared[0] - third, of.squared[1] - other.squared[1] - third};
-    if (third < 0 && third + slope[0] < 0 && third + slope[1] < 0) continue;
-    double* const excess = excess_.data();
-    // Places equally far from both belong to the first.
-    const bool is_first = &of < &other;
-    const auto inside = [&](double e) { return e < 0 || (e == 0 && is_first); };
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      excess[i] = third + cell[i][0] * slope[0] + cell[i][1] * slope[1];
-      kept += inside(excess[i]) ? 1 : 0;
-    }
-    if (kept == count) continue;
-    if (kept == 0) return {};
-    std::size_t made = 0;
-    for (std::size_t i = 0, previous = count - 1; i < count; previous = i++) {
-      const double before = excess[previous];
-      const double here = excess[i];
-      const Place& p = cell[i];
-      if (inside(before) != inside(here)) {
-        const Place& q = cell[previous];
-        const double t = before / (before - here);
-        clipped[made++] = {q[0] + t * (p[0] - q[0]), q[1] + t * (p[1] - q[1])};
-      }
-      if (inside(here)) clipped[made++] = p;
-    }
-    count = made;
-    places_[0].swap(places_[1]);
-    reserve(count);
-    cell = places_[0].data();
-    clipped = places_[1].data();
-  }
-  return {cell, count};
-}
+using Place = PieceCells::Place;
 
 class Sampler {
  public:
@@ -270,7 +140,7 @@ double farthest_corner(PieceCells& cells, double limit, Place& place) {
   if (cells.candidates().empty()) return std::numeric_limits<double>::infinity();
   if (cells.candidates().front().farthest <= limit) return cells.candidates().front().farthest;
   double far = 0;
-  for (const Candidate& c : cells.candidates()) {
+  for (const PieceCells::Candidate& c : cells.candidates()) {
     for (const Place& p : cells.cell(c)) {
       const double squared = cells.squared_distance(c, p);
       if (squared <= far) continue;
@@ -319,7 +189,7 @@ void Sampler::measure_areas() {
       const Piece& p = patch.piece;
       cells.start(block, p, surface_.normals[patch.triangle]);
       shares.clear();
-      for (const Candidate& c : cells.candidates()) {
+      for (const PieceCells::Candidate& c : cells.candidates()) {
         const std::span<const Place> cell = cells.cell(c);
         double share = 0;
         for (std::size_t i = 2; i < cell.size(); ++i) {
@@ -372,7 +242,7 @@ void Sampler::find_folds() {
       if (std::none_of(folded.begin(), folded.end(), is_near)) return;
       const Vector& normal = surface_.normals[patch.triangle];
       cells.start(block, patch.piece, normal);
-      for (const Candidate& c : cells.candidates()) {
+      for (const PieceCells::Candidate& c : cells.candidates()) {
         if (c.sample->cell == nullptr) continue;
         CellPart part{normal, {}};
         for (const Place& p : cells.cell(c)) part.corners.push_back(cells.at(p) - c.sample->position);
@@ -388,79 +258,6 @@ std::vector<Sample*> Sampler::samples() {
     for (Sample& sample : block.samples) all.push_back(&sample);
   }
   return all;
-}
-
-// V around a point near the surface, trilinear between voxel centres. Looks each voxel up once.
-class NearField {
- public:
-  NearField(const Grid& grid, const InsideRuns& runs, const BandField& field, const Vector& centre)
-      : grid_(grid), runs_(runs), field_(field) {
-    const Vector g = at_voxels(centre);
-    for (int axis = 0; axis < 3; ++axis) first_[axis] = cell_of(g[axis] - 1, axis);
-    known_.fill(std::numeric_limits<double>::quiet_NaN());
-  }
-
-  // @param p  up to half a voxel from the centre along an axis
-  [[nodiscard]] double at(const Vector& p) {
-    const Vector g = at_voxels(p);
-    std::uint32_t base[3];
-    double w[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      base[axis] = cell_of(g[axis], axis);
-      w[axis] = g[axis] - base[axis];
-    }
-    double sum = 0;
-    for (std::uint32_t corner = 0; corner < 8; ++corner) {
-      const std::uint32_t dx = corner & 1;
-      const std::uint32_t dy = corner >> 1 & 1;
-      const std::uint32_t dz = corner >> 2;
-      const double weight = (dx != 0 ? w[0] : 1 - w[0]) * (dy != 0 ? w[1] : 1 - w[1]) * (dz != 0 ? w[2] : 1 - w[2]);
-      sum += weight * value(base[0] + dx, base[1] + dy, base[2] + dz);
-    }
-    return sum;
-  }
-
- private:
-  static constexpr std::uint32_t kEdge = 4;
-
-  [[nodiscard]] Vector at_voxels(const Vector& p) const {
-    return (p - grid_.origin) / grid_.voxel_size - Vector::Constant(0.5);
-  }
-  [[nodiscard]] std::uint32_t cell_of(double g, int axis) const {
-    return static_cast<std::uint32_t>(std::clamp(std::floor(g), 0.0, grid_.dims[static_cast<std::size_t>(axis)] - 2.0));
-  }
-  [[nodiscard]] double value(std::uint32_t i, std::uint32_t j, std::uint32_t k) {
-    double& known = known_[((k - first_[2]) * kEdge + j - first_[1]) * kEdge + i - first_[0]];
-    if (std::isnan(known)) known = field_.value(grid_, runs_, i, j, k);
-    return known;
-  }
-
-  const Grid& grid_;
-  const InsideRuns& runs_;
-  const BandField& field_;
-  std::uint32_t first_[3];
-  std::array<double, std::size_t{kEdge} * kEdge * kEdge> known_;
-};
-
-// The gradient of V, by central differences over one voxel; it points inward. Where it vanishes (the middle of a thin
-// wall) or contradicts the triangle, the triangle's own normal is better.
-Vector inward_normal(const Grid& grid, const InsideRuns& runs, const BandField& field, const Sample& sample) {
-  const double h = grid.voxel_size / 2;
-  NearField near(grid, runs, field, sample.position);
-  Vector gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vector step = h * Vector::Unit(axis);
-    gradient[axis] = near.at(sample.position + step) - near.at(sample.position - step);
-  }
-  const double length = gradient.norm();
-  constexpr double kTrust = 0.4;  // of the unit slope
-  // On a face the gradient smooths details smaller than a voxel. If it deviates by more than 30 degrees, another face
-  // has changed it. On an edge it halves the angle between the faces.
-  const double least_cosine = sample.on_edge ? 0.2 : std::cos(std::numbers::pi / 6);
-  if (!(length > kTrust * 2 * h) || -gradient.dot(sample.normal) < least_cosine * length) return -sample.normal;
-  // The points of a flat face have one normal, so that rounding to codes does not tell them apart.
-  const Vector normal = gradient / length;
-  return (normal + sample.normal).norm() <= kFlatNormal ? Vector(-sample.normal) : normal;
 }
 
 // Rounds a normal as the asset stores it, so that the measured error holds for the asset.
