@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "runtime/contacts/traverse/cut_facet.h"
+#include "runtime/contacts/traverse/fill_contacts.h"
 #include "runtime/contacts/traverse/traverse_query.h"
 
 namespace vps::detail {
@@ -122,6 +123,28 @@ void take_segment_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, 
   if (deepest < last) *query.segment = contact_of(query, query.transform, hits, deepest);
 }
 
+// Every hit is a contact. @return the first hit without room
+std::uint32_t take_points(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
+  const Descent& d = query.descent;
+  ForceSum sum(query);
+  const std::size_t room = query.out.size() - std::min<std::size_t>(query.result.contacts, query.out.size());
+  last = first + static_cast<std::uint32_t>(std::min<std::size_t>(last - first, room));
+  constexpr std::uint32_t kBlock = 256;  // stays in the cache until it is summed
+  while (first < last) {
+    const std::uint32_t count = std::min(last - first, kBlock);
+    Contact* const out = query.out.data() + query.result.contacts;
+    fill_contacts(query.shell, query.transform, {d.hits + first, d.leaves + first, d.penetrations + first, d.unit},
+                  count, out);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (out[i].penetration >= 0) sum.add(out[i]);
+    }
+    query.result.contacts += count;
+    first += count;
+  }
+  sum.store(query.result);
+  return first;
+}
+
 }  // namespace
 
 void take_contact(TraverseQuery& query, const Contact& contact) noexcept {
@@ -140,6 +163,9 @@ void take_hits(TraverseQuery& query, HitsAre hits) noexcept {
 
 void take_hits(TraverseQuery& query, HitsAre hits, std::uint32_t first, std::uint32_t last) noexcept {
   if (query.segment != nullptr && !query.has_facets) return take_segment_hits(query, hits, first, last);
+  if (hits == HitsAre::points && !query.has_facets && !query.options.leaves_faces) {
+    first = take_points(query, first, last);
+  }
   // Copies, because the compiler must assume that writing a contact changes the originals.
   const Transform transform = query.transform;
   const std::span<Contact> out = query.out;

@@ -46,7 +46,7 @@ std::vector<MappedBody> bodies() {
           {"wide band", make_torus(0.1, 0.04, 40, 20), options(0.004, 7)}};
 }
 
-VoxelmapView map_of(const Asset& asset) {
+VoxelmapView scaled_map_of(const Asset& asset) {
   VoxelmapView map;
   EXPECT_EQ(asset.voxelmap(map, Field::scaled), Status::ok);
   EXPECT_NE(map.planes, nullptr);
@@ -74,7 +74,7 @@ Pose random_pose_in(Random& random, const VoxelmapView& map) {
 TEST(Planes, BoundTheTrueVOutsideAndRejectNothingInside) {
   for (const MappedBody& one : bodies()) {
     const auto asset = baked(one.mesh, one.options);
-    const VoxelmapView map = map_of(*asset);
+    const VoxelmapView map = scaled_map_of(*asset);
     const lab::Oracle oracle(one.mesh);
     Random random(3);
     const double rounding = 1e-4 * double{map.voxel_size};
@@ -102,7 +102,7 @@ TEST(Planes, BoundTheTrueVOutsideAndRejectNothingInside) {
 TEST(Planes, BoundTheFieldWherePointsCanBeInContactAlsoByClimbing) {
   for (const MappedBody& one : bodies()) {
     const auto asset = baked(one.mesh, one.options);
-    const VoxelmapView map = map_of(*asset);
+    const VoxelmapView map = scaled_map_of(*asset);
     const float end = detail::end_of_band(map.band_outer, map.voxel_size);
     const auto excess = [&](Vec3 p) {
       const PlaneAt at = find_plane(map, p);
@@ -138,7 +138,7 @@ TEST(Planes, WideOnesBoundTheFieldAVoxelAroundTheirCell) {
   std::size_t wide = 0;
   for (const MappedBody& one : bodies()) {
     const auto asset = baked(one.mesh, one.options);
-    const VoxelmapView map = map_of(*asset);
+    const VoxelmapView map = scaled_map_of(*asset);
     const float end = detail::end_of_band(map.band_outer, map.voxel_size);
     Random random(7);
     for (int n = 0; n < 40000; ++n) {
@@ -169,7 +169,7 @@ struct Both {
   std::vector<Contact> found[2];
   QueryResult result[2];
 
-  Both(const Asset& map, const Asset& points) : with(map_of(map)), without(with) {
+  Both(const Asset& map, const Asset& points) : with(scaled_map_of(map)), without(with) {
     without.planes = nullptr;
     EXPECT_EQ(points.pointshell(shell), Status::ok);
     for (auto& contacts : found) contacts.resize(shell.points);
