@@ -38,9 +38,11 @@ class PairSearch {
       : sides_(sides), slack_(slack), options_(options), result_(result) {}
 
   void run() {
-    for (auto& parts : parts_) parts[0] = 0;
-    bounds_[0] = 0;
-    count_ = 1;
+    // The guess with all of the other shell, which comes first, and all with all.
+    for (auto& parts : parts_) parts[0] = parts[1] = 0;
+    parts_[0][1] = sides_[0].shell->nodes + options_.guess;
+    bounds_[0] = bounds_[1] = 0;
+    count_ = 2;
     while (count_ > 0 && result_.distance > options_.enough) {
       --count_;
       if (bounds_[count_] >= limit()) {

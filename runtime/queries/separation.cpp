@@ -193,7 +193,8 @@ struct Apart {
 Apart find_apart(const SeparationQuery<VoxelmapView>& query, SeparationResult& result) noexcept {
   const PointshellView& other = *query.options.field_shell;
   constexpr float kRelative = 0.02F;
-  const ClosestPair pair = find_closest_pair(query.shell, other, query.pose, {0, query.options.tolerance, kRelative});
+  const ClosestPair pair =
+      find_closest_pair(query.shell, other, query.pose, {0, query.options.tolerance, kRelative, query.options.guess});
   result.nodes_tested += pair.nodes_tested;
   result.points_tested += pair.points_tested;
   result.point = pair.first;
