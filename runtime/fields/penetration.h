@@ -49,6 +49,7 @@ struct Voxel {
 };
 
 inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
+  constexpr std::uint32_t kHalfBlock = kCoarseEdge / 2;
   Voxel found;
   const float p[3] = {point.x, point.y, point.z};
   std::uint32_t index[3];
@@ -62,7 +63,7 @@ inline Voxel find_voxel(const VoxelmapView& map, Vec3 point) noexcept {
     index[axis] = static_cast<std::uint32_t>(grid);
     to_centre[axis] = (static_cast<float>(index[axis]) + 0.5F) * map.voxel_size - local;
     to_block_centre[axis] =
-        static_cast<float>((index[axis] & ~(kCoarseEdge - 1)) + kCoarseEdge / 2) * map.voxel_size - local;
+        static_cast<float>((index[axis] & ~(kCoarseEdge - 1)) + kHalfBlock) * map.voxel_size - local;
   }
   found.in_grid = true;
   const std::size_t bx = index[0] / kBrickEdge;
@@ -226,7 +227,7 @@ inline PlaneAt find_plane(const VoxelmapView& map, Vec3 point) noexcept {
       is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::planes_of(root)} + octant]);
   float from_centre[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const float centre = is_block ? static_cast<float>(cell[axis] / 2 * 2 + 1) : static_cast<float>(cell[axis]) + 0.5F;
+    const float centre = is_block ? static_cast<float>(cell[axis] | 1U) : static_cast<float>(cell[axis]) + 0.5F;
     from_centre[axis] = at[axis] - centre * kPlaneCell;
   }
   found.height = map.voxel_size * height_at(found.plane, from_centre);
