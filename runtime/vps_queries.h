@@ -17,7 +17,7 @@ struct SeparationOptions {
   std::uint32_t guess = 0;  ///< point to start from, such as the last SeparationResult::point. [Limits: value < points]
   /// The points of the voxelmap's body, in its frame and at its scale. Beyond the band a voxelmap says little: with
   /// them bodies that are apart are compared shell with shell, and the deepest point is found to a fiftieth of the
-  /// distance. Null: it may be another one than the closest, at up to twice the distance, as `upper` says. Not used
+  /// distance. Null: it may be another one than the closest, as `upper` says. Not used
   /// with layers and other fields.
   const PointshellView* field_shell = nullptr;
 };

@@ -41,8 +41,8 @@ HWY_INLINE F at(const LineOverBrick& line, std::uint32_t i) {
 }
 
 template <class Code>
-bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
-                    const LineOverBrick& height, float near) {
+HWY_INLINE bool are_linear(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
+                           const LineOverBrick& height, float near) {
   const Floats f32;
   const hn::Rebind<Code, Floats> narrow;
   const hn::RebindToSigned<Floats> i32;
@@ -60,13 +60,37 @@ bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick
   }
   return true;
 }
+
+// Seen from another slice than the first.
+HWY_INLINE LineOverBrick from_slice(LineOverBrick line, float slice) {
+  line.first += slice * line.slope[2];
+  return line;
+}
+
+// @param wanted, height  over the slices that are stored
+template <class Code>
+bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
+                    const LineOverBrick& height, float near, const LeftOut& left_out) {
+  if (!are_linear(codes, step, wanted, tolerance, height, near)) return false;
+  if (left_out.are_far) return true;
+  // Slices that are left out have the samples of the last stored one. What these are off by changes evenly from slice
+  // to slice, so that the first and the last of them have the most.
+  const float end = left_out.is_lower ? 0 : static_cast<float>(codes.size() / kFieldSlice - 1);
+  const float last = left_out.is_lower ? -left_out.count : end + left_out.count;
+  const std::span<const Code> slice = left_out.is_lower ? codes.first(kFieldSlice) : codes.last(kFieldSlice);
+  const float reach = near + left_out.count * std::abs(height.slope[2]);
+  for (const float there : {end, last}) {
+    if (!are_linear(slice, step, from_slice(wanted, there), tolerance, from_slice(height, there), reach)) return false;
+  }
+  return true;
+}
 bool is_linear_8(std::span<const std::int8_t> codes, float step, const LineOverBrick& wanted, float tolerance,
-                 const LineOverBrick& height, float near) {
-  return is_linear_here(codes, step, wanted, tolerance, height, near);
+                 const LineOverBrick& height, float near, const LeftOut& left_out) {
+  return is_linear_here(codes, step, wanted, tolerance, height, near, left_out);
 }
 bool is_linear_16(std::span<const std::int16_t> codes, float step, const LineOverBrick& wanted, float tolerance,
-                  const LineOverBrick& height, float near) {
-  return is_linear_here(codes, step, wanted, tolerance, height, near);
+                  const LineOverBrick& height, float near, const LeftOut& left_out) {
+  return is_linear_here(codes, step, wanted, tolerance, height, near, left_out);
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -110,17 +134,18 @@ bool left_out_are_far(const octree::Slices& slices, const LineOverBrick& height,
 bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, float step, const LineOverBrick& wanted,
                      float tolerance, const LineOverBrick& height, float near) noexcept {
   const octree::Slices slices = octree::slices_of(entry);
-  if (!left_out_are_far(slices, height, near)) return false;
+  const LeftOut left_out{static_cast<float>(kFieldEdge - slices.count), slices.first > 0,
+                         left_out_are_far(slices, height, near)};
   const LineOverBrick v = over_stored(wanted, slices);
   const LineOverBrick above = over_stored(height, slices);
   const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
   const std::size_t count = std::size_t{slices.count} * kFieldSlice;
   if (map.element == ElementType::i8) {
     const std::span codes(static_cast<const std::int8_t*>(map.values) + first, count);
-    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, step, v, tolerance, above, near);
+    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, step, v, tolerance, above, near, left_out);
   }
   const std::span codes(static_cast<const std::int16_t*>(map.values) + first, count);
-  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, step, v, tolerance, above, near);
+  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, step, v, tolerance, above, near, left_out);
 }
 
 }  // namespace vps::detail

@@ -15,6 +15,13 @@ struct LineOverBrick {
   float slope[3]{};  ///< from sample to sample, along the axes
 };
 
+/// Slices of a brick that are not stored.
+struct LeftOut {
+  float count = 0;
+  bool is_lower = false;  ///< they lie below those that are stored, else above
+  bool are_far = true;    ///< no sample of theirs counts
+};
+
 /// Whether |V - wanted| <= tolerance at every sample of a brick near a plane. Where rounding would decide it is false.
 /// @param entry   of the brick
 /// @param step    takes the samples' codes to V. [m]

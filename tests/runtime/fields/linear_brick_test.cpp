@@ -59,5 +59,47 @@ TEST(LinearBrick, EverySampleNearThePlaneCountsAlsoOneThatIsLeftOut) {
   }
 }
 
+// Of a face's bricks most slices are left out along the face: they have the samples of the last one.
+TEST(LinearBrick, SlicesThatAreLeftOutMayBeAsTheLastOne) {
+  constexpr LineOverBrick kNear{};
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    for (std::uint32_t count = 2; count < kFieldEdge; ++count) {
+      for (const std::uint32_t first : {0U, kFieldEdge - count}) {
+        SCOPED_TRACE(testing::Message() << axis << ' ' << first << ' ' << count);
+        Brick brick({axis, first, count});
+        LineOverBrick v = kV;
+        v.slope[axis] = 0;
+        for (std::uint32_t n = 0; n < kFieldSamples; ++n) {
+          const std::uint32_t at[3] = {n % 5, n / 5 % 5, n / 25};
+          if (at[axis] < first || at[axis] >= first + count) continue;
+          float value = v.first;
+          for (int i = 0; i < 3; ++i) value += v.slope[i] * static_cast<float>(at[i]);
+          brick.codes[octree::corners_of(brick.entry, at).first] = static_cast<std::int8_t>(value);
+        }
+        const auto is_linear = [&](const LineOverBrick& wanted) {
+          return is_linear_brick(brick.map, brick.entry, 1, wanted, 0.5F, kNear, 1);
+        };
+        EXPECT_TRUE(is_linear(v));
+        // The last slice that is left out is off by the slope times its way from the stored ones.
+        const auto left_out = static_cast<float>(kFieldEdge - count);
+        const float end = first > 0 ? static_cast<float>(first) : static_cast<float>(count - 1);
+        for (const float off : {0.45F, 0.55F}) {
+          LineOverBrick tilted = v;
+          tilted.slope[axis] = off / left_out;
+          tilted.first -= end * tilted.slope[axis];
+          const bool stored_are = off / left_out * static_cast<float>(count - 1) < 0.5F;
+          EXPECT_EQ(is_linear(tilted), stored_are && off < 0.5F);
+        }
+        // A sample of the last slice counts where only slices that are left out are near.
+        LineOverBrick height{-(first > 0 ? 0.0F : 4.0F), {}};
+        height.slope[axis] = 1;
+        EXPECT_TRUE(is_linear_brick(brick.map, brick.entry, 1, v, 0.5F, height, 0.5F));
+        brick.codes[first > 0 ? 7 : std::size_t{count} * kFieldSlice - 7] += 1;
+        EXPECT_FALSE(is_linear_brick(brick.map, brick.entry, 1, v, 0.5F, height, 0.5F));
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace vps::test
