@@ -50,15 +50,16 @@ HWY_INLINE bool are_linear(std::span<const Code> codes, float step, const LineOv
   const F most = hn::Set(f32, tolerance * (1 - 1e-3F));
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
   const auto count = static_cast<std::uint32_t>(codes.size());
+  auto any_beyond = hn::FirstN(f32, 0);
   for (std::uint32_t next = 0; next < count; next += lanes) {
     const std::uint32_t i = std::min(next, count - lanes);
     const auto counts = hn::Le(hn::Abs(at(height, i)), hn::Set(f32, near));
     const F v =
         hn::Mul(hn::Set(f32, step), hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, codes.data() + i))));
     const auto beyond = hn::And(counts, hn::Not(hn::Le(hn::Abs(hn::Sub(v, at(wanted, i))), most)));
-    if (!hn::AllFalse(f32, beyond)) return false;
+    any_beyond = hn::Or(any_beyond, beyond);
   }
-  return true;
+  return hn::AllFalse(f32, any_beyond);
 }
 
 // Seen from another slice than the first.

@@ -115,6 +115,26 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   return touch;
 }
 
+template <class Lanes>
+std::uint32_t touching_lanes(const Lanes& field, Descent& d, IndexRange nodes, std::uint32_t* out) {
+  const Words u32;
+  constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
+  F rejected = set(d.rejected);
+  std::uint32_t count = 0;
+  for (std::uint32_t first = nodes.begin; first < nodes.end; first += kMost) {
+    const Batch batch{first, nodes.end - first < kMost ? nodes.end - first : kMost, 0};
+    const Spheres spheres = spheres_of(field, d, batch);
+    const F bound = bound_at(field, d, spheres);
+    const M touch = touching(batch, spheres, bound);
+    const M apart = hn::AndNot(touch, valid_lanes(batch));
+    rejected = hn::IfThenElse(apart, hn::Max(rejected, hn::Add(bound, spheres.radius)), rejected);
+    count += store_packed(u32, numbers_of(batch), hn::RebindMask(u32, touch), out + count);
+    d.nodes_tested += batch.count;
+  }
+  d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
+  return count;
+}
+
 // Adds hits to the results.
 HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Words> leaves, F v, M hit, Descent& d) {
   const Words u32;
@@ -398,6 +418,9 @@ struct Kernels {
   static bool touches(const void* field, Descent& d, std::uint32_t node) {
     return touches_one(lanes(field, d), d, node);
   }
+  static std::uint32_t touching(const void* field, Descent& d, IndexRange nodes, std::uint32_t* out) {
+    return touching_lanes(lanes(field, d), d, nodes, out);
+  }
   static void descend(const void* field, Descent& d) { descend_lanes(lanes(field, d), d); }
   static void test_list(const void* field, Descent& d, const PointList& list) {
     test_list_lanes(lanes(field, d), d, list);
@@ -412,9 +435,9 @@ struct Kernels {
 
 template <class... Fields>
 const DescentKernels& kernels_at(std::size_t kind, const std::tuple<Fields...>*) {
-  static constexpr DescentKernels kAll[] = {{&Kernels<Fields>::touches, &Kernels<Fields>::descend,
-                                             &Kernels<Fields>::test_list, &Kernels<Fields>::measure_ways,
-                                             &Kernels<Fields>::test_parents}...};
+  static constexpr DescentKernels kAll[] = {{&Kernels<Fields>::touches, &Kernels<Fields>::touching,
+                                             &Kernels<Fields>::descend, &Kernels<Fields>::test_list,
+                                             &Kernels<Fields>::measure_ways, &Kernels<Fields>::test_parents}...};
   return kAll[kind];
 }
 const DescentKernels& descent_kernels_here(std::size_t kind) {

@@ -58,6 +58,7 @@ struct PointList {
 /// The loops for one kind of field, compiled for the machine's instructions.
 struct DescentKernels {
   bool (*touches)(const void* field, Descent& descent, std::uint32_t node);
+  std::uint32_t (*touching)(const void* field, Descent& descent, IndexRange nodes, std::uint32_t* out);
   void (*descend)(const void* field, Descent& descent);
   void (*test_list)(const void* field, Descent& descent, const PointList& list);
   void (*measure_ways)(const void* field, const Descent& descent, const PointList& list, float jump, float* ways);
@@ -75,6 +76,12 @@ class DescentField {
 
   /// Whether a node's sphere may touch the field.
   bool touches(Descent& descent, std::uint32_t node) const noexcept { return kernels_.touches(field_, descent, node); }
+  /// Writes those of some nodes, in their order, whose spheres may touch the field. Not with a budget.
+  /// @param out  room for all of them and kLanePadding more
+  /// @return how many there are
+  std::uint32_t touching(Descent& descent, IndexRange nodes, std::uint32_t* out) const noexcept {
+    return kernels_.touching(field_, descent, nodes, out);
+  }
   /// Algorithm 1 of the paper (Sec. 2.3) from the nodes in the queue, breadth first. Afterwards [begin, end) are the
   /// nodes that are left; the nodes before `begin` were expanded.
   void descend(Descent& descent) const noexcept { kernels_.descend(field_, descent); }

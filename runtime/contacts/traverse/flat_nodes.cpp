@@ -28,18 +28,54 @@ class FlatNodes {
         limit_(query.options.contact_distance / query.descent.unit),
         gives_(query.flat_nodes_give) {}
 
-  Answer ask(std::uint32_t node) noexcept {
-    count_ = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
+  // Tests the corners of the first nodes of a list together, as many as there is room for: most nodes have a few.
+  // @return how many nodes; `answer` then takes them one after the other
+  std::uint32_t test(std::span<const std::uint32_t> nodes) noexcept {
+    std::uint32_t corners = 0;
+    std::uint32_t tested = 0;
+    for (; tested < nodes.size(); ++tested) {
+      const std::uint32_t node = nodes[tested];
+      const std::uint32_t count = corners_of(node);
+      if (corners + count > kMostCorners) break;
+      const std::uint32_t* const points = shell_.hull_points + shell_.hull_offsets[node];
+      for (std::uint32_t i = 0; i < count; ++i, ++corners) {
+        points_[corners] = points[i];
+        leaves_[corners] = node;
+        for (std::size_t axis = 0; axis < 3; ++axis) codes_[axis][corners] = shell_.position[axis][points[i]];
+      }
+    }
+    // Adds all corners to the hits, however far they are from the surface.
+    first_ = d_.hit_count;
+    next_ = 0;
+    const float wanted = std::exchange(d_.contact_distance, std::numeric_limits<float>::max());
+    const MovingShell* const moving = std::exchange(d_.moving, nullptr);
+    query_.field.test_list(
+        d_, {{codes_[0].data(), codes_[1].data(), codes_[2].data()}, points_.data(), leaves_.data(), corners});
+    d_.contact_distance = wanted;
+    d_.moving = moving;
+    d_.hit_count = first_;
+    return tested;
+  }
+
+  // Of the next of the nodes that were tested.
+  Answer answer(std::uint32_t node) noexcept {
+    begin_ = next_;
+    count_ = corners_of(node);
+    next_ += count_;
+    if (count_ == 0) return Answer::unknown;
     const IndexRange below = points_below(shell_, node);
-    const std::uint32_t points = below.end - below.begin;
-    // A forged asset must not give more hits than there are points.
-    if (count_ > kMostCorners || count_ > points) return Answer::unknown;
-    most_tests_ = 4 * points;
-    const std::uint32_t first = d_.hit_count;
-    test_corners(node);
-    const Answer answer = answer_for(node, {d_.penetrations + first, count_});
-    if (answer != Answer::given || gives_ == FlatNodesGive::patches) d_.hit_count = first;
-    if (answer == Answer::given && gives_ == FlatNodesGive::deepest) keep_deepest(first);
+    most_tests_ = 4 * (below.end - below.begin);
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      places_[i] = query_.transform.apply(point_position(shell_, points_[begin_ + i]));
+    }
+    const std::span<const float> v(d_.penetrations + first_ + begin_, count_);
+    const Answer answer = answer_for(node, v);
+    if (answer != Answer::given || gives_ == FlatNodesGive::patches) return answer;
+    if (gives_ == FlatNodesGive::deepest) {
+      keep_hit(static_cast<std::uint32_t>(std::max_element(v.begin(), v.end()) - v.begin()));
+    } else {
+      for (std::uint32_t i = 0; i < count_; ++i) keep_hit(i);
+    }
     return answer;
   }
 
@@ -47,38 +83,30 @@ class FlatNodes {
   static constexpr std::uint32_t kMostCorners = 64;
   static constexpr float kBeside = 4;  // V may be bent, and points may lie beside the hull. [tolerances]
 
-  // Adds all corners to the hits, however far they are from the surface.
-  void test_corners(std::uint32_t node) noexcept {
-    const std::uint32_t* const corners = shell_.hull_points + shell_.hull_offsets[node];
-    for (std::uint32_t i = 0; i < count_; ++i) {
-      points_[i] = corners[i];
-      leaves_[i] = node;
-      for (std::size_t axis = 0; axis < 3; ++axis) codes_[axis][i] = shell_.position[axis][corners[i]];
-      places_[i] = query_.transform.apply(point_position(shell_, corners[i]));
-    }
-    const float wanted = std::exchange(d_.contact_distance, std::numeric_limits<float>::max());
-    const MovingShell* const moving = std::exchange(d_.moving, nullptr);
-    query_.field.test_list(
-        d_, {{codes_[0].data(), codes_[1].data(), codes_[2].data()}, points_.data(), leaves_.data(), count_});
-    d_.contact_distance = wanted;
-    d_.moving = moving;
+  // 0: the node's children are asked. A forged asset must not give more hits than there are points.
+  [[nodiscard]] std::uint32_t corners_of(std::uint32_t node) const noexcept {
+    const std::uint32_t count = shell_.hull_offsets[node + 1] - shell_.hull_offsets[node];
+    const IndexRange below = points_below(shell_, node);
+    return count > kMostCorners || count > below.end - below.begin ? 0 : count;
   }
 
-  // Of hits from `first` on, keeps the deepest.
-  void keep_deepest(std::uint32_t first) noexcept {
-    const float* const v = d_.penetrations;
-    const auto deepest = static_cast<std::uint32_t>(std::max_element(v + first, v + d_.hit_count) - v);
-    d_.hits[first] = d_.hits[deepest];
-    d_.leaves[first] = d_.leaves[deepest];
-    d_.penetrations[first] = d_.penetrations[deepest];
-    d_.hit_count = first + 1;
+  // Of the corners that were tested, brings one of the node's to the hits that stay.
+  void keep_hit(std::uint32_t corner) noexcept {
+    const std::uint32_t from = first_ + begin_ + corner;
+    const std::uint32_t to = d_.hit_count++;
+    d_.hits[to] = d_.hits[from];
+    d_.leaves[to] = d_.leaves[from];
+    d_.penetrations[to] = d_.penetrations[from];
+    if (d_.positions[0] == nullptr) return;
+    for (float* const row : d_.positions) row[to] = row[from];
   }
 
   // Largest distance off the surface at which a corner is a hit. In the field's unit.
   [[nodiscard]] float reach_of(std::size_t corner) const noexcept {
     if (d_.moving == nullptr) return limit_;
     const Affine& ways = d_.moving->ways;
-    const float code[3] = {codes_[0][corner], codes_[1][corner], codes_[2][corner]};
+    const std::size_t at = begin_ + corner;
+    const float code[3] = {codes_[0][at], codes_[1][at], codes_[2][at]};
     float squared = 0;
     for (int axis = 0; axis < 3; ++axis) {
       float way = ways.translation[axis];
@@ -157,8 +185,11 @@ class FlatNodes {
   const float tolerance_;  // of the hull, and of V from a linear function. [m]
   const float limit_;      // contact distance, in the field's unit
   const FlatNodesGive gives_;
-  std::uint32_t count_ = 0, most_tests_ = 0;
-  std::array<Vec3, kMostCorners> places_;  // of the corners, field's frame. [m]
+  // Of the node that is answered: its corners among those that were tested.
+  std::uint32_t begin_ = 0, count_ = 0, most_tests_ = 0;
+  std::array<Vec3, kMostCorners> places_;  // of its corners, field's frame. [m]
+  // Of the nodes that were tested: their first corner among the hits, and the first corner that is not answered yet.
+  std::uint32_t first_ = 0, next_ = 0;
   std::array<std::array<float, kMostCorners + kLanePadding>, 3> codes_{};
   std::array<std::uint32_t, kMostCorners + kLanePadding> points_{}, leaves_{};
 };
@@ -186,16 +217,19 @@ void ask_flat_nodes(TraverseQuery& query, std::uint32_t count) noexcept {
   const std::uint32_t end = d.end;
   std::uint32_t tail = end;
   FlatNodes nodes(query);
+  std::uint32_t tested = 0;
   for (std::uint32_t at = 0; at < count; ++at) {
+    if (at == tested) tested += nodes.test({flats + at, count - at});
     const std::uint32_t node = flats[at];
-    if (nodes.ask(node) != Answer::unknown) continue;
+    if (nodes.answer(node) != Answer::unknown) continue;
     const auto [first, last] = children_of(shell, node);
     if (node >= leaves || first >= leaves) {
       d.queue[tail++] = node;
       continue;
     }
-    for (std::uint32_t child = first; child < last; ++child) {
-      if (!query.field.touches(d, child)) continue;
+    const std::uint32_t touching = query.field.touching(d, {first, last}, d.queue + tail);
+    for (std::uint32_t i = 0, from = tail; i < touching; ++i) {
+      const std::uint32_t child = d.queue[from + i];
       if (has_hull(shell, child)) {
         flats[count++] = child;
       } else {
