@@ -27,7 +27,8 @@ constexpr auto kPlaces = [] {
   for (std::uint32_t i = 0; i < kFieldSamples; ++i) {
     places[0][i] = static_cast<float>(i % kFieldEdge);
     places[1][i] = static_cast<float>(i / kFieldEdge % kFieldEdge);
-    places[2][i] = static_cast<float>(i / kFieldSlice);
+    const std::uint32_t slice = i / kFieldSlice;
+    places[2][i] = static_cast<float>(slice);
   }
   return places;
 }();
@@ -76,7 +77,8 @@ bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick
   if (left_out.are_far) return true;
   // Slices that are left out have the samples of the last stored one. What these are off by changes evenly from slice
   // to slice, so that the first and the last of them have the most.
-  const float end = left_out.is_lower ? 0 : static_cast<float>(codes.size() / kFieldSlice - 1);
+  const std::size_t slices = codes.size() / kFieldSlice;
+  const float end = left_out.is_lower ? 0 : static_cast<float>(slices - 1);
   const float last = left_out.is_lower ? -left_out.count : end + left_out.count;
   const std::span<const Code> slice = left_out.is_lower ? codes.first(kFieldSlice) : codes.last(kFieldSlice);
   const float reach = near + left_out.count * std::abs(height.slope[2]);
