@@ -43,7 +43,7 @@ class PairSearch {
     parts_[0][1] = sides_[0].shell->nodes + options_.guess;
     bounds_[0] = bounds_[1] = 0;
     count_ = 2;
-    while (count_ > 0 && result_.distance > options_.enough) {
+    while (count_ > 0) {
       --count_;
       if (bounds_[count_] >= limit()) {
         skip(bounds_[count_]);
@@ -54,7 +54,6 @@ class PairSearch {
       const bool second = sides_[0].is_point(parts[0]) || sides_[1].radius(parts[1]) > sides_[0].radius(parts[0]);
       open(second ? 1 : 0, parts);
     }
-    while (count_ > 0) skip(bounds_[--count_]);
     skip(hn::GetLane(hn::MinOfLanes(f32, passed_)));
     result_.bound = std::max(std::min(skipped_, result_.distance - slack_), 0.0F);
   }

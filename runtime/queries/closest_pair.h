@@ -10,7 +10,6 @@
 namespace vps::detail {
 
 struct ClosestPairOptions {
-  float enough = 0;         ///< the search ends at two points that are this close. [m]
   float tolerance = 0;      ///< it may miss points that are closer by at most this, [m]
   float relative = 0;       ///< or by this part of the distance
   std::uint32_t guess = 0;  ///< point of the first shell that is looked at first

@@ -115,21 +115,32 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   return touch;
 }
 
+// Tests a batch of spheres. Writes the nodes that may touch, and upper bounds of V below them if there is room for
+// these.
+// @param rejected  of the others
+template <class Lanes>
+HWY_INLINE std::uint32_t test_spheres(const Lanes& field, Descent& d, const Batch& batch, F& rejected,
+                                      std::uint32_t* out, float* bounds) {
+  const Spheres spheres = spheres_of(field, d, batch);
+  const F bound = bound_at(field, d, spheres);
+  const M touch = touching(batch, spheres, bound);
+  const M apart = hn::AndNot(touch, valid_lanes(batch));
+  // Upper bounds of V below the spheres, unless they touch: docs/internals/bounds.md.
+  const F below = hn::Add(bound, spheres.radius);
+  rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
+  if (bounds != nullptr) store_packed(f32, below, touch, bounds);
+  d.nodes_tested += batch.count;
+  return store_packed(Words(), numbers_of(batch), hn::RebindMask(Words(), touch), out);
+}
+
 template <class Lanes>
 std::uint32_t touching_lanes(const Lanes& field, Descent& d, IndexRange nodes, std::uint32_t* out) {
-  const Words u32;
   constexpr auto kMost = static_cast<std::uint32_t>(hn::MaxLanes(Floats()));
   F rejected = set(d.rejected);
   std::uint32_t count = 0;
   for (std::uint32_t first = nodes.begin; first < nodes.end; first += kMost) {
     const Batch batch{first, nodes.end - first < kMost ? nodes.end - first : kMost, 0};
-    const Spheres spheres = spheres_of(field, d, batch);
-    const F bound = bound_at(field, d, spheres);
-    const M touch = touching(batch, spheres, bound);
-    const M apart = hn::AndNot(touch, valid_lanes(batch));
-    rejected = hn::IfThenElse(apart, hn::Max(rejected, hn::Add(bound, spheres.radius)), rejected);
-    count += store_packed(u32, numbers_of(batch), hn::RebindMask(u32, touch), out + count);
-    d.nodes_tested += batch.count;
+    count += test_spheres(field, d, batch, rejected, out + count, nullptr);
   }
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
   return count;
@@ -329,16 +340,7 @@ void descend_lanes(const Lanes& field, Descent& d) {
   std::uint32_t tail = d.end;
   Batch batch;
   while (batches.next(tail, last_inner, batch)) {
-    const Spheres spheres = spheres_of(field, d, batch);
-    const F bound = bound_at(field, d, spheres);
-    const M touch = touching(batch, spheres, bound);
-    const M apart = hn::AndNot(touch, valid_lanes(batch));
-    // Upper bounds of V below the spheres, unless they touch: docs/internals/bounds.md.
-    const F below = hn::Add(bound, spheres.radius);
-    rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
-    if (d.bounds != nullptr) store_packed(f32, below, touch, d.bounds + tail);
-    tail += store_packed(u32, numbers_of(batch), hn::RebindMask(u32, touch), d.queue + tail);
-    d.nodes_tested += batch.count;
+    tail += test_spheres(field, d, batch, rejected, d.queue + tail, d.bounds != nullptr ? d.bounds + tail : nullptr);
   }
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
   // After the inner nodes the queue has only leaves.

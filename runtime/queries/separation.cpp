@@ -159,27 +159,14 @@ bool compares_shells(const SeparationQuery<VoxelmapView>& query) noexcept {
   const PointshellView* const other = query.options.field_shell;
   return other != nullptr && other->points > 0 && certified_band(query.field).outer > value_error(query.field);
 }
-template <class Field>
-bool compares_shells(const SeparationQuery<Field>&) noexcept {
-  return false;
-}
-
-// V from which on the field alone tells the deepest point. [m]
-float least_of_field(const VoxelmapView& map) noexcept {
-  return -certified_band(map).outer;
-}
-template <class Field>
-float least_of_field(const Field&) noexcept {
-  return std::numeric_limits<float>::lowest();
-}
 
 // Lower bound of the distance of all points from the bounds of the field's mesh. [m]
-float distance_to_bounds(const SeparationQuery<VoxelmapView>& query) noexcept {
+float distance_from_bounds(const SeparationQuery<VoxelmapView>& query, std::uint32_t guess) noexcept {
   const float* const low = query.field.bounds_min;
   const float* const high = query.field.bounds_max;
   const BoxField box{{(high[0] - low[0]) / 2, (high[1] - low[1]) / 2, (high[2] - low[2]) / 2}};
   const Vec3 centre{(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2};
-  DeepestSearch search = new_search(query, {}, seen_from(centre, query.pose), 0);
+  DeepestSearch search = new_search(query, {}, seen_from(centre, query.pose), guess);
   search.margin = -query.options.tolerance;
   find_deepest(box, search);
   return -std::max(search.best, search.rejected) - search.slack;
@@ -194,19 +181,15 @@ Apart find_apart(const SeparationQuery<VoxelmapView>& query, SeparationResult& r
   const PointshellView& other = *query.options.field_shell;
   constexpr float kRelative = 0.02F;
   const ClosestPair pair =
-      find_closest_pair(query.shell, other, query.pose, {0, query.options.tolerance, kRelative, query.options.guess});
+      find_closest_pair(query.shell, other, query.pose, {query.options.tolerance, kRelative, query.options.guess});
   result.nodes_tested += pair.nodes_tested;
   result.points_tested += pair.points_tested;
   result.point = pair.first;
   const Vec3 start = point_position(other, pair.second);
   Apart apart;
   apart.deepest = deepest_of(query, pair.first, &start, result.position);
-  apart.nearest = std::max(pair.bound - other.covering_radius, distance_to_bounds(query));
+  apart.nearest = std::max(pair.bound - other.covering_radius, distance_from_bounds(query, pair.first));
   return apart;
-}
-template <class Field>
-Apart find_apart(const SeparationQuery<Field>&, SeparationResult&) noexcept {
-  return {};
 }
 
 // @param kernel_field  the field in kernel form
@@ -221,7 +204,11 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   DeepestSearch search = new_search(query, frame, kernel_pose, query.options.guess);
   // V may be too large at a point, and too small at the centre of its sphere.
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
-  if (compares_shells(query)) search.floor = least_of_field(query.field) / unit;
+  constexpr bool kIsMap = std::is_same_v<Field, VoxelmapView>;
+  if constexpr (kIsMap) {
+    // In its band the field alone tells the deepest point.
+    if (compares_shells(query)) search.floor = -certified_band(query.field).outer / unit;
+  }
   find_deepest(kernel_field, search);
 
   result.point = search.point;
@@ -231,16 +218,19 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
   double above = double{error};  // of the true V of a point above delta_bound
   DeepestPoint deepest;
-  if (!compares_shells(query) || search.deepest > search.floor) {
-    deepest = deepest_of(query, search.point, nullptr, result.position);
-  } else {
-    const Apart apart = find_apart(query, result);
-    deepest = apart.deepest;
-    if (-double{apart.nearest} < result.delta_bound) {
-      result.delta_bound = -double{apart.nearest};
-      above = 0;
+  bool is_found = true;
+  if constexpr (kIsMap) {
+    is_found = !compares_shells(query) || search.deepest > search.floor;
+    if (!is_found) {
+      const Apart apart = find_apart(query, result);
+      deepest = apart.deepest;
+      if (-double{apart.nearest} < result.delta_bound) {
+        result.delta_bound = -double{apart.nearest};
+        above = 0;
+      }
     }
   }
+  if (is_found) deepest = deepest_of(query, search.point, nullptr, result.position);
   deepest = come_closer(query, deepest, result);
   // Points lie on the surface, apart from the rounding of their codes. Every point of the surface is within the
   // covering radius of one of them.

@@ -86,7 +86,7 @@ Bodies make_bodies(const Options& options) {
   const TriangleMesh as_read = out.mesh;
   const Asset& asset = *out.ours[0].file.asset;
   out.mesh = centred(std::move(out.mesh), asset);
-  if (options.only == "distance") return out;  // HACD takes minutes
+  if (options.only == "distance" || options.only == "open") return out;  // HACD takes minutes
   const std::vector<Hull> hulls = hacd_hulls(as_read, {}, folder);
   for (const auto& v : out.mesh.vertices) out.lowest = std::min(out.lowest, v[1]);
   out.peers.emplace_back("hull of 42", hull_of_42(out.mesh, kPeerMargin));
