@@ -417,7 +417,7 @@ def separation(first: Asset, second: Asset, poses: npt.ArrayLike, *, tolerance: 
                threads: int = 0) -> Separation:
     """Distance between two bodies, with bounds for their true surfaces, for each pose.
 
-    Beyond some voxels the closest points are found to 2 % of the distance if both bodies have points.
+    Beyond the band the closest points are found to 2 % of the distance if both bodies have points.
     poses: shape (..., 4, 4), take the second body's frame to the first's
     tolerance: the search may stop this far from the nearest point; faster [m]
     """
