@@ -9,14 +9,15 @@ namespace vps {
 
 /// Edge of a cell with a plane. Cell (i, j, k) begins at the centre of voxel (8 i, 8 j, 8 k). [vx]
 inline constexpr int kPlaneCell = 8;
-/// Steps of a gradient in 1, and of a value in a voxel.
+/// Steps of a gradient in 1.
 inline constexpr int kSlopeSteps = 60;
-inline constexpr int kHeightSteps = 8;
+/// A height's code is the root of its size times this, with its sign: near the surface heights have small steps.
+inline constexpr int kHeightSquares = 4096;
 /// Largest code of a slope, and of a height.
 inline constexpr int kLargestSlope = 63;
 inline constexpr int kLargestHeight = 511;
 
-/// V <= height / kHeightSteps + sum of slope / kSlopeSteps (P - centre of the cell), in voxels.
+/// V <= height |height| / kHeightSquares + sum of slope / kSlopeSteps (P - centre of the cell), in voxels.
 struct CellPlane {
   int slope[3] = {};  ///< [Limits: -kLargestSlope <= value <= kLargestSlope]
   int height = 0;     ///< [Limits: -kLargestHeight <= value <= kLargestHeight]
@@ -52,12 +53,17 @@ inline constexpr int kLargestBlockHeight = 4 * 127;
   return plane;
 }
 
+/// [vx]
+[[nodiscard]] constexpr float plane_height(int code) noexcept {
+  return static_cast<float>(code * (code < 0 ? -code : code)) * (1.0F / kHeightSquares);
+}
+
 /// The bound at a point. [vx]
 /// @param from_centre  of the cell or block. [vx]
 [[nodiscard]] constexpr float height_at(const CellPlane& plane, const float (&from_centre)[3]) noexcept {
   float rise = 0;
   for (int axis = 0; axis < 3; ++axis) rise += static_cast<float>(plane.slope[axis]) * from_centre[axis];
-  return rise / kSlopeSteps + static_cast<float>(plane.height) / kHeightSteps;
+  return rise / kSlopeSteps + plane_height(plane.height);
 }
 
 }  // namespace vps

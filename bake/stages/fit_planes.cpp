@@ -233,7 +233,9 @@ class Fitter {
   static constexpr double kFarthest = (0.5 * kPlaneCell + 0.5) * std::numbers::sqrt3;
 
   static void set_height(double height, CellPlane& plane) {
-    const double code = std::ceil((height + kMargin) * kHeightSteps);
+    const double above = height + kMargin;
+    const double root = std::sqrt(std::abs(above) * kHeightSquares);
+    const double code = above < 0 ? -std::floor(root) : std::ceil(root);
     plane.height = static_cast<int>(std::clamp(code, double{-kLargestBlockHeight}, double{kLargestBlockHeight}));
   }
 
@@ -337,8 +339,9 @@ class Fitter {
     const double e = from_.error / from_.grid.voxel_size;
     if (values.empty() || from_.band_inner / from_.grid.voxel_size < std::sqrt(0.75) + kAround_vx + e) return;
     const Vector g = gradient_of(plane);
-    const double height = static_cast<double>(plane.height) / kHeightSteps;
-    const double most = height + 1.0 / kHeightSteps - kMargin;
+    constexpr double kCost_vx = 0.125;
+    const double height = double{plane_height(plane.height)};
+    const double most = height + kCost_vx - kMargin;
     // Saves time: a field that curves in the cell curves more around it.
     constexpr double kCurved = 0.5;
     double sum = 0;
@@ -389,7 +392,7 @@ std::optional<OctantPlanes> needed_octants(const Fitter& fitter, const Index3& c
   int count = 0;
   for (std::uint32_t octant = 0; octant < 8; ++octant) {
     if (!fitter.is_in_grid(octant_of(cell, octant))) continue;
-    const double height = static_cast<double>(planes[octant].height) / kHeightSteps;
+    const double height = double{plane_height(planes[octant].height)};
     nearest = std::max(nearest, height);
     gap += heights[octant] - height;
     ++count;

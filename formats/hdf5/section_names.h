@@ -48,7 +48,7 @@ inline constexpr SectionName kSectionNames[] = {
      ""},
     {SectionKind::planes, "/voxelmap/planes", "1",
      "linear upper bound of V in each octant of a root, 8x8x8 cells: bits 0 to 20 the gradient in 1/60, 21 to 30 the"
-     " value at the centre in 1/8 voxel, 31 whether it also bounds the field a voxel around the octant",
+     " height h at the centre, h |h| / 4096 voxels, 31 whether it also bounds the field a voxel around the octant",
      ""},
     {SectionKind::point_positions, "/pointshell/positions", "position_step",
      "rows x, y, z of the points; position = position_origin + position_step * value, in m", "Eq. (6)"},

@@ -384,8 +384,9 @@ struct SampledLanes : Everywhere {
     };
     const I of_cell = hn::ShiftRight<22>(hn::ShiftLeft<1>(code));
     const I of_block = hn::ShiftLeft<2>(hn::ShiftRight<24>(hn::ShiftLeft<3>(code)));
-    const F height =
-        hn::Mul(hn::ConvertTo(f32, hn::IfThenElse(of_octant, of_cell, of_block)), set(1.0F / kHeightSteps));
+    // plane_height
+    const F size = hn::ConvertTo(f32, hn::IfThenElse(of_octant, of_cell, of_block));
+    const F height = hn::Mul(hn::Mul(size, hn::Abs(size)), set(1.0F / kHeightSquares));
     F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(x));
     rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(y), rise);
     rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(z), rise);

@@ -54,7 +54,8 @@ TEST(CellPlane, ABlocksHasTheBitsOfTheFormat) {
 
 TEST(CellPlane, ItsHeightIsInVoxels) {
   const float from_centre[3] = {2, -4, 1};
-  EXPECT_FLOAT_EQ(height_at({{30, 15, -60}, -12, false}, from_centre), 1 - 1 - 1 - 1.5F);
+  EXPECT_FLOAT_EQ(height_at({{30, 15, -60}, -80, false}, from_centre), 1 - 1 - 1 - 1.5625F);
+  EXPECT_FLOAT_EQ(height_at({{30, 15, -60}, 3, false}, from_centre), 1 - 1 - 1 + 9.0F / 4096);
 }
 
 }  // namespace
