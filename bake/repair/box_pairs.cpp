@@ -2,6 +2,8 @@
 // Compiled once per instruction set by Highway, chosen at run time.
 #include "bake/repair/box_pairs.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <limits>
@@ -111,17 +113,19 @@ std::vector<FloatBox> fill_nodes(const std::vector<FloatBox>& boxes, std::vector
   constexpr std::size_t kWidth = BoxPairs::kWidth;
   nodes.resize((boxes.size() + kWidth - 1) / kWidth);
   std::vector<FloatBox> around(nodes.size(), empty_box());
-  for (std::size_t n = 0; n < nodes.size() * kWidth; ++n) {
-    const FloatBox& box = n < boxes.size() ? boxes[n] : empty_box();
-    Node& node = nodes[n / kWidth];
-    FloatBox& outer = around[n / kWidth];
-    for (int axis = 0; axis < 3; ++axis) {
-      node.low[axis][n % kWidth] = box.low[axis];
-      node.high[axis][n % kWidth] = box.high[axis];
-      outer.low[axis] = std::min(outer.low[axis], box.low[axis]);
-      outer.high[axis] = std::max(outer.high[axis], box.high[axis]);
+  tbb::parallel_for(std::size_t{0}, nodes.size(), [&](std::size_t n) {
+    FloatBox& outer = around[n];
+    for (std::size_t i = 0; i < kWidth; ++i) {
+      const std::size_t at = n * kWidth + i;
+      const FloatBox& box = at < boxes.size() ? boxes[at] : empty_box();
+      for (int axis = 0; axis < 3; ++axis) {
+        nodes[n].low[axis][i] = box.low[axis];
+        nodes[n].high[axis][i] = box.high[axis];
+        outer.low[axis] = std::min(outer.low[axis], box.low[axis]);
+        outer.high[axis] = std::max(outer.high[axis], box.high[axis]);
+      }
     }
-  }
+  });
   return around;
 }
 }  // namespace detail
@@ -132,16 +136,16 @@ BoxPairs::BoxPairs(const Mesh& mesh) {
   Eigen::AlignedBox3d bounds;
   for (const Vector& v : mesh.vertices) bounds.extend(v);
   order_ = morton_order(mesh, bounds.min(), bounds.sizes().maxCoeff());
-  std::vector<detail::FloatBox> boxes;
-  boxes.reserve(order_.size());
-  for (const std::uint32_t t : order_) {
-    detail::FloatBox& box = boxes.emplace_back();
+  std::vector<detail::FloatBox> boxes(order_.size());
+  const Vector centre = bounds.center();
+  tbb::parallel_for(std::size_t{0}, boxes.size(), [&](std::size_t i) {
+    const std::uint32_t t = order_[i];
     for (int axis = 0; axis < 3; ++axis) {
       const auto [low, high] = std::minmax({mesh.corner(t, 0)[axis], mesh.corner(t, 1)[axis], mesh.corner(t, 2)[axis]});
-      box.low[axis] = static_cast<float>(low - bounds.center()[axis]);
-      box.high[axis] = static_cast<float>(high - bounds.center()[axis]);
+      boxes[i].low[axis] = static_cast<float>(low - centre[axis]);
+      boxes[i].high[axis] = static_cast<float>(high - centre[axis]);
     }
-  }
+  });
   do {
     boxes = detail::fill_nodes(boxes, levels_.emplace_back());
   } while (boxes.size() > 1);

@@ -193,7 +193,6 @@ void close_mesh(Mesh& mesh, double longest_side, const RepairSettings& settings,
     outcome.used = Repair::wrap;
     return;
   }
-  if (count_unbalanced(mesh) == 0) return;
   Mesh work = mesh;
   const auto allowed = [&](Repair r) { return settings.repair >= r; };
   std::string note;  // about the most invasive repair that changed something
@@ -308,9 +307,11 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   refuse_far_vertices(mesh, settings.voxel_size);
   drop_duplicates(mesh, cleaned);
   if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
-  if (count_unbalanced(mesh) > 0) {
+  bool closed = count_unbalanced(mesh) == 0;
+  if (!closed) {
     const std::size_t turned = orient_consistently(mesh);
     if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
+    closed = count_unbalanced(mesh) == 0;
   }
   if (settings.sheet_thickness > 0) {
     // Sheets inside a solid add nothing, and the shell around a thickened one would be a cavity.
@@ -320,18 +321,23 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
       notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, plural(sheets),
                                   format_length(settings.sheet_thickness)));
     }
+    closed = count_unbalanced(mesh) == 0;
   }
   const auto begin = [&](const char* step) {
     if (settings.progress) settings.progress(step);
   };
   begin("check: close");
-  close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome, filling);
+  if (!closed || settings.repair == Repair::wrap) {
+    close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome, filling);
+  }
   warn_of_large_filling(settings.voxel_size, outcome);
   begin("check: crossing triangles");
   const std::vector<TrianglePair> pairs = self_intersections(mesh);
   begin("check: unite shells");
-  note_shells(resolve_shells(mesh, pairs), notes);
-  if (const std::size_t open = count_unbalanced(mesh); open > 0) refuse_union(open);
+  const ShellCounts resolved = resolve_shells(mesh, pairs);
+  note_shells(resolved, notes);
+  const bool may_have_opened = resolved.united + resolved.flat > 0;
+  if (const std::size_t open = may_have_opened ? count_unbalanced(mesh) : 0; open > 0) refuse_union(open);
   drop_flat(mesh, cleaned.collapsed);
   if (cleaned.collapsed > 0) notes.push_back(fmt::format("dropped {} collapsed triangles", cleaned.collapsed));
   if (cleaned.duplicates > 0) notes.push_back(fmt::format("dropped {} duplicate triangles", cleaned.duplicates));

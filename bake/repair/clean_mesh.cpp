@@ -1,21 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/repair/clean_mesh.h"
 
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <numeric>
-#include <unordered_map>
+#include <tuple>
 
 #include "bake/repair/topology.h"
-#include "formats/vps_format.h"
+#include "formats/mesh/position_numbers.h"
 
 namespace vps::bake {
 namespace {
-
-struct PositionHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
-    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
-  }
-};
 
 // The three vertices in rising order, and whether the triangle's own order is an even permutation of that.
 struct Corners {
@@ -37,25 +33,20 @@ std::size_t drop_collapsed(Mesh& mesh) {
 
 Mesh join_vertices(const TriangleMesh& mesh, CleanCounts& counts) {
   Mesh joined;
-  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers;
-  numbers.reserve(mesh.vertices.size());
+  PositionNumbers numbers(mesh.vertices.size());
   joined.triangles.reserve(mesh.triangles.size());
   std::vector<std::uint32_t> number(mesh.vertices.size(), kNoBrick);
   for (const auto& triangle : mesh.triangles) {
     Triangle t{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& n = number[triangle[k]];
-      if (n == kNoBrick) {
-        std::array<double, 3> p = mesh.vertices[triangle[k]];
-        for (double& x : p) x += 0.0;  // -0 and 0 are one position
-        const auto [it, fresh] = numbers.try_emplace(p, static_cast<std::uint32_t>(joined.vertices.size()));
-        if (fresh) joined.vertices.emplace_back(p[0], p[1], p[2]);
-        n = it->second;
-      }
+      if (n == kNoBrick) n = numbers.number_of(mesh.vertices[triangle[k]]);
       t[k] = n;
     }
     joined.triangles.push_back(t);
   }
+  joined.vertices.reserve(numbers.positions().size());
+  for (const auto& [x, y, z] : numbers.positions()) joined.vertices.emplace_back(x, y, z);
   counts.collapsed += drop_collapsed(joined);
   drop_unused_vertices(joined);
   return joined;
@@ -67,8 +58,9 @@ void drop_duplicates(Mesh& mesh, CleanCounts& counts) {
   for (std::size_t t = 0; t < n; ++t) corners[t] = sorted_corners(mesh.triangles[t]);
   std::vector<std::uint32_t> order(n);
   std::iota(order.begin(), order.end(), 0U);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return corners[a].sorted < corners[b].sorted; });
+  tbb::parallel_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::tie(corners[a].sorted, a) < std::tie(corners[b].sorted, b);
+  });
   std::vector<std::uint8_t> keep(n, 1);
   std::vector<std::pair<std::size_t, std::size_t>> even_groups;  // as many face one way as the other
   for (std::size_t i = 0; i < n;) {

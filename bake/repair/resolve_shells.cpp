@@ -48,6 +48,11 @@ void turn(Mesh& mesh) {
 
 // Takes time in the size of the part alone: a mesh may have thousands of shells.
 Mesh part_of(const Mesh& mesh, const std::vector<std::uint32_t>& triangles) {
+  if (triangles.size() == mesh.triangles.size() && std::is_sorted(triangles.begin(), triangles.end())) {
+    Mesh whole = mesh;
+    drop_unused_vertices(whole);
+    return whole;
+  }
   std::vector<std::uint32_t> used;
   used.reserve(3 * triangles.size());
   for (const std::uint32_t t : triangles) used.insert(used.end(), mesh.triangles[t].begin(), mesh.triangles[t].end());

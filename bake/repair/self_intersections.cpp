@@ -21,12 +21,15 @@ class MeetTest {
   explicit MeetTest(const Mesh& mesh) : triangles_(mesh.triangles) {
     points_.reserve(mesh.vertices.size());
     for (const Vector& v : mesh.vertices) points_.emplace_back(v.x(), v.y(), v.z());
-    flat_.reserve(triangles_.size());
-    for (const Triangle& t : triangles_) flat_.push_back(CGAL::collinear(points_[t[0]], points_[t[1]], points_[t[2]]));
+    flat_.resize(triangles_.size());
+    tbb::parallel_for(std::size_t{0}, triangles_.size(), [&](std::size_t i) {
+      const Triangle& t = triangles_[i];
+      flat_[i] = CGAL::collinear(points_[t[0]], points_[t[1]], points_[t[2]]) ? 1 : 0;
+    });
   }
 
   [[nodiscard]] bool meet(std::uint32_t first, std::uint32_t second) const {
-    if (flat_[first] || flat_[second]) return false;
+    if (flat_[first] != 0 || flat_[second] != 0) return false;
     const Triangle& a = triangles_[first];
     const Triangle& b = triangles_[second];
     // Positions in a and b of the common vertices.
@@ -79,7 +82,7 @@ class MeetTest {
 
   std::vector<Point> points_;
   const std::vector<Triangle>& triangles_;
-  std::vector<bool> flat_;
+  std::vector<std::uint8_t> flat_;  // written by several threads, so no bits
 };
 
 }  // namespace

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/repair/topology.h"
 
+#include <tbb/parallel_for.h>
+
 #include <numeric>
 #include <tuple>
 
@@ -43,11 +45,11 @@ std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
     const std::uint32_t low = std::min(from, to);
     uses[next[low]++] = {std::uint64_t{low} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0};
   });
-  for (std::size_t v = 0; v + 1 < start.size(); ++v) {
+  tbb::parallel_for(std::size_t{0}, start.size() - 1, [&](std::size_t v) {
     std::sort(uses.begin() + start[v], uses.begin() + start[v + 1], [](const EdgeUse& a, const EdgeUse& b) {
       return std::tie(a.key, a.triangle, a.forward) < std::tie(b.key, b.triangle, b.forward);
     });
-  }
+  });
   return uses;
 }
 

@@ -7,6 +7,7 @@
 #define CGAL_NO_CDT_2_WARNING
 #include <CGAL/Constrained_Delaunay_triangulation_2.h>
 #include <CGAL/Exact_predicates_exact_constructions_kernel.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Unique_hash_map.h>
 #include <CGAL/intersections.h>
 #include <tbb/parallel_for.h>
@@ -15,11 +16,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
+#include <numeric>
 #include <unordered_map>
 
 #include "bake/repair/topology.h"
 #include "bake/repair/winding.h"
+#include "formats/mesh/position_numbers.h"
 
 namespace vps::bake {
 namespace {
@@ -44,19 +48,13 @@ struct CollectCuts {
   }
 };
 
-using Position = std::array<double, 3>;
+using Position = PositionNumbers::Position;
 
 // Equal exact numbers must round to equal doubles. CGAL's to_double of a lazy number depends on how it was computed.
 double rounded(const Exact::FT& x) {
   const auto [low, high] = CGAL::to_interval(x);
   return low == high ? low + 0.0 : CGAL::to_double(CGAL::exact(x));  // -0 and 0 are one position
 }
-
-struct PositionHash {
-  std::size_t operator()(const Position& p) const {
-    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
-  }
-};
 
 // The pieces of one triangle.
 struct TrianglePieces {
@@ -68,34 +66,62 @@ struct TrianglePieces {
 // The pieces of all triangles, on joined vertices.
 class CutMesh : public Mesh {
  public:
-  void add(const TrianglePieces& pieces, std::uint32_t origin) {
-    constexpr std::uint32_t kNone = ~0U;
-    new_numbers_.clear();
-    for (const Position& p : pieces.vertices) {
-      const auto [it, fresh] = numbers_.try_emplace(p, static_cast<std::uint32_t>(vertices.size()));
-      if (fresh) vertices.emplace_back(p[0], p[1], p[2]);
-      new_numbers_.push_back(it->second);
+  explicit CutMesh(const Mesh& uncut)
+      : uncut_(uncut), numbers_(uncut.vertices.size()), uncut_numbers_(uncut.vertices.size(), kNone) {
+    triangles.reserve(uncut.triangles.size());
+    origins.reserve(uncut.triangles.size());
+  }
+
+  void add_uncut(std::uint32_t origin) {
+    Triangle t{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t vertex = uncut_.triangles[origin][k];
+      std::uint32_t& number = uncut_numbers_[vertex];
+      const Vector& v = uncut_.vertices[vertex];
+      if (number == kNone) number = numbers_.number_of({v.x(), v.y(), v.z()});
+      t[k] = number;
     }
+    add(t, origin);
+  }
+
+  void add(const TrianglePieces& pieces, std::uint32_t origin) {
+    new_numbers_.clear();
+    for (const Position& p : pieces.vertices) new_numbers_.push_back(numbers_.number_of(p));
     last_.assign(pieces.triangles.size(), kNone);
     for (std::size_t i = 0; i < pieces.triangles.size(); ++i) {
       const auto& [a, b, c] = pieces.triangles[i];
       const Triangle t = {new_numbers_[a], new_numbers_[b], new_numbers_[c]};
-      // Rounding may have made it collapse; the surface stays closed without it.
-      if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) continue;
       const auto piece = static_cast<std::uint32_t>(triangles.size());
+      if (!add(t, origin)) continue;
       std::uint32_t& known = last_[pieces.regions[i]];
       if (known != kNone) neighbours.emplace_back(known, piece);
       known = piece;
-      triangles.push_back(t);
-      origins.push_back(origin);
     }
+  }
+
+  // After the last triangle.
+  void take_vertices() {
+    vertices.reserve(numbers_.positions().size());
+    for (const auto& [x, y, z] : numbers_.positions()) vertices.emplace_back(x, y, z);
   }
 
   std::vector<std::uint32_t> origins;                               // the triangle that each piece was cut from
   std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours;  // pieces of one triangle between which no cut lies
 
  private:
-  std::unordered_map<Position, std::uint32_t, PositionHash> numbers_;
+  static constexpr std::uint32_t kNone = ~0U;
+
+  bool add(const Triangle& t, std::uint32_t origin) {
+    // Rounding may have made it collapse; the surface stays closed without it.
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return false;
+    triangles.push_back(t);
+    origins.push_back(origin);
+    return true;
+  }
+
+  const Mesh& uncut_;
+  PositionNumbers numbers_;
+  std::vector<std::uint32_t> uncut_numbers_;  // of the mesh's vertices
   // Kept from call to call for their memory.
   std::vector<std::uint32_t> new_numbers_;  // of the vertices of the triangle that is added
   std::vector<std::uint32_t> last_;         // piece of each of its regions
@@ -206,11 +232,13 @@ class Crossings {
 
 enum class Verdict : std::uint8_t { keep, drop, unclear };
 
+// Triangles that meet a triangle in its plane, in rising order.
+using Coplanar = std::unordered_map<std::uint32_t, std::vector<std::uint32_t>>;
+
 // Decides whether a piece is kept, from the winding numbers on both sides of it and the sheets that coincide with it.
 class Classifier {
  public:
-  Classifier(const Mesh& mesh, const std::vector<std::vector<std::uint32_t>>& coplanar)
-      : crossings_(mesh), coplanar_(coplanar) {}
+  Classifier(const Mesh& mesh, const Coplanar& coplanar) : crossings_(mesh), coplanar_(coplanar) {}
 
   Verdict judge(const Vector& point, const Vector& normal, std::uint32_t origin) {
     int axis = 0;
@@ -218,7 +246,10 @@ class Classifier {
     const Crossings::Along& along = crossings_.along(axis);
     const Vector p = Crossings::turned(point, axis);
     const Point3 place = on_plane(p, along.mesh, origin);
-    const std::vector<std::uint32_t>& flat = coplanar_[origin];
+    const auto found = coplanar_.find(origin);
+    const auto is_coplanar = [&](std::uint32_t t) {
+      return found != coplanar_.end() && std::binary_search(found->second.begin(), found->second.end(), t);
+    };
     struct Sheet {
       std::uint32_t triangle;
       int crossing;
@@ -226,7 +257,7 @@ class Classifier {
     std::vector<Sheet> sheets;
     int far = 0;
     along.lines->for_each_crossing(p, [&](std::uint32_t t, int crossing) {
-      if (t == origin || std::binary_search(flat.begin(), flat.end(), t)) {
+      if (t == origin || is_coplanar(t)) {
         sheets.push_back({t, crossing});
       } else if (is_beyond(place, along.mesh, t, crossing)) {
         far -= crossing;
@@ -272,7 +303,7 @@ class Classifier {
   }
 
   Crossings crossings_;
-  const std::vector<std::vector<std::uint32_t>>& coplanar_;
+  const Coplanar& coplanar_;
   int least_ = 0;
 };
 
@@ -291,6 +322,7 @@ bool is_thin(const Mesh& pieces, std::uint32_t piece) {
 // Keeps the patches without a verdict that close the surface of those that are kept.
 // @param verdicts  of the pieces
 void close_with_thin_patches(std::span<const EdgeUse> uses, DisjointSets& sets, std::vector<Verdict>& verdicts) {
+  if (std::find(verdicts.begin(), verdicts.end(), Verdict::unclear) == verdicts.end()) return;
   struct Side {
     std::uint32_t patch, edge;
     int sign;
@@ -341,28 +373,43 @@ void close_with_thin_patches(std::span<const EdgeUse> uses, DisjointSets& sets, 
 // All triangles of a mesh, cut where others meet them.
 struct CutShells {
   CutMesh pieces;
-  std::vector<std::uint8_t> whole;                   // per triangle: neither cut nor flat
-  std::vector<std::vector<std::uint32_t>> coplanar;  // per triangle: those that meet it in its plane, in rising order
+  std::vector<std::uint8_t> whole;  // per triangle: neither cut nor flat
+  Coplanar coplanar;
 };
+
+// One byte per triangle: 1 for one without area. It has no plane to be cut in, and bounds nothing.
+std::vector<std::uint8_t> flat_triangles(const Mesh& mesh) {
+  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+  std::vector<std::uint8_t> flat(mesh.triangles.size());
+  tbb::parallel_for(std::size_t{0}, flat.size(), [&](std::size_t t) {
+    const auto corner = [&](int k) {
+      const Vector& v = mesh.corner(t, k);
+      return Kernel::Point_3(v.x(), v.y(), v.z());
+    };
+    flat[t] = CGAL::collinear(corner(0), corner(1), corner(2)) || mesh.area_normal(t).isZero(0) ? 1 : 0;
+  });
+  return flat;
+}
 
 CutShells cut_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
   const std::vector<Triangle>& all = mesh.triangles;
-  std::vector<Point3> exact;
-  exact.reserve(mesh.vertices.size());
-  for (const Vector& v : mesh.vertices) exact.emplace_back(v.x(), v.y(), v.z());
-  const auto corners = [&](std::size_t t) {
-    return std::array<Point3, 3>{exact[all[t][0]], exact[all[t][1]], exact[all[t][2]]};
-  };
-  // A triangle without area has no plane to be cut in, and bounds nothing.
-  std::vector<std::uint8_t> flat(all.size());
-  for (std::uint32_t t = 0; t < all.size(); ++t) {
-    const auto [a, b, c] = corners(t);
-    flat[t] = CGAL::collinear(a, b, c) || mesh.area_normal(t).isZero(0);
+  const std::vector<std::uint8_t> flat = flat_triangles(mesh);
+  // Few vertices belong to triangles that meet others.
+  std::unordered_map<std::uint32_t, Point3> exact;
+  for (const auto& [i, j] : pairs) {
+    for (const std::uint32_t t : {i, j}) {
+      for (const std::uint32_t v : all[t]) {
+        const Vector& p = mesh.vertices[v];
+        exact.try_emplace(v, p.x(), p.y(), p.z());
+      }
+    }
   }
+  const auto corners = [&](std::size_t t) {
+    return std::array<Point3, 3>{exact.at(all[t][0]), exact.at(all[t][1]), exact.at(all[t][2])};
+  };
 
-  CutShells result;
-  std::vector<Cuts> cuts(all.size());
-  result.coplanar.resize(all.size());
+  CutShells result{CutMesh(mesh), {}, {}};
+  std::map<std::uint32_t, Cuts> cuts;
   for (const auto& [i, j] : pairs) {
     if (flat[i] != 0 || flat[j] != 0) continue;
     const auto [a, b, c] = corners(i);
@@ -378,33 +425,46 @@ CutShells cut_shells(const Mesh& mesh, const std::vector<TrianglePair>& pairs) {
   }
 
   std::vector<std::uint32_t> to_cut;
-  for (std::uint32_t t = 0; t < all.size(); ++t) {
-    if (!cuts[t].empty()) to_cut.push_back(t);
-  }
+  for (const auto& [t, segments] : cuts) to_cut.push_back(t);
   std::vector<TrianglePieces> cut(to_cut.size());
   tbb::parallel_for(std::size_t{0}, to_cut.size(), [&](std::size_t i) {
     const std::uint32_t t = to_cut[i];
-    cut[i] = Cutter(corners(t), mesh.area_normal(t)).cut(cuts[t]);
+    cut[i] = Cutter(corners(t), mesh.area_normal(t)).cut(cuts.at(t));
   });
+  for (auto& [t, others] : result.coplanar) std::sort(others.begin(), others.end());
   result.whole.resize(all.size());
-  TrianglePieces uncut = {{{}, {}, {}}, {{0, 1, 2}}, {0}};
   std::size_t next = 0;
   for (std::uint32_t t = 0; t < all.size(); ++t) {
-    std::sort(result.coplanar[t].begin(), result.coplanar[t].end());
-    if (!cuts[t].empty()) {
+    if (next < to_cut.size() && to_cut[next] == t) {
       result.pieces.add(cut[next], t);
       cut[next++] = {};
       continue;
     }
     result.whole[t] = flat[t] == 0;
-    for (int k = 0; k < 3; ++k) {
-      const Vector& v = mesh.corner(t, k);
-      uncut.vertices[static_cast<std::size_t>(k)] = {v.x(), v.y(), v.z()};
-    }
-    result.pieces.add(uncut, t);
+    result.pieces.add_uncut(t);
   }
+  result.pieces.take_vertices();
   return result;
 }
+
+// The pieces of each patch, named by its first piece.
+class PatchPieces {
+ public:
+  PatchPieces(DisjointSets& sets, std::size_t pieces) : start_(pieces + 1), pieces_(pieces) {
+    for (std::uint32_t t = 0; t < pieces; ++t) ++start_[sets.find(t) + 1];
+    std::partial_sum(start_.begin(), start_.end(), start_.begin());
+    std::vector<std::uint32_t> next(start_.begin(), start_.end() - 1);
+    for (std::uint32_t t = 0; t < pieces; ++t) pieces_[next[sets.find(t)]++] = t;
+  }
+
+  // None where no patch has this name.
+  [[nodiscard]] std::span<std::uint32_t> of(std::uint32_t patch) {
+    return std::span(pieces_).subspan(start_[patch], start_[patch + 1] - start_[patch]);
+  }
+
+ private:
+  std::vector<std::uint32_t> start_, pieces_;
+};
 
 // Boundary of the points with a winding number above 0.
 // @param least  set to the least winding number beside a piece
@@ -419,24 +479,29 @@ Mesh outer_boundary(const Mesh& mesh, const CutShells& cut, int& least) {
     const auto is_whole = [&](const EdgeUse& use) { return cut.whole[pieces.origins[use.triangle]] != 0; };
     if (edge.size() == 2 && (is_whole(edge[0]) || is_whole(edge[1]))) sets.join(edge[0].triangle, edge[1].triangle);
   });
-  // A patch is judged at the centre of its largest piece, where the centre's rounding matters least.
-  std::vector<std::uint32_t> by_area(pieces.triangles.size());
-  std::vector<double> area(by_area.size());
-  for (std::uint32_t t = 0; t < by_area.size(); ++t) {
-    by_area[t] = t;
-    area[t] = pieces.area_normal(t).squaredNorm();
-  }
-  std::sort(by_area.begin(), by_area.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return area[a] != area[b] ? area[a] > area[b] : a < b; });
   Classifier classifier(mesh, cut.coplanar);
-  std::vector<Verdict> verdicts(by_area.size(), Verdict::unclear);
-  for (const std::uint32_t t : by_area) {
-    Verdict& verdict = verdicts[sets.find(t)];
-    if (verdict != Verdict::unclear || is_thin(pieces, t)) continue;
+  std::vector<Verdict> verdicts(pieces.triangles.size(), Verdict::unclear);
+  const auto judge = [&](std::uint32_t t) {
     const Vector centre = (pieces.corner(t, 0) + pieces.corner(t, 1) + pieces.corner(t, 2)) / 3;
-    verdict = classifier.judge(centre, mesh.area_normal(pieces.origins[t]), pieces.origins[t]);
+    return classifier.judge(centre, mesh.area_normal(pieces.origins[t]), pieces.origins[t]);
+  };
+  // A patch is judged at the centre of its largest piece, where the centre's rounding matters least; where that is
+  // unclear, at the next.
+  std::vector<double> area(verdicts.size());
+  tbb::parallel_for(std::size_t{0}, area.size(), [&](std::size_t t) { area[t] = pieces.area_normal(t).squaredNorm(); });
+  const auto is_smaller = [&](std::uint32_t a, std::uint32_t b) {
+    return area[a] != area[b] ? area[a] < area[b] : a > b;
+  };
+  PatchPieces patches(sets, verdicts.size());
+  for (std::uint32_t patch = 0; patch < verdicts.size(); ++patch) {
+    const std::span<std::uint32_t> of_patch = patches.of(patch);
+    std::make_heap(of_patch.begin(), of_patch.end(), is_smaller);
+    for (auto end = of_patch.end(); end != of_patch.begin() && verdicts[patch] == Verdict::unclear; --end) {
+      std::pop_heap(of_patch.begin(), end, is_smaller);
+      if (const std::uint32_t t = end[-1]; !is_thin(pieces, t)) verdicts[patch] = judge(t);
+    }
   }
-  for (std::uint32_t t = 0; t < by_area.size(); ++t) verdicts[t] = verdicts[sets.find(t)];
+  for (std::uint32_t t = 0; t < verdicts.size(); ++t) verdicts[t] = verdicts[sets.find(t)];
   close_with_thin_patches(uses, sets, verdicts);
 
   least = classifier.least_winding();

@@ -3,11 +3,15 @@
 #include "bake/stages/fill_layers.h"
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
+#include <tuple>
 
 #include "bake/repair/winding.h"
 #include "bake/vps_bake.h"
@@ -51,8 +55,9 @@ std::uint32_t first_voxel_past(const Surface& surface, const Grid& grid, std::si
 
 std::vector<Event> find_crossings(const Surface& surface, const Grid& grid) {
   std::vector<Event> events;
+  std::mutex adding;
   const double slack = rounding_slack(grid);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+  const auto find = [&](std::size_t t, std::vector<Event>& found) {
     const Vector low = surface.corner(t, 0).cwiseMin(surface.corner(t, 1)).cwiseMin(surface.corner(t, 2));
     const Vector high = surface.corner(t, 0).cwiseMax(surface.corner(t, 1)).cwiseMax(surface.corner(t, 2));
     const VoxelRange js = voxel_range(grid, 1, low.y(), high.y(), slack);
@@ -62,11 +67,18 @@ std::vector<Event> find_crossings(const Surface& surface, const Grid& grid) {
         const Vector centre = grid.centre(0, j, k);
         const int crossing = line_crossing(centre.y(), centre.z(), surface, t);
         if (crossing == 0) continue;
-        events.push_back({k * grid.dims[1] + j, first_voxel_past(surface, grid, t, j, k, crossing), crossing});
+        found.push_back({k * grid.dims[1] + j, first_voxel_past(surface, grid, t, j, k, crossing), crossing});
       }
     }
-  }
-  std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
+  };
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, surface.triangles.size()),
+                    [&](const tbb::blocked_range<std::size_t>& triangles) {
+                      std::vector<Event> found;
+                      for (std::size_t t = triangles.begin(); t < triangles.end(); ++t) find(t, found);
+                      const std::scoped_lock lock(adding);
+                      events.insert(events.end(), found.begin(), found.end());
+                    });
+  tbb::parallel_sort(events.begin(), events.end(), [](const Event& a, const Event& b) {
     return std::tie(a.line, a.at, a.step) < std::tie(b.line, b.at, b.step);
   });
   return events;

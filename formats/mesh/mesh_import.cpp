@@ -11,11 +11,11 @@
 #include <span>
 #include <string_view>
 #include <system_error>
-#include <unordered_map>
 
 #include "formats/mesh/assimp_reader.h"
 #include "formats/mesh/child_process.h"
 #include "formats/mesh/polygon_soup_reader.h"
+#include "formats/mesh/position_numbers.h"
 #include "formats/mesh/raw_mesh.h"
 #include "formats/mesh/tidy.h"
 #include "formats/vps_format.h"
@@ -162,12 +162,6 @@ RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
   return raw;
 }
 
-struct PositionHash {
-  std::size_t operator()(const std::array<double, 3>& p) const {
-    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p))));
-  }
-};
-
 void check_coordinate(double value, double unit, std::size_t vertex, std::size_t triangle) {
   if (std::abs(value) < kLargestCoordinate && std::abs(value * unit) < kLargestCoordinate) return;
   const char* const what = std::isfinite(value) ? "too large" : "not a finite number";
@@ -179,23 +173,25 @@ void check_coordinate(double value, double unit, std::size_t vertex, std::size_t
 ImportedMesh join(const RawMesh& raw, double unit) {
   ImportedMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());
-  std::unordered_map<std::array<double, 3>, std::uint32_t, PositionHash> numbers;
-  numbers.reserve(raw.vertices.size());
+  PositionNumbers numbers(raw.vertices.size());
+  constexpr std::uint32_t kUnseen = ~0U;
+  std::vector<std::uint32_t> number(raw.vertices.size(), kUnseen);
   for (const auto& triangle : raw.triangles) {
     std::array<std::uint32_t, 3> joined{};
     for (std::size_t k = 0; k < 3; ++k) {
       if (triangle[k] >= raw.vertices.size()) refuse("a face refers to a vertex that is not there; export it again");
-      std::array<double, 3> p = raw.vertices[triangle[k]];
-      for (double& x : p) {
-        check_coordinate(x, unit, triangle[k], mesh.triangles.size());
-        x += 0.0;  // -0 and 0 are one position
+      std::uint32_t& n = number[triangle[k]];
+      if (n == kUnseen) {
+        const std::array<double, 3>& p = raw.vertices[triangle[k]];
+        for (const double x : p) check_coordinate(x, unit, triangle[k], mesh.triangles.size());
+        n = numbers.number_of(p);
       }
-      const auto [it, fresh] = numbers.try_emplace(p, static_cast<std::uint32_t>(mesh.vertices.size()));
-      if (fresh) mesh.vertices.push_back({p[0] * unit, p[1] * unit, p[2] * unit});
-      joined[k] = it->second;
+      joined[k] = n;
     }
     mesh.triangles.push_back(joined);
   }
+  mesh.vertices.reserve(numbers.positions().size());
+  for (const auto& [x, y, z] : numbers.positions()) mesh.vertices.push_back({x * unit, y * unit, z * unit});
   if (!raw.note.empty()) mesh.notes.push_back(raw.note);
   return mesh;
 }

@@ -2,7 +2,6 @@
 // The only source that includes CGAL's readers.
 #include "formats/mesh/polygon_soup_reader.h"
 
-#include <CGAL/IO/OFF.h>
 #include <CGAL/IO/PLY.h>
 #include <CGAL/IO/STL.h>
 #include <CGAL/Simple_cartesian.h>
@@ -11,6 +10,7 @@
 #include <sstream>
 
 #include "formats/mesh/read_obj.h"
+#include "formats/mesh/read_off.h"
 #include "formats/mesh/tidy.h"
 #include "formats/mesh/triangulate.h"
 
@@ -22,14 +22,12 @@ using Point = CGAL::Simple_cartesian<double>::Point_3;
 using Polygon = std::vector<std::size_t>;
 
 void tidy(std::string& bytes, const std::string& extension) {
-  if (extension == "off") tidy_off(bytes);
   if (extension == "ply") tidy_ply(bytes);
   if (extension == "stl") tidy_stl(bytes);
 }
 
 bool read(std::istream& in, const std::string& extension, std::vector<Point>& points, std::vector<Polygon>& polygons) {
   const auto quiet = CGAL::parameters::verbose(false);
-  if (extension == "off") return CGAL::IO::read_OFF(in, points, polygons, quiet);
   if (extension == "ply") return CGAL::IO::read_PLY(in, points, polygons, quiet);
   return CGAL::IO::read_STL(in, points, polygons, quiet);
 }
@@ -39,15 +37,19 @@ void add_polygon(const Polygon& polygon, RawMesh& out) {
     ++out.skipped_primitives;
     return;
   }
-  std::vector<std::array<double, 3>> corners;
-  corners.reserve(polygon.size());
   for (const std::size_t index : polygon) {
     if (index >= out.vertices.size()) throw ReadError("a face refers to a vertex that is not there");
-    corners.push_back(out.vertices[index]);
   }
+  const auto number = [&](std::size_t corner) { return static_cast<std::uint32_t>(polygon[corner]); };
+  if (polygon.size() == 3) {
+    out.triangles.push_back({number(0), number(1), number(2)});
+    return;
+  }
+  std::vector<std::array<double, 3>> corners;
+  corners.reserve(polygon.size());
+  for (const std::size_t index : polygon) corners.push_back(out.vertices[index]);
   for (const auto& [a, b, c] : triangulate_polygon(corners)) {
-    out.triangles.push_back({static_cast<std::uint32_t>(polygon[a]), static_cast<std::uint32_t>(polygon[b]),
-                             static_cast<std::uint32_t>(polygon[c])});
+    out.triangles.push_back({number(a), number(b), number(c)});
   }
 }
 
@@ -70,6 +72,7 @@ RawMesh read_polygon_soup(const std::string& path, const std::string& extension)
   std::locale::global(std::locale::classic());
   std::string bytes = read_bytes(path);
   if (extension == "obj") return to_raw_mesh(read_obj(bytes));
+  if (extension == "off") return to_raw_mesh(read_off(bytes));
   tidy(bytes, extension);
   std::istringstream in(std::move(bytes));
   std::vector<Point> points;

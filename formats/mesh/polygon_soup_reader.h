@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Reads OBJ, and with CGAL OFF, PLY and ASCII STL, in double precision. Runs in the child process only. Internal
-/// to mesh import.
+/// @file Reads OBJ and OFF, and with CGAL PLY and ASCII STL, in double precision. Runs in the child process only.
+/// Internal to mesh import.
 #pragma once
 
 #include <string>

@@ -2,9 +2,8 @@
 /// @file Checks a file's text, and tidies it, before CGAL's readers see it. Runs in the child process only. Internal to
 /// mesh import.
 ///
-/// CGAL 5.5.1 misreads some files without an error. An OFF header without its third number takes the sign off the first
-/// coordinate. A PLY property of an unknown type shifts all that follow. Some PLY headers crash it. It reads files
-/// correctly that pass these checks.
+/// CGAL 5.5.1 misreads some files without an error. A PLY property of an unknown type shifts all that follow. Some PLY
+/// headers crash it. It reads files correctly that pass these checks.
 #pragma once
 
 #include <stdexcept>
@@ -17,11 +16,8 @@ struct NeedsAssimp : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Gives the text a plain OFF header, and blanks colours, normals and texture coordinates.
-/// @throw ReadError when no reader can read the file correctly, NeedsAssimp. The same for all functions here
-void tidy_off(std::string& text);
-
 /// Checks the whole body, ASCII or binary, then gives the bytes a plain PLY header.
+/// @throw ReadError when no reader can read the file correctly, NeedsAssimp. The same for all functions here
 void tidy_ply(std::string& bytes);
 
 /// Blanks the names of solids. A binary file needs assimp, which reads its floats as they are.

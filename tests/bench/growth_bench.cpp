@@ -275,7 +275,9 @@ std::string threads_table(const Options& options, Bodies& bodies, nlohmann::orde
   const ShapePtr bunny = bodies.bunny(std::min(1e5, options.most_points));
   std::vector<Pose> poses;
   for (const btTransform& at : pair_poses(*bunny)) poses.push_back(pose_of(*bunny, at));
-  std::map<unsigned, Times> us = {{1, {}}, {2, {}}, {std::max(1U, std::thread::hardware_concurrency()), {}}};
+  const unsigned most = std::max(2U, std::thread::hardware_concurrency());
+  std::map<unsigned, Times> us = {{most, {}}};
+  for (unsigned threads = 1; threads < most; threads *= 2) us[threads];
   for (int round = 0; round < 3 * options.rounds; ++round) {
     for (auto& [threads, times] : us) times.push_back(time_of(*bunny, poses, threads));
   }

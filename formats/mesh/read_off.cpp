@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
+#include "formats/mesh/read_off.h"
+
 #include <limits>
 
 #include "formats/mesh/raw_mesh.h"
@@ -12,7 +13,6 @@ namespace {
 struct Header {
   std::uint64_t vertices = 0, faces = 0;
   bool homogeneous = false;
-  std::size_t end = 0;  ///< offset of the body
 };
 
 void need_line(LineScan& lines) {
@@ -72,46 +72,52 @@ Header read_header(LineScan& lines, std::size_t file_bytes) {
   }
   constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();
   if (header.vertices > kMost || header.faces > kMost) throw ReadError("the file has more than 2^31 vertices or faces");
-  header.end = lines.end();
   return header;
 }
 
-void check_vertex(const LineScan& lines, const Header& header, std::string& text) {
+// Colours, normals and texture coordinates may follow.
+std::array<double, 3> read_vertex(const LineScan& lines, const Header& header) {
   std::string_view rest = lines.line();
-  for (int i = 0; i < (header.homogeneous ? 4 : 3); ++i) check_number(take_word(rest), lines);
-  std::fill_n(text.begin() + (rest.data() - text.data()), rest.size(), ' ');
+  std::array<double, 3> position{};
+  for (double& x : position) x = check_number(take_word(rest), lines);
+  if (header.homogeneous) (void)check_number(take_word(rest), lines);
+  return position;
 }
 
-void check_face(const LineScan& lines, const Header& header, std::string& text) {
+// A colour may follow.
+std::vector<std::size_t> read_face(const LineScan& lines, const Header& header) {
   std::string_view rest = lines.line();
+  std::vector<std::size_t> polygon;
   for (std::uint64_t corners = count(take_word(rest), lines); corners > 0; --corners) {
     const std::string_view word = take_word(rest);
     if (word.empty()) throw ReadError(lines.place() + "the face has too few corners");
-    if (count(word, lines) >= header.vertices)
+    polygon.push_back(count(word, lines));
+    if (polygon.back() >= header.vertices)
       throw ReadError(lines.place() + "a face refers to vertex " + in_quotes(word) + ", which is not there");
   }
-  std::fill_n(text.begin() + (rest.data() - text.data()), rest.size(), ' ');
+  return polygon;
 }
 
 }  // namespace
 
-void tidy_off(std::string& text) {
+PolygonSoup read_off(std::string& text) {
   unify_line_ends(text);
   LineScan lines(text);
   const Header header = read_header(lines, text.size());
+  PolygonSoup soup;
+  soup.vertices.reserve(header.vertices);
+  soup.polygons.reserve(header.faces);
   for (std::uint64_t i = 0; i < header.vertices; ++i) {
     need_line(lines);
-    check_vertex(lines, header, text);
+    soup.vertices.push_back(read_vertex(lines, header));
   }
   for (std::uint64_t i = 0; i < header.faces; ++i) {
     need_line(lines);
-    check_face(lines, header, text);
+    soup.polygons.push_back(read_face(lines, header));
   }
   if (lines.next_with_content()) throw ReadError(lines.place() + "the file goes on after its last face");
   if (header.homogeneous) throw NeedsAssimp("its coordinates are homogeneous");
-  text.replace(0, header.end, "OFF\n" + std::to_string(header.vertices) + ' ' + std::to_string(header.faces) + " 0\n");
-  // CGAL does not accept a vertex that ends with the file.
-  text += '\n';
+  return soup;
 }
 
 }  // namespace vps
