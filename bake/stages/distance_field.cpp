@@ -171,7 +171,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   field.near_start.push_back(0);
   std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
   // Works in parts, so that not all results are held twice.
-  constexpr std::size_t kPart = 1024;
+  constexpr std::size_t kPart = 512;
   UnsetVector<Result> results(std::min(candidates, kPart));
   auto next_near = lists.triangles.begin();
   for (std::size_t first = 0; first < candidates; first += kPart) {
