@@ -2,6 +2,9 @@
 /// @file An order in which triangles that are near each other are near in space. Internal to bake.
 #pragma once
 
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
 #include <algorithm>
 
 #include "bake/geometry.h"
@@ -23,8 +26,9 @@ namespace vps::bake {
 /// @return the numbers of all triangles, by the codes of their first corners
 [[nodiscard]] inline std::vector<std::uint32_t> morton_order(const Mesh& mesh, const Vector& low, double side) {
   std::vector<std::uint64_t> keys(mesh.triangles.size());
-  for (std::size_t t = 0; t < keys.size(); ++t) keys[t] = morton_code((mesh.corner(t, 0) - low) / side) << 32 | t;
-  std::sort(keys.begin(), keys.end());
+  tbb::parallel_for(std::size_t{0}, keys.size(),
+                    [&](std::size_t t) { keys[t] = morton_code((mesh.corner(t, 0) - low) / side) << 32 | t; });
+  tbb::parallel_sort(keys.begin(), keys.end());
   std::vector<std::uint32_t> order(keys.size());
   std::transform(keys.begin(), keys.end(), order.begin(),
                  [](std::uint64_t key) { return static_cast<std::uint32_t>(key); });

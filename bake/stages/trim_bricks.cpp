@@ -154,16 +154,16 @@ TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form) {
   TrimmedTree out;
   out.bricks.resize(tree.bricks);
   tbb::parallel_for(std::size_t{0}, tree.bricks, [&](std::size_t brick) { out.bricks[brick] = trimmer.trim(brick); });
-  std::vector<std::uint32_t> first(tree.bricks);
+  out.first.resize(tree.bricks);
   for (std::size_t brick = 0; brick < tree.bricks; ++brick) {
-    first[brick] = static_cast<std::uint32_t>(out.slices);
+    out.first[brick] = static_cast<std::uint32_t>(out.slices);
     out.slices += out.bricks[brick].count;
   }
   const auto trimmed = [&](std::vector<std::uint32_t> entries) {
     for (std::uint32_t& entry : entries) {
       if (!octree::is_brick(entry)) continue;
       const std::size_t brick = BrickTrimmer::number(entry);
-      entry = octree::brick_entry(first[brick], octree::level_of(entry), out.bricks[brick]);
+      entry = octree::brick_entry(out.first[brick], octree::level_of(entry), out.bricks[brick]);
     }
     return entries;
   };

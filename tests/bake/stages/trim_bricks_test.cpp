@@ -70,7 +70,7 @@ void for_each_cell(const FieldTree& tree, const TrimmedTree& trimmed, Visit visi
 TEST(TrimBricks, ACellChangesOnlyBeyondTheBandAndOnlyTowardsIt) {
   const FieldTree tree = sampled(false);
   const TrimmedTree trimmed = trim_bricks(tree, form(false));
-  const std::vector<std::int16_t> scaled = trimmed.stored(tree.scaled);
+  const UnsetVector<std::int16_t> scaled = trimmed.stored<std::int16_t>(tree.scaled);
   ASSERT_EQ(scaled.size(), kFieldSlice * trimmed.slices);
   std::size_t same = 0;
   std::size_t changed = 0;
@@ -95,8 +95,8 @@ TEST(TrimBricks, ACellChangesOnlyBeyondTheBandAndOnlyTowardsIt) {
 TEST(TrimBricks, GradientsAndTheirSamplesStayTheSame) {
   const FieldTree tree = sampled(true);
   const TrimmedTree trimmed = trim_bricks(tree, form(true));
-  const std::vector<float> gradient = trimmed.stored(tree.gradient, 3);
-  ASSERT_EQ(trimmed.stored(tree.penetration).size(), kFieldSlice * trimmed.slices);
+  const UnsetVector<float> gradient = trimmed.stored<float>(tree.gradient, 3);
+  ASSERT_EQ(trimmed.stored<double>(tree.penetration).size(), kFieldSlice * trimmed.slices);
   ASSERT_EQ(gradient.size(), 3 * kFieldSlice * trimmed.slices);
   for_each_cell(tree, trimmed, [&](int, const Numbers& whole, const Numbers& kept) {
     for (std::size_t corner = 0; corner < 8; ++corner) {
