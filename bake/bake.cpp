@@ -184,7 +184,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
       fields.tree.penetration = {};
       fields.tree.gradient = {};
       // The pointshell needs values only.
-      std::vector<std::uint32_t>().swap(field.closest);
+      UnsetVector<std::uint32_t>().swap(field.closest);
       std::vector<std::size_t>().swap(field.near_start);
       std::vector<std::uint32_t>().swap(field.near_triangles);
     });

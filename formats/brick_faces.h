@@ -20,6 +20,10 @@ struct Octree {
   const std::uint32_t* roots;
   const std::uint32_t* nodes;
   const std::uint32_t* root_dims;
+
+  [[nodiscard]] std::size_t root_count() const noexcept {
+    return std::size_t{root_dims[0]} * root_dims[1] * root_dims[2];
+  }
 };
 
 /// Distance of a brick's samples. [Units: places]
@@ -62,10 +66,11 @@ double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Pl
   return sum;
 }
 
-/// Calls visit(entry, cell, edge) for each entry that leads to a brick: its lowest cell and its edge, in cells of level
-/// 0.
+/// Calls visit(entry, cell, edge) for each entry under a root that leads to a brick: its lowest cell and its edge, in
+/// cells of level 0.
+/// @param root  [Limits: value < root_count]
 template <class Visit>
-void for_each_brick_entry(const Octree& tree, const Visit& visit) {
+void for_each_brick_entry(const Octree& tree, std::size_t root, const Visit& visit) {
   const auto walk = [&](auto&& self, std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) -> void {
     if (is_brick(entry)) return visit(entry, cell, edge);
     if (!is_node(entry) || edge == 1) return;
@@ -75,22 +80,20 @@ void for_each_brick_entry(const Octree& tree, const Visit& visit) {
            {cell[0] + half * (octant & 1), cell[1] + half * (octant >> 1 & 1), cell[2] + half * (octant >> 2)}, half);
     }
   };
-  const std::uint32_t* root = tree.roots;
-  for (std::uint32_t z = 0; z < tree.root_dims[2]; ++z) {
-    for (std::uint32_t y = 0; y < tree.root_dims[1]; ++y) {
-      for (std::uint32_t x = 0; x < tree.root_dims[0]; ++x) {
-        walk(walk, root_entry(*root++), {kRootCells * x, kRootCells * y, kRootCells * z}, kRootCells);
-      }
-    }
-  }
+  const std::size_t row = root / tree.root_dims[0];
+  const auto at = [](std::size_t n) { return kRootCells * static_cast<std::uint32_t>(n); };
+  walk(walk, root_entry(tree.roots[root]),
+       {at(root % tree.root_dims[0]), at(row % tree.root_dims[1]), at(row / tree.root_dims[1])}, kRootCells);
 }
 
-/// Calls visit(place, here, there) on every face between two bricks: V of both. The places are the samples of the finer
-/// one and the corners of the face. Between them the difference is bilinear, so that it is largest at one of them.
+/// Calls visit(place, here, there) on every face between a brick under a root and another brick: V of both. The places
+/// are the samples of the finer one and the corners of the face. Between them the difference is bilinear, so that it is
+/// largest at one of them. The roots together have each face once.
+/// @param root    [Limits: value < root_count]
 /// @param sample  see interpolate
 template <class Sample, class Visit>
-void for_each_sample_on_faces(const Octree& tree, const Sample& sample, const Visit& visit) {
-  for_each_brick_entry(tree, [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+void for_each_sample_on_faces(const Octree& tree, std::size_t root, const Sample& sample, const Visit& visit) {
+  for_each_brick_entry(tree, root, [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
     for (std::size_t face = 0; face < 6; ++face) {
       const std::size_t axis = face / 2;
       const bool upper = face % 2 != 0;

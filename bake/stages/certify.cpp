@@ -82,11 +82,11 @@ FieldCertificate certify(const std::vector<CertificateSample>& samples, const Re
   FieldCertificate certificate;
   if (samples.empty()) return certificate;
   std::vector<double> errors(samples.size());
-  double squares = 0;
-  for (std::size_t n = 0; n < samples.size(); ++n) {
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     errors[n] = std::abs(reconstruct(samples[n].point) - samples[n].penetration);
-    squares += errors[n] * errors[n];
-  }
+  });
+  double squares = 0;
+  for (const double error : errors) squares += error * error;
   const auto worst = static_cast<std::size_t>(std::max_element(errors.begin(), errors.end()) - errors.begin());
   const Vector& at = samples[worst].point;
   certificate.worst_at = {at.x(), at.y(), at.z()};
@@ -113,12 +113,11 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
     const double distance = std::abs(penetration);
     return distance >= truth.least - more && penetration <= truth.inner + more && penetration >= -truth.outer - more;
   };
-  std::vector<Place> places;
-  places.reserve(samples.size());
-  for (const CertificateSample& sample : samples) {
-    places.push_back(
-        {sample, std::abs(reconstruct(sample.point) - sample.penetration), places.size(), truth.voxel_size / 2});
-  }
+  std::vector<Place> places(samples.size());
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
+    const CertificateSample& sample = samples[n];
+    places[n] = {sample, std::abs(reconstruct(sample.point) - sample.penetration), n, truth.voxel_size / 2};
+  });
   const auto keep_worst = [&](std::size_t count) {
     const auto last = places.begin() + static_cast<std::ptrdiff_t>(std::min(count, places.size()));
     std::partial_sort(places.begin(), last, places.end(), [](const Place& a, const Place& b) {

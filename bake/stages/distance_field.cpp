@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -60,11 +61,27 @@ void visit_bricks(const Surface& surface, const Grid& grid, std::size_t t, doubl
   }
 }
 
+// The lists are sorted only where one thread makes them.
 BrickTriangles gather(const Surface& surface, const Grid& grid, double band) {
+  // The bricks of some triangles that follow each other.
+  struct Bricks {
+    std::vector<std::uint32_t> of_triangle;  // how many
+    std::vector<std::uint32_t> all;
+  };
+  const std::size_t count = surface.triangles.size();
+  std::vector<Bricks> parts(std::min<std::size_t>(count, 1024));
+  const auto first_of = [&](std::size_t part) { return part * count / parts.size(); };
   std::vector<std::uint32_t> counts(grid.brick_count(), 0);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    visit_bricks(surface, grid, t, band, [&](std::size_t brick) { ++counts[brick]; });
-  }
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t n) {
+    for (std::size_t t = first_of(n); t < first_of(n + 1); ++t) {
+      const std::size_t before = parts[n].all.size();
+      visit_bricks(surface, grid, t, band, [&](std::size_t brick) {
+        parts[n].all.push_back(static_cast<std::uint32_t>(brick));
+        std::atomic_ref(counts[brick]).fetch_add(1, std::memory_order_relaxed);
+      });
+      parts[n].of_triangle.push_back(static_cast<std::uint32_t>(parts[n].all.size() - before));
+    }
+  });
   std::vector<std::uint8_t> chosen(grid.brick_count());
   std::transform(counts.begin(), counts.end(), chosen.begin(), [](std::uint32_t n) { return n > 0; });
   BrickTriangles lists;
@@ -75,12 +92,18 @@ BrickTriangles gather(const Surface& surface, const Grid& grid, double band) {
     lists.start[n + 1] = lists.start[n] + counts[grid.brick_at(b[0], b[1], b[2])];
   }
   lists.triangles.resize(lists.start.back());
-  std::vector<std::size_t> fill(lists.start.begin(), lists.start.end() - 1);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    visit_bricks(surface, grid, t, band, [&](std::size_t brick) {
-      lists.triangles[fill[lists.set.index[brick]]++] = static_cast<std::uint32_t>(t);
-    });
-  }
+  std::vector<std::size_t> next(lists.start.begin(), lists.start.end() - 1);
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t n) {
+    auto t = static_cast<std::uint32_t>(first_of(n));
+    auto brick = parts[n].all.begin();
+    for (const std::uint32_t bricks : parts[n].of_triangle) {
+      for (const auto end = brick + bricks; brick != end; ++brick) {
+        const std::atomic_ref place(next[lists.set.index[*brick]]);
+        lists.triangles[place.fetch_add(1, std::memory_order_relaxed)] = t;
+      }
+      ++t;
+    }
+  });
   return lists;
 }
 
@@ -96,7 +119,7 @@ double BandField::value(const Grid& grid, const InsideRuns& runs, std::uint32_t 
 BandField distance_field(const Surface& surface, const Grid& grid, const InsideRuns& runs, double band_inner,
                          double band_outer) {
   const double band = std::max(band_inner, band_outer);
-  const BrickTriangles lists = gather(surface, grid, band);
+  BrickTriangles lists = gather(surface, grid, band);
   const std::size_t candidates = lists.set.bricks.size();
   const std::vector<BrickMask> inside = inside_masks(runs, grid, lists.set);
   // The exact voxels of a brick.
@@ -104,6 +127,7 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     BrickMask exact;
     std::array<std::uint16_t, kBrickEdge> plane;
     std::size_t count;
+    std::size_t first;  // place in the field
     std::array<double, kBrickVoxels> penetration;
     std::array<std::uint32_t, kBrickVoxels> closest;
   };
@@ -114,6 +138,8 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     nearest.triangle.fill(-1);
     const PointLattice points{grid.centre(lists.set.bricks[n], 0), grid.voxel_size};
     const auto near = std::span(lists.triangles).subspan(lists.start[n], lists.start[n + 1] - lists.start[n]);
+    // In this order they are offered, whichever thread came first.
+    if (!std::is_sorted(near.begin(), near.end())) std::sort(near.begin(), near.end());
     offer_triangles(surface, near, points, band, nearest);
     result.exact = {};
     result.count = 0;
@@ -142,32 +168,41 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
   field.start.reserve(candidates);
   field.penetration.reserve(candidates * kBrickVoxels);
   field.closest.reserve(candidates * kBrickVoxels);
-  field.near_triangles.reserve(lists.triangles.size());
   field.near_start.push_back(0);
   std::vector<std::uint8_t> chosen(grid.brick_count(), 0);
   // Works in parts, so that not all results are held twice.
-  constexpr std::size_t kPart = 256;
-  std::vector<Result> results(std::min(candidates, kPart));
+  constexpr std::size_t kPart = 512;
+  UnsetVector<Result> results(std::min(candidates, kPart));
+  auto next_near = lists.triangles.begin();
   for (std::size_t first = 0; first < candidates; first += kPart) {
     const std::size_t end = std::min(first + kPart, candidates);
     tbb::parallel_for(first, end, [&](std::size_t n) { compute(n, results[n - first]); });
+    std::size_t voxels = field.closest.size();
     for (std::size_t n = first; n < end; ++n) {
-      const Result& result = results[n - first];
+      Result& result = results[n - first];
       if (result.count == 0) continue;
       const Index3& b = lists.set.bricks[n];
       chosen[grid.brick_at(b[0], b[1], b[2])] = 1;
       field.inside.push_back(inside[n]);
       field.exact.push_back(result.exact);
-      field.start.push_back({field.closest.size(), result.plane});
-      const auto count = static_cast<std::ptrdiff_t>(result.count);
-      field.penetration.insert(field.penetration.end(), result.penetration.begin(), result.penetration.begin() + count);
-      field.closest.insert(field.closest.end(), result.closest.begin(), result.closest.begin() + count);
-      field.near_triangles.insert(field.near_triangles.end(),
-                                  lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]),
-                                  lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]));
-      field.near_start.push_back(field.near_triangles.size());
+      result.first = voxels;
+      field.start.push_back({voxels, result.plane});
+      voxels += result.count;
+      const auto near = lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]);
+      const auto near_end = lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n + 1]);
+      next_near = std::copy(near, near_end, next_near);
+      field.near_start.push_back(static_cast<std::size_t>(next_near - lists.triangles.begin()));
     }
+    field.penetration.resize(voxels);
+    field.closest.resize(voxels);
+    tbb::parallel_for(std::size_t{0}, end - first, [&](std::size_t n) {
+      const Result& result = results[n];
+      std::copy_n(result.penetration.data(), result.count, field.penetration.data() + result.first);
+      std::copy_n(result.closest.data(), result.count, field.closest.data() + result.first);
+    });
   }
+  lists.triangles.erase(next_near, lists.triangles.end());
+  field.near_triangles = std::move(lists.triangles);
   field.set = BrickSet::from_flags(grid, chosen);
   return field;
 }

@@ -6,6 +6,7 @@
 #include <bit>
 
 #include "bake/stages/fill_layers.h"
+#include "bake/unset_vector.h"
 
 namespace vps::bake {
 
@@ -25,8 +26,8 @@ struct BandField {
   std::vector<BrickMask> inside;
   std::vector<BrickMask> exact;               ///< voxels with -band_outer <= V <= band_inner
   std::vector<PlaneStarts> start;             ///< where the exact voxels of a brick's planes begin in the next two
-  std::vector<double> penetration;            ///< of the exact voxels, brick by brick. [m]
-  std::vector<std::uint32_t> closest;         ///< the same voxels: triangle of the closest point
+  UnsetVector<double> penetration;            ///< of the exact voxels, brick by brick. [m]
+  UnsetVector<std::uint32_t> closest;         ///< the same voxels: triangle of the closest point
   std::vector<std::size_t> near_start;        ///< [n+1]: a brick's first entry in `near_triangles`
   std::vector<std::uint32_t> near_triangles;  ///< triangles that may be within the band of a brick's voxel centres
 

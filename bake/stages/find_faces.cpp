@@ -15,14 +15,16 @@ constexpr std::size_t kFewestPerRimPoint = 4;  // a strip of 8 points across has
 
 class FaceSearch {
  public:
-  FaceSearch(const std::vector<Sample*>& samples, const std::vector<Vector>& inward_normals, double reach, double flat)
+  FaceSearch(const std::vector<Sample*>& samples, const std::vector<Vector>& positions,
+             const std::vector<Vector>& inward_normals, double reach, double flat)
       : samples_(samples),
+        positions_(positions),
         normals_(inward_normals),
         reach_(reach),
         flat_(flat),
         grid_(reach),
         face_(samples.size(), kNew) {
-    for (std::uint32_t i = 0; i < samples.size(); ++i) grid_.insert(samples[i]->position, i);
+    for (std::uint32_t i = 0; i < samples.size(); ++i) grid_.insert(positions[i], i);
   }
 
   std::vector<std::uint32_t> run() {
@@ -37,10 +39,10 @@ class FaceSearch {
   static constexpr std::uint32_t kNew = 0xFFFFFFFFu;
 
   void grow(std::uint32_t seed) {
-    const Vector& at = samples_[seed]->position;
+    const Vector& at = positions_[seed];
     const Vector& normal = samples_[seed]->normal;
     const auto is_inside = [&](std::uint32_t i) {
-      return (normals_[i] + normal).norm() <= kFlatNormal && std::abs(normal.dot(samples_[i]->position - at)) <= flat_;
+      return (normals_[i] + normal).norm() <= kFlatNormal && std::abs(normal.dot(positions_[i] - at)) <= flat_;
     };
     face_[seed] = kNone;
     if (!is_inside(seed)) return;
@@ -49,10 +51,10 @@ class FaceSearch {
     region_.assign(1, seed);
     std::size_t rim = 0;
     for (std::size_t i = 0; i < region_.size(); ++i) {
-      const Vector& p = samples_[region_[i]]->position;
+      const Vector& p = positions_[region_[i]];
       bool is_at_rim = false;
       grid_.for_each_near(p, 1, [&](std::uint32_t q) {
-        if (face_[q] == number || (samples_[q]->position - p).squaredNorm() > reach_ * reach_) return;
+        if (face_[q] == number || (positions_[q] - p).squaredNorm() > reach_ * reach_) return;
         if (face_[q] != kNew || !is_inside(q)) {
           is_at_rim = true;
           return;
@@ -70,6 +72,7 @@ class FaceSearch {
   }
 
   const std::vector<Sample*>& samples_;
+  const std::vector<Vector>& positions_;
   const std::vector<Vector>& normals_;
   const double reach_, flat_;
   PointGrid grid_;
@@ -80,9 +83,9 @@ class FaceSearch {
 
 }  // namespace
 
-std::vector<std::uint32_t> find_faces(const std::vector<Sample*>& samples, const std::vector<Vector>& inward_normals,
-                                      double reach, double flat) {
-  return FaceSearch(samples, inward_normals, reach, flat).run();
+std::vector<std::uint32_t> find_faces(const std::vector<Sample*>& samples, const std::vector<Vector>& positions,
+                                      const std::vector<Vector>& inward_normals, double reach, double flat) {
+  return FaceSearch(samples, positions, inward_normals, reach, flat).run();
 }
 
 }  // namespace vps::bake

@@ -15,11 +15,13 @@ inline constexpr double kFlatNormal = 5e-4;
 /// field rounds their normals. A face has at least 64 points and is at least about 8 wide, so that a tree that keeps it
 /// apart gains more nodes inside than it adds at the rim.
 /// @param samples         in a fixed order
+/// @param positions       of the samples. [m]
 /// @param inward_normals  of the samples, unit, before they are rounded to codes
 /// @param reach           points of a face are connected over this distance. [m]
 /// @param flat            farthest that a point lies off the plane. [m]
 /// @return the number of each point's face, from 1 on; 0: none
 [[nodiscard]] std::vector<std::uint32_t> find_faces(const std::vector<Sample*>& samples,
+                                                    const std::vector<Vector>& positions,
                                                     const std::vector<Vector>& inward_normals, double reach,
                                                     double flat);
 

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "formats/brick_faces.h"
@@ -24,25 +25,50 @@ void keep_largest(std::vector<Jump>& jumps) {
   jumps.resize(std::min(jumps.size(), kMostJumps));
 }
 
+std::vector<Jump> largest_jumps(const Truth& truth, const FieldTree& tree, const StoredSample& stored) {
+  const octree::Octree octree{tree.roots.data(), tree.nodes.data(), tree.root_dims.data()};
+  const auto sample = [&](std::uint32_t entry, std::size_t n) { return stored(octree::level_of(entry), n); };
+  std::vector<Jump> kept;
+  double least = 0;  // of those that are kept
+  const auto find_under = [&](std::size_t root, std::vector<Jump>& found) {
+    octree::for_each_sample_on_faces(octree, root, sample, [&](const octree::Place& place, double here, double there) {
+      const double size = std::abs(here - there);
+      if (size <= least || std::max(here, there) > truth.inner || std::min(here, there) < -truth.outer) return;
+      found.push_back({size, place});
+    });
+  };
+  std::vector<std::uint32_t> roots;
+  for (std::uint32_t root = 0; root < octree.root_count(); ++root) {
+    if (octree::is_node(tree.roots[root])) roots.push_back(root);
+  }
+  // Works in parts, so that few jumps are held that are no larger than those before them.
+  constexpr std::size_t kPart = 128;
+  std::array<std::vector<Jump>, kPart> found;
+  for (std::size_t first = 0; first < roots.size(); first += kPart) {
+    const std::size_t count = std::min(kPart, roots.size() - first);
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t n) {
+      found[n].clear();
+      find_under(roots[first + n], found[n]);
+    });
+    for (std::size_t n = 0; n < count; ++n) {
+      for (const Jump& jump : found[n]) {
+        if (jump.size <= least) continue;
+        kept.push_back(jump);
+        if (kept.size() < 8 * kMostJumps) continue;
+        keep_largest(kept);
+        least = kept.back().size;
+      }
+    }
+  }
+  keep_largest(kept);
+  return kept;
+}
+
 }  // namespace
 
 std::vector<CertificateSample> jump_samples(const Truth& truth, const Grid& grid, const FieldTree& tree,
                                             const StoredSample& stored) {
-  std::vector<Jump> jumps;
-  double least = 0;  // of those that are kept
-  const auto sample = [&](std::uint32_t entry, std::size_t n) { return stored(octree::level_of(entry), n); };
-  octree::for_each_sample_on_faces(
-      {tree.roots.data(), tree.nodes.data(), tree.root_dims.data()}, sample,
-      [&](const octree::Place& place, double here, double there) {
-        const double size = std::abs(here - there);
-        if (size <= least || std::max(here, there) > truth.inner || std::min(here, there) < -truth.outer) return;
-        jumps.push_back({size, place});
-        if (jumps.size() < 8 * kMostJumps) return;
-        keep_largest(jumps);
-        least = jumps.back().size;
-      });
-  keep_largest(jumps);
-
+  const std::vector<Jump> jumps = largest_jumps(truth, tree, stored);
   std::vector<CertificateSample> samples(2 * jumps.size());
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     Vector& point = samples[n].point;

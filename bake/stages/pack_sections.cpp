@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <numeric>
+#include <span>
 
 #include "bake/plan.h"
 #include "bake/stages/certify.h"
@@ -25,22 +25,13 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "sections are written as they lie in memory");
 
-template <class T>
-SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
-                    const std::vector<T>& values) {
-  SectionData data{kind, element, std::move(shape), {}};
-  data.bytes.resize(values.size() * sizeof(T));
-  std::memcpy(data.bytes.data(), values.data(), data.bytes.size());
+// @param values  a vector
+template <class Values>
+SectionData section(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape, const Values& values) {
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(values));
+  SectionData data{kind, element, std::move(shape), {bytes.begin(), bytes.end()}};
   data.hash = hash_bytes(data.bytes);  // here beside other stages
   return data;
-}
-
-template <class Narrow>
-SectionData narrowed(SectionKind kind, ElementType element, std::vector<std::uint64_t> shape,
-                     const std::vector<std::int16_t>& values) {
-  std::vector<Narrow> narrow(values.size());
-  std::transform(values.begin(), values.end(), narrow.begin(), [](std::int16_t v) { return static_cast<Narrow>(v); });
-  return section(kind, element, std::move(shape), narrow);
 }
 
 std::array<std::uint16_t, 3> position_code(const Vector& p, const AssetInfo& info) {
@@ -199,15 +190,15 @@ void pack_voxelmap(const Grid& grid, const BandField& field, const CoarseBounds&
   sections.push_back(section(SectionKind::field_nodes, ElementType::u32, {tree.nodes.size() / 8, 8}, trimmed.nodes));
   const std::vector<std::uint64_t> samples = {trimmed.slices, kFieldSlice};
   if (fields.has_scaled()) {
-    const std::vector<std::int16_t> scaled = trimmed.stored(tree.scaled);
-    sections.push_back(fields.form.limit <= 127
-                           ? narrowed<std::int8_t>(SectionKind::scaled, ElementType::i8, samples, scaled)
-                           : section(SectionKind::scaled, ElementType::i16, samples, scaled));
+    sections.push_back(
+        fields.form.limit <= 127
+            ? section(SectionKind::scaled, ElementType::i8, samples, trimmed.stored<std::int8_t>(tree.scaled))
+            : section(SectionKind::scaled, ElementType::i16, samples, trimmed.stored<std::int16_t>(tree.scaled)));
   }
   if (fields.form.real) {
-    sections.push_back(section(SectionKind::real, ElementType::f64, samples, trimmed.stored(tree.penetration)));
+    sections.push_back(section(SectionKind::real, ElementType::f64, samples, trimmed.stored<double>(tree.penetration)));
     sections.push_back(section(SectionKind::real_gradient, ElementType::f32, {trimmed.slices, kFieldSlice, 3},
-                               trimmed.stored(tree.gradient, 3)));
+                               trimmed.stored<float>(tree.gradient, 3)));
   }
 }
 
@@ -256,16 +247,14 @@ void describe_pointshell(const Pointshell& shell, const PointTree& tree, std::ui
 }
 
 std::vector<Point3f> tree_points(const Pointshell& shell, const PointTree& tree, const AssetInfo& info) {
-  std::vector<Point3f> points;
-  points.reserve(tree.order.size());
-  for (const std::uint32_t i : tree.order) {
-    const std::array<std::uint16_t, 3> code = position_code(shell.positions[i], info);
-    Point3f& p = points.emplace_back();
+  std::vector<Point3f> points(tree.order.size());
+  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t i) {
+    const std::array<std::uint16_t, 3> code = position_code(shell.positions[tree.order[i]], info);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      p[axis] = decode_coordinate(code[axis], static_cast<float>(info.position_origin[axis]),
-                                  static_cast<float>(info.position_step));
+      points[i][axis] = decode_coordinate(code[axis], static_cast<float>(info.position_origin[axis]),
+                                          static_cast<float>(info.position_step));
     }
-  }
+  });
   return points;
 }
 
@@ -299,15 +288,15 @@ void pack_pointshell(const Pointshell& shell, const PointTree& tree, const std::
   std::vector<std::uint16_t> positions(3 * count);
   std::vector<NormalCode> normals(count);
   std::vector<std::uint8_t> areas(count);
-  double carry = 0;
-  for (std::size_t i = 0; i < count; ++i) {
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
     const std::uint32_t old = tree.order[i];
     const std::array<std::uint16_t, 3> code = position_code(shell.positions[old], info);
     for (std::size_t axis = 0; axis < 3; ++axis) positions[axis * count + i] = code[axis];
     const Vector& n = shell.inward_normals[old];
     normals[i] = pack(encode_normal({n.x(), n.y(), n.z()}));
-    areas[i] = encode_area(shell.areas[old], info.area_step, carry);
-  }
+  });
+  double carry = 0;
+  for (std::size_t i = 0; i < count; ++i) areas[i] = encode_area(shell.areas[tree.order[i]], info.area_step, carry);
   const std::size_t nodes = spheres.size();
   const std::uint32_t leaves = *(tree.level_offsets.end() - 2);
   std::vector<std::uint16_t> rows(4 * nodes);

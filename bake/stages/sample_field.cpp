@@ -370,6 +370,23 @@ std::uint32_t renumbered(std::uint32_t entry, std::uint32_t first_node, std::uin
   return octree::is_brick(entry) ? entry + first_slice : entry;
 }
 
+// Moves values of blocks to the end of the tree's.
+template <class T>
+void append(std::span<SampledBlock> blocks, std::vector<T> SampledBlock::*values, UnsetVector<T>& to) {
+  std::vector<std::size_t> first;
+  std::size_t end = to.size();
+  for (const SampledBlock& block : blocks) {
+    first.push_back(end);
+    end += (block.*values).size();
+  }
+  to.resize(end);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
+    const std::vector<T> from = std::exchange(blocks[n].*values, {});
+    std::copy(from.begin(), from.end(), to.begin() + static_cast<std::ptrdiff_t>(first[n]));
+  });
+}
+
+// All but the values.
 void append(const SampledBlock& block, FieldTree& tree) {
   const auto first_node = static_cast<std::uint32_t>(tree.nodes.size() / 8);
   const auto first_slice = static_cast<std::uint32_t>(kFieldEdge * tree.bricks);
@@ -381,9 +398,6 @@ void append(const SampledBlock& block, FieldTree& tree) {
   }
   tree.roots.push_back(renumbered(block.root, first_node, first_slice));
   for (const std::uint32_t entry : block.nodes) tree.nodes.push_back(renumbered(entry, first_node, first_slice));
-  tree.penetration.insert(tree.penetration.end(), block.penetration.begin(), block.penetration.end());
-  tree.gradient.insert(tree.gradient.end(), block.gradient.begin(), block.gradient.end());
-  tree.scaled.insert(tree.scaled.end(), block.scaled.begin(), block.scaled.end());
   if (block.worst_error > tree.worst_error) {
     tree.worst_error = block.worst_error;
     tree.worst_at = block.worst_at;
@@ -440,7 +454,11 @@ FieldTree sample_field(const Surface& surface, const Grid& grid, const InsideRun
                                          static_cast<std::uint32_t>(n / plane));
       loop.step();
     });
-    for (std::size_t n = first; n < end; ++n) append(std::exchange(blocks[n - first], {}), tree);
+    const std::span<SampledBlock> done(blocks.data(), end - first);
+    append(done, &SampledBlock::penetration, tree.penetration);
+    append(done, &SampledBlock::gradient, tree.gradient);
+    append(done, &SampledBlock::scaled, tree.scaled);
+    for (SampledBlock& block : done) append(std::exchange(block, {}), tree);
   }
   put_nodes_of_roots_first(tree);
   return tree;

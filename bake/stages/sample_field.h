@@ -39,9 +39,9 @@ struct FieldTree {
   std::vector<std::uint32_t> roots;  ///< [rz,ry,rx]
   std::vector<std::uint32_t> nodes;  ///< [N,8]; those of roots first, in their order
   std::size_t bricks = 0;            ///< b
-  std::vector<double> penetration;   ///< [b,125]: fitted within the field's band, else clamped. [m]
-  std::vector<float> gradient;       ///< [b,125,3]: zero beyond the band. [m per voxel step]
-  std::vector<std::int16_t> scaled;  ///< [b,125]: penetration / step, rounded to nearest, clamped at the limit
+  UnsetVector<double> penetration;   ///< [b,125]: fitted within the field's band, else clamped. [m]
+  UnsetVector<float> gradient;       ///< [b,125,3]: zero beyond the band. [m per voxel step]
+  UnsetVector<std::int16_t> scaled;  ///< [b,125]: penetration / step, rounded to nearest, clamped at the limit
   double worst_error = 0;            ///< of samples, and of interpolation at the tested places. [m]
   Vector worst_at = Vector::Zero();  ///< [m]
   double proven = 0;                 ///< proven bound of interpolation's error in the band; 0 unless asked for. [m]

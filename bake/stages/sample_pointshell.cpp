@@ -253,11 +253,29 @@ void Sampler::find_folds() {
 }
 
 std::vector<Sample*> Sampler::samples() {
-  std::vector<Sample*> all;
-  for (Block& block : blocks_.blocks()) {
-    for (Sample& sample : block.samples) all.push_back(&sample);
-  }
+  std::vector<std::size_t> first(1, 0);
+  for (const Block& block : blocks_.blocks()) first.push_back(first.back() + block.samples.size());
+  std::vector<Sample*> all(first.back());
+  tbb::parallel_for(std::size_t{0}, blocks_.blocks().size(), [&](std::size_t n) {
+    std::size_t at = first[n];
+    for (Sample& sample : blocks_.blocks()[n].samples) all[at++] = &sample;
+  });
   return all;
+}
+
+std::vector<PointFacet> facets_of(const std::vector<Sample*>& samples) {
+  std::vector<std::uint32_t> folded;
+  for (std::uint32_t i = 0; i < samples.size(); ++i) {
+    if (samples[i]->cell != nullptr) folded.push_back(i);
+  }
+  std::vector<std::vector<Facet>> fitted(folded.size());
+  tbb::parallel_for(std::size_t{0}, folded.size(),
+                    [&](std::size_t n) { fitted[n] = fit_facets(*samples[folded[n]]->cell); });
+  std::vector<PointFacet> facets;
+  for (std::size_t n = 0; n < folded.size(); ++n) {
+    for (const Facet& facet : fitted[n]) facets.push_back({folded[n], facet});
+  }
+  return facets;
 }
 
 // Rounds a normal as the asset stores it, so that the measured error holds for the asset.
@@ -305,21 +323,20 @@ Pointshell sample_pointshell(const Surface& surface, const Grid& grid, const Sur
     shell.inward_normals[i] = inward_normal(grid, runs, field, sample);
     shell.areas[i] = sample.area;
   });
-  shell.faces = find_faces(samples, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
+  shell.faces = find_faces(samples, shell.positions, shell.inward_normals, 2 * std::max(thin, 1.0) * spacing,
                            0.5 * kHullTolerance * shell.feature_covering_radius);
-  tbb::parallel_for(std::size_t{0}, samples.size(),
-                    [&](std::size_t i) { shell.inward_normals[i] = as_stored(shell.inward_normals[i]); });
-  for (std::uint32_t i = 0; i < samples.size(); ++i) {
-    if (samples[i]->cell == nullptr) continue;
-    for (const Facet& facet : fit_facets(*samples[i]->cell)) shell.facets.push_back({i, facet});
-  }
-  std::size_t on_faces = 0;
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (samples[i]->on_edge) continue;
+  shell.facets = facets_of(samples);
+  std::vector<double> errors(samples.size());  // -1 on an edge
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t i) {
     const Vector& n = samples[i]->normal;
-    const double angle = std::atan2(shell.inward_normals[i].cross(n).norm(), -shell.inward_normals[i].dot(n));
-    shell.normal_error_mean += angle;
-    shell.normal_error_max = std::max(shell.normal_error_max, angle);
+    const Vector inward = shell.inward_normals[i] = as_stored(shell.inward_normals[i]);
+    errors[i] = samples[i]->on_edge ? -1 : std::atan2(inward.cross(n).norm(), -inward.dot(n));
+  });
+  std::size_t on_faces = 0;
+  for (const double error : errors) {
+    if (error < 0) continue;
+    shell.normal_error_mean += error;
+    shell.normal_error_max = std::max(shell.normal_error_max, error);
     ++on_faces;
   }
   if (on_faces > 0) shell.normal_error_mean /= static_cast<double>(on_faces);

@@ -85,6 +85,7 @@ class SurfaceBlocks {
   /// @param surface  must outlive this object
   /// @param cell  edge of a cell, about twice the distance of the samples: most searches then see 8 to 18 cells. [m]
   SurfaceBlocks(const Surface& surface, double cell);
+  ~SurfaceBlocks();
 
   [[nodiscard]] std::deque<Block>& blocks() { return blocks_; }
   /// Calls visit(const Patch&) for each patch of a block.
@@ -149,6 +150,8 @@ class SurfaceBlocks {
 
  private:
   using Position = std::array<int, 3>;
+  struct Part;
+  class Cutter;
 
   [[nodiscard]] Piece triangle(std::uint32_t t) const {
     return {surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2)};
@@ -162,8 +165,7 @@ class SurfaceBlocks {
     for_each_part(halves[1], visit);
     for_each_part(halves[0], visit);
   }
-  bool add(const Piece& piece, std::uint32_t triangle, bool whole);
-  void create_blocks(const Piece& patch);
+  void add(const Part& part);
   Block* find(const Position& block) const {
     const auto it = block_at_.find(key(block));
     return it == block_at_.end() ? nullptr : it->second;

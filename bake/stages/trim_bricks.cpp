@@ -55,12 +55,16 @@ constexpr auto kChoices = all_choices();
 class BrickTrimmer {
  public:
   BrickTrimmer(const FieldTree& tree, const SampleForm& form) : tree_(tree), form_(form), bricks_(tree.bricks) {
-    octree::for_each_brick_entry({tree.roots.data(), tree.nodes.data(), tree.root_dims.data()},
-                                 [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
-                                   Brick& brick = bricks_[number(entry)];
-                                   brick.level = octree::level_of(entry);
-                                   mark_used(cell, edge, brick);
-                                 });
+    const octree::Octree octree{tree.roots.data(), tree.nodes.data(), tree.root_dims.data()};
+    // All entries that lead to a brick lie under one root.
+    tbb::parallel_for(std::size_t{0}, octree.root_count(), [&](std::size_t root) {
+      octree::for_each_brick_entry(octree, root,
+                                   [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+                                     Brick& brick = bricks_[number(entry)];
+                                     brick.level = octree::level_of(entry);
+                                     mark_used(cell, edge, brick);
+                                   });
+    });
   }
 
   static std::size_t number(std::uint32_t entry) { return octree::slice_of(entry) / kFieldEdge; }
@@ -150,16 +154,16 @@ TrimmedTree trim_bricks(const FieldTree& tree, const SampleForm& form) {
   TrimmedTree out;
   out.bricks.resize(tree.bricks);
   tbb::parallel_for(std::size_t{0}, tree.bricks, [&](std::size_t brick) { out.bricks[brick] = trimmer.trim(brick); });
-  std::vector<std::uint32_t> first(tree.bricks);
+  out.first.resize(tree.bricks);
   for (std::size_t brick = 0; brick < tree.bricks; ++brick) {
-    first[brick] = static_cast<std::uint32_t>(out.slices);
+    out.first[brick] = static_cast<std::uint32_t>(out.slices);
     out.slices += out.bricks[brick].count;
   }
   const auto trimmed = [&](std::vector<std::uint32_t> entries) {
     for (std::uint32_t& entry : entries) {
       if (!octree::is_brick(entry)) continue;
       const std::size_t brick = BrickTrimmer::number(entry);
-      entry = octree::brick_entry(first[brick], octree::level_of(entry), out.bricks[brick]);
+      entry = octree::brick_entry(out.first[brick], octree::level_of(entry), out.bricks[brick]);
     }
     return entries;
   };

@@ -2,8 +2,11 @@
 /// @file Leaves out slices of field bricks that lie beyond the band. Internal to bake.
 #pragma once
 
+#include <tbb/parallel_for.h>
+
 #include <array>
 #include <utility>
+#include <vector>
 
 #include "bake/stages/sample_field.h"
 
@@ -21,21 +24,22 @@ namespace vps::bake {
 struct TrimmedTree {
   std::vector<std::uint32_t> roots, nodes;
   std::vector<octree::Slices> bricks;  ///< what is stored of each brick of the tree
+  std::vector<std::uint32_t> first;    ///< number of each brick's first slice
   std::size_t slices = 0;              ///< f
 
   /// @param values  of the whole bricks, [b,125,n] with `parts` n
   /// @return those that are stored, [f,25,n]
-  template <class T>
-  [[nodiscard]] std::vector<T> stored(const std::vector<T>& values, std::size_t parts = 1) const {
-    std::vector<T> out;
-    out.reserve(slices * kFieldSlice * parts);
-    for (std::size_t brick = 0; brick < bricks.size(); ++brick) {
+  template <class Stored, class Value>
+  [[nodiscard]] UnsetVector<Stored> stored(const UnsetVector<Value>& values, std::size_t parts = 1) const {
+    UnsetVector<Stored> out(slices * kFieldSlice * parts);
+    tbb::parallel_for(std::size_t{0}, bricks.size(), [&](std::size_t brick) {
       const octree::Slices& kept = bricks[brick];
+      Stored* to = out.data() + first[brick] * kFieldSlice * parts;
       for (std::uint32_t n = 0; n < kFieldSlice * kept.count; ++n) {
         const std::size_t from = (brick * kFieldSamples + sample_of(kept, n)) * parts;
-        for (std::size_t part = 0; part < parts; ++part) out.push_back(values[from + part]);
+        for (std::size_t part = 0; part < parts; ++part) *to++ = static_cast<Stored>(values[from + part]);
       }
-    }
+    });
     return out;
   }
 };

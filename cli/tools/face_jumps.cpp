@@ -17,15 +17,16 @@ FaceJump largest_face_jump(const VoxelmapView& map, double voxel_size) {
     return double(detail::sample_value(map, cell, n));
   };
   FaceJump jump;
-  octree::for_each_sample_on_faces(
-      {map.field_roots, map.field_nodes, map.root_dims}, sample,
-      [&](const octree::Place& place, double here, double there) {
-        if (std::abs(here - there) <= jump.largest || !is_certified(here) || !is_certified(there)) return;
-        jump.largest = std::abs(here - there);
-        for (std::size_t k = 0; k < 3; ++k) {
-          jump.place[k] = map.origin[k] + voxel_size * (double(place[k]) / octree::kPlacesPerVoxel + 0.5);
-        }
-      });
+  const octree::Octree tree{map.field_roots, map.field_nodes, map.root_dims};
+  for (std::size_t root = 0; root < tree.root_count(); ++root) {
+    octree::for_each_sample_on_faces(tree, root, sample, [&](const octree::Place& place, double here, double there) {
+      if (std::abs(here - there) <= jump.largest || !is_certified(here) || !is_certified(there)) return;
+      jump.largest = std::abs(here - there);
+      for (std::size_t k = 0; k < 3; ++k) {
+        jump.place[k] = map.origin[k] + voxel_size * (double(place[k]) / octree::kPlacesPerVoxel + 0.5);
+      }
+    });
+  }
   return jump;
 }
 

@@ -30,47 +30,47 @@ FieldTree sampled(bool real) {
                       form(real));
 }
 
-octree::Octree view(const std::vector<std::uint32_t>& roots, const std::vector<std::uint32_t>& nodes,
-                    const FieldTree& tree) {
-  return {roots.data(), nodes.data(), tree.root_dims.data()};
-}
-
 using Numbers = std::array<std::size_t, 8>;
 
 // Calls visit(level, corners, stored) for each cell to which an entry leads: the numbers of its samples in the tree,
 // and among those stored.
 template <class Visit>
 void for_each_cell(const FieldTree& tree, const TrimmedTree& trimmed, Visit visit) {
+  const auto for_each_entry = [&](const std::vector<std::uint32_t>& roots, const std::vector<std::uint32_t>& nodes,
+                                  const auto& visit_entry) {
+    const octree::Octree octree{roots.data(), nodes.data(), tree.root_dims.data()};
+    for (std::size_t root = 0; root < octree.root_count(); ++root)
+      octree::for_each_brick_entry(octree, root, visit_entry);
+  };
   std::vector<std::uint32_t> entries;
-  octree::for_each_brick_entry(view(trimmed.roots, trimmed.nodes, tree),
-                               [&](std::uint32_t entry, const auto&, std::uint32_t) { entries.push_back(entry); });
+  for_each_entry(trimmed.roots, trimmed.nodes,
+                 [&](std::uint32_t entry, const auto&, std::uint32_t) { entries.push_back(entry); });
   std::size_t next = 0;
-  octree::for_each_brick_entry(
-      view(tree.roots, tree.nodes, tree), [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
-        const std::uint32_t stored = entries.at(next++);
-        ASSERT_EQ(octree::level_of(stored), octree::level_of(entry));
-        const double h = std::ldexp(1.0, octree::level_of(entry));
-        const auto cells = static_cast<std::uint32_t>(std::max(edge / h, 1.0));
-        for (std::uint32_t n = 0; n < cells * cells * cells; ++n) {
-          const std::uint32_t at[3] = {static_cast<std::uint32_t>(cell[0] / h + n % cells) % 4,
-                                       static_cast<std::uint32_t>(cell[1] / h + n / cells % cells) % 4,
-                                       static_cast<std::uint32_t>(cell[2] / h + n / cells / cells) % 4};
-          Numbers whole;
-          Numbers kept;
-          for (std::size_t corner = 0; corner < 8; ++corner) {
-            whole[corner] = octree::corners_of(entry, at).number(corner);
-            kept[corner] = octree::corners_of(stored, at).number(corner);
-          }
-          visit(octree::level_of(entry), whole, kept);
-        }
-      });
+  for_each_entry(tree.roots, tree.nodes, [&](std::uint32_t entry, const std::uint32_t(&cell)[3], std::uint32_t edge) {
+    const std::uint32_t stored = entries.at(next++);
+    ASSERT_EQ(octree::level_of(stored), octree::level_of(entry));
+    const double h = std::ldexp(1.0, octree::level_of(entry));
+    const auto cells = static_cast<std::uint32_t>(std::max(edge / h, 1.0));
+    for (std::uint32_t n = 0; n < cells * cells * cells; ++n) {
+      const std::uint32_t at[3] = {static_cast<std::uint32_t>(cell[0] / h + n % cells) % 4,
+                                   static_cast<std::uint32_t>(cell[1] / h + n / cells % cells) % 4,
+                                   static_cast<std::uint32_t>(cell[2] / h + n / cells / cells) % 4};
+      Numbers whole;
+      Numbers kept;
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        whole[corner] = octree::corners_of(entry, at).number(corner);
+        kept[corner] = octree::corners_of(stored, at).number(corner);
+      }
+      visit(octree::level_of(entry), whole, kept);
+    }
+  });
   ASSERT_EQ(next, entries.size());
 }
 
 TEST(TrimBricks, ACellChangesOnlyBeyondTheBandAndOnlyTowardsIt) {
   const FieldTree tree = sampled(false);
   const TrimmedTree trimmed = trim_bricks(tree, form(false));
-  const std::vector<std::int16_t> scaled = trimmed.stored(tree.scaled);
+  const UnsetVector<std::int16_t> scaled = trimmed.stored<std::int16_t>(tree.scaled);
   ASSERT_EQ(scaled.size(), kFieldSlice * trimmed.slices);
   std::size_t same = 0;
   std::size_t changed = 0;
@@ -95,8 +95,8 @@ TEST(TrimBricks, ACellChangesOnlyBeyondTheBandAndOnlyTowardsIt) {
 TEST(TrimBricks, GradientsAndTheirSamplesStayTheSame) {
   const FieldTree tree = sampled(true);
   const TrimmedTree trimmed = trim_bricks(tree, form(true));
-  const std::vector<float> gradient = trimmed.stored(tree.gradient, 3);
-  ASSERT_EQ(trimmed.stored(tree.penetration).size(), kFieldSlice * trimmed.slices);
+  const UnsetVector<float> gradient = trimmed.stored<float>(tree.gradient, 3);
+  ASSERT_EQ(trimmed.stored<double>(tree.penetration).size(), kFieldSlice * trimmed.slices);
   ASSERT_EQ(gradient.size(), 3 * kFieldSlice * trimmed.slices);
   for_each_cell(tree, trimmed, [&](int, const Numbers& whole, const Numbers& kept) {
     for (std::size_t corner = 0; corner < 8; ++corner) {
