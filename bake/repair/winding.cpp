@@ -3,10 +3,8 @@
 #include "bake/repair/winding.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "bake/stages/voxelize.h"
@@ -112,7 +110,7 @@ Grid column_grid(const Mesh& mesh) {
 InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), columns_(columns_for(mesh, grid)) {
   const double slack = rounding_slack(columns_) + 1e-9 * columns_.voxel_size;
   const auto for_each_column = [&](auto visit) {
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh.triangles.size()), [&](std::uint32_t t) {
+    for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
       const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
       const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
       const VoxelRange js = voxel_range(columns_, 1, low.y(), high.y(), slack);
@@ -120,22 +118,14 @@ InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), column
       for (std::uint32_t k = ks.first; k <= ks.last; ++k) {
         for (std::uint32_t j = js.first; j <= js.last; ++j) visit(std::size_t{k} * columns_.dims[1] + j, t);
       }
-    });
+    }
   };
   start_.assign(std::size_t{columns_.dims[1]} * columns_.dims[2] + 1, 0);
-  const auto add_one = [](std::size_t& count) {
-    return std::atomic_ref(count).fetch_add(1, std::memory_order_relaxed);
-  };
-  for_each_column([&](std::size_t column, std::uint32_t) { add_one(start_[column + 1]); });
+  for_each_column([&](std::size_t column, std::uint32_t) { ++start_[column + 1]; });
   for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
   triangles_.resize(start_.back());
   std::vector<std::size_t> fill(start_.begin(), start_.end() - 1);
-  for_each_column([&](std::size_t column, std::uint32_t t) { triangles_[add_one(fill[column])] = t; });
-  // One order, whichever thread came first.
-  tbb::parallel_for(std::size_t{0}, fill.size(), [&](std::size_t column) {
-    std::sort(triangles_.begin() + static_cast<std::ptrdiff_t>(start_[column]),
-              triangles_.begin() + static_cast<std::ptrdiff_t>(start_[column + 1]));
-  });
+  for_each_column([&](std::size_t column, std::uint32_t t) { triangles_[fill[column]++] = t; });
 }
 
 std::size_t InsideTest::column(double y, double z) const {
