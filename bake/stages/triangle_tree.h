@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/stages/float_distances.h"
+#include "bake/unset_vector.h"
 
 namespace vps::bake {
 
@@ -42,7 +43,7 @@ class TriangleTree {
   double error_ = 0;
   std::vector<std::uint32_t> order_;  // triangles of the leaves, 16 each
   std::vector<Node> nodes_;           // the root last
-  std::vector<Leaf> leaves_;
+  UnsetVector<Leaf> leaves_;
 };
 
 }  // namespace vps::bake
