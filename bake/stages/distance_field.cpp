@@ -180,12 +180,12 @@ BandField distance_field(const Surface& surface, const Grid& grid, const InsideR
     std::size_t voxels = field.closest.size();
     for (std::size_t n = first; n < end; ++n) {
       Result& result = results[n - first];
+      result.first = voxels;
       if (result.count == 0) continue;
       const Index3& b = lists.set.bricks[n];
       chosen[grid.brick_at(b[0], b[1], b[2])] = 1;
       field.inside.push_back(inside[n]);
       field.exact.push_back(result.exact);
-      result.first = voxels;
       field.start.push_back({voxels, result.plane});
       voxels += result.count;
       const auto near = lists.triangles.begin() + static_cast<std::ptrdiff_t>(lists.start[n]);
