@@ -12,7 +12,7 @@
 namespace vps {
 
 /// Numbers positions in the order of their first use. -0 and 0 are one position.
-/// A table of numbers with open addressing: half the time of std::unordered_map, and no memory per position to free.
+/// A table of numbers with open addressing: no memory per position, as in std::unordered_map, to take and to free.
 class PositionNumbers {
  public:
   using Position = std::array<double, 3>;
