@@ -34,7 +34,7 @@ class SurfaceBlocks::Cutter {
       const Piece piece = stack_.back();
       stack_.pop_back();
       std::size_t edge = 0;
-      // Two or three cuts from its patches.
+      // Its patches are at most three halvings away.
       const bool small = longest_edge(piece, edge) <= 4 * blocks_.patch_squared_;
       if (small && add(piece, triangle, whole)) continue;
       for (const Piece& half : split(piece, edge)) stack_.push_back(half);
