@@ -237,8 +237,7 @@ class Group {
     for (const Way* const way : *this) way->here.near.push_ring(places);
     Values gap;
     Values of_field;
-    shell(places, gap);
-    field(places, of_field);
+    distances(places, gap, of_field);
     for (std::uint32_t i = 0; i < places.count; ++i) gap[i] += of_field[i];
     const float* ring = gap.data();
     for (Way* const way : *this) {
@@ -253,8 +252,7 @@ class Group {
     for (const Way* const way : *this) Cross::push((way->*where).near, way->fit.axes, places);
     Values of_shell;
     Values of_field;
-    shell(places, of_shell);
-    field(places, of_field);
+    distances(places, of_shell, of_field);
     static_assert(sizeof(Cross) == Cross::kPlaces * sizeof(float));
     std::size_t from = 0;
     for (Way* const way : *this) {
@@ -265,24 +263,21 @@ class Group {
   }
 
  private:
-  // Distances of the places from the shell's body. [rings]
-  void shell(const Places& places, Values& out) const {
-    b_->shell.penetrations(places, out);
-    float* v = out.data();
-    for (const Way* const way : *this) {
-      const float scale = -1 / way->slider->reach.ring;
-      for (float* const last = v + places.count / count_; v < last; ++v) *v *= scale;
-    }
-  }
-  // From the other body; for a contact ahead, from the plane where it arrives. [rings]
-  void field(const Places& places, Values& out) const {
+  // Distances of the places from both bodies; from the plane where a contact ahead arrives. [rings]
+  void distances(const Places& places, Values& of_shell, Values& of_field) const {
     const auto is_ahead = [](const Way* way) { return way->slider->reach.arrival != nullptr; };
-    if (!std::all_of(begin(), end(), is_ahead)) b_->field.penetrations(places, out);
+    if (std::all_of(begin(), end(), is_ahead)) {
+      b_->shell.penetrations(places, of_shell);
+    } else {
+      b_->field.penetrations_beside(b_->shell, places, of_field, of_shell);
+    }
     std::size_t i = 0;
     for (const Way* const way : *this) {
       const auto& [ring, plane] = way->slider->reach;
+      const float scale = -1 / ring;
       for (const std::size_t last = i + places.count / count_; i < last; ++i) {
-        out[i] = (plane == nullptr ? -out[i] : dot(plane->outward_normal, places[i]) - plane->offset) / ring;
+        of_shell[i] *= scale;
+        of_field[i] = (plane == nullptr ? -of_field[i] : dot(plane->outward_normal, places[i]) - plane->offset) / ring;
       }
     }
   }

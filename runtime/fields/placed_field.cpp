@@ -13,21 +13,60 @@
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
 
+// Lanes beyond the last place repeat the first one, which likely is in the band as well.
+HWY_INLINE Points load_places(const Places& places, std::uint32_t from) {
+  const M valid = hn::FirstN(f32, places.count - from);
+  const auto load_row = [&](const float* row) { return hn::IfThenElse(valid, hn::Load(f32, row + from), set(row[0])); };
+  return {load_row(places.x), load_row(places.y), load_row(places.z)};
+}
+
 template <class Field>
 void look_up_places(const void* field, const Affine& to_field, const Places& places, float* out) {
   const PointshellView none;
   const auto lanes = lanes_of(*static_cast<const Field*>(field), none);
   const auto step = static_cast<std::uint32_t>(hn::Lanes(f32));
-  for (std::uint32_t i = 0; i < places.count; i += step) {
-    // Lanes beyond the last place repeat the first one, which likely is in the band as well.
-    const M valid = hn::FirstN(f32, places.count - i);
-    const auto load_row = [&](const float* row) { return hn::IfThenElse(valid, hn::Load(f32, row + i), set(row[0])); };
-    const Points p = lanes.place(to_field, {load_row(places.x), load_row(places.y), load_row(places.z)});
-    if constexpr (std::is_base_of_v<SampledMap, Field>) {
-      hn::StoreU(lanes.value_of(p, lanes.look_up(p)), f32, out + i);
-    } else {
-      hn::StoreU(lanes.value(p, Batch(), valid), f32, out + i);
+  std::uint32_t i = 0;
+  if constexpr (std::is_base_of_v<SampledMap, Field>) {
+    using Cells = typename decltype(lanes)::Cells;
+    const auto place = [&](std::uint32_t from) { return lanes.place(to_field, load_places(places, from)); };
+    const auto store = [&](const Points& p, const Cells& cells, std::uint32_t from) {
+      hn::StoreU(lanes.value_of(p, lanes.interpolate(cells)), f32, out + from);
+    };
+    for (; i + step < places.count; i += 2 * step) {
+      const Points p = place(i);
+      const Points q = place(i + step);
+      Cells of_p;
+      Cells of_q;
+      find_cells_together(lanes, p, lanes, q, of_p, of_q);
+      store(p, of_p, i);
+      store(q, of_q, i + step);
     }
+    if (i < places.count) {
+      const Points p = place(i);
+      store(p, lanes.find_cells(p), i);
+    }
+  } else {
+    for (; i < places.count; i += step) {
+      const Points p = lanes.place(to_field, load_places(places, i));
+      hn::StoreU(lanes.value(p, Batch(), hn::FirstN(f32, places.count - i)), f32, out + i);
+    }
+  }
+}
+
+// The same places in two maps.
+void look_up_both(const SampledMap& first, const Affine& to_first, const SampledMap& second, const Affine& to_second,
+                  const Places& places, float* of_first, float* of_second) {
+  const SampledLanes<std::int8_t> a{{}, first};
+  const SampledLanes<std::int8_t> b{{}, second};
+  for (std::uint32_t i = 0; i < places.count; i += static_cast<std::uint32_t>(hn::Lanes(f32))) {
+    const Points at = load_places(places, i);
+    const Points p = a.place(to_first, at);
+    const Points q = b.place(to_second, at);
+    SampledLanes<std::int8_t>::Cells of_p;
+    SampledLanes<std::int8_t>::Cells of_q;
+    find_cells_together(a, p, b, q, of_p, of_q);
+    hn::StoreU(a.value_of(p, a.interpolate(of_p)), f32, of_first + i);
+    hn::StoreU(b.value_of(q, b.interpolate(of_q)), f32, of_second + i);
   }
 }
 
@@ -56,6 +95,13 @@ HWY_AFTER_NAMESPACE();
 namespace vps::detail {
 
 HWY_EXPORT(look_up_here);
+HWY_EXPORT(look_up_both);
+
+void FieldAtPlaces::penetrations_beside(const PlacedField& other, const Places& places, Values& own,
+                                        Values& others) const noexcept {
+  penetrations(places, own);
+  other.penetrations(places, others);
+}
 
 PlacedField::PlacedField(FieldRef field, const Pose& to_field) noexcept : field_(field), to_field_(to_field) {
   const auto use = [&]<class Kernel>(const Kernel& kernel, const Frame& frame, float, const Pose& pose) {
@@ -65,6 +111,7 @@ PlacedField::PlacedField(FieldRef field, const Pose& to_field) noexcept : field_
     unit_ = static_cast<float>(frame.unit);
     if constexpr (std::is_base_of_v<SampledMap, Kernel>) {
       map_ = kernel;
+      has_small_map_ = std::is_same_v<Kernel, SampledMap8>;
     } else if constexpr (std::is_same_v<Kernel, SolidBelow>) {
       static constexpr SolidBelow kBelow;
       analytic_ = &kBelow;
@@ -83,6 +130,18 @@ void PlacedField::penetrations(const Places& places, Values& out) const noexcept
   }
   look_up_(analytic_ != nullptr ? analytic_ : &map_, affine_, places, out.data());
   for (std::uint32_t i = 0; i < places.count; ++i) out[i] *= unit_;
+}
+
+void PlacedField::penetrations_beside(const PlacedField& other, const Places& places, Values& own,
+                                      Values& others) const noexcept {
+  if (!has_small_map_ || !other.has_small_map_) {
+    return FieldAtPlaces::penetrations_beside(other, places, own, others);
+  }
+  HWY_DYNAMIC_DISPATCH(look_up_both)(map_, affine_, other.map_, other.affine_, places, own.data(), others.data());
+  for (std::uint32_t i = 0; i < places.count; ++i) {
+    own[i] *= unit_;
+    others[i] *= other.unit_;
+  }
 }
 
 float PlacedField::penetration(Vec3 place) const noexcept {

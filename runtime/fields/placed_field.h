@@ -26,12 +26,17 @@ struct Places {
 /// A value for each place.
 using Values = std::array<float, Places::kMost>;
 
+class PlacedField;
+
 /// What a body looks like at places near it.
 class FieldAtPlaces {
  public:
   virtual ~FieldAtPlaces() = default;
   /// V at each place. [m]
   virtual void penetrations(const Places& places, Values& out) const noexcept = 0;
+  /// V of this body and of another at each place. [m]
+  virtual void penetrations_beside(const PlacedField& other, const Places& places, Values& own,
+                                   Values& others) const noexcept;
   /// Unit, or zero where the field has no slope.
   [[nodiscard]] virtual Vec3 outward_normal(Vec3 place) const noexcept = 0;
 
@@ -47,8 +52,12 @@ class PlacedField final : public FieldAtPlaces {
   /// @param to_field  takes places to the field's frame
   PlacedField(FieldRef field, const Pose& to_field) noexcept;
 
-  /// V at each place, as `penetration` gives it, within 1e-4 voxel. A map of layers is not supported. [m]
+  /// V at each place, as `penetration` gives it, within 1e-4 voxel; beyond the band a value that is no farther from 0.
+  /// A map of layers is not supported. [m]
   void penetrations(const Places& places, Values& out) const noexcept override;
+  /// The same values; two maps are read side by side.
+  void penetrations_beside(const PlacedField& other, const Places& places, Values& own,
+                           Values& others) const noexcept override;
   [[nodiscard]] float penetration(Vec3 place) const noexcept;
   /// As `vps::outward_normal`, in the frame of the places.
   [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
@@ -61,7 +70,8 @@ class PlacedField final : public FieldAtPlaces {
   const void* analytic_ = nullptr;  ///< the kernel's field; null: `map_`
   SampledMap map_;
   Affine affine_{};
-  float unit_ = 0;  ///< of the kernel. [m]
+  float unit_ = 0;              ///< of the kernel. [m]
+  bool has_small_map_ = false;  ///< `map_` has samples of 8 bits, as maps have by default
 };
 
 }  // namespace vps::detail

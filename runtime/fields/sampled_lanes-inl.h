@@ -11,8 +11,6 @@
 #include <cmath>
 #include <limits>
 
-#include <hwy/cache_control.h>
-
 #include "runtime/fields/field_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -114,6 +112,9 @@ struct SampledLanes : Everywhere {
   HWY_INLINE Cells find_cells(const Points& p) const {
     Walk walk = begin(p);
     go_down<3>(walk);
+    return cells_of(walk);
+  }
+  HWY_INLINE Cells cells_of(const Walk& walk) const {
     const I no_brick = hn::Set(i32, static_cast<std::int32_t>(kFarInside));
     const auto is_brick = hn::Gt(walk.entry, hn::Set(i32, -1));
     Cells out;
@@ -161,18 +162,6 @@ struct SampledLanes : Everywhere {
     constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
     out.first = hn::ShiftLeft<kBytesLog2>(sample);
     return out;
-  }
-
-  // Asks memory for the samples.
-  HWY_INLINE void fetch(const Cells& cells) const {
-    HWY_ALIGN std::int32_t first[kLanePadding];
-    hn::Store(cells.first, i32, first);
-    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
-    constexpr std::size_t kLast = (kFieldEdge * kFieldEdge + kFieldEdge + 1) * sizeof(Integer);
-    for (std::size_t lane = 0; lane < hn::Lanes(i32); ++lane) {
-      hwy::Prefetch(bytes + first[lane]);
-      hwy::Prefetch(bytes + first[lane] + kLast);
-    }
   }
 
   HWY_INLINE Looked interpolate(const Cells& cells) const {
@@ -458,6 +447,27 @@ struct SampledLanes : Everywhere {
     return {hn::IfThenElse(inside, unsampled, hn::Neg(unsampled)), hn::IfThenElse(inside, most, hn::Neg(distance))};
   }
 };
+
+// Two walks side by side: each has up to five reads, one after the other, and the reads of one fill the waits of the
+// other.
+template <int kShift, class Lanes>
+HWY_INLINE void go_down_together(const Lanes& a, typename Lanes::Walk& in_a, const Lanes& b,
+                                 typename Lanes::Walk& in_b) {
+  if (hn::AllFalse(i32, hn::Or(Lanes::is_node(in_a.entry), Lanes::is_node(in_b.entry)))) return;
+  a.template enter<kShift>(in_a);
+  b.template enter<kShift>(in_b);
+  if constexpr (kShift > 0) go_down_together<kShift - 1>(a, in_a, b, in_b);
+}
+// The cells around points in two maps, or in one.
+template <class Lanes>
+HWY_INLINE void find_cells_together(const Lanes& a, const Points& in_a, const Lanes& b, const Points& in_b,
+                                    typename Lanes::Cells& of_a, typename Lanes::Cells& of_b) {
+  typename Lanes::Walk walk_a = a.begin(in_a);
+  typename Lanes::Walk walk_b = b.begin(in_b);
+  go_down_together<3>(a, walk_a, b, walk_b);
+  of_a = a.cells_of(walk_a);
+  of_b = b.cells_of(walk_b);
+}
 
 HWY_INLINE SampledLanes<std::int8_t> lanes_of(const SampledMap8& field, const PointshellView&) {
   return {{}, field};

@@ -8,6 +8,8 @@
 // After foreach_target.h.
 #include <hwy/highway.h>
 
+#include <algorithm>
+
 #include "runtime/fields/sampled_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -187,7 +189,6 @@ class PointTests {
   HWY_INLINE void finish() {
     if constexpr (Lanes::kHasFarGrid) {
       if (count_ > 0) look_up_first(count_);
-      take_fetched();
     }
     d_.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest_));
     d_.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected_));
@@ -228,7 +229,8 @@ class PointTests {
       const F ceiling = field_.ceiling(p).v;
       near = hn::And(valid, hn::Ge(ceiling, hn::Min(least_hit, nearest_)));
       rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      if (4 * hn::CountTrue(f32, near) >= 3 * hn::CountTrue(f32, valid)) unfiltered_ = kUnfiltered;
+      const bool are_most = 8 * hn::CountTrue(f32, near) >= 7 * hn::CountTrue(f32, valid);
+      unfiltered_ = run_ = are_most ? std::clamp(2 * run_, 1U, kLongestRun) : 0;
     }
     if (hn::AllFalse(f32, near)) return;
     const Words u32;
@@ -237,60 +239,66 @@ class PointTests {
     (void)store_packed(f32, codes.z, near, codes_[2] + count_);
     (void)store_packed(u32, leaves, hn::RebindMask(u32, near), leaves_ + count_);
     count_ += store_packed(u32, points, hn::RebindMask(u32, near), points_ + count_);
-    if (count_ < hn::Lanes(f32)) return;
-    look_up_first(static_cast<std::uint32_t>(hn::Lanes(f32)));
+    const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+    // Without a hit the next points are compared with these, and fewer are looked up.
+    const std::uint32_t some = d_.hit_count == 0 ? lanes : 2 * lanes;
+    if (count_ < some) return;
+    look_up_first(some);
     nearest_ = hn::MaxOfLanes(f32, deepest_);
   }
 
-  // Tests the first waiting points, and moves the others to the front.
+  // Tests the first waiting points, at most two vectors, and moves the others to the front.
   HWY_NOINLINE void look_up_first(std::uint32_t count) {
     const Words u32;
     const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    take_fetched();
-    fetched_.codes = {hn::Load(f32, codes_[0]), hn::Load(f32, codes_[1]), hn::Load(f32, codes_[2])};
-    fetched_.cells = field_.find_cells(field_.place(d_.points, fetched_.codes));
-    fetched_.points = hn::Load(u32, points_);
-    fetched_.leaves = hn::Load(u32, leaves_);
-    fetched_.valid = hn::FirstN(f32, count);
-    has_fetched_ = true;
-    field_.fetch(fetched_.cells);
-    // Without a hit the next points are compared with these, and fewer are looked up.
-    if (d_.hit_count == 0) take_fetched();
-    for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + lanes), f32, row);
-    for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + lanes), u32, row);
+    const Waiting first = waiting(0, count);
+    if (count <= lanes) {
+      take(first, field_.find_cells(first.places));
+    } else {
+      const Waiting second = waiting(lanes, count - lanes);
+      typename Lanes::Cells of_first;
+      typename Lanes::Cells of_second;
+      find_cells_together(field_, first.places, field_, second.places, of_first, of_second);
+      take(first, of_first);
+      take(second, of_second);
+    }
+    const std::uint32_t whole = count <= lanes ? lanes : 2 * lanes;
+    for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + whole), f32, row);
+    for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + whole), u32, row);
     count_ -= count;
   }
 
-  struct Fetched {
-    Points codes;
-    typename Lanes::Cells cells;
+  struct Waiting {
+    Points codes, places;
     hn::Vec<Words> points, leaves;
     M valid;
   };
-  HWY_NOINLINE void take_fetched() {
-    if (!has_fetched_) return;
-    has_fetched_ = false;
-    const Points p = field_.place(d_.points, fetched_.codes);
-    const auto found = field_.interpolate(fetched_.cells);
-    take(fetched_.codes, p, field_.value_of(p, found), found.sampled, fetched_.points, fetched_.leaves, fetched_.valid);
+  HWY_INLINE Waiting waiting(std::uint32_t first, std::uint32_t count) const {
+    const Words u32;
+    const Points codes = {hn::Load(f32, codes_[0] + first), hn::Load(f32, codes_[1] + first),
+                          hn::Load(f32, codes_[2] + first)};
+    return {codes, field_.place(d_.points, codes), hn::Load(u32, points_ + first), hn::Load(u32, leaves_ + first),
+            hn::FirstN(f32, count)};
+  }
+  HWY_INLINE void take(const Waiting& w, const typename Lanes::Cells& cells) {
+    const auto found = field_.interpolate(cells);
+    take(w.codes, w.places, field_.value_of(w.places, found), found.sampled, w.points, w.leaves, w.valid);
   }
 
   const Lanes& field_;
   Descent& d_;
-  // Points whose samples come from memory while the next ones go down the octree.
-  Fetched fetched_;
-  bool has_fetched_ = false;
   const F limit_;
   F deepest_, rejected_;
   F nearest_ = set(std::numeric_limits<float>::lowest());
   const bool has_planes_;
-  static constexpr std::uint32_t kUnfiltered = 4;
-  std::uint32_t unfiltered_ = 0;  // vectors to come that are looked up without the planes
-  // Room for one vector that waits, and another.
+  static constexpr std::uint32_t kLongestRun = 8;
+  std::uint32_t run_ = 0;         // vectors that are looked up without the planes after one of which most are near
+  std::uint32_t unfiltered_ = 0;  // of these, those to come
+  // Room for two vectors that wait, and another.
   std::uint32_t count_ = 0;
-  HWY_ALIGN float codes_[3][2 * kLanePadding] = {};
-  HWY_ALIGN std::uint32_t points_[2 * kLanePadding] = {};
-  HWY_ALIGN std::uint32_t leaves_[2 * kLanePadding] = {};
+  HWY_ALIGN float codes_[3][3 * kLanePadding] = {};
+  HWY_ALIGN std::uint32_t points_[3 * kLanePadding] = {};
+  HWY_ALIGN std::uint32_t leaves_[3 * kLanePadding] = {};
 };
 
 // Returns the children of a queue's nodes in batches.
