@@ -11,6 +11,8 @@
 #include <cmath>
 #include <limits>
 
+#include <hwy/cache_control.h>
+
 #include "runtime/fields/field_lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -162,6 +164,18 @@ struct SampledLanes : Everywhere {
     constexpr int kBytesLog2 = sizeof(Integer) == 1 ? 0 : 1;
     out.first = hn::ShiftLeft<kBytesLog2>(sample);
     return out;
+  }
+
+  // Asks memory for the samples.
+  HWY_INLINE void fetch(const Cells& cells) const {
+    HWY_ALIGN std::int32_t first[kLanePadding];
+    hn::Store(cells.first, i32, first);
+    const auto* const bytes = static_cast<const std::uint8_t*>(map.values);
+    constexpr std::size_t kLast = (kFieldEdge * kFieldEdge + kFieldEdge + 1) * sizeof(Integer);
+    for (std::size_t lane = 0; lane < hn::Lanes(i32); ++lane) {
+      hwy::Prefetch(bytes + first[lane]);
+      hwy::Prefetch(bytes + first[lane] + kLast);
+    }
   }
 
   HWY_INLINE Looked interpolate(const Cells& cells) const {

@@ -189,6 +189,7 @@ class PointTests {
   HWY_INLINE void finish() {
     if constexpr (Lanes::kHasFarGrid) {
       if (count_ > 0) look_up_first(count_);
+      take_fetched();
     }
     d_.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest_));
     d_.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected_));
@@ -240,28 +241,31 @@ class PointTests {
     (void)store_packed(u32, leaves, hn::RebindMask(u32, near), leaves_ + count_);
     count_ += store_packed(u32, points, hn::RebindMask(u32, near), points_ + count_);
     const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    // Without a hit the next points are compared with these, and fewer are looked up.
     const std::uint32_t some = d_.hit_count == 0 ? lanes : 2 * lanes;
     if (count_ < some) return;
     look_up_first(some);
     nearest_ = hn::MaxOfLanes(f32, deepest_);
   }
 
-  // Tests the first waiting points, at most two vectors, and moves the others to the front.
+  // Finds the samples of the first waiting points, at most two vectors, and moves the others to the front.
   HWY_NOINLINE void look_up_first(std::uint32_t count) {
     const Words u32;
     const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    const Waiting first = waiting(0, count);
+    take_fetched();
+    fetched_[0] = waiting(0, count);
     if (count <= lanes) {
-      take(first, field_.find_cells(first.places));
+      cells_[0] = field_.find_cells(fetched_[0].places);
+      field_.fetch(cells_[0]);
+      fetched_count_ = 1;
     } else {
-      const Waiting second = waiting(lanes, count - lanes);
-      typename Lanes::Cells of_first;
-      typename Lanes::Cells of_second;
-      find_cells_together(field_, first.places, field_, second.places, of_first, of_second);
-      take(first, of_first);
-      take(second, of_second);
+      fetched_[1] = waiting(lanes, count - lanes);
+      find_cells_together(field_, fetched_[0].places, field_, fetched_[1].places, cells_[0], cells_[1]);
+      field_.fetch(cells_[0]);
+      field_.fetch(cells_[1]);
+      fetched_count_ = 2;
     }
+    // Without a hit the next points are compared with these, and fewer are looked up.
+    if (d_.hit_count == 0) take_fetched();
     const std::uint32_t whole = count <= lanes ? lanes : 2 * lanes;
     for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + whole), f32, row);
     for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + whole), u32, row);
@@ -280,13 +284,21 @@ class PointTests {
     return {codes, field_.place(d_.points, codes), hn::Load(u32, points_ + first), hn::Load(u32, leaves_ + first),
             hn::FirstN(f32, count)};
   }
-  HWY_INLINE void take(const Waiting& w, const typename Lanes::Cells& cells) {
-    const auto found = field_.interpolate(cells);
-    take(w.codes, w.places, field_.value_of(w.places, found), found.sampled, w.points, w.leaves, w.valid);
+  HWY_NOINLINE void take_fetched() {
+    for (std::uint32_t n = 0; n < fetched_count_; ++n) {
+      const Waiting& w = fetched_[n];
+      const auto found = field_.interpolate(cells_[n]);
+      take(w.codes, w.places, field_.value_of(w.places, found), found.sampled, w.points, w.leaves, w.valid);
+    }
+    fetched_count_ = 0;
   }
 
   const Lanes& field_;
   Descent& d_;
+  // Points whose samples come from memory while the next ones go down the octree.
+  Waiting fetched_[2];
+  typename Lanes::Cells cells_[2];
+  std::uint32_t fetched_count_ = 0;  // vectors
   const F limit_;
   F deepest_, rejected_;
   F nearest_ = set(std::numeric_limits<float>::lowest());
