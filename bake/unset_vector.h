@@ -11,6 +11,7 @@ namespace vps::bake {
 template <class T>
 struct UnsetAllocator : std::allocator<T> {
   template <class Other>
+  // NOLINTNEXTLINE(readability-identifier-naming): std::allocator_traits asks for it.
   struct rebind {
     using other = UnsetAllocator<Other>;
   };
