@@ -163,7 +163,8 @@ HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Wor
 }
 
 // Tests points, and adds hits to the results in the order of the points. Points of a map with planes are tested against
-// these first. The few that are left wait until they fill a vector: an octree takes five reads, one after the other.
+// these first. The few that are left wait until they fill a vector, once there are hits two: an octree takes five
+// reads, one after the other.
 template <class Lanes>
 class PointTests {
  public:
