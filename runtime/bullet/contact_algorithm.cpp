@@ -10,6 +10,7 @@
 #include <optional>
 #include <utility>
 
+#include "runtime/bullet/body_motion.h"
 #include "runtime/bullet/lint.h"
 #include "runtime/bullet/manifolds.h"
 #include "runtime/bullet/partners/partner.h"
@@ -72,6 +73,7 @@ static_assert(sizeof(ContactAlgorithm) <= 192);
 
 void ContactAlgorithm::processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                                         const btDispatcherInfo& info, btManifoldResult* result) {
+  for (const btCollisionObjectWrapper* const wrap : {first, second}) fetch_motion(*wrap->getCollisionObject());
   const PairBody a(first);
   const PairBody b(second);
   if (a.vps == nullptr && b.vps == nullptr) return;  // another class with Shape's shape type

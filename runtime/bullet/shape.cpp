@@ -141,6 +141,10 @@ void Shape::set_scale(btScalar scale) {
     moments_ = found.moments;
     asset_frame_ = btTransform(found.rotation.transpose()) * asset_frame_;
   }
+  const btVector3 low = vector3(info_.bounds_min);
+  const btVector3 high = vector3(info_.bounds_max);
+  box_centre_ = asset_frame_ * ((low + high) / 2);
+  box_half_ = (high - low) / 2;
   // A missing part leaves its view empty. Pairs that need it report missing_part.
   if (asset_->voxelmap(distances_, Field::none, double(scale)) != Status::ok || distances_.field == Field::layers) {
     distances_ = {};
@@ -212,18 +216,19 @@ void Shape::look_for_first_step(const btTransform& transform) const {
 
 void Shape::getAabb(const btTransform& transform, btVector3& low, btVector3& high) const {
   if (!is_any_dispatcher_registered()) look_for_first_step(transform);
-  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
   // The box of the asset's axes, turned: tighter than a box of the shape's axes.
-  const btTransform turned(transform.getBasis() * asset_frame_.getBasis(), transform.getOrigin());
-  btTransformAabb(from, to, getMargin(), turned, low, high);
+  const btMatrix3x3& basis = transform.getBasis();
+  const btMatrix3x3 turned = axes_ == Axes::of_asset ? basis : basis * asset_frame_.getBasis();
+  const btScalar margin = getMargin();
+  const btVector3 reach = turned.absolute() * (box_half_ + btVector3(margin, margin, margin));
+  const btVector3 centre = transform(box_centre_);
+  low = centre - reach;
+  high = centre + reach;
 }
 
 void Shape::getBoundingSphere(btVector3& centre, btScalar& radius) const {
-  const btVector3 from = vector3(info_.bounds_min) - centre_of_mass_;
-  const btVector3 to = vector3(info_.bounds_max) - centre_of_mass_;
-  centre = asset_frame_.getBasis() * ((from + to) / 2);
-  radius = (to - from).length() / 2 + getMargin();
+  centre = box_centre_;
+  radius = box_half_.length() + getMargin();
 }
 
 // In double: moments at unit density and densities alone may be beyond floats.

@@ -165,6 +165,8 @@ class Shape final : public btConcaveShape {
   PointshellView shell_;
   btVector3 centre_of_mass_;
   btTransform asset_frame_;
+  btVector3 box_centre_;           // of the asset's bounds, shape's frame. [m]
+  btVector3 box_half_;             // their half sizes along the asset's axes, without the margin. [m]
   std::array<double, 3> moments_;  // about the shape's axes, at unit density. [m^5]
   btVector3 scaling_{1, 1, 1};
   bool refuses_scaling_ = false;

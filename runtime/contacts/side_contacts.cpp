@@ -194,8 +194,9 @@ Status contacts_of_side(const StepPair& pair, const Partner& partner, const Side
     return status;
   }
   if (way > 0) keep_arriving(pair, partner, found);
-  if (found.hits.count == 0 && found.contacts.empty() && !found.are_known && partner.sheet == nullptr &&
-      memory.is_lasting) {
+  // A pair that stands still is known to have no contacts from its second step on: it seeks its gap once.
+  const bool seeks_gap = !(found.are_known && memory.gap.sought) && partner.sheet == nullptr && memory.is_lasting;
+  if (seeks_gap && found.hits.count == 0 && found.contacts.empty()) {
     remember_gap({pair, partner, query, memory, space}, found, before);
   }
   const float touching = pair.touching();
