@@ -101,7 +101,14 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
   slide_to_deepest(bodies, {sliders.data(), count});
   if (deepest < count) {
     const std::span<Slider> alone(&sliders[deepest], 1);
-    for (int i = 1; i < kLongestWay && *alone[0].slide == Slide::sloping; ++i) slide_to_deepest(bodies, alone);
+    Vec3 from = before[deepest_ - first].position;
+    for (int i = 1; i < kLongestWay && *alone[0].slide == Slide::sloping; ++i) {
+      const Vec3 at = alone[0].contact->position;
+      // From the same place it would go nowhere again.
+      if (!(length(at - from) > 0)) break;
+      from = at;
+      slide_to_deepest(bodies, alone);
+    }
   }
   for (std::size_t i = first; i < last; ++i) {
     SlidingContact& contact = contacts_[i];

@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "runtime/contacts/between_samples.h"
 #include "sample_meshes/shapes.h"
 #include "tests/support/baked.h"
 
@@ -84,6 +85,22 @@ TEST(SlideToDeepest, ASampleFarUpABallSlopes) {
     Contact contact = contact_at({kRadius * std::sin(angle), 0, kRadius * (1 - std::cos(angle))});
     EXPECT_TRUE(is_steep(on.bodies(), contact));
     EXPECT_EQ(on.slide(contact), Slide::sloping) << degrees;
+  }
+}
+
+// One slide takes it a ring at most.
+TEST(SlideToDeepest, TheDeepestContactGoesOnRingByRing) {
+  const auto ball = body(make_sphere(kRadius, 5));
+  const OnPlane on(*ball, kRadius);
+  for (const float way_vx : {6.0F, 8.0F, 10.0F}) {
+    const float r = way_vx * kVoxel;
+    Contact contact = contact_at({r, 0, kRadius - std::sqrt(kRadius * kRadius - r * r)});
+    SlidingContact sliding{&contact};
+    Slides slides({kVoxel}, {&sliding, 1}, nullptr);
+    slides.search(on.bodies());
+    EXPECT_EQ(sliding.slide, Slide::arrived) << way_vx;
+    EXPECT_LT(std::hypot(contact.position.x, contact.position.y), 0.4F * kVoxel) << way_vx;
+    EXPECT_NEAR(contact.penetration, 0, 0.05F * kVoxel) << way_vx;
   }
 }
 
