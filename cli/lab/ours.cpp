@@ -2,10 +2,12 @@
 #include "cli/lab/ours.h"
 
 #include <algorithm>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "runtime/grow.h"
 #include "runtime/vps_queries.h"
 
 namespace vps::lab {
@@ -30,7 +32,7 @@ struct Parts {
     require_ok(asset.voxelmap(map));
   }
   QueryResult query(const Pose& shell_to_map, const QueryOptions& options, Scratch& scratch,
-                    std::vector<Contact>& contacts) const {
+                    std::span<Contact> contacts) const {
     QueryResult result;
     require_ok(traverse(shell, map, shell_to_map, options, scratch, contacts, result));
     return result;
@@ -126,8 +128,8 @@ Opening open_once(const std::filesystem::path& asset, const Pose& first_in_secon
   opening.open_us = microseconds_since(begin);
   const Parts parts(opened);
   Scratch scratch;
-  std::vector<Contact> contacts(parts.shell.points);
-  (void)parts.query(in_asset_frame(opened, first_in_second), {}, scratch, contacts);
+  detail::Room<Contact> room;
+  (void)parts.query(in_asset_frame(opened, first_in_second), {}, scratch, room.grow(parts.shell.points));
   opening.query_us = microseconds_since(begin);
   return opening;
 }

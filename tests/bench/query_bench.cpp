@@ -28,7 +28,7 @@ using namespace lab;
 const std::vector<Target> kTargets{
     {"on a box", "HACD", 0.25},     {"on a box", "hull of 42", 1}, {"on a plane", "HACD", 2},
     {"body on body", "HACD", 0.05}, {"body on body", "FCL", 0.02}, {"distance", "FCL", 0.02},
-    {"open and query", "", 100},
+    {"open and query", "", 60},
 };
 // GImpact takes tens of milliseconds a query.
 constexpr int kSlowSteps = 20;
