@@ -79,6 +79,16 @@ class PieceCells {
     const std::array<double, 3>& first = candidates_.front().squared;
     return c.squared[0] < first[0] || c.squared[1] < first[1] || c.squared[2] < first[2];
   }
+  // Whether another sample is nearer to all corners, by more than rounding.
+  [[nodiscard]] bool is_surely_empty(const Candidate& c) const {
+    const double margin = 1e-12 * c.farthest;
+    for (const Candidate& other : candidates_) {
+      const double gain[3] = {c.squared[0] - other.squared[0], c.squared[1] - other.squared[1],
+                              c.squared[2] - other.squared[2]};
+      if (std::min({gain[0], gain[1], gain[2]}) > margin) return true;
+    }
+    return false;
+  }
   void prune() {
     if (candidates_.empty()) return;
     const auto none = std::remove_if(candidates_.begin() + 1, candidates_.end(),
