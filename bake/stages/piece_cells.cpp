@@ -4,6 +4,7 @@
 namespace vps::bake {
 
 std::span<const PieceCells::Place> PieceCells::cell(const Candidate& of) {
+  if (is_surely_empty(of)) return {};
   std::size_t count = 3;
   reserve(count);
   Place* cell = places_[0].data();

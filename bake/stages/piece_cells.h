@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "bake/stages/piece_kernels.h"
 #include "bake/stages/surface_blocks.h"
 
 namespace vps::bake {
@@ -23,11 +24,7 @@ class PieceCells {
   using Place = std::array<double, 2>;
 
   /// A sample that may be the nearest to some place on a piece.
-  struct Candidate {
-    Sample* sample;
-    std::array<double, 3> squared;  // distances to the corners
-    double farthest;                // of these
-  };
+  using Candidate = NearSamples::Found;
 
   /// Starts with the samples that are within reach of the piece.
   PieceCells(const SurfaceBlocks& blocks, double reach) : blocks_(blocks), reach_(reach) {}
@@ -35,17 +32,19 @@ class PieceCells {
   void start(const Block& home, const Piece& piece, const Vector& normal) {
     piece_ = piece;
     for (std::size_t k = 0; k < 3; ++k) edges_[k] = (piece[k] - piece[k == 2 ? 0 : k + 1]).squaredNorm();
+    if (home_ != &home) near_.collect(blocks_, home, reach_);
+    home_ = &home;
     candidates_.clear();
-    const Vector low = piece[0].cwiseMin(piece[1]).cwiseMin(piece[2]);
-    const Vector high = piece[0].cwiseMax(piece[1]).cwiseMax(piece[2]);
-    blocks_.for_each_near(home, low, high, reach_, [&](Sample& s) {
-      if (normal.dot(s.normal) > kSameSide) push(s);
-      return true;
-    });
+    near_.find(piece, normal, kSameSide, found_);
+    for (const Candidate& c : found_) push(c);
     prune();
   }
   void add(Sample& sample) {
-    push(sample);
+    near_.insert(sample);
+    Candidate c{&sample, {}, 0};
+    for (std::size_t k = 0; k < 3; ++k) c.squared[k] = (sample.position - piece_[k]).squaredNorm();
+    c.farthest = std::max({c.squared[0], c.squared[1], c.squared[2]});
+    push(c);
     prune();
   }
 
@@ -59,14 +58,17 @@ class PieceCells {
     return p[0] * c.squared[0] + p[1] * c.squared[1] + third * c.squared[2] -
            (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
   }
+  /// Whether all of the piece is surely nearer to a sample than the root of `limit`. Much faster than the cells.
+  [[nodiscard]] bool surely_covered(double limit) {
+    squared_.clear();
+    for (const Candidate& c : candidates_) squared_.push_back(c.squared);
+    return bake::surely_covered(squared_, edges_, limit);
+  }
   /// The corners of a candidate's cell, which may be empty. Valid until the next call.
   std::span<const Place> cell(const Candidate& of);
 
  private:
-  void push(Sample& s) {
-    const Vector& p = s.position;
-    Candidate c{&s, {(p - piece_[0]).squaredNorm(), (p - piece_[1]).squaredNorm(), (p - piece_[2]).squaredNorm()}, 0};
-    c.farthest = std::max({c.squared[0], c.squared[1], c.squared[2]});
+  void push(const Candidate& c) {
     if (!candidates_.empty() && !may_have_cell(c)) return;
     candidates_.push_back(c);
     if (c.farthest < candidates_.front().farthest) std::swap(candidates_.front(), candidates_.back());
@@ -76,6 +78,16 @@ class PieceCells {
   [[nodiscard]] bool may_have_cell(const Candidate& c) const {
     const std::array<double, 3>& first = candidates_.front().squared;
     return c.squared[0] < first[0] || c.squared[1] < first[1] || c.squared[2] < first[2];
+  }
+  // Whether another sample is nearer to all corners, by more than rounding.
+  [[nodiscard]] bool is_surely_empty(const Candidate& c) const {
+    const double margin = 1e-12 * c.farthest;
+    for (const Candidate& other : candidates_) {
+      const double gain[3] = {c.squared[0] - other.squared[0], c.squared[1] - other.squared[1],
+                              c.squared[2] - other.squared[2]};
+      if (std::min({gain[0], gain[1], gain[2]}) > margin) return true;
+    }
+    return false;
   }
   void prune() {
     if (candidates_.empty()) return;
@@ -93,11 +105,15 @@ class PieceCells {
 
   const SurfaceBlocks& blocks_;
   const double reach_;
+  NearSamples near_;
+  std::vector<Candidate> found_;
+  const Block* home_ = nullptr;
   Piece piece_;
-  double edges_[3] = {};  // squared
+  std::array<double, 3> edges_ = {};  // squared
   std::vector<Candidate> candidates_;
-  std::vector<Place> places_[2];  // a cell's corners, and those after the next cut
-  std::vector<double> excess_;    // of the corners
+  std::vector<CornerDistances> squared_;  // of the candidates
+  std::vector<Place> places_[2];          // a cell's corners, and those after the next cut
+  std::vector<double> excess_;            // of the corners
 };
 
 }  // namespace vps::bake

@@ -8,6 +8,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -135,10 +136,11 @@ void Sampler::sample_triangles(const Grid& grid, const SurfaceVoxels& voxels) {
 }
 
 // Largest squared distance of a place on the piece from its nearest sample, and that place. When it is not above the
-// limit, it may be only an upper bound without the place.
-double farthest_corner(PieceCells& cells, double limit, Place& place) {
+// limit, it may be only an upper bound without the place, and where it is surely not above `known` either, 0.
+double farthest_corner(PieceCells& cells, double limit, double known, Place& place) {
   if (cells.candidates().empty()) return std::numeric_limits<double>::infinity();
   if (cells.candidates().front().farthest <= limit) return cells.candidates().front().farthest;
+  if (cells.surely_covered(std::min(limit, known))) return 0;
   double far = 0;
   for (const PieceCells::Candidate& c : cells.candidates()) {
     for (const Place& p : cells.cell(c)) {
@@ -151,9 +153,17 @@ double farthest_corner(PieceCells& cells, double limit, Place& place) {
   return far;
 }
 
+void raise(std::atomic<double>& most, double value) {
+  double old = most.load(std::memory_order_relaxed);
+  while (value > old && !most.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
+  }
+}
+
 // Adds a point at the corner of a cell that is farthest from its sample, as long as that distance is above the limit.
 void Sampler::fill_gaps() {
   const double limit = kCovering * kCovering * spacing_ * spacing_;
+  // The largest so far, squared. Pieces that are surely nearer to the samples do not change it.
+  std::atomic<double> covering = 0;
   blocks_.for_each_block([&](Block& block) {
     PieceCells cells(blocks_, 1.01 * kCovering * spacing_);
     blocks_.for_each_patch(block, [&](const Patch& patch) {
@@ -162,7 +172,7 @@ void Sampler::fill_gaps() {
       for (bool made = true; made;) {
         made = false;
         Place place = {1.0 / 3, 1.0 / 3};
-        const double far = farthest_corner(cells, limit, place);
+        const double far = farthest_corner(cells, limit, covering.load(std::memory_order_relaxed), place);
         if (far > limit) {
           if (Sample* sample = offer(block, cells.at(place), normal)) {
             cells.add(*sample);
@@ -170,11 +180,11 @@ void Sampler::fill_gaps() {
             continue;
           }
         }
-        block.covering = std::max(block.covering, far);
+        raise(covering, far);
       }
     });
   });
-  for (const Block& block : blocks_.blocks()) covering_ = std::max(covering_, std::sqrt(block.covering));
+  covering_ = std::sqrt(covering.load(std::memory_order_relaxed));
   // The corner of a cell between two samples almost equally far along an edge is only accurate to a root of the
   // precision.
   covering_ *= 1 + 1e-6;

@@ -75,7 +75,6 @@ struct Block {
   std::vector<PatchGroup> patches;
   std::vector<Piece> pieces;
   bool has_folds = false;  ///< some of its samples have a `Sample::cell`
-  double covering = 0;     ///< largest squared distance of its patches from the samples. [m^2]
 };
 
 /// Work on a patch reads and writes its own block and those around it. Blocks three apart share none of these. So all
@@ -140,6 +139,27 @@ class SurfaceBlocks {
     }
   }
 
+  using Position = std::array<int, 3>;
+
+  [[nodiscard]] Position cell_of(const Vector& p) const {
+    const Vector c = (p - origin_) / cell_;
+    return {static_cast<int>(c[0]), static_cast<int>(c[1]), static_cast<int>(c[2])};
+  }
+  /// Calls visit(first sample or null) for the cells from one to another, x fastest, in the order of `for_each_near`.
+  /// @pre they lie in `home` or in the blocks around it
+  template <class Visit>
+  static void for_each_cell(const Block& home, const Position& from, const Position& to, Visit visit) {
+    Position c;
+    for (c[2] = from[2]; c[2] <= to[2]; ++c[2]) {
+      for (c[1] = from[1]; c[1] <= to[1]; ++c[1]) {
+        for (c[0] = from[0]; c[0] <= to[0]; ++c[0]) {
+          const Block* const block = home.around[around(home, c)];
+          visit(block == nullptr ? nullptr : block->heads[cell_in_block(c)]);
+        }
+      }
+    }
+  }
+
   /// Calls work(block) for every block, in parallel.
   template <class Work>
   void for_each_block(Work work) {
@@ -149,7 +169,6 @@ class SurfaceBlocks {
   }
 
  private:
-  using Position = std::array<int, 3>;
   struct Part;
   class Cutter;
 
@@ -169,10 +188,6 @@ class SurfaceBlocks {
   Block* find(const Position& block) const {
     const auto it = block_at_.find(key(block));
     return it == block_at_.end() ? nullptr : it->second;
-  }
-  [[nodiscard]] Position cell_of(const Vector& p) const {
-    const Vector c = (p - origin_) / cell_;
-    return {static_cast<int>(c[0]), static_cast<int>(c[1]), static_cast<int>(c[2])};
   }
   static Position block_position(const Position& cell) { return {cell[0] >> 2, cell[1] >> 2, cell[2] >> 2}; }
   static std::size_t around(const Block& home, const Position& cell) {

@@ -6,6 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "bake/morton.h"
@@ -28,7 +29,10 @@ HWY_INLINE TreeLanes tree_lanes_at(const float* from) {
 }
 
 // Squared distances from a node's boxes.
-HWY_INLINE void box_distances(const TriangleTree::Node& node, const float* point, float* squared) {
+// @return bit n: whether box n is nearer than the root of `least`
+HWY_INLINE std::uint32_t box_distances(const TriangleTree::Node& node, const float* point, float least,
+                                       float* squared) {
+  std::uint32_t nearer = 0;
   for (std::size_t i = 0; i < TriangleTree::kWidth; i += hn::Lanes(tree_lanes)) {
     TreeLanes sum = hn::Zero(tree_lanes);
     for (int axis = 0; axis < 3; ++axis) {
@@ -39,7 +43,11 @@ HWY_INLINE void box_distances(const TriangleTree::Node& node, const float* point
       sum = hn::MulAdd(outside, outside, sum);
     }
     hn::Store(sum, tree_lanes, squared + i);
+    std::uint8_t bits[8] = {};
+    hn::StoreMaskBits(tree_lanes, hn::Lt(sum, hn::Set(tree_lanes, least)), bits);
+    nearer |= (bits[0] | std::uint32_t{bits[1]} << 8) << i;
   }
+  return nearer;
 }
 
 // Squared distances from some of a leaf's triangles: see `squared_distance` in float_distances.cpp.
@@ -93,10 +101,10 @@ float search(const TriangleTree::Node* nodes, std::uint32_t root, const Triangle
     }
     const TriangleTree::Node& node = nodes[next.child];
     alignas(64) float squared[TriangleTree::kWidth];
-    box_distances(node, point, squared);
+    std::uint32_t nearer = box_distances(node, point, least, squared);
     const std::size_t first = count;
-    for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
-      if (!(squared[n] < least)) continue;
+    for (; nearer != 0; nearer &= nearer - 1) {
+      const auto n = static_cast<std::size_t>(std::countr_zero(nearer));
       // The nearest comes last, to be the next.
       std::size_t at = count++;
       for (; at > first && waiting[at - 1].squared < squared[n]; --at) waiting[at] = waiting[at - 1];
@@ -125,7 +133,7 @@ void find_near(const TriangleTree::Node* nodes, std::uint32_t root, const Triang
       }
       continue;
     }
-    box_distances(nodes[next], point, squared);
+    box_distances(nodes[next], point, most, squared);
     for (std::size_t n = 0; n < TriangleTree::kWidth; ++n) {
       if (squared[n] <= most) waiting[count++] = nodes[next].child[n];
     }
