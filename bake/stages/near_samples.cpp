@@ -11,6 +11,7 @@
 #define HWY_TARGET_INCLUDE "bake/stages/near_samples.cpp"
 #include <hwy/foreach_target.h>
 // After foreach_target.h.
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #ifndef VPS_NEAR_SAMPLES_COMMON
@@ -141,8 +142,8 @@ void NearSamples::collect(const SurfaceBlocks& blocks, const Block& home, double
   for (std::size_t axis = 0; axis < 3; ++axis) dims_[axis] = to[axis] - from_[axis] + 1;
   // Loading the samples takes longest: those of all cells at the same time.
   const auto fetch = [](const Sample* sample) {
-    __builtin_prefetch(sample);
-    __builtin_prefetch(&sample->next);
+    hwy::Prefetch(sample);
+    hwy::Prefetch(&sample->next);
   };
   samples_.clear();
   SurfaceBlocks::for_each_cell(home, from_, to, [&](Sample* head) {
