@@ -55,10 +55,6 @@ vps::Weight to_weight(VpsWeight weight) {
   if (weight == vps_per_point) return vps::Weight::per_point;
   return weight == vps_per_patch ? vps::Weight::per_patch : vps::Weight::per_area;
 }
-size_t most_contacts(const VpsPointshell& shell) {
-  return size_t{shell.view.points} + shell.view.facets;
-}
-
 // As vps_traverse, with a checked field.
 VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPose* pose, const VpsQueryOptions* options,
                    VpsScratch* scratch, VpsContact* contacts, size_t capacity, VpsQueryResult* result) {
@@ -67,18 +63,22 @@ VpsStatus traverse(const VpsPointshell* shell, vps::FieldRef field, const VpsPos
   const VpsQueryOptions given = options == nullptr ? VpsQueryOptions{} : *options;
   if (given.weight < vps_per_area || given.weight > vps_per_patch) return vps_bad_argument;
   if (!std::isfinite(given.contact_distance) || !std::isfinite(given.max_microseconds)) return vps_bad_argument;
-  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, capacity); status != vps_ok) return status;
+  if (const VpsStatus status = reserve(scratch, shell, capacity); status != vps_ok) return status;
 
   vps::QueryOptions query;
   query.contact_distance = given.contact_distance;
   query.weight = to_weight(given.weight);
   query.segment_level = given.segment_level;
   query.level = given.level;
-  query.node_areas = shell->areas;
   query.max_tests = given.max_tests;
   query.max_microseconds = given.max_microseconds;
   if (given.cache != nullptr) query.cache = &given.cache->cache;
-  const std::span<vps::Contact> out(scratch->contacts.data(), std::min(capacity, most_contacts(*shell)));
+  if (given.level > 0 || given.max_tests > 0 || given.max_microseconds > 0) {
+    const VpsStatus status = or_no_memory([&] { query.node_areas = shell->areas(); });
+    if (status != vps_ok) return status;
+  }
+  const std::size_t most = std::min(capacity, most_contacts(*shell));
+  const std::span<vps::Contact> out = scratch->contacts.grow(most).first(most);  // reserved
   vps::QueryResult found;
   const vps::Status status = vps::traverse(shell->view, field, to_pose(*pose), query, scratch->scratch, out, found);
   if (status != vps::Status::ok && status != vps::Status::output_full) return to_c(status);
@@ -103,8 +103,9 @@ void fill_views(VpsAsset& asset, double scale) {
   for (VpsField field = vps_field_finest; field <= vps_field_real; ++field) {
     (void)asset.asset.voxelmap(asset.maps[field].view, static_cast<vps::Field>(field), scale);
   }
-  if (asset.asset.pointshell(asset.shell.view, scale) == vps::Status::ok) {
-    (void)vps::node_areas(asset.shell.view, asset.shell.areas);
+  vps::PointshellView shell;
+  if (asset.asset.pointshell(shell, scale) == vps::Status::ok) {
+    asset.shell.change_to(shell);
     for (VpsVoxelmap& map : asset.maps) map.shell = &asset.shell.view;
   }
 }
@@ -118,13 +119,6 @@ VpsStatus open_asset(const Open& open, VpsUse use, VpsAsset** asset) {
   std::unique_ptr<VpsAsset> opened(new (std::nothrow) VpsAsset);
   if (opened == nullptr) return vps_no_memory;
   if (const vps::Status status = open(opened->asset); status != vps::Status::ok) return to_c(status);
-  if (opened->asset.pointshell(opened->shell.view) == vps::Status::ok) {
-    try {
-      opened->shell.areas.resize(opened->shell.view.nodes);
-    } catch (const std::bad_alloc&) {
-      return vps_no_memory;
-    }
-  }
   fill_views(*opened, 1);
   *asset = opened.release();
   return vps_ok;
@@ -301,15 +295,8 @@ VpsStatus vps_scratch_destroy(VpsScratch* scratch) {
 }
 
 VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity) {
-  if (scratch == nullptr || shell == nullptr) return vps_bad_argument;
-  try {
-    scratch->scratch.reserve(shell->view);
-    const size_t most = std::min(capacity, most_contacts(*shell));
-    if (scratch->contacts.size() < most) scratch->contacts.resize(most);
-  } catch (const std::bad_alloc&) {
-    return vps_no_memory;
-  }
-  return vps_ok;
+  if (const VpsStatus status = reserve(scratch, shell, capacity); status != vps_ok) return status;
+  return or_no_memory([&] { (void)shell->areas(); });
 }
 
 VpsStatus vps_contact_cache_create(VpsContactCache** cache) {
@@ -371,19 +358,19 @@ VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const fl
     return vps_bad_argument;
   }
   vps::Reduction found;
-  try {
-    if (scratch->contacts.size() < count) scratch->contacts.resize(count);
-    if (scratch->kept.size() < std::min(capacity, count)) scratch->kept.resize(std::min(capacity, count));
+  const size_t most = std::min(capacity, count);
+  std::span<vps::Contact> all;
+  std::span<vps::Contact> room;
+  const VpsStatus grown = or_no_memory([&] {
+    all = scratch->contacts.grow(count).first(count);
+    room = scratch->kept.grow(most).first(most);
     if (scratch->reduction.distances.size() < count) scratch->reduction.distances.resize(count);
     if (scratch->reduction.nearest.size() < count) scratch->reduction.nearest.resize(count);
-  } catch (const std::bad_alloc&) {
-    return vps_no_memory;
-  }
+  });
+  if (grown != vps_ok) return grown;
   if (count > 0) {
-    std::transform(contacts, contacts + count, scratch->contacts.begin(), to_contact);
-    const std::span<vps::Contact> room = std::span(scratch->kept).first(std::min(capacity, count));
-    (void)vps::reduce_contacts(std::span(scratch->contacts).first(count), to_vec3(centre), room, scratch->reduction,
-                               found);
+    std::transform(contacts, contacts + count, all.begin(), to_contact);
+    (void)vps::reduce_contacts(all, to_vec3(centre), room, scratch->reduction, found);
     std::memcpy(kept, room.data(), found.kept * sizeof(VpsContact));
   }
   *reduction = {found.kept, found.force_residual, found.torque_residual};

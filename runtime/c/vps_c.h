@@ -3,8 +3,13 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <mutex>
+#include <span>
+#include <vector>
 
+#include "runtime/grow.h"
 #include "runtime/vps.h"
 #include "runtime/vps_contacts.h"
 #include "runtime/vps_runtime.h"
@@ -15,7 +20,28 @@ struct VpsVoxelmap {
 };
 struct VpsPointshell {
   vps::PointshellView view;
-  std::vector<float> areas;  // of nodes
+
+  // Areas of nodes, summed when they are first needed: that takes longer than to open an asset. Throws std::bad_alloc.
+  [[nodiscard]] std::span<const float> areas() const {
+    if (!has_areas_.load(std::memory_order_acquire)) {
+      const std::lock_guard one_thread(summing_);
+      if (!has_areas_.load(std::memory_order_relaxed)) {
+        areas_.resize(view.nodes);
+        (void)vps::node_areas(view, areas_);
+        has_areas_.store(true, std::memory_order_release);
+      }
+    }
+    return areas_;
+  }
+  void change_to(const vps::PointshellView& other) {
+    view = other;
+    has_areas_.store(false, std::memory_order_relaxed);
+  }
+
+ private:
+  mutable std::mutex summing_;
+  mutable std::atomic<bool> has_areas_{false};
+  mutable std::vector<float> areas_;
 };
 struct VpsAsset {
   vps::Asset asset;
@@ -25,7 +51,7 @@ struct VpsAsset {
 };
 struct VpsScratch {
   vps::Scratch scratch;
-  std::vector<vps::Contact> contacts, kept;
+  vps::detail::Room<vps::Contact> contacts, kept;
   vps::ReductionScratch reduction;
   vps::StepScratch step;
   std::vector<vps::StepContact> step_contacts;
@@ -44,6 +70,23 @@ inline constexpr size_t kMostStepContacts = 1024;
 
 inline VpsStatus to_c(vps::Status status) {
   return status == vps::Status::no_memory ? VpsStatus{vps_no_memory} : static_cast<VpsStatus>(status);
+}
+
+/// @param call  allocates
+template <class Call>
+VpsStatus or_no_memory(const Call& call) {
+  return to_c(vps::detail::try_to_grow(call));
+}
+inline size_t most_contacts(const VpsPointshell& shell) {
+  return size_t{shell.view.points} + shell.view.facets;
+}
+/// Makes room for a query.
+inline VpsStatus reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity) {
+  if (scratch == nullptr || shell == nullptr) return vps_bad_argument;
+  return or_no_memory([&] {
+    scratch->scratch.reserve(shell->view);
+    (void)scratch->contacts.grow(std::min(capacity, most_contacts(*shell)));
+  });
 }
 
 inline bool is_finite(const float* v) {

@@ -44,7 +44,7 @@ VpsStatus separate(const VpsPointshell* shell, vps::FieldRef field, const vps::P
   if (options != nullptr) given = {options->tolerance, options->guess};
   given.field_shell = field_shell;
   if (!std::isfinite(given.tolerance)) return vps_bad_argument;
-  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
+  if (const VpsStatus status = reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::SeparationResult found;
   const vps::Status status = vps::separation(shell->view, field, to_pose(*pose), given, scratch->scratch, found);
   if (status == vps::Status::ok) *result = to_c(found);
@@ -66,7 +66,7 @@ VpsStatus time_impact(const VpsPointshell* shell, vps::FieldRef field, const vps
     given.max_iterations = options->max_iterations;
   }
   given.field_shell = field_shell;
-  if (const VpsStatus status = vps_scratch_reserve(scratch, shell, 0); status != vps_ok) return status;
+  if (const VpsStatus status = reserve(scratch, shell, 0); status != vps_ok) return status;
   vps::ImpactResult found;
   const vps::Status status = vps::time_of_impact(shell->view, field, to_sweep(*sweep), given, scratch->scratch, found);
   if (status == vps::Status::ok) {

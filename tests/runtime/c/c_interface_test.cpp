@@ -344,8 +344,26 @@ TEST(CInterface, ScalesAnAsset) {
   const VpsVoxelmap* c_map = nullptr;
   ASSERT_EQ(vps_asset_pointshell(c, &c_shell), vps_ok);
   ASSERT_EQ(vps_asset_voxelmap(c, vps_field_real, &c_map), vps_ok);
+  // The area that a node stands for.
+  const auto coarse_area = [&] {
+    const VpsHalfSpace all{{0, 0, 1}, 10};
+    VpsPose pose{};
+    pose.rotation[0] = pose.rotation[4] = pose.rotation[8] = 1;
+    VpsQueryOptions options{};
+    options.level = 1;
+    VpsScratch* scratch = nullptr;
+    EXPECT_EQ(vps_scratch_create(&scratch), vps_ok);
+    VpsContact contact{};
+    VpsQueryResult result{};
+    EXPECT_EQ(vps_traverse(c_shell, vps_half_space_ref(&all), &pose, &options, scratch, &contact, 1, &result), vps_ok);
+    EXPECT_EQ(vps_scratch_destroy(scratch), vps_ok);
+    return contact.area;
+  };
+  const float area = coarse_area();
+  EXPECT_GT(area, 0);
   EXPECT_EQ(vps_asset_scale(c, 3), vps_ok);
   EXPECT_EQ(vps_asset_scale(c, 1e9), vps_bad_argument);  // without a change
+  EXPECT_NEAR(coarse_area(), 9 * area, 1e-4 * area);
   Asset asset;
   ASSERT_EQ(Asset::open(path.c_str(), asset), Status::ok);
   VoxelmapView map;
