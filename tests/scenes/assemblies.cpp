@@ -174,12 +174,28 @@ HingedTrain::~HingedTrain() {
   for (const auto& hinge : hinges_) world_.world.removeConstraint(hinge.get());
 }
 
+namespace {
+
+// Radius of a sphere about the centre of mass that holds the part, however it turns. [m]
+double reach_of(const Part& part) {
+  const PointshellView& shell = part.baked->pointshell();
+  double reach = 0;
+  for (std::uint32_t i = 0; i < shell.points; ++i) {
+    const Vec3 p = point_position(shell, i);
+    reach = std::max(reach, double((btVector3(p.x, p.y, p.z) - part.baked->centre_of_mass()).length()));
+  }
+  return reach + double{shell.covering_radius};
+}
+
+}  // namespace
+
 void place(Run& run, const Heap& heap, const Part& part) {
   constexpr auto kFriction = btScalar(0.7);
   const AssetInfo& info = part.baked->asset().info();
   double size = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) size = std::max(size, info.bounds_max[axis] - info.bounds_min[axis]);
-  const double half = 0.55 * size * heap.across;
+  const double spacing = 2 * reach_of(part);
+  const double half = spacing * heap.across / 2;
   const double wall = size;
   const auto add_box = [&](const btVector3& half_extents, const btVector3& at, Run::Look look) {
     run.add_box(half_extents, at, look).setFriction(kFriction);
@@ -199,9 +215,8 @@ void place(Run& run, const Heap& heap, const Part& part) {
       btTransform at;
       at.setBasis({btScalar(r[0]), btScalar(r[1]), btScalar(r[2]), btScalar(r[3]), btScalar(r[4]), btScalar(r[5]),
                    btScalar(r[6]), btScalar(r[7]), btScalar(r[8])});
-      const double spacing = 2 * half / heap.across;
       const btVector3 centre(btScalar((i % heap.across + 0.5) * spacing - half),
-                             btScalar((i / heap.across + 0.5) * spacing - half), btScalar((layer + 0.7) * 1.2 * size));
+                             btScalar((i / heap.across + 0.5) * spacing - half), btScalar((layer + 0.5) * spacing));
       at.setOrigin(centre - at.getBasis() * part.baked->centre_of_mass());
       run.add_mass(part, 1, at).setFriction(kFriction);
     }
