@@ -283,8 +283,9 @@ typedef struct VpsQueryResult {
 VpsStatus vps_scratch_create(VpsScratch** scratch);
 /// NULL is allowed.
 VpsStatus vps_scratch_destroy(VpsScratch* scratch);
-/// Makes room for queries of a shell with a buffer of `capacity` contacts, which then allocate nothing. Without this
-/// call queries grow the scratch when needed.
+/// Makes room for queries of a shell with a buffer of `capacity` contacts, which then allocate nothing, and sums the
+/// areas of the shell's nodes. Without this call queries grow the scratch when needed, and the first one with a level
+/// or a budget sums the areas: some 60 us for 74,000 points, which are no part of its budget.
 VpsStatus vps_scratch_reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t capacity);
 
 /// Points of a shell in contact with a field. Force and torque sum every point with penetration >= 0, for any size of

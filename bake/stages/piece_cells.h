@@ -59,11 +59,7 @@ class PieceCells {
            (p[0] * p[1] * edges_[0] + p[1] * third * edges_[1] + third * p[0] * edges_[2]);
   }
   /// Whether all of the piece is surely nearer to a sample than the root of `limit`. Much faster than the cells.
-  [[nodiscard]] bool surely_covered(double limit) {
-    squared_.clear();
-    for (const Candidate& c : candidates_) squared_.push_back(c.squared);
-    return bake::surely_covered(squared_, edges_, limit);
-  }
+  [[nodiscard]] bool surely_covered(double limit) const { return bake::surely_covered(candidates_, edges_, limit); }
   /// The corners of a candidate's cell, which may be empty. Valid until the next call.
   std::span<const Place> cell(const Candidate& of);
 
@@ -111,9 +107,8 @@ class PieceCells {
   Piece piece_;
   std::array<double, 3> edges_ = {};  // squared
   std::vector<Candidate> candidates_;
-  std::vector<CornerDistances> squared_;  // of the candidates
-  std::vector<Place> places_[2];          // a cell's corners, and those after the next cut
-  std::vector<double> excess_;            // of the corners
+  std::vector<Place> places_[2];  // a cell's corners, and those after the next cut
+  std::vector<double> excess_;    // of the corners
 };
 
 }  // namespace vps::bake

@@ -49,7 +49,7 @@ constexpr hn::CappedTag<float, 16> float_lanes;
 using FloatLanes = hn::Vec<decltype(float_lanes)>;
 
 // Whether all places are nearer to a sample than the root of `most`, where squared distances are multiplied by `unit`.
-bool all_places_within(std::span<const CornerDistances> samples, const std::array<double, 3>& edges, double unit,
+bool all_places_within(std::span<const NearSamples::Found> samples, const std::array<double, 3>& edges, double unit,
                        float most) {
   const auto all = [&](double value) HWY_ATTR { return hn::Set(float_lanes, static_cast<float>(value * unit)); };
   const FloatLanes edge[3] = {all(edges[0]), all(edges[1]), all(edges[2])};
@@ -58,7 +58,8 @@ bool all_places_within(std::span<const CornerDistances> samples, const std::arra
     const FloatLanes b = hn::Load(float_lanes, kPlacesOnTriangle.second.data() + i);
     const FloatLanes c = hn::Sub(hn::Sub(hn::Set(float_lanes, 1.0F), a), b);
     FloatLanes least = hn::Set(float_lanes, std::numeric_limits<float>::infinity());
-    for (const CornerDistances& s : samples) {
+    for (const NearSamples::Found& found : samples) {
+      const CornerDistances& s = found.squared;
       least = hn::Min(least, hn::MulAdd(a, all(s[0]), hn::MulAdd(b, all(s[1]), hn::Mul(c, all(s[2])))));
     }
     const FloatLanes curved =
@@ -77,7 +78,7 @@ namespace detail {
 HWY_EXPORT(all_places_within);
 }  // namespace detail
 
-bool surely_covered(std::span<const CornerDistances> samples, const std::array<double, 3>& edges, double limit) {
+bool surely_covered(std::span<const NearSamples::Found> samples, const std::array<double, 3>& edges, double limit) {
   using namespace detail;
   const double unit = 1 / limit;
   // No place of the piece is farther from the nearest of those tested than an equilateral triangle's centre is from its

@@ -12,7 +12,7 @@ namespace vps::bake {
 /// Whether all of a piece is surely nearer to one of the samples than `limit`. Many pieces that are nearer fail.
 /// @param edges  squared lengths, from corner 0 to 1, 1 to 2 and 2 to 0. [m^2]
 /// @param limit  squared. [m^2]
-[[nodiscard]] bool surely_covered(std::span<const CornerDistances> samples, const std::array<double, 3>& edges,
+[[nodiscard]] bool surely_covered(std::span<const NearSamples::Found> samples, const std::array<double, 3>& edges,
                                   double limit);
 
 }  // namespace vps::bake

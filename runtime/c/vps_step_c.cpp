@@ -71,11 +71,8 @@ VpsStatus vps_step_contacts(const VpsStepBody* first, const VpsStepBody* second,
   query.use = static_cast<vps::StepUse>(given.use);
   if (given.memory != nullptr) query.memory = &given.memory->memory;
   std::vector<vps::StepContact>& room = scratch->step_contacts;
-  try {
-    room.resize(std::min(capacity, kMostStepContacts));
-  } catch (const std::bad_alloc&) {
-    return vps_no_memory;
-  }
+  const VpsStatus grown = or_no_memory([&] { room.resize(std::min(capacity, kMostStepContacts)); });
+  if (grown != vps_ok) return grown;
   return with_body(*first, [&](const vps::StepBody& a) {
     return with_body(*second, [&](const vps::StepBody& b) {
       std::span<vps::StepContact> found = room;

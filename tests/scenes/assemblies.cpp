@@ -211,12 +211,13 @@ void place(Run& run, const Heap& heap, const Part& part) {
   test::Random random;
   for (int layer = 0; layer < heap.layers; ++layer) {
     for (int i = 0; i < heap.across * heap.across; ++i) {
+      const int row = i / heap.across;
       const std::array<double, 9> r = random.rotation();
       btTransform at;
       at.setBasis({btScalar(r[0]), btScalar(r[1]), btScalar(r[2]), btScalar(r[3]), btScalar(r[4]), btScalar(r[5]),
                    btScalar(r[6]), btScalar(r[7]), btScalar(r[8])});
-      const btVector3 centre(btScalar((i % heap.across + 0.5) * spacing - half),
-                             btScalar((i / heap.across + 0.5) * spacing - half), btScalar((layer + 0.5) * spacing));
+      const btVector3 centre(btScalar((i % heap.across + 0.5) * spacing - half), btScalar((row + 0.5) * spacing - half),
+                             btScalar((layer + 0.5) * spacing));
       at.setOrigin(centre - at.getBasis() * part.baked->centre_of_mass());
       run.add_mass(part, 1, at).setFriction(kFriction);
     }
