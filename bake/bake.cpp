@@ -162,8 +162,8 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     const auto treed =
         stages.add("triangle_tree", {fielded}, [&] { tree.emplace(surface, kFarReach_vx * grid.voxel_size); });
     const auto walls_found = stages.add("thin_walls", {treed}, [&] {
-      constexpr std::size_t kWallSamples = 20000;
-      warn_of_thin_walls(find_thin_walls(surface, *tree, grid, runs, field, spread_points(surface, kWallSamples)),
+      const std::size_t places = enough_places(voxels.count, 4, 20000);
+      warn_of_thin_walls(find_thin_walls(surface, *tree, grid, runs, field, spread_points(surface, places)),
                          grid.voxel_size, asset.notes);
     });
     const auto certified = stages.add("certify", {fielded, treed}, [&] {

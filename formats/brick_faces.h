@@ -51,17 +51,20 @@ double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Pl
     return sample(entry, number(at[0] >> shift, at[1] >> shift, at[2] >> shift));
   }
   std::int64_t low[3];
-  double part[3];
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    low[axis] = std::min(at[axis] >> shift, std::int64_t{kFieldEdge} - 2);
-    part[axis] = static_cast<double>(at[axis] - (low[axis] << shift)) / static_cast<double>(spacing);
+  double weights[3][2];
+  std::uint32_t between = 0;  // axes along which the place lies between samples
+  for (std::uint32_t axis = 0; axis < 3; ++axis) {
+    low[axis] = at[axis] >> shift;
+    weights[axis][1] = static_cast<double>(at[axis] & (spacing - 1)) / static_cast<double>(spacing);
+    weights[axis][0] = 1 - weights[axis][1];
+    if (weights[axis][1] > 0) between |= 1U << axis;
   }
   double sum = 0;
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    if ((corner & ~between) != 0) continue;
     const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
-    double weight = 1;
-    for (std::size_t axis = 0; axis < 3; ++axis) weight *= d[axis] != 0 ? part[axis] : 1 - part[axis];
-    if (weight > 0) sum += weight * sample(entry, number(low[0] + d[0], low[1] + d[1], low[2] + d[2]));
+    const double weight = weights[0][d[0]] * weights[1][d[1]] * weights[2][d[2]];
+    sum += weight * sample(entry, number(low[0] + d[0], low[1] + d[1], low[2] + d[2]));
   }
   return sum;
 }

@@ -139,13 +139,16 @@ std::size_t InsideTest::column(double y, double z) const {
 bool InsideTest::inside(const Vector& point) const {
   // The crossings beyond the point sum to minus the winding number at the point.
   int winding = 0;
-  for_each_crossing(point, [&](std::uint32_t triangle, int crossing) {
+  const std::size_t at = column(point.y(), point.z());
+  for (std::size_t i = start_[at]; i < start_[at + 1]; ++i) {
+    const std::uint32_t triangle = triangles_[i];
     // A crossing lies in the triangle.
     const auto [low, high] =
         std::minmax({mesh_.corner(triangle, 0).x(), mesh_.corner(triangle, 1).x(), mesh_.corner(triangle, 2).x()});
-    if (high < point.x()) return;
-    if (low > point.x() || crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;
-  });
+    if (high < point.x()) continue;
+    const int crossing = line_crossing(point.y(), point.z(), mesh_, triangle);
+    if (crossing != 0 && (low > point.x() || crossing_is_beyond(point, mesh_, triangle))) winding -= crossing;
+  }
   return winding > 0;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -31,13 +32,22 @@ class BrickItems {
 
   [[nodiscard]] std::size_t count() const { return start_.back(); }
 
-  /// @param number  [Limits: value < count()]
-  [[nodiscard]] Found find(std::size_t number) const {
-    const auto after = std::upper_bound(start_.begin(), start_.end(), number);
-    Found found{static_cast<std::size_t>(after - start_.begin()) - 1, {}};
-    std::size_t next = start_[found.brick];
-    for_each_(found.brick, [&](const Item& item) {
-      if (next++ == number) found.item = item;
+  /// The items with these numbers, in the same order. Each brick is visited once.
+  /// @param numbers  [Limits: value < count()]
+  [[nodiscard]] std::vector<Found> find(const std::vector<std::size_t>& numbers) const {
+    std::vector<std::size_t> order(numbers.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return numbers[a] < numbers[b]; });
+    std::vector<Found> found(numbers.size());
+    tbb::parallel_for(std::size_t{0}, start_.size() - 1, [&](std::size_t brick) {
+      auto at =
+          std::partition_point(order.begin(), order.end(), [&](std::size_t n) { return numbers[n] < start_[brick]; });
+      if (at == order.end() || numbers[*at] >= start_[brick + 1]) return;
+      std::size_t next = start_[brick];
+      for_each_(brick, [&](const Item& item) {
+        for (; at != order.end() && numbers[*at] == next; ++at) found[*at] = {brick, item};
+        ++next;
+      });
     });
     return found;
   }

@@ -47,16 +47,20 @@ std::vector<CertificateSample> certificate_samples(const Distances& distances, c
     });
   };
   const auto voxels = brick_items<std::uint32_t>(field.set.bricks.size(), for_each_voxel);
-  std::vector<CertificateSample> samples(std::min(kCertificateSamples, 4 * voxels.count()));
+  std::vector<CertificateSample> samples(enough_places(voxels.count(), 0.25, kCertificateSamples));
+  std::vector<std::size_t> picks(samples.size());
+  for (std::size_t n = 0; n < picks.size(); ++n) {
+    const double pick = uniform(4 * static_cast<std::uint64_t>(n)) * static_cast<double>(voxels.count());
+    picks[n] = std::min(static_cast<std::size_t>(pick), voxels.count() - 1);
+  }
+  const auto chosen = voxels.find(picks);
   std::vector<std::uint8_t> used(samples.size(), 0);
   const double half_diagonal = std::sqrt(0.75) * grid.voxel_size;
   const double farthest = std::max(band_inner, band_outer) - half_diagonal;
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     const std::uint64_t counter = 4 * static_cast<std::uint64_t>(n);
-    const auto pick = static_cast<std::size_t>(uniform(counter) * static_cast<double>(voxels.count()));
-    const auto [brick, voxel] = voxels.find(std::min(pick, voxels.count() - 1));
     CertificateSample& sample = samples[n];
-    const Vector centre = grid.centre(field.set.bricks[brick], voxel);
+    const Vector centre = grid.centre(field.set.bricks[chosen[n].brick], chosen[n].item);
     const Vector offset(uniform(counter + 1) - 0.5, uniform(counter + 2) - 0.5, uniform(counter + 3) - 0.5);
     sample.point = centre + grid.voxel_size * offset;
     const double slack = distances.slack;
@@ -149,9 +153,10 @@ void find_worst(const std::vector<CertificateSample>& samples, const Reconstruct
       best.step = is_worse() ? std::min(1.5 * best.step, truth.voxel_size / 2) : 0.9 * best.step;
     }
   };
+  const std::size_t starts = enough_places(samples.size(), 0.25, truth.starts);
   std::size_t tried = 0;
   for (const Round& round : kRounds) {
-    keep_worst(truth.starts / round.share);
+    keep_worst(starts / round.share);
     tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t n) { climb(places[n], tried, round.tries); });
     tried += round.tries;
   }

@@ -2,6 +2,7 @@
 /// @file Measures the error of queries of the stored fields against the mesh. Internal to bake.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 
 #include "bake/repair/winding.h"
@@ -11,6 +12,13 @@
 namespace vps::bake {
 
 inline constexpr std::size_t kCertificateSamples = 12000;
+
+/// How many places of a field to measure. A small mesh has few, and measuring each many times finds nothing new.
+/// @param each  how often each is measured where there are few
+[[nodiscard]] inline std::size_t enough_places(std::size_t places, double each, std::size_t most) {
+  const std::size_t few = std::min(2 * places, most / 8);
+  return std::clamp(static_cast<std::size_t>(each * static_cast<double>(places)), few, most);
+}
 
 /// A point in the band with its true penetration.
 struct CertificateSample {

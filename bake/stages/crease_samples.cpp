@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "bake/stages/brick_items.h"
 #include "bake/uniform.h"
@@ -66,9 +67,10 @@ std::vector<Vector> points_at_edges(const Surface& surface, double voxel_size) {
   double sum = 0;
   for (const Edge& edge : edges) sums.push_back(sum += edge.along.norm());
   std::vector<Vector> points;
-  for (std::size_t n = 0; n < kAtEdges; ++n) {
+  const std::size_t count = enough_places(static_cast<std::size_t>(sum / voxel_size) + 1, 4, kAtEdges);
+  for (std::size_t n = 0; n < count; ++n) {
     const std::uint64_t counter = 5 * n;
-    const double at = sum * (static_cast<double>(n) + uniform(counter)) / static_cast<double>(kAtEdges);
+    const double at = sum * (static_cast<double>(n) + uniform(counter)) / static_cast<double>(count);
     const auto found = static_cast<std::size_t>(std::upper_bound(sums.begin(), sums.end(), at) - sums.begin());
     const Edge& edge = edges[std::min(found, edges.size() - 1)];
     points.emplace_back(edge.from + uniform(counter + 1) * edge.along + voxel_size * in_cube(counter + 2));
@@ -96,16 +98,17 @@ std::vector<Vector> points_at_bends(const Surface& surface, const Grid& grid, co
     });
   };
   const auto pairs = brick_items<Pair>(field.set.bricks.size(), for_each_pair);
-  std::vector<Vector> points(std::min(kAtBends, 2 * pairs.count()));
-  tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
-    const std::uint64_t counter = 4 * n;
-    const double part = (static_cast<double>(n) + uniform(counter)) / static_cast<double>(points.size());
-    const auto at = static_cast<std::size_t>(part * static_cast<double>(pairs.count()));
-    const auto [brick, pair] = pairs.find(std::min(at, pairs.count() - 1));
-    Vector from_centre = in_cube(counter + 1);
+  std::vector<std::size_t> picks(enough_places(pairs.count(), 0.5, kAtBends));
+  for (std::size_t n = 0; n < picks.size(); ++n) {
+    const double part = (static_cast<double>(n) + uniform(4 * n)) / static_cast<double>(picks.size());
+    picks[n] = std::min(static_cast<std::size_t>(part * static_cast<double>(pairs.count())), pairs.count() - 1);
+  }
+  std::vector<Vector> points;
+  for (const auto& [brick, pair] : pairs.find(picks)) {
+    Vector from_centre = in_cube(4 * points.size() + 1);
     from_centre[pair.axis] += 0.5;
-    points[n] = grid.centre(field.set.bricks[brick], pair.voxel) + grid.voxel_size * from_centre;
-  });
+    points.emplace_back(grid.centre(field.set.bricks[brick], pair.voxel) + grid.voxel_size * from_centre);
+  }
   return points;
 }
 
@@ -116,10 +119,14 @@ std::vector<CertificateSample> crease_samples(const Distances& distances, const 
   std::vector<Vector> points = points_at_edges(distances.surface, grid.voxel_size);
   const std::vector<Vector> bends = points_at_bends(distances.surface, grid, field, limit);
   points.insert(points.end(), bends.begin(), bends.end());
+  constexpr double kFar = std::numeric_limits<double>::infinity();
   std::vector<CertificateSample> samples(points.size());
   tbb::parallel_for(std::size_t{0}, points.size(), [&](std::size_t n) {
-    const double distance = distances.exact(points[n], distances.tree.distance(points[n]));
-    samples[n] = {points[n], inside.inside(points[n]) ? distance : -distance};
+    samples[n] = {points[n], kFar};
+    const double about = distances.tree.distance(points[n], limit + 2 * distances.slack);
+    if (about > limit + distances.slack) return;
+    const double distance = distances.exact(points[n], about);
+    samples[n].penetration = inside.inside(points[n]) ? distance : -distance;
   });
   samples.erase(std::remove_if(samples.begin(), samples.end(),
                                [&](const CertificateSample& sample) { return std::abs(sample.penetration) > limit; }),

@@ -137,11 +137,10 @@ void sample_nodes(const FarSource& from, FarField& far) {
 }
 
 void certify_far(const FarSource& from, double least, FarField& far) {
-  constexpr std::size_t kTries = 8192;
-  std::vector<CertificateSample> samples(kTries);
-  std::vector<std::uint8_t> used(kTries, 0);
+  std::vector<CertificateSample> samples(enough_places(node_count(far), 2, 8192));
+  std::vector<std::uint8_t> used(samples.size(), 0);
   const Vector size(far.dims[0] - 1, far.dims[1] - 1, far.dims[2] - 1);
-  tbb::parallel_for(std::size_t{0}, kTries, [&](std::size_t n) {
+  tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     const std::uint64_t counter = 3 * static_cast<std::uint64_t>(n);
     const Vector part(uniform(counter), uniform(counter + 1), uniform(counter + 2));
     CertificateSample& sample = samples[n];
@@ -157,7 +156,7 @@ void certify_far(const FarSource& from, double least, FarField& far) {
     used[n] = is_covered(sample.penetration, 0) ? 1 : 0;
   });
   std::size_t kept = 0;
-  for (std::size_t n = 0; n < kTries; ++n) {
+  for (std::size_t n = 0; n < samples.size(); ++n) {
     if (used[n] != 0) samples[kept++] = samples[n];
   }
   samples.resize(kept);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "bake/stages/float_distances.cpp"
@@ -73,6 +74,30 @@ void least_distances(const FloatTriangle* triangles, std::span<const std::uint32
   }
 }
 
+void where_nearest(const FloatTriangle* triangles, std::span<const std::uint32_t> chosen, const Places128& places,
+                   float more, std::array<float, 16>* squared, PlaceBits* bits) {
+  for (std::size_t i = 0; i < 128; i += hn::Lanes(float_lanes)) {
+    const PlaceLanes p = lanes_at(places, i);
+    FloatLanes least = hn::Set(float_lanes, std::numeric_limits<float>::infinity());
+    for (std::size_t n = 0; n < chosen.size(); ++n) {
+      const FloatLanes found = squared_distance(triangles[chosen[n]], p);
+      hn::StoreU(found, float_lanes, squared[n].data());
+      least = hn::Min(least, found);
+    }
+    const FloatLanes limit = hn::Add(hn::Sqrt(least), hn::Set(float_lanes, more));
+    const FloatLanes limit_squared = hn::Mul(hn::Mul(limit, limit), hn::Set(float_lanes, 1 + 1e-5F));
+    for (std::size_t n = 0; n < chosen.size(); ++n) {
+      std::uint8_t mask[8] = {};
+      const FloatLanes found = hn::LoadU(float_lanes, squared[n].data());
+      const std::size_t bytes = hn::StoreMaskBits(float_lanes, hn::Le(found, limit_squared), mask);
+      for (std::size_t byte = 0; byte < bytes; ++byte) {
+        std::uint8_t& to = bits[n][i / 8 + byte];
+        to = static_cast<std::uint8_t>(to | mask[byte] << i % 8);
+      }
+    }
+  }
+}
+
 }  // namespace vps::bake::detail::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -81,6 +106,7 @@ namespace vps::bake {
 namespace detail {
 HWY_EXPORT(all_distances);
 HWY_EXPORT(least_distances);
+HWY_EXPORT(where_nearest);
 
 // The linear function with a slope that is `more` at a place.
 FloatTriangle::Linear linear_from(const Vector& place, const Vector& slope, double more) {
@@ -167,6 +193,18 @@ void nearest_distances(std::span<const FloatTriangle> triangles, std::span<const
                        const Places128& places, std::array<float, 128>& distances) {
   using namespace detail;
   HWY_DYNAMIC_DISPATCH(least_distances)(triangles.data(), chosen, places, distances);
+}
+
+void find_where_nearest(std::span<const FloatTriangle> triangles, std::span<const std::uint32_t> chosen,
+                        const Places128& places, float slack, std::span<PlaceBits> bits) {
+  using namespace detail;
+  // The nearest one may seem farther by its error, and another one nearer by its own.
+  float error = 0;
+  for (const std::uint32_t n : chosen) error = std::max(error, triangles[n].error);
+  std::vector<std::array<float, 16>> squared(chosen.size());
+  std::fill(bits.begin(), bits.end(), PlaceBits{});
+  HWY_DYNAMIC_DISPATCH(where_nearest)
+  (triangles.data(), chosen, places, 2 * error + slack, squared.data(), bits.data());
 }
 
 }  // namespace vps::bake

@@ -58,4 +58,14 @@ void triangle_distances(std::span<const FloatTriangle> triangles, std::span<cons
 void nearest_distances(std::span<const FloatTriangle> triangles, std::span<const std::uint32_t> chosen,
                        const Places128& places, std::array<float, 128>& distances);
 
+/// One bit per place: place n is bit n % 8 of byte n / 8.
+using PlaceBits = std::array<std::uint8_t, 16>;
+
+/// Finds the places that each of some triangles can be nearest to. Bits of others may be set, too.
+/// @param chosen  positions in `triangles`
+/// @param slack   what counts as equally near. [Units: units]
+/// @param bits    as many as are chosen
+void find_where_nearest(std::span<const FloatTriangle> triangles, std::span<const std::uint32_t> chosen,
+                        const Places128& places, float slack, std::span<PlaceBits> bits);
+
 }  // namespace vps::bake

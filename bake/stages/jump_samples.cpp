@@ -25,7 +25,8 @@ void keep_largest(std::vector<Jump>& jumps) {
   jumps.resize(std::min(jumps.size(), kMostJumps));
 }
 
-std::vector<Jump> largest_jumps(const Truth& truth, const FieldTree& tree, const StoredSample& stored) {
+std::vector<Jump> largest_jumps(const Truth& truth, const StoredSamples& stored) {
+  const FieldTree& tree = stored.tree;
   const octree::Octree octree{tree.roots.data(), tree.nodes.data(), tree.root_dims.data()};
   const auto sample = [&](std::uint32_t entry, std::size_t n) { return stored(octree::level_of(entry), n); };
   std::vector<Jump> kept;
@@ -66,9 +67,8 @@ std::vector<Jump> largest_jumps(const Truth& truth, const FieldTree& tree, const
 
 }  // namespace
 
-std::vector<CertificateSample> jump_samples(const Truth& truth, const Grid& grid, const FieldTree& tree,
-                                            const StoredSample& stored) {
-  const std::vector<Jump> jumps = largest_jumps(truth, tree, stored);
+std::vector<CertificateSample> jump_samples(const Truth& truth, const Grid& grid, const StoredSamples& stored) {
+  const std::vector<Jump> jumps = largest_jumps(truth, stored);
   std::vector<CertificateSample> samples(2 * jumps.size());
   tbb::parallel_for(std::size_t{0}, samples.size(), [&](std::size_t n) {
     Vector& point = samples[n].point;

@@ -188,9 +188,9 @@ HWY_EXPORT(sift);
 HWY_EXPORT(offer_to_points);
 
 // With a height of at least this part of the longest edge, the unit normal is accurate to 1e-11, and so is a distance
-// relative to the coordinates. These are below 1e6 steps. So a distance is accurate to 1e-5 steps.
+// relative to the coordinates. These are below 1e6 steps. So a distance is accurate to 1e-5 steps, and kEquallyNear is
+// more than twice that.
 constexpr double kSliver = 1e-4;
-constexpr double kSlack = 1e-4;  // in steps; more than twice that error
 
 Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points, double band) {
   const Vector& a = surface.corner(t, 0);
@@ -220,7 +220,7 @@ Facet facet_of(const Surface& surface, std::size_t t, const PointLattice& points
   facet.middle = (kMiddle * points.step - facet.corner[0].x) * facet.normal.x;
   facet.reach = (band + std::abs(facet.normal.x) * kMiddle * points.step) * (1 + 1e-9);
   facet.sliver = !(edge[0].cross(edge[1]).squaredNorm() > kSliver * kSliver * longest * longest);
-  const double sure = band - kSlack * points.step;
+  const double sure = band - kEquallyNear * points.step;
   facet.sure = facet.sliver || sure < 0 ? -1 : sure * sure;
   return facet;
 }
@@ -270,7 +270,7 @@ void Search::sift(std::span<const std::uint32_t> from, const std::array<int, 3>&
   const double radius = std::sqrt(3.0) * middle * points_.step;
   HWY_DYNAMIC_DISPATCH(sift)
   (facets_.data(), from, eight_at({first[0] + middle, first[1] + middle, first[2] + middle}, half),
-   {2 * radius, band_ + radius, kSlack * points_.step}, parts);
+   {2 * radius, band_ + radius, kEquallyNear * points_.step}, parts);
 }
 
 void Search::offer_to_block(std::span<const std::uint32_t> facets, const std::array<int, 3>& first) {
@@ -302,7 +302,6 @@ void Search::offer(std::span<const std::uint32_t> facets, const std::array<int, 
   for (int part = 0; part < 8; ++part) {
     const std::array<int, 3> at = {first[0] + half * (part & 1), first[1] + half * (part >> 1 & 1),
                                    first[2] + half * (part >> 2)};
-    if (std::max({at[0], at[1], at[2]}) >= points_.edge) continue;
     const auto n = static_cast<std::size_t>(part);
     offer({parts.numbers.data() + n * facets_.size(), parts.count[n]}, at, half);
   }
@@ -315,6 +314,33 @@ void offer_triangles(const Surface& surface, std::span<const std::uint32_t> tria
   facets.reserve(triangles.size());
   for (const std::uint32_t t : triangles) facets.push_back(detail::facet_of(surface, t, points, band));
   detail::Search(facets, points, band, nearest).offer_all();
+}
+
+void offer_triangles(const Surface& surface, std::span<const std::uint32_t> triangles, std::span<const PlaceBits> bits,
+                     const PointLattice& points, double band, NearestToSamples& nearest) {
+  using namespace detail;
+  std::vector<Facet> facets;
+  std::vector<PlaceBits> places;
+  for (std::size_t n = 0; n < triangles.size(); ++n) {
+    if (bits[n] == PlaceBits{}) continue;
+    facets.push_back(facet_of(surface, triangles[n], points, band));
+    places.push_back(bits[n]);
+  }
+  std::vector<std::uint32_t> chosen;
+  for (std::size_t first = 0; first < nearest.squared.size(); first += 8) {
+    Eight eight;
+    for (std::size_t n = 0; n < 8; ++n) {
+      eight.x[n] = static_cast<double>((first + n) % 5) * points.step;
+      eight.y[n] = static_cast<double>((first + n) / 5 % 5) * points.step;
+      eight.z[n] = static_cast<double>((first + n) / 25) * points.step;
+    }
+    chosen.clear();
+    for (std::uint32_t n = 0; n < facets.size(); ++n) {
+      if (places[n][first / 8] != 0) chosen.push_back(n);
+    }
+    HWY_DYNAMIC_DISPATCH(offer_to_points)
+    (facets.data(), chosen, eight, points.step, nearest.squared.data() + first, nearest.triangle.data() + first);
+  }
 }
 
 }  // namespace vps::bake

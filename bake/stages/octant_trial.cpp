@@ -51,20 +51,23 @@ bool surely_interpolates(const OctantTrial& trial, const FieldTolerance& toleran
   const auto core_outer = static_cast<float>(tolerance_vx.band_outer - kHalfDiagonal);
   Samples128 inner;
   Samples128 outer;
-  float hopeless = -1;
+  // Without branches, so that compilers vectorize it.
   for (std::size_t n = 0; n < inner.size(); ++n) {
     const float distance = std::min(trial.distance[n], trial.reach);
     const float least = distance - slack;
     const float gap = trial.step * kCornerDistances[n];
-    const bool known = least + std::abs(surest[n]) > gap;
-    const bool tested = gap > 0;
+    // 0 where the side is not known.
+    const float side = least + std::abs(surest[n]) > gap ? surest[n] : 0.0F;
     const float as_inner = excess(std::abs(interpolated[n] - distance), least, core_inner, band_inner);
     const float as_outer = excess(std::abs(interpolated[n] + distance), least, core_outer, band_outer);
-    inner[n] = !tested || (known && surest[n] < 0) ? -1.0F : as_inner;
-    outer[n] = !tested || (known && surest[n] > 0) ? -1.0F : as_outer;
-    hopeless = std::max(hopeless, std::min(inner[n], outer[n]));
+    inner[n] = side < 0 ? -1.0F : as_inner;
+    outer[n] = side > 0 ? -1.0F : as_outer;
+    inner[n] = gap > 0 ? inner[n] : -1.0F;
+    outer[n] = gap > 0 ? outer[n] : -1.0F;
   }
-  if (!(hopeless < 0)) return false;
+  for (std::size_t n = 0; n < inner.size(); ++n) {
+    if (!(std::min(inner[n], outer[n]) < 0)) return false;
+  }
   // The side matters where the error is only small enough on one of them.
   for (std::size_t n = 0; n < inner.size(); ++n) {
     if (std::max(inner[n], outer[n]) < 0) continue;

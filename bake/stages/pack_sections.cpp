@@ -87,8 +87,8 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
   const double half_diagonal = std::sqrt(0.75) * s;
   const Truth truth{distances, inside, s, options.band_inside * s - half_diagonal,
                     options.band_outside * s - half_diagonal};
-  const auto scaled = [&](int level, std::size_t n) { return fields.tree.scaled[n] * fields.form.step(level); };
-  const auto real = [&](int, std::size_t n) { return fields.tree.penetration[n]; };
+  const StoredSamples scaled{fields.tree, fields.form, false};
+  const StoredSamples real{fields.tree, fields.form, true};
   std::vector<CertificateSample> samples;
   std::vector<CertificateSample> starts;
   std::vector<CertificateSample> scaled_jumps;
@@ -101,10 +101,10 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
       },
       [&] { starts = crease_samples(distances, inside, grid, field, std::min(truth.inner, truth.outer)); },
       [&] {
-        if (fields.has_scaled()) scaled_jumps = jump_samples(truth, grid, fields.tree, scaled);
+        if (fields.has_scaled()) scaled_jumps = jump_samples(truth, grid, scaled);
       },
       [&] {
-        if (options.real) real_jumps = jump_samples(truth, grid, fields.tree, real);
+        if (options.real) real_jumps = jump_samples(truth, grid, real);
       });
   info.certificate_samples = samples.size();
   starts.insert(starts.end(), samples.begin(), samples.end());
@@ -121,7 +121,7 @@ void certify_fields(const Surface& surface, const Distances& distances, const In
     const double end = std::max(options.band_inside, options.band_outside) - std::sqrt(0.75);
     info.layers_error.bound = layers_error_bound(end) * s;
   }
-  const auto sampled = [&](const auto& value, const std::vector<CertificateSample>& jumps, double rounding) {
+  const auto sampled = [&](const StoredSamples& value, const std::vector<CertificateSample>& jumps, double rounding) {
     FieldCertificate certificate = certified(
         [&](const Vector& p) {
           const FieldCell cell = find_cell(grid, fields.tree, p);

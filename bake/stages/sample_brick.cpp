@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "bake/stages/fine_samples.h"
 #include "bake/stages/nearest_triangle.h"
 
 namespace vps::bake {
@@ -158,54 +159,60 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
   return near;
 }
 
-// @param edge  of the cube above `base`, in quarters
-BrickSampler::Candidates BrickSampler::closest_candidates(std::span<const std::uint32_t> from, const Index& base,
-                                                          std::int32_t edge) const {
-  const Vector centre = place(base) + Vector::Constant(quarter() * edge / 2);
-  const double radius = kHalfDiagonal * quarter() * edge;
-  std::vector<double> squared(from.size());
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    const std::uint32_t t = listed_[from[i]];
-    const Vector near =
-        closest_on_triangle(centre, surface_.corner(t, 0), surface_.corner(t, 1), surface_.corner(t, 2));
-    squared[i] = (near - centre).squaredNorm();
-    least = std::min(least, squared[i]);
+Places128 BrickSampler::float_places(const Index& base, int level) const {
+  static constexpr auto kSteps = [] {
+    std::array<std::array<float, 128>, 3> steps{};
+    for (int n = 0; n < FieldBrick::kSamples; ++n) {
+      const auto at = static_cast<std::size_t>(n);
+      steps[0][at] = static_cast<float>(n % kEdge);
+      steps[1][at] = static_cast<float>(n / kEdge % kEdge);
+      steps[2][at] = static_cast<float>(n / (kEdge * kEdge));
+    }
+    return steps;
+  }();
+  const float step = static_cast<float>(step_of(level)) / kQuarters;
+  const Vector first = from_centre(base);
+  Places128 places;
+  for (std::size_t n = 0; n < places.x.size(); ++n) {
+    places.x[n] = static_cast<float>(first.x()) + step * kSteps[0][n];
+    places.y[n] = static_cast<float>(first.y()) + step * kSteps[1][n];
+    places.z[n] = static_cast<float>(first.z()) + step * kSteps[2][n];
   }
-  const double limit = (std::sqrt(least) + 2 * radius) * (1 + 1e-9);
-  Candidates kept;
-  for (std::size_t i = 0; i < from.size(); ++i) {
-    if (squared[i] <= limit * limit) kept.triangles.push_back(listed_[from[i]]);
-  }
-  kept.reach = std::min((std::sqrt(least) + radius) * (1 + 1e-9), reach_);
-  return kept;
+  return places;
 }
 
 FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from) const {
   FieldBrick brick{parent.level - 1, parent.octant_base(octant), {}, {}, {}};
-  const Candidates candidates = closest_candidates(from, brick.base, step_of(brick.level) * kCells);
   const PointLattice points = lattice(brick.base, brick.level);
-  NearestTriangles nearest;
-  nearest.squared.fill(candidates.reach * candidates.reach);
+  std::vector<PlaceBits> bits(from.size());
+  const auto slack = static_cast<float>(kEquallyNear * points.step / grid_.voxel_size);
+  find_where_nearest(float_listed_, from, float_places(brick.base, brick.level), slack, bits);
+  std::vector<std::uint32_t> triangles(from.size());
+  std::transform(from.begin(), from.end(), triangles.begin(), [&](std::uint32_t n) { return listed_[n]; });
+  NearestToSamples nearest;
+  nearest.squared.fill(reach_ * reach_);
   nearest.triangle.fill(-1);
-  offer_triangles(surface_, candidates.triangles, points, candidates.reach, nearest);
+  offer_triangles(surface_, triangles, bits, points, reach_, nearest);
+  std::array<double, 27> known;
+  for (int n = 0; n < 27; ++n) {
+    known[static_cast<std::size_t>(n)] = parent.value[static_cast<std::size_t>(FieldBrick::in_octant(octant, n))];
+  }
+  std::array<double, FieldBrick::kSamples> surest;
+  fill_between<3>(
+      known, [](double a, double b) { return std::abs(b) > std::abs(a) ? b : a; }, surest);
   for (int z = 0; z < kEdge; ++z) {
     for (int y = 0; y < kEdge; ++y) {
       for (int x = 0; x < kEdge; ++x) {
         const auto at = static_cast<std::size_t>(sample_at(x, y, z));
-        const auto around = [&](int corner) {
-          return static_cast<std::size_t>(sample_at(2 * (octant & 1) + (x + (corner & 1)) / 2,
-                                                    2 * (octant >> 1 & 1) + (y + (corner >> 1 & 1)) / 2,
-                                                    2 * (octant >> 2) + (z + (corner >> 2)) / 2));
-        };
         const int odd = (x & 1) + (y & 1) + (z & 1);
         if (odd == 0) {
-          brick.value[at] = parent.value[around(0)];
-          brick.closest[at] = parent.closest[around(0)];
+          const int n = (z / 2 * 3 + y / 2) * 3 + x / 2;
+          brick.value[at] = known[static_cast<std::size_t>(n)];
+          brick.closest[at] = parent.closest[static_cast<std::size_t>(FieldBrick::in_octant(octant, n))];
           continue;
         }
         const Vector p = points.at(x, y, z);
-        const double found = nearest.triangle[static_cast<std::size_t>((z * 8 + y) * 8 + x)];
+        const double found = nearest.triangle[at];
         double distance = reach_;
         brick.closest[at] = kNoTriangle;
         if (found >= 0) {
@@ -216,13 +223,8 @@ FieldBrick BrickSampler::between(const FieldBrick& parent, int octant, std::span
           brick.closest[at] = t;
         }
         // The surface cannot pass between two points if their distance is less than the sum of their distances to it.
-        double surest = 0;
-        for (int corner = 0; corner < 8; ++corner) {
-          const double known = parent.value[around(corner)];
-          if (std::abs(known) > std::abs(surest)) surest = known;
-        }
-        const bool known_side = distance + std::abs(surest) > points.step * std::sqrt(odd) * (1 + 1e-9);
-        const bool within = known_side ? surest > 0 : inside_.inside(p);
+        const bool known_side = distance + std::abs(surest[at]) > points.step * std::sqrt(odd) * (1 + 1e-9);
+        const bool within = known_side ? surest[at] > 0 : inside_.inside(p);
         brick.value[at] = within ? distance : -distance;
       }
     }
@@ -245,16 +247,7 @@ bool BrickSampler::surely_interpolates(const FieldBrick& parent, int octant, std
   }
   trial.reach = static_cast<float>(reach_ * per_voxel);
   trial.step = static_cast<float>(step_of(parent.level - 1)) / kQuarters;
-  const Vector first = from_centre(base);
-  Places128 places;
-  for (int n = 0; n < FieldBrick::kSamples; ++n) {
-    const auto at = static_cast<std::size_t>(n);
-    const int i[3] = {n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)};
-    places.x[at] = static_cast<float>(first.x()) + trial.step * static_cast<float>(i[0]);
-    places.y[at] = static_cast<float>(first.y()) + trial.step * static_cast<float>(i[1]);
-    places.z[at] = static_cast<float>(first.z()) + trial.step * static_cast<float>(i[2]);
-  }
-  nearest_distances(float_listed_, from, places, trial.distance);
+  nearest_distances(float_listed_, from, float_places(base, parent.level - 1), trial.distance);
   for (const std::uint32_t n : from) trial.error = std::max(trial.error, float_listed_[n].error);
   return bake::surely_interpolates(
       trial, {tolerance_.error * per_voxel, tolerance_.band_inner * per_voxel, tolerance_.band_outer * per_voxel},

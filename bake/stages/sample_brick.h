@@ -115,17 +115,13 @@ class BrickSampler {
   [[nodiscard]] double quarter() const { return grid_.voxel_size / kQuarters; }  ///< of a voxel. [m]
 
  private:
-  // Triangles that can be closest to a point of a cube, and the largest distance that such a point can have.
-  struct Candidates {
-    std::vector<std::uint32_t> triangles;
-    double reach = 0;  // [m]
-  };
-  Candidates closest_candidates(std::span<const std::uint32_t> from, const Index& base, std::int32_t edge) const;
   NearTriangles near_octants(const Index& base, std::int32_t edge, std::span<const std::uint32_t> from) const;
   Vector place(const Index& at) const { return grid_.centre(0, 0, 0) + quarter() * Vector(at[0], at[1], at[2]); }
   PointLattice lattice(const Index& base, int level) const {
-    return {place(base), quarter() * FieldBrick::step_of(level), FieldBrick::kEdge};
+    return {place(base), quarter() * FieldBrick::step_of(level)};
   }
+  // The same points from the octant's centre. [vx]
+  Places128 float_places(const Index& base, int level) const;
   std::array<int, 3> place_in_octant(const FieldBrick& brick) const;
   // From the octant's centre. [vx]
   Vector from_centre(const Index& at) const {

@@ -118,5 +118,36 @@ TEST(FloatDistances, BothWaysGiveTheSame) {
   for (std::size_t n = 0; n < 16; ++n) EXPECT_EQ(one[0][n], nearest[n]);
 }
 
+TEST(FloatDistances, ATriangleIsMarkedWhereverItIsNearest) {
+  Random random(4);
+  std::size_t nearest = 0;
+  std::size_t marked = 0;
+  for (int round = 0; round < 200; ++round) {
+    const Case first(random);
+    std::vector<Case> cases;
+    std::vector<FloatTriangle> triangles;
+    std::vector<std::uint32_t> chosen;
+    for (std::uint32_t n = 0; n < 24; ++n) {
+      cases.emplace_back(random);
+      cases[n].centre = first.centre;
+      cases[n].places = first.places;
+      triangles.push_back(float_triangle(cases[n].mesh, 0, first.centre, first.unit, kReach));
+      chosen.push_back(n);
+    }
+    std::vector<PlaceBits> bits(chosen.size());
+    find_where_nearest(triangles, chosen, first.places, 0, bits);
+    for (std::size_t place = 0; place < 128; ++place) {
+      std::size_t best = 0;
+      for (std::size_t n = 0; n < cases.size(); ++n) {
+        if (cases[n].exact(place) < cases[best].exact(place)) best = n;
+        marked += bits[n][place / 8] >> place % 8 & 1;
+      }
+      nearest += bits[best][place / 8] >> place % 8 & 1;
+    }
+  }
+  EXPECT_EQ(nearest, std::size_t{200 * 128});
+  EXPECT_LT(marked, nearest + nearest / 50);
+}
+
 }  // namespace
 }  // namespace vps::test

@@ -26,8 +26,10 @@ void add_triangle(Surface& surface, const Vector& a, const Vector& b, const Vect
 }
 
 // The same arithmetic for one triangle and point after the other, without a search.
-void offer_slowly(const Surface& surface, std::uint32_t t, const PointLattice& points, double band,
-                  NearestTriangles& nearest) {
+// @param side  points along an axis
+template <std::size_t kCount>
+void offer_slowly(const Surface& surface, std::uint32_t t, const PointLattice& points, double band, int side,
+                  NearestOf<kCount>& nearest) {
   const double s = points.step;
   const Vector& n = surface.normals[t];
   const auto dot = [](const Vector& a, const Vector& b) { return a.x() * b.x() + (a.y() * b.y() + a.z() * b.z()); };
@@ -36,15 +38,17 @@ void offer_slowly(const Surface& surface, std::uint32_t t, const PointLattice& p
     const double end = sign < 0 ? *std::min_element(values, values + 3) : *std::max_element(values, values + 3);
     return (end - points.first[axis] + sign * band) / s;
   };
-  for (int number = 0; number < static_cast<int>(kBrickVoxels); ++number) {
-    const Vector p(number % 8 * s, number / 8 % 8 * s, number / 64 * s);
+  for (int number = 0; number < side * side * side; ++number) {
+    const int y = number / side % side;
+    const int z = number / (side * side);
+    const Vector p(number % side * s, y * s, z * s);
     const Vector from_first = p - (surface.corner(t, 0) - points.first);
     const double height_y = from_first.y() * n.y();
     const double height_z = from_first.z() * n.z();
     const double middle = (3.5 * s - (surface.corner(t, 0) - points.first).x()) * n.x() + height_y + height_z;
     if (std::abs(middle) > (band + std::abs(n.x()) * 3.5 * s) * (1 + 1e-9)) continue;
-    if (number / 8 % 8 < std::ceil(rows(1, -1)) || number / 8 % 8 > std::floor(rows(1, 1))) continue;
-    if (number / 64 < std::ceil(rows(2, -1)) || number / 64 > std::floor(rows(2, 1))) continue;
+    if (y < std::ceil(rows(1, -1)) || y > std::floor(rows(1, 1))) continue;
+    if (z < std::ceil(rows(2, -1)) || z > std::floor(rows(2, 1))) continue;
     double squared = std::numeric_limits<double>::infinity();
     bool over = true;
     for (int k = 0; k < 3; ++k) {
@@ -72,12 +76,10 @@ void expect_as_slow(const Surface& surface, const PointLattice& points, double b
   std::vector<std::uint32_t> all(surface.triangles.size());
   std::iota(all.begin(), all.end(), 0U);
   offer_triangles(surface, all, points, band, fast);
-  for (const std::uint32_t t : all) offer_slowly(surface, t, points, band, slow);
-  for (int number = 0; number < static_cast<int>(kBrickVoxels); ++number) {
-    if (std::max({number % 8, number / 8 % 8, number / 64}) >= points.edge) continue;
-    const auto at = static_cast<std::size_t>(number);
-    ASSERT_EQ(fast.triangle[at], slow.triangle[at]) << number;
-    ASSERT_EQ(fast.squared[at], slow.squared[at]) << number;
+  for (const std::uint32_t t : all) offer_slowly(surface, t, points, band, 8, slow);
+  for (std::size_t at = 0; at < kBrickVoxels; ++at) {
+    ASSERT_EQ(fast.triangle[at], slow.triangle[at]) << at;
+    ASSERT_EQ(fast.squared[at], slow.squared[at]) << at;
   }
 }
 
@@ -88,7 +90,7 @@ TEST(NearestTriangle, SearchFindsWhatEveryTriangleInTurnGives) {
   for (int n = 0; n < 300; ++n) {
     Surface surface;
     const double step = 0.001 * (0.5 + random.next());
-    const PointLattice points{vector_within(random, 0.02), step, random.next() < 0.3 ? 5 : 8};
+    const PointLattice points{vector_within(random, 0.02), step};
     const Vector middle = points.at(4, 4, 4);
     const int count = 1 + static_cast<int>(80 * random.next());
     for (int t = 0; t < count; ++t) {
@@ -122,6 +124,49 @@ TEST(NearestTriangle, PointsExactlyAtTheEndOfTheBandAreFoundAlike) {
         add_triangle(surface, at(u, -8), at(u + 2, 16), at(u, 16));
       }
       for (const double band : {1.0, 3.0, 3.5, 4.0}) expect_as_slow(surface, points, band * kStep);
+    }
+  }
+}
+
+TEST(NearestTriangle, SamplesGetWhatEveryTriangleInTurnGives) {
+  Random random(2);
+  for (int n = 0; n < 300; ++n) {
+    Surface surface;
+    const double step = 0.001 * (0.5 + random.next());
+    const PointLattice points{vector_within(random, 0.02), step};
+    const Vector middle = points.at(2, 2, 2);
+    // Rings of triangles with a common corner, so that many distances are equal. No slivers, for whose distances nearer
+    // ones may stand in one of the two ways only.
+    for (int ring = 0; ring < 6; ++ring) {
+      const Vector top = middle + vector_within(random, 8 * step);
+      const double size = step * std::pow(10, 2 * random.next() - 1);
+      const Vector u = size * Vector(random.next(), 1, random.next() - 0.5);
+      const Vector v = size * Vector(1, random.next() - 0.5, random.next());
+      const Vector corners[4] = {top + u, top + v, top - u, top - v};
+      for (int k = 0; k < 4; ++k) add_triangle(surface, top, corners[k], corners[(k + 1) % 4]);
+    }
+    std::vector<std::uint32_t> all(surface.triangles.size());
+    std::iota(all.begin(), all.end(), 0U);
+    std::vector<FloatTriangle> triangles;
+    for (const std::uint32_t t : all) triangles.push_back(float_triangle(surface, t, middle, step, 2));
+    Places128 places;
+    for (std::size_t i = 0; i < 125; ++i) {
+      places.x[i] = static_cast<float>(i % 5) - 2;
+      places.y[i] = static_cast<float>(i / 5 % 5) - 2;
+      places.z[i] = static_cast<float>(i / 25) - 2;
+    }
+    std::vector<PlaceBits> bits(all.size());
+    find_where_nearest(triangles, all, places, static_cast<float>(kEquallyNear), bits);
+    const double band = step * (1 + 4 * random.next());
+    NearestToSamples fast;
+    fast.squared.fill(band * band);
+    fast.triangle.fill(-1);
+    NearestToSamples slow = fast;
+    offer_triangles(surface, all, bits, points, band, fast);
+    for (const std::uint32_t t : all) offer_slowly(surface, t, points, band, 5, slow);
+    for (std::size_t at = 0; at < 125; ++at) {
+      ASSERT_EQ(fast.triangle[at], slow.triangle[at]) << at;
+      ASSERT_EQ(fast.squared[at], slow.squared[at]) << at;
     }
   }
 }
