@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bad input raises an exception that says what is wrong; nothing crashes."""
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -112,6 +113,11 @@ def test_files_and_bytes_that_are_no_asset(tmp_path, cube):
     for source in (empty, b"", b"text", data[:-1], data[:5000], data + b"\0", bytes(len(data))):
         with pytest.raises(vps.AssetError):
             vps.open(source)
+    damaged = tmp_path / "damaged.vps.hdf"
+    damaged.write_bytes(data[:5000])
+    for path in (empty, damaged):
+        with pytest.raises(vps.AssetError, match=re.escape(f"{path}: ")):
+            vps.open(path)
     for source in (None, 7, 1.5, [1, 2, 3]):
         with pytest.raises(TypeError, match="a path or bytes are needed"):
             vps.open(source)

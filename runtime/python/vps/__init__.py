@@ -160,7 +160,12 @@ class Asset:
 
     def __init__(self, source: Any, *, scale: float = 1.0, notes: list[str] | None = None) -> None:
         self._bytes = _asset_bytes(source)
-        self._asset = _runtime.Asset(self._bytes, scale)
+        try:
+            self._asset = _runtime.Asset(self._bytes, scale)
+        except AssetError as error:
+            if not isinstance(source, (str, os.PathLike)):
+                raise
+            raise AssetError(f"{os.fspath(source)}: {error}") from None
         self._baked: Any = None  # its shape in Bullet, see World.add
         self.notes = notes or []  #: of the bake: what was repaired, and warnings
 
