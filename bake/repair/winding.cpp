@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bake/stages/voxelize.h"
 
@@ -120,6 +121,20 @@ InsideTest::InsideTest(const Mesh& mesh, const Grid& grid) : mesh_(mesh), column
       }
     }
   };
+  const auto rounded = [](double value, float towards) {
+    const auto near = static_cast<float>(value);
+    const bool beyond = towards > 0 ? near < value : near > value;
+    return beyond ? std::nextafter(near, towards) : near;
+  };
+  constexpr float kEnd = std::numeric_limits<float>::infinity();
+  boxes_.reserve(mesh.triangles.size());
+  for (std::uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vector low = mesh.corner(t, 0).cwiseMin(mesh.corner(t, 1)).cwiseMin(mesh.corner(t, 2));
+    const Vector high = mesh.corner(t, 0).cwiseMax(mesh.corner(t, 1)).cwiseMax(mesh.corner(t, 2));
+    boxes_.push_back({{rounded(low.y(), -kEnd), rounded(high.y(), kEnd)},
+                      {rounded(low.z(), -kEnd), rounded(high.z(), kEnd)},
+                      rounded(high.x(), kEnd)});
+  }
   start_.assign(std::size_t{columns_.dims[1]} * columns_.dims[2] + 1, 0);
   for_each_column([&](std::size_t column, std::uint32_t) { ++start_[column + 1]; });
   for (std::size_t i = 1; i < start_.size(); ++i) start_[i] += start_[i - 1];
@@ -142,12 +157,18 @@ bool InsideTest::inside(const Vector& point) const {
   const std::size_t at = column(point.y(), point.z());
   for (std::size_t i = start_[at]; i < start_[at + 1]; ++i) {
     const std::uint32_t triangle = triangles_[i];
+    const Box& box = boxes_[triangle];
     // A crossing lies in the triangle.
+    if (box.most_x < point.x() || point.y() < box.y[0] || point.y() > box.y[1] || point.z() < box.z[0] ||
+        point.z() > box.z[1]) {
+      continue;
+    }
+    const int crossing = line_crossing(point.y(), point.z(), mesh_, triangle);
+    if (crossing == 0) continue;
     const auto [low, high] =
         std::minmax({mesh_.corner(triangle, 0).x(), mesh_.corner(triangle, 1).x(), mesh_.corner(triangle, 2).x()});
     if (high < point.x()) continue;
-    const int crossing = line_crossing(point.y(), point.z(), mesh_, triangle);
-    if (crossing != 0 && (low > point.x() || crossing_is_beyond(point, mesh_, triangle))) winding -= crossing;
+    if (low > point.x() || crossing_is_beyond(point, mesh_, triangle)) winding -= crossing;
   }
   return winding > 0;
 }

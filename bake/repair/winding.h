@@ -50,9 +50,15 @@ class InsideTest {
   }
 
  private:
+  // Around a triangle, rounded outwards. Most triangles of a column are left out by it, in one cache line.
+  struct Box {
+    float y[2], z[2];
+    float most_x;
+  };
   [[nodiscard]] std::size_t column(double y, double z) const;
 
   const Mesh& mesh_;
+  std::vector<Box> boxes_;                // of triangles
   Grid columns_;                          // one or more voxels wide
   std::vector<std::size_t> start_;        // per column along x
   std::vector<std::uint32_t> triangles_;  // those whose box meets the column

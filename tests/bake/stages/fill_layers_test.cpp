@@ -36,6 +36,23 @@ void expect_sides_match(const TriangleMesh& mesh, double voxel_size) {
   EXPECT_GT(count, 0U);
 }
 
+TEST(InsideTest, PointsAHairFromAFaceHaveTheirSide) {
+  Random random(1);
+  for (int n = 0; n < 30; ++n) {
+    // Faces at places that no float has.
+    const std::array<double, 3> half{0.1 + random.next(), 0.1 + random.next(), 0.1 + random.next()};
+    const Surface surface = checked(make_box(half));
+    const InsideTest inside(surface, column_grid(surface));
+    for (int face = 0; face < 6; ++face) {
+      Vector p(0.013, -0.017, 0.011);
+      for (const double hair : {1e-14, 1e-9, -1e-14, -1e-9}) {
+        p[face / 2] = (face % 2 != 0 ? 1 : -1) * (half[static_cast<std::size_t>(face / 2)] - hair);
+        ASSERT_EQ(inside.inside(p), hair > 0) << face << ' ' << hair;
+      }
+    }
+  }
+}
+
 TEST(FillLayers, SidesOfASphereMatchTheOracle) {
   expect_sides_match(make_sphere(0.1, 2), 0.01);
 }
