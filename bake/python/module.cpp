@@ -61,7 +61,13 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
   vps::bake::BakeSettings settings;
   vps::bake::BakeOptions& options = settings.options;
   const auto take = [&](const char* name, auto& value) {
-    if (given.contains(name)) value = given[name].cast<std::remove_reference_t<decltype(value)>>();
+    if (!given.contains(name)) return;
+    try {
+      value = given[name].cast<std::remove_reference_t<decltype(value)>>();
+    } catch (const py::cast_error&) {
+      throw py::type_error(std::string(name) + ": " + std::string(py::repr(given[name])) +
+                           " is no value of this option");
+    }
   };
   take("voxel", options.voxel_size);
   take("resolution", options.resolution);

@@ -67,6 +67,8 @@ def test_saving_replaces_assets_alone(tmp_path, cube, sphere, points):
             cube.save(tmp_path / name)
     with pytest.raises(FileNotFoundError, match="none/cube.vps.hdf"):
         cube.save(tmp_path / "none" / "cube.vps.hdf")
+    with pytest.raises(NotADirectoryError, match="notes.txt/cube.vps.hdf"):
+        cube.save(tmp_path / "notes.txt" / "cube.vps.hdf")
     assert (tmp_path / "notes.txt").read_text().startswith("precious") and sorted(tmp_path.iterdir()) == kept
 
 

@@ -34,6 +34,7 @@ import contextlib
 import errno
 import mmap
 import os
+import stat
 import uuid
 from typing import Any, NamedTuple, Union
 
@@ -41,6 +42,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _runtime
+from ._arguments import number, numbers
 from ._runtime import AssetError, MissingPart, __version__
 from ._world import Body, Joint, World, WorldContacts
 
@@ -161,7 +163,7 @@ class Asset:
     def __init__(self, source: Any, *, scale: float = 1.0, notes: list[str] | None = None) -> None:
         self._bytes = _asset_bytes(source)
         try:
-            self._asset = _runtime.Asset(self._bytes, scale)
+            self._asset = _runtime.Asset(self._bytes, number("scale", scale))
         except AssetError as error:
             if not isinstance(source, (str, os.PathLike)):
                 raise
@@ -233,9 +235,9 @@ class Asset:
         max_distance: shape (...) [m]
         The three are broadcast together.
         """
-        starts = _numbers("origins", origins, (3,))
-        ways = np.asarray(_numbers("directions", directions, (3,)), np.float64)
-        limits = _numbers("max_distance", max_distance, ())
+        starts = numbers("origins", origins, (3,))
+        ways = np.asarray(numbers("directions", directions, (3,)), np.float64)
+        limits = numbers("max_distance", max_distance, ())
         lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
         if not np.all(np.isfinite(lengths) & (lengths > 0)):
             raise ValueError("directions: finite, and not zero")
@@ -362,32 +364,33 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
     baker = _baker("vps.bake")
     given: dict[str, Any] = {"voxel": voxel, "resolution": resolution, "max_error": max_error, "repair": repair, **options}
     settings = {name: value for name, value in given.items() if value is not None}
-    unknown = sorted(settings.keys() - {
+    unknown = sorted(given.keys() - {
         "voxel", "resolution", "max_error", "repair", "layers", "scaled", "real", "voxelmap", "pointshell", "alpha",
         "sheet_thickness"})
     if unknown:
         raise TypeError(f"vps.bake has no option {unknown[0]!r}")
     if sum(name in settings for name in ("voxel", "resolution", "max_error")) != 1:
         raise ValueError("give one of voxel, resolution and max_error")
-    for name in ("voxel", "resolution", "max_error", "alpha", "sheet_thickness"):
-        kinds = (int, np.integer) if name == "resolution" else (int, float, np.integer, np.floating)
-        value = settings.get(name, 1)
-        if not isinstance(value, kinds):
-            raise TypeError(f"{name}: {'a whole number' if name == 'resolution' else 'a number'}, not {value!r}")
-        if name in ("voxel", "resolution", "max_error") and not 0 < value < np.inf:
+    for name in ("voxel", "max_error", "alpha", "sheet_thickness", "resolution"):
+        value = number(name, settings.get(name, 1))
+        if name == "resolution" and not isinstance(value, (int, np.integer)):
+            raise TypeError(f"resolution: a whole number, not {value!r}")
+        if name != "alpha" and not 0 < value < np.inf:  # of alpha the baker knows the range
             raise ValueError(f"{name}: finite and more than 0, not {value!r}")
-    if not 0 < unit < np.inf:
+    if not 0 < number("unit", unit) < np.inf:
         raise ValueError("unit: finite and more than 0 m")
     folder = "" if cache is None else os.fspath(cache)
     if isinstance(mesh, (str, os.PathLike)):
+        if faces is not None:
+            raise TypeError("faces: a mesh file has its own")
         data, notes = baker.bake(os.fspath(mesh), {**settings, "unit": unit}, folder)
         return Asset(data, notes=notes)
     if faces is None:
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise TypeError("vps.bake takes vertices and faces, an object that has both, or the path of a mesh file")
         mesh, faces = mesh.vertices, mesh.faces
-    vertices = unit * np.asarray(_numbers("vertices", mesh, (3,)), np.float64)
-    triangles = _numbers("faces", faces, (3,))
+    vertices = unit * np.asarray(numbers("vertices", mesh, (3,)), np.float64)
+    triangles = numbers("faces", faces, (3,))
     if triangles.dtype.kind == "f":
         raise TypeError(f"faces are integers, not {triangles.dtype}")
     data, notes = baker.bake(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, np.int64), settings, folder)
@@ -445,7 +448,7 @@ def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocit
     matrices, shape = _poses(start)
     if shape != ():
         raise ValueError(f"start has the shape (4, 4), not {(*shape, 4, 4)}")
-    motion = [_numbers(name, value, (3,)).astype(np.float64)
+    motion = [numbers(name, value, (3,)).astype(np.float64)
               for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))]
     if motion[0].shape != (3,) or motion[1].shape != (3,):
         raise ValueError("velocity and angular_velocity have the shape (3,)")
@@ -465,19 +468,9 @@ def _handle(asset: Asset) -> _runtime.Asset:
     return asset._asset
 
 
-def _numbers(name: str, value: npt.ArrayLike, last: tuple[int, ...]) -> Array:
-    """`value` as an array of real numbers whose last dimensions are `last`."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: numbers are needed, not {array.dtype}")
-    if last and array.shape[-len(last):] != last:
-        raise ValueError(f"{name}: the shape is (..., {', '.join(map(str, last))}), not {array.shape}")
-    return array
-
-
 def _rows(name: str, value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
     """float32 rows of three for the C interface, which takes any stride between rows; and the leading shape."""
-    array = _numbers(name, value, (3,))
+    array = numbers(name, value, (3,))
     with np.errstate(over="ignore"):
         rows = array.reshape(-1, 3).astype(np.float32, copy=False)
     if rows.strides[1] != rows.itemsize:
@@ -486,7 +479,7 @@ def _rows(name: str, value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
 
 
 def _poses(value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
-    array = _numbers("poses", value, (4, 4))
+    array = numbers("poses", value, (4, 4))
     return array.reshape(-1, 4, 4).astype(np.float64, copy=False), array.shape[:-2]
 
 
@@ -499,7 +492,9 @@ def _shaped(rows: Array, shape: tuple[int, ...]) -> Array:
 def _asset_bytes(source: Any) -> Any:
     """The bytes of a path or a buffer, at an address that the runtime takes, which nobody changes."""
     if isinstance(source, (str, os.PathLike)):
-        with builtins.open(source, "rb") as file:
+        with builtins.open(source, "rb", opener=_at_once) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise OSError(errno.EINVAL, "this is not a regular file; give a .vps.hdf file", os.fspath(source))
             if os.fstat(file.fileno()).st_size == 0:
                 raise AssetError(f"{os.fspath(source)}: the file is empty")
             return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -513,6 +508,11 @@ def _asset_bytes(source: Any) -> Any:
     copy = np.empty((len(array) + 7) // 8, np.uint64).view(np.uint8)[:len(array)]
     copy[:] = array
     return copy
+
+
+def _at_once(path: str, flags: int) -> int:
+    """An opener that does not wait for the other end of a pipe."""
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _write_whole(path: Path, data: Any) -> None:
@@ -530,7 +530,7 @@ def _write_whole(path: Path, data: Any) -> None:
     except OSError as error:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     finally:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
             os.remove(part)
 
 
