@@ -176,3 +176,22 @@ def test_options_of_bakes_of_a_wrong_type():
             ({"faces": [[0, 1, 2]]}, TypeError, "faces: a mesh file has its own")):
         _one_line(error, text, lambda options=options: vps.bake(mesh, voxel=0.01, **options))
     _one_line(TypeError, "resolution: 1000", lambda: vps.bake(mesh, resolution=10**30))
+
+
+def test_numbers_of_queries_that_are_no_numbers(sphere):
+    pose, point = np.eye(4), np.zeros(3)
+    for query in (lambda **bad: sphere.distance(point, **bad), lambda **bad: sphere.gradient(point, **bad),
+                  lambda **bad: sphere.closest_point(point, **bad), lambda **bad: sphere.ray(point, [0, 0, 1], **bad),
+                  lambda **bad: vps.contacts(sphere, sphere, pose, **bad),
+                  lambda **bad: vps.contacts(sphere, sphere, pose, most=2, **bad),
+                  lambda **bad: vps.separation(sphere, sphere, pose, **bad)):
+        for error, threads in ((TypeError, "2"), (TypeError, 1.5), (ValueError, -1), (ValueError, 10**30)):
+            _one_line(error, "threads: ", lambda query=query, threads=threads: query(threads=threads))
+    for query, name in ((vps.contacts, "distance"), (vps.separation, "tolerance"), (vps.time_of_impact, "duration"),
+                        (vps.time_of_impact, "distance"), (vps.time_of_impact, "tolerance")):
+        for error, bad in ((TypeError, "x"), (TypeError, None), (ValueError, -1), (ValueError, np.inf)):
+            _one_line(error, f"{name}: ", lambda query=query, name=name, bad=bad: query(sphere, sphere, pose, **{name: bad}))
+    for error, most in ((TypeError, "x"), (TypeError, 1.5), (ValueError, 0), (ValueError, -1), (ValueError, 10**30)):
+        _one_line(error, "most: ", lambda most=most: vps.contacts(sphere, sphere, pose, most=most))
+    _one_line(TypeError, "density: a number", lambda: sphere.mass_properties("x"))
+    _one_line(TypeError, "step: a number", lambda: sphere.surface("x"))

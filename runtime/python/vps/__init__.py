@@ -42,7 +42,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _runtime
-from ._arguments import number, numbers
+from ._arguments import at_least_0, number, numbers, whole
 from ._runtime import AssetError, MissingPart, __version__
 from ._world import Body, Joint, World, WorldContacts
 
@@ -204,7 +204,7 @@ class Asset:
             it comes from a coarser grid, and far outside it is never more than the true distance. The sign is right everywhere.
         """
         rows, shape = _rows("points", points)
-        return _shaped(self._asset.distance(rows, threads), shape)
+        return _shaped(self._asset.distance(rows, _threads(threads)), shape)
 
     def gradient(self, points: npt.ArrayLike, *, threads: int = 0) -> Array:
         """Gradient of `distance`: the unit direction out of the body; zero only where the field has no slope.
@@ -213,7 +213,7 @@ class Asset:
         return: shape (..., 3)
         """
         rows, shape = _rows("points", points)
-        return _shaped(self._asset.gradient(rows, threads), shape)
+        return _shaped(self._asset.gradient(rows, _threads(threads)), shape)
 
     def closest_point(self, points: npt.ArrayLike, *, threads: int = 0) -> ClosestPoints:
         """Surface points that are closest to points, by a walk: the nearest one where `distance` equals `lower`.
@@ -221,7 +221,7 @@ class Asset:
         points: shape (..., 3), asset frame, no coordinate beyond 1e15 [m]
         """
         rows, shape = _rows("points", points)
-        found = self._asset.closest_point(rows, threads)
+        found = self._asset.closest_point(rows, _threads(threads))
         return ClosestPoints(
             *(_shaped(found[name], shape) for name in ("position", "outward_normal", "distance", "lower", "upper")),
             *(_shaped(found[name] != 0, shape) for name in ("inside", "converged")))
@@ -245,7 +245,7 @@ class Asset:
         found = self._asset.ray(
             _rows("origins", np.broadcast_to(starts, (*shape, 3)))[0],
             _rows("directions", np.broadcast_to(ways / lengths, (*shape, 3)))[0],
-            np.broadcast_to(limits, shape).reshape(-1).astype(np.float32), threads)
+            np.broadcast_to(limits, shape).reshape(-1).astype(np.float32), _threads(threads))
         missed = found["hit"] == 0
         found["distance"][missed] = np.inf
         found["position"][missed] = np.nan
@@ -269,6 +269,8 @@ class Asset:
         """
         if self.closed:
             raise ValueError("the asset is closed")
+        if step is not None:
+            number("step", step)
         return Surface(*_baker("Asset.surface").surface(self._bytes, self.scale, step))
 
     @property
@@ -286,7 +288,7 @@ class Asset:
 
         density: [kg/m^3]
         """
-        if not 0 < density < np.inf:
+        if not 0 < number("density", density) < np.inf:
             raise ValueError("density: finite and more than 0 kg/m^3")
         xx, yy, zz, xy, xz, yz = density * self._info["inertia"]
         return MassProperties(float(density * self._info["volume"]), self._info["centre_of_mass"].copy(),
@@ -410,13 +412,16 @@ def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: flo
     most: at most so many contacts of each pose, 1 to 1024; None: all points
     """
     matrices, shape = _poses(poses)
+    at_least_0("distance", distance)
     if most is not None:
-        few, counts = _runtime.step_contacts(_handle(first), _handle(second), matrices, distance, most, threads)
+        most = whole("most", most, 1, 1024)
+        few, counts = _runtime.step_contacts(_handle(first), _handle(second), matrices, distance, most,
+                                             _threads(threads))
         is_one = np.arange(most) < counts[:, None]
         found, deepest = few[is_one], np.where(counts > 0, few["penetration"][:, 0], -np.float32(distance))
         return Contacts(np.nonzero(is_one)[0], found["position"], found["normal"], found["penetration"], found["area"],
                         _shaped(counts.astype(np.int64), shape), _shaped(deepest.astype(np.float64), shape))
-    found, pose, results = _runtime.contacts(_handle(first), _handle(second), matrices, distance, threads)
+    found, pose, results = _runtime.contacts(_handle(first), _handle(second), matrices, distance, _threads(threads))
     return Contacts(pose, found["position"], found["inward_normal"], found["penetration"], found["area"],
                     _shaped(results["contacts"].astype(np.int64), shape), _shaped(results["delta"], shape))
 
@@ -430,7 +435,8 @@ def separation(first: Asset, second: Asset, poses: npt.ArrayLike, *, tolerance: 
     tolerance: the search may stop this far from the nearest point; faster [m]
     """
     matrices, shape = _poses(poses)
-    return _separation(_runtime.separation(_handle(first), _handle(second), matrices, tolerance, threads), shape)
+    at_least_0("tolerance", tolerance)
+    return _separation(_runtime.separation(_handle(first), _handle(second), matrices, tolerance, _threads(threads)), shape)
 
 
 def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocity: npt.ArrayLike = (0, 0, 0),
@@ -452,6 +458,8 @@ def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocit
               for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))]
     if motion[0].shape != (3,) or motion[1].shape != (3,):
         raise ValueError("velocity and angular_velocity have the shape (3,)")
+    for name, given in (("duration", duration), ("distance", distance), ("tolerance", tolerance)):
+        at_least_0(name, given)
     impact, time, found = _runtime.time_of_impact(
         _handle(first), _handle(second), matrices, np.concatenate([*motion, [duration]]), distance, tolerance)
     return Impact(impact == 1, time, impact != 2, _separation(found, ()))
@@ -466,6 +474,10 @@ def _handle(asset: Asset) -> _runtime.Asset:
     if not isinstance(asset, Asset):
         raise TypeError(f"a vps.Asset is needed, not {type(asset).__name__}")
     return asset._asset
+
+
+def _threads(count: Any) -> int:
+    return whole("threads", count, 0, 1024)
 
 
 def _rows(name: str, value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:

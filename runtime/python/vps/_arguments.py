@@ -17,6 +17,22 @@ def number(name: str, value: Any) -> Any:
     return value
 
 
+def at_least_0(name: str, value: Any) -> Any:
+    """`value`, if it is a finite number that is not negative."""
+    if not 0 <= number(name, value) < np.inf:
+        raise ValueError(f"{name}: finite and at least 0, not {value!r}")
+    return value
+
+
+def whole(name: str, value: Any, least: int, most: int) -> int:
+    """`value`, if it is a whole number of this range."""
+    if not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name}: a whole number, not {value!r}")
+    if not least <= value <= most:
+        raise ValueError(f"{name}: {least} to {most}, not {value}")
+    return int(value)
+
+
 def numbers(name: str, value: npt.ArrayLike, last: tuple[int, ...]) -> Array:
     """`value` as an array of real numbers whose last dimensions are `last`."""
     array = np.asarray(value)

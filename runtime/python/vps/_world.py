@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import number, one_array
+from ._arguments import number, one_array, whole
 
 if TYPE_CHECKING:
     from . import Asset
@@ -136,11 +136,7 @@ class World:
 
     def step(self, count: int = 1) -> None:
         """Computes `count` steps of time."""
-        if not isinstance(count, (int, np.integer)):
-            raise TypeError(f"count: a whole number, not {count!r}")
-        if not 0 <= count < 2**31:
-            raise ValueError(f"count: 0 to 2^31 - 1, not {count}")
-        self._world.step(count)
+        self._world.step(whole("count", count, 0, 2**31 - 1))
 
     def contacts(self) -> WorldContacts:
         """All contacts of the last step, those that lie ahead included."""
