@@ -210,7 +210,7 @@ const char* describe(Status status) noexcept {
     case Status::ok:
       return "no error";
     case Status::cannot_open:
-      return "the file does not exist or may not be read; check its name and permissions";
+      return "the file does not exist, is no regular file or may not be read; check its name and permissions";
     case Status::cannot_map:
       return "the operating system refused to map the file; check the limits of the process";
     case Status::too_short:
