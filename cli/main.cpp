@@ -161,7 +161,7 @@ int run(int argc, char** argv) {
       return fail_usage(is_no_mesh(bake.mesh) ? unknown_command(app, bake.mesh)
                                               : unexpected_word(*named, left.front()));
     }
-    return fail_usage(std::string(error.what()) + "; run " + full_name(*named) + " --help");
+    return fail_usage(in_plain_words(error.what()) + "; run " + full_name(*named) + " --help");
   }
   if (command == nullptr) return run_bake(bake);
   if (command->starts_programs) batch::prepare_programs(child);

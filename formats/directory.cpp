@@ -210,11 +210,11 @@ const char* describe(Status status) noexcept {
     case Status::ok:
       return "no error";
     case Status::cannot_open:
-      return "the file does not exist or may not be read; check its name and permissions";
+      return "the file does not exist, is no regular file or may not be read; check its name and permissions";
     case Status::cannot_map:
       return "the operating system refused to map the file; check the limits of the process";
     case Status::too_short:
-      return "the file is too short to be an asset; bake it again";
+      return "the file is too short to be an asset; give a .vps.hdf file, or bake it again";
     case Status::wrong_magic:
       return "this is not a vpsbake asset; give a .vps.hdf file";
     case Status::wrong_version:

@@ -45,7 +45,7 @@ inline constexpr float kCoarseLayerSlack = 3;
 /// Why an asset was refused or a query could not run. `describe` gives one sentence for each.
 enum class Status : std::uint8_t {
   ok,
-  cannot_open,      ///< the file does not exist or may not be read
+  cannot_open,      ///< the file does not exist, is no regular file or may not be read
   cannot_map,       ///< the operating system refused to map it
   too_short,        ///< fewer bytes than a user block
   wrong_magic,      ///< not a vpsbake asset

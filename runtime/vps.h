@@ -28,7 +28,7 @@ extern "C" {
 typedef int32_t VpsStatus;
 enum {
   vps_ok,
-  vps_cannot_open,      ///< the file does not exist or may not be read
+  vps_cannot_open,      ///< the file does not exist, is no regular file or may not be read
   vps_cannot_map,       ///< the operating system refused to map it
   vps_too_short,        ///< fewer bytes than a user block
   vps_wrong_magic,      ///< not a vpsbake asset

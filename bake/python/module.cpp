@@ -61,7 +61,13 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
   vps::bake::BakeSettings settings;
   vps::bake::BakeOptions& options = settings.options;
   const auto take = [&](const char* name, auto& value) {
-    if (given.contains(name)) value = given[name].cast<std::remove_reference_t<decltype(value)>>();
+    if (!given.contains(name)) return;
+    try {
+      value = given[name].cast<std::remove_reference_t<decltype(value)>>();
+    } catch (const py::cast_error&) {
+      throw py::type_error(std::string(name) + ": " + std::string(py::repr(given[name])) +
+                           " is no value of this option");
+    }
   };
   take("voxel", options.voxel_size);
   take("resolution", options.resolution);
@@ -81,7 +87,7 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
 }
 
 // The bytes of an asset, which the array keeps open, and what was repaired.
-py::tuple to_python(const vps::bake::StoredAsset& stored) {
+py::tuple to_python(const vps::bake::StoredAsset& stored, const std::string& cache) {
   using Held = std::shared_ptr<const vps::Asset>;
   const std::span<const std::byte> bytes = stored.asset->bytes();
   const py::capsule owner(new Held(stored.asset), [](void* held) { delete static_cast<Held*>(held); });
@@ -89,7 +95,7 @@ py::tuple to_python(const vps::bake::StoredAsset& stored) {
                                   reinterpret_cast<const std::uint8_t*>(bytes.data()), owner);
   array.attr("flags").attr("writeable") = false;
   std::vector<std::string> notes = stored.report.notes;
-  if (!stored.warning.empty()) notes.push_back(stored.warning);
+  if (!stored.warning.empty()) notes.push_back(cache + ": " + stored.warning + "; the asset is not kept there");
   return py::make_tuple(array, notes);
 }
 
@@ -101,7 +107,7 @@ py::tuple bake(const Mesh& mesh, const py::dict& given, const std::string& cache
     const py::gil_scoped_release release;
     stored = vps::bake::load_or_bake(mesh, settings, cache);
   }
-  return to_python(stored);
+  return to_python(stored, cache);
 }
 
 template <class T>

@@ -86,7 +86,9 @@ void take_option(const fs::path& file, const std::string& key, const toml::node&
   try {
     (void)read_settings(probe, reader);
   } catch (const BatchError& error) {
-    refuse(file, node.source(), fmt::format("{}: {}", key, error.what()));
+    std::string reason = error.what();
+    if (const std::string option = "--" + key + ": "; reason.starts_with(option)) reason.erase(0, option.size());
+    refuse(file, node.source(), fmt::format("{}: {}", key, reason));
   }
   out[key] = probe.options[key];
 }

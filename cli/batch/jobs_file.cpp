@@ -61,6 +61,9 @@ std::string to_lines(const std::vector<Job>& jobs, const fs::path& file) {
 }
 
 std::vector<Job> read_jobs(const fs::path& file, const OptionReader& reader) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored))
+    throw BatchError(file.string(), "this is a folder; give a file that vpsbake plan wrote", kIo);
   std::ifstream in(file_to_read(file), std::ios::binary);
   if (!in) throw BatchError(file.string(), "the file cannot be read; make it with vpsbake plan", kIo);
   std::vector<Job> jobs;

@@ -126,7 +126,10 @@ int verify(const CacheArguments& arguments) {
 int run_cache(const CacheArguments& arguments, int (*action)(const CacheArguments&)) {
   std::error_code ignored;
   if (!fs::is_directory(arguments.folder, ignored))
-    return fail(kIo, arguments.folder, "the folder does not exist; give the folder of a cache");
+    return fail(
+        kIo, arguments.folder,
+        std::string(fs::exists(arguments.folder, ignored) ? "this is not a folder" : "the folder does not exist") +
+            "; give the folder of a cache");
   try {
     return action(arguments);
   } catch (const fs::filesystem_error& error) {

@@ -128,8 +128,8 @@ int run_compare(const CompareArguments& arguments) {
 Command add_compare_command(CLI::App& app) {
   CLI::App* const compare = app.add_subcommand("compare", "Say whether two assets are the same, and how they differ");
   const auto arguments = std::make_shared<CompareArguments>();
-  compare->add_option("A", arguments->a, "Asset")->required()->option_text("ASSET");
-  compare->add_option("B", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
+  compare->add_option("ASSET", arguments->a, "Asset")->required()->option_text("ASSET");
+  compare->add_option("OTHER", arguments->b, "Another, in the same frame")->required()->option_text("ASSET");
   compare->add_flag("--json", arguments->json, "Print JSON");
   compare->footer(
       "Exit codes: 0 the same content, 5 they differ\nExample: vpsbake compare old/gear.vps.hdf new/gear.vps.hdf");

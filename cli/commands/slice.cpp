@@ -28,14 +28,6 @@ struct SliceArguments {
   int width = 900;           ///< of the picture. [px]
 };
 
-double parse_place(const std::string& text) {
-  try {
-    return parse_coordinate(text);
-  } catch (const UsageError& error) {
-    throw CLI::ValidationError("--at", error.what());
-  }
-}
-
 int run_slice(const SliceArguments& arguments) {
   Asset asset;
   if (const int code = open_asset(arguments.asset, asset); code != kOk) return code;
@@ -79,7 +71,7 @@ Command add_slice_command(CLI::App& app) {
       ->check(CLI::IsMember({"x", "y", "z"}))
       ->option_text("AXIS");
   add_text_option(
-      *slice, "--at", [arguments](const std::string& text) { arguments->at = parse_place(text); },
+      *slice, "--at", [arguments](const std::string& text) { arguments->at = parse_coordinate(text); },
       "Where on that axis, such as 12mm or -0.5in [default: the middle of the body]")
       ->option_text("LENGTH");
   slice->add_option("--field", arguments->field, "Field: layers, scaled or real [default: the finest stored]")

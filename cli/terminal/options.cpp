@@ -19,11 +19,12 @@ bake::Repair parse_repair(const std::string& text) {
 
 CLI::Option* add_text_option(CLI::App& app, const char* name, std::function<void(const std::string&)> take,
                              const char* description) {
-  const auto checked = [take = std::move(take)](const std::string& text) {
+  const auto checked = [name, take = std::move(take)](const std::string& text) {
     try {
       take(text);
     } catch (const UsageError& error) {
-      throw CLI::ValidationError(error.what());
+      const std::string reason = error.what();
+      throw CLI::ValidationError(reason.starts_with("--") ? reason : std::string(name) + ": " + reason);
     }
   };
   return app.add_option_function<std::string>(name, checked, description);

@@ -49,4 +49,11 @@ std::string unexpected_word(const CLI::App& app, const std::string& word) {
   return fmt::format("there is no option {}{}", name, ending(app, nearest_name(name, names)));
 }
 
+std::string in_plain_words(const std::string& reason) {
+  const std::string option = reason.substr(0, reason.find(':'));
+  if (reason.starts_with(option + ": At Most 1 required")) return option + " is given twice; give it once";
+  if (reason.starts_with(option + ": 1 required ") && reason.ends_with(" missing")) return option + " needs a value";
+  return reason;
+}
+
 }  // namespace vps::cli

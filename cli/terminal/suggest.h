@@ -17,4 +17,7 @@ namespace vps::cli {
 /// @param app  the command that was given
 [[nodiscard]] std::string unexpected_word(const CLI::App& app, const std::string& word);
 
+/// What CLI11 says of an option that is repeated or lacks its value, in the words of the other messages.
+[[nodiscard]] std::string in_plain_words(const std::string& reason);
+
 }  // namespace vps::cli

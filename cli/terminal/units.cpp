@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 namespace vps::cli {
@@ -41,13 +42,15 @@ struct Quantity {
 double parse(const std::string& text, const Quantity& quantity, Sign sign = Sign::positive) {
   const std::string kind = quantity.kind;
   std::size_t used = 0;
-  double number = 0;
+  std::optional<double> read;
   try {
-    number = std::stod(text, &used);
-  } catch (const std::exception&) {
-    throw UsageError(text + " is not " + kind + "; write a number with a unit, such as " + quantity.example);
+    read = std::stod(text, &used);
+  } catch (const std::exception&) {  // it is none
   }
+  const double number = read.value_or(0);
   const std::string unit = trimmed(text.substr(used));
+  if (!read || (unit.empty() && !std::isfinite(number)))
+    throw UsageError("'" + text + "' is not " + kind + "; write a number with a unit, such as " + quantity.example);
   if (unit.empty()) {
     std::string forms;
     for (const char* const usual : quantity.usual) forms += (forms.empty() ? "" : " or ") + text + usual;

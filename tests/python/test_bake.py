@@ -67,6 +67,8 @@ def test_saving_replaces_assets_alone(tmp_path, cube, sphere, points):
             cube.save(tmp_path / name)
     with pytest.raises(FileNotFoundError, match="none/cube.vps.hdf"):
         cube.save(tmp_path / "none" / "cube.vps.hdf")
+    with pytest.raises(NotADirectoryError, match="notes.txt/cube.vps.hdf"):
+        cube.save(tmp_path / "notes.txt" / "cube.vps.hdf")
     assert (tmp_path / "notes.txt").read_text().startswith("precious") and sorted(tmp_path.iterdir()) == kept
 
 
@@ -103,6 +105,9 @@ def test_options(tmp_path):
     assert asset.certificate.field == "real" and asset.voxel_size == pytest.approx(0.01)
     assert len(list((tmp_path / "cache").rglob("*.vps.hdf"))) == 1
     assert same(asset, vps.bake(vertices, faces, resolution=10, real=True, cache=tmp_path / "cache"))
+    (tmp_path / "file").touch()
+    note, = vps.bake(vertices, faces, resolution=10, cache=tmp_path / "file").notes
+    assert note.startswith(f"{tmp_path / 'file'}: ") and note.endswith("the asset is not kept there")
     assert vps.bake(vertices, faces, max_error=2e-3).certificate.bound <= 2e-3
     open_box = faces[1:]
     closed = vps.bake(vertices, open_box, voxel=20e-3, repair="fill")

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bad input raises an exception that says what is wrong; nothing crashes."""
 import inspect
+import os
 import re
 
 import numpy as np
 import pytest
 import vps
-from conftest import shifted
+from conftest import MESHES, shifted
 
 
 @pytest.mark.parametrize("query", ["distance", "gradient", "closest_point"])
@@ -148,3 +149,49 @@ def test_everything_public_has_a_docstring():
             for member, value in vars(thing).items():
                 if not member.startswith("_") and (callable(value) or isinstance(value, property)):
                     assert inspect.getdoc(value) or member in ("closed", "stage"), f"{name}.{member}"
+
+
+def _one_line(error, text, call):
+    with pytest.raises(error, match=text) as raised:
+        call()
+    assert "\n" not in str(raised.value)
+
+
+def test_wrong_scales_and_files_that_are_no_regular_files(tmp_path, cube):
+    for scale in ("2", None, [2], np.ones(2)):
+        _one_line(TypeError, "scale: a number", lambda scale=scale: vps.open(bytes(cube._bytes), scale=scale))
+    pipe = tmp_path / "pipe.vps.hdf"
+    os.mkfifo(pipe)
+    for path in (pipe, "/dev/null"):
+        _one_line(OSError, f"not a regular file.*{re.escape(str(path))}", lambda path=path: vps.open(path))
+
+
+def test_options_of_bakes_of_a_wrong_type():
+    mesh = MESHES / "cube.obj"
+    for options, error, text in (
+            ({"unit": "mm"}, TypeError, "unit: a number, not 'mm'"), ({"repair": 5}, TypeError, "repair: 5 "),
+            ({"layers": "yes"}, TypeError, "layers: 'yes' "), ({"nonsense": None}, TypeError, "no option 'nonsense'"),
+            ({"sheet_thickness": -1}, ValueError, "sheet_thickness: finite"),
+            ({"sheet_thickness": np.nan}, ValueError, "sheet_thickness: finite"),
+            ({"faces": [[0, 1, 2]]}, TypeError, "faces: a mesh file has its own")):
+        _one_line(error, text, lambda options=options: vps.bake(mesh, voxel=0.01, **options))
+    _one_line(TypeError, "resolution: 1000", lambda: vps.bake(mesh, resolution=10**30))
+
+
+def test_numbers_of_queries_that_are_no_numbers(sphere):
+    pose, point = np.eye(4), np.zeros(3)
+    for query in (lambda **bad: sphere.distance(point, **bad), lambda **bad: sphere.gradient(point, **bad),
+                  lambda **bad: sphere.closest_point(point, **bad), lambda **bad: sphere.ray(point, [0, 0, 1], **bad),
+                  lambda **bad: vps.contacts(sphere, sphere, pose, **bad),
+                  lambda **bad: vps.contacts(sphere, sphere, pose, most=2, **bad),
+                  lambda **bad: vps.separation(sphere, sphere, pose, **bad)):
+        for error, threads in ((TypeError, "2"), (TypeError, 1.5), (ValueError, -1), (ValueError, 10**30)):
+            _one_line(error, "threads: ", lambda query=query, threads=threads: query(threads=threads))
+    for query, name in ((vps.contacts, "distance"), (vps.separation, "tolerance"), (vps.time_of_impact, "duration"),
+                        (vps.time_of_impact, "distance"), (vps.time_of_impact, "tolerance")):
+        for error, bad in ((TypeError, "x"), (TypeError, None), (ValueError, -1), (ValueError, np.inf)):
+            _one_line(error, f"{name}: ", lambda query=query, name=name, bad=bad: query(sphere, sphere, pose, **{name: bad}))
+    for error, most in ((TypeError, "x"), (TypeError, 1.5), (ValueError, 0), (ValueError, -1), (ValueError, 10**30)):
+        _one_line(error, "most: ", lambda most=most: vps.contacts(sphere, sphere, pose, most=most))
+    _one_line(TypeError, "density: a number", lambda: sphere.mass_properties("x"))
+    _one_line(TypeError, "step: a number", lambda: sphere.surface("x"))

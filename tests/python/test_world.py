@@ -165,6 +165,38 @@ def test_bad_arguments(cube):
     assert thing.velocity[2] < 0, "its shape keeps the bytes"
 
 
+def test_wrong_arguments_are_named_in_one_line(cube):
+    world = vps.World()
+    body = world.add(cube)
+    joint = world.slider(body, axis=(1, 0, 0))
+    huge = (1e300, 0, 0)  # infinite in single precision
+    for error, text, call in (
+            (TypeError, "step: a number", lambda: vps.World(step="x")), (ValueError, "gravity: ", lambda: vps.World(gravity=(1, 2))),
+            (ValueError, "gravity: finite", lambda: vps.World(gravity=huge)),
+            (TypeError, "a vps.Asset is needed, not str", lambda: world.add("cube.vps.hdf")),
+            (TypeError, "pose: ", lambda: world.add(cube, pose="x")), (TypeError, "density: ", lambda: world.add(cube, density="x")),
+            (TypeError, "mass: a number, not '1kg'", lambda: world.add(cube, mass="1kg")),
+            (ValueError, "mass: ", lambda: world.add(cube, mass=1e300)), (ValueError, "mass: ", lambda: world.add(cube, mass=1e-300)),
+            (TypeError, "friction: ", lambda: world.add(cube, friction="x")),
+            (TypeError, "restitution: ", lambda: world.add(cube, restitution=None)),
+            (ValueError, "half_extents: ", lambda: world.add_box([1, 1])), (ValueError, "half_extents: ", lambda: world.add_box(1)),
+            (ValueError, "half_extents: ", lambda: world.add_box([[1, 1, 1]])),
+            (TypeError, "radius: ", lambda: world.add_sphere("x")), (ValueError, "normal: ", lambda: world.add_plane((1, 1))),
+            (TypeError, "offset: ", lambda: world.add_plane(offset="x")), (TypeError, "count: ", lambda: world.step(1.5)),
+            (ValueError, "count: ", lambda: world.step(-1)), (ValueError, "count: ", lambda: world.step(2**63)),
+            (ValueError, "velocity: ", lambda: setattr(body, "velocity", huge)), (ValueError, "force: ", lambda: body.push(huge)),
+            (ValueError, "torque: ", lambda: body.push(torque=(1, 2))), (TypeError, "pose: ", lambda: setattr(body, "pose", "x")),
+            (ValueError, "angular_velocity: ", lambda: setattr(body, "angular_velocity", 5)),
+            (ValueError, "axis: ", lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 1))),
+            (ValueError, "point: ", lambda: world.hinge(body, point=huge, axis=(0, 0, 1))),
+            (TypeError, "speed: ", lambda: joint.drive("x", 1)), (TypeError, "effort: ", lambda: joint.drive(1, None))):
+        with pytest.raises(error, match=text) as raised:
+            call()
+        assert "\n" not in str(raised.value)
+    world.step()
+    assert len(world.bodies) == 1 and np.isfinite(world.poses).all()
+
+
 def test_messages_are_warnings(cube):
     with pytest.warns(RuntimeWarning, match="assets are in metres"):
         vps.World().add(cube, mass=1e6)

@@ -34,6 +34,7 @@ import contextlib
 import errno
 import mmap
 import os
+import stat
 import uuid
 from typing import Any, NamedTuple, Union
 
@@ -41,6 +42,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _runtime
+from ._arguments import at_least_0, number, numbers, whole
 from ._runtime import AssetError, MissingPart, __version__
 from ._world import Body, Joint, World, WorldContacts
 
@@ -161,7 +163,7 @@ class Asset:
     def __init__(self, source: Any, *, scale: float = 1.0, notes: list[str] | None = None) -> None:
         self._bytes = _asset_bytes(source)
         try:
-            self._asset = _runtime.Asset(self._bytes, scale)
+            self._asset = _runtime.Asset(self._bytes, number("scale", scale))
         except AssetError as error:
             if not isinstance(source, (str, os.PathLike)):
                 raise
@@ -202,7 +204,7 @@ class Asset:
             it comes from a coarser grid, and far outside it is never more than the true distance. The sign is right everywhere.
         """
         rows, shape = _rows("points", points)
-        return _shaped(self._asset.distance(rows, threads), shape)
+        return _shaped(self._asset.distance(rows, _threads(threads)), shape)
 
     def gradient(self, points: npt.ArrayLike, *, threads: int = 0) -> Array:
         """Gradient of `distance`: the unit direction out of the body; zero only where the field has no slope.
@@ -211,7 +213,7 @@ class Asset:
         return: shape (..., 3)
         """
         rows, shape = _rows("points", points)
-        return _shaped(self._asset.gradient(rows, threads), shape)
+        return _shaped(self._asset.gradient(rows, _threads(threads)), shape)
 
     def closest_point(self, points: npt.ArrayLike, *, threads: int = 0) -> ClosestPoints:
         """Surface points that are closest to points, by a walk: the nearest one where `distance` equals `lower`.
@@ -219,7 +221,7 @@ class Asset:
         points: shape (..., 3), asset frame, no coordinate beyond 1e15 [m]
         """
         rows, shape = _rows("points", points)
-        found = self._asset.closest_point(rows, threads)
+        found = self._asset.closest_point(rows, _threads(threads))
         return ClosestPoints(
             *(_shaped(found[name], shape) for name in ("position", "outward_normal", "distance", "lower", "upper")),
             *(_shaped(found[name] != 0, shape) for name in ("inside", "converged")))
@@ -233,9 +235,9 @@ class Asset:
         max_distance: shape (...) [m]
         The three are broadcast together.
         """
-        starts = _numbers("origins", origins, (3,))
-        ways = np.asarray(_numbers("directions", directions, (3,)), np.float64)
-        limits = _numbers("max_distance", max_distance, ())
+        starts = numbers("origins", origins, (3,))
+        ways = np.asarray(numbers("directions", directions, (3,)), np.float64)
+        limits = numbers("max_distance", max_distance, ())
         lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
         if not np.all(np.isfinite(lengths) & (lengths > 0)):
             raise ValueError("directions: finite, and not zero")
@@ -243,7 +245,7 @@ class Asset:
         found = self._asset.ray(
             _rows("origins", np.broadcast_to(starts, (*shape, 3)))[0],
             _rows("directions", np.broadcast_to(ways / lengths, (*shape, 3)))[0],
-            np.broadcast_to(limits, shape).reshape(-1).astype(np.float32), threads)
+            np.broadcast_to(limits, shape).reshape(-1).astype(np.float32), _threads(threads))
         missed = found["hit"] == 0
         found["distance"][missed] = np.inf
         found["position"][missed] = np.nan
@@ -267,6 +269,8 @@ class Asset:
         """
         if self.closed:
             raise ValueError("the asset is closed")
+        if step is not None:
+            number("step", step)
         return Surface(*_baker("Asset.surface").surface(self._bytes, self.scale, step))
 
     @property
@@ -284,7 +288,7 @@ class Asset:
 
         density: [kg/m^3]
         """
-        if not 0 < density < np.inf:
+        if not 0 < number("density", density) < np.inf:
             raise ValueError("density: finite and more than 0 kg/m^3")
         xx, yy, zz, xy, xz, yz = density * self._info["inertia"]
         return MassProperties(float(density * self._info["volume"]), self._info["centre_of_mass"].copy(),
@@ -362,32 +366,33 @@ def bake(mesh: Any, faces: npt.ArrayLike | None = None, *, voxel: float | None =
     baker = _baker("vps.bake")
     given: dict[str, Any] = {"voxel": voxel, "resolution": resolution, "max_error": max_error, "repair": repair, **options}
     settings = {name: value for name, value in given.items() if value is not None}
-    unknown = sorted(settings.keys() - {
+    unknown = sorted(given.keys() - {
         "voxel", "resolution", "max_error", "repair", "layers", "scaled", "real", "voxelmap", "pointshell", "alpha",
         "sheet_thickness"})
     if unknown:
         raise TypeError(f"vps.bake has no option {unknown[0]!r}")
     if sum(name in settings for name in ("voxel", "resolution", "max_error")) != 1:
         raise ValueError("give one of voxel, resolution and max_error")
-    for name in ("voxel", "resolution", "max_error", "alpha", "sheet_thickness"):
-        kinds = (int, np.integer) if name == "resolution" else (int, float, np.integer, np.floating)
-        value = settings.get(name, 1)
-        if not isinstance(value, kinds):
-            raise TypeError(f"{name}: {'a whole number' if name == 'resolution' else 'a number'}, not {value!r}")
-        if name in ("voxel", "resolution", "max_error") and not 0 < value < np.inf:
+    for name in ("voxel", "max_error", "alpha", "sheet_thickness", "resolution"):
+        value = number(name, settings.get(name, 1))
+        if name == "resolution" and not isinstance(value, (int, np.integer)):
+            raise TypeError(f"resolution: a whole number, not {value!r}")
+        if name != "alpha" and not 0 < value < np.inf:  # of alpha the baker knows the range
             raise ValueError(f"{name}: finite and more than 0, not {value!r}")
-    if not 0 < unit < np.inf:
+    if not 0 < number("unit", unit) < np.inf:
         raise ValueError("unit: finite and more than 0 m")
     folder = "" if cache is None else os.fspath(cache)
     if isinstance(mesh, (str, os.PathLike)):
+        if faces is not None:
+            raise TypeError("faces: a mesh file has its own")
         data, notes = baker.bake(os.fspath(mesh), {**settings, "unit": unit}, folder)
         return Asset(data, notes=notes)
     if faces is None:
         if not (hasattr(mesh, "vertices") and hasattr(mesh, "faces")):
             raise TypeError("vps.bake takes vertices and faces, an object that has both, or the path of a mesh file")
         mesh, faces = mesh.vertices, mesh.faces
-    vertices = unit * np.asarray(_numbers("vertices", mesh, (3,)), np.float64)
-    triangles = _numbers("faces", faces, (3,))
+    vertices = unit * np.asarray(numbers("vertices", mesh, (3,)), np.float64)
+    triangles = numbers("faces", faces, (3,))
     if triangles.dtype.kind == "f":
         raise TypeError(f"faces are integers, not {triangles.dtype}")
     data, notes = baker.bake(np.ascontiguousarray(vertices), np.ascontiguousarray(triangles, np.int64), settings, folder)
@@ -407,13 +412,16 @@ def contacts(first: Asset, second: Asset, poses: npt.ArrayLike, *, distance: flo
     most: at most so many contacts of each pose, 1 to 1024; None: all points
     """
     matrices, shape = _poses(poses)
+    at_least_0("distance", distance)
     if most is not None:
-        few, counts = _runtime.step_contacts(_handle(first), _handle(second), matrices, distance, most, threads)
+        most = whole("most", most, 1, 1024)
+        few, counts = _runtime.step_contacts(_handle(first), _handle(second), matrices, distance, most,
+                                             _threads(threads))
         is_one = np.arange(most) < counts[:, None]
         found, deepest = few[is_one], np.where(counts > 0, few["penetration"][:, 0], -np.float32(distance))
         return Contacts(np.nonzero(is_one)[0], found["position"], found["normal"], found["penetration"], found["area"],
                         _shaped(counts.astype(np.int64), shape), _shaped(deepest.astype(np.float64), shape))
-    found, pose, results = _runtime.contacts(_handle(first), _handle(second), matrices, distance, threads)
+    found, pose, results = _runtime.contacts(_handle(first), _handle(second), matrices, distance, _threads(threads))
     return Contacts(pose, found["position"], found["inward_normal"], found["penetration"], found["area"],
                     _shaped(results["contacts"].astype(np.int64), shape), _shaped(results["delta"], shape))
 
@@ -427,7 +435,8 @@ def separation(first: Asset, second: Asset, poses: npt.ArrayLike, *, tolerance: 
     tolerance: the search may stop this far from the nearest point; faster [m]
     """
     matrices, shape = _poses(poses)
-    return _separation(_runtime.separation(_handle(first), _handle(second), matrices, tolerance, threads), shape)
+    at_least_0("tolerance", tolerance)
+    return _separation(_runtime.separation(_handle(first), _handle(second), matrices, tolerance, _threads(threads)), shape)
 
 
 def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocity: npt.ArrayLike = (0, 0, 0),
@@ -445,10 +454,12 @@ def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocit
     matrices, shape = _poses(start)
     if shape != ():
         raise ValueError(f"start has the shape (4, 4), not {(*shape, 4, 4)}")
-    motion = [_numbers(name, value, (3,)).astype(np.float64)
+    motion = [numbers(name, value, (3,)).astype(np.float64)
               for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))]
     if motion[0].shape != (3,) or motion[1].shape != (3,):
         raise ValueError("velocity and angular_velocity have the shape (3,)")
+    for name, given in (("duration", duration), ("distance", distance), ("tolerance", tolerance)):
+        at_least_0(name, given)
     impact, time, found = _runtime.time_of_impact(
         _handle(first), _handle(second), matrices, np.concatenate([*motion, [duration]]), distance, tolerance)
     return Impact(impact == 1, time, impact != 2, _separation(found, ()))
@@ -465,19 +476,13 @@ def _handle(asset: Asset) -> _runtime.Asset:
     return asset._asset
 
 
-def _numbers(name: str, value: npt.ArrayLike, last: tuple[int, ...]) -> Array:
-    """`value` as an array of real numbers whose last dimensions are `last`."""
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: numbers are needed, not {array.dtype}")
-    if last and array.shape[-len(last):] != last:
-        raise ValueError(f"{name}: the shape is (..., {', '.join(map(str, last))}), not {array.shape}")
-    return array
+def _threads(count: Any) -> int:
+    return whole("threads", count, 0, 1024)
 
 
 def _rows(name: str, value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
     """float32 rows of three for the C interface, which takes any stride between rows; and the leading shape."""
-    array = _numbers(name, value, (3,))
+    array = numbers(name, value, (3,))
     with np.errstate(over="ignore"):
         rows = array.reshape(-1, 3).astype(np.float32, copy=False)
     if rows.strides[1] != rows.itemsize:
@@ -486,7 +491,7 @@ def _rows(name: str, value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
 
 
 def _poses(value: npt.ArrayLike) -> tuple[Array, tuple[int, ...]]:
-    array = _numbers("poses", value, (4, 4))
+    array = numbers("poses", value, (4, 4))
     return array.reshape(-1, 4, 4).astype(np.float64, copy=False), array.shape[:-2]
 
 
@@ -499,7 +504,9 @@ def _shaped(rows: Array, shape: tuple[int, ...]) -> Array:
 def _asset_bytes(source: Any) -> Any:
     """The bytes of a path or a buffer, at an address that the runtime takes, which nobody changes."""
     if isinstance(source, (str, os.PathLike)):
-        with builtins.open(source, "rb") as file:
+        with builtins.open(source, "rb", opener=_at_once) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise OSError(errno.EINVAL, "this is not a regular file; give a .vps.hdf file", os.fspath(source))
             if os.fstat(file.fileno()).st_size == 0:
                 raise AssetError(f"{os.fspath(source)}: the file is empty")
             return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
@@ -513,6 +520,11 @@ def _asset_bytes(source: Any) -> Any:
     copy = np.empty((len(array) + 7) // 8, np.uint64).view(np.uint8)[:len(array)]
     copy[:] = array
     return copy
+
+
+def _at_once(path: str, flags: int) -> int:
+    """An opener that does not wait for the other end of a pipe."""
+    return os.open(path, flags | os.O_NONBLOCK)
 
 
 def _write_whole(path: Path, data: Any) -> None:
@@ -530,7 +542,7 @@ def _write_whole(path: Path, data: Any) -> None:
     except OSError as error:
         raise OSError(error.errno, error.strerror, os.fspath(path)) from None
     finally:
-        with contextlib.suppress(FileNotFoundError):
+        with contextlib.suppress(FileNotFoundError, NotADirectoryError):
             os.remove(part)
 
 

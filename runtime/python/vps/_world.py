@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import numpy as np
 import numpy.typing as npt
 
+from ._arguments import number, one_array, whole
+
 if TYPE_CHECKING:
     from . import Asset
 
@@ -46,7 +48,7 @@ class Body:
 
     @pose.setter
     def pose(self, pose: npt.ArrayLike) -> None:
-        self._world._world.set_pose(self.index, pose)
+        self._world._world.set_pose(self.index, one_array("pose", pose, (4, 4)))
 
     @property
     def velocity(self) -> Array:
@@ -55,7 +57,7 @@ class Body:
 
     @velocity.setter
     def velocity(self, velocity: npt.ArrayLike) -> None:
-        self._world._world.set_velocity(self.index, velocity, self.angular_velocity)
+        self._world._world.set_velocity(self.index, one_array("velocity", velocity, (3,)), self.angular_velocity)
 
     @property
     def angular_velocity(self) -> Array:
@@ -64,7 +66,7 @@ class Body:
 
     @angular_velocity.setter
     def angular_velocity(self, velocity: npt.ArrayLike) -> None:
-        self._world._world.set_velocity(self.index, self.velocity, velocity)
+        self._world._world.set_velocity(self.index, self.velocity, one_array("angular_velocity", velocity, (3,)))
 
     @property
     def mass(self) -> float:
@@ -73,7 +75,7 @@ class Body:
 
     def push(self, force: npt.ArrayLike = (0, 0, 0), torque: npt.ArrayLike = (0, 0, 0)) -> None:
         """Acts on the centre of mass during the next step, world frame. [N], [N m]"""
-        self._world._world.push(self.index, force, torque)
+        self._world._world.push(self.index, one_array("force", force, (3,)), one_array("torque", torque, (3,)))
 
 
 class Joint:
@@ -94,7 +96,7 @@ class Joint:
         speed: about or along the axis [rad/s] or [m/s]
         effort: largest torque or force of the motor; 0 switches it off [N m] or [N]
         """
-        self._world._world.set_motor(self._index, speed, effort)
+        self._world._world.set_motor(self._index, number("speed", speed), number("effort", effort))
 
 
 class World:
@@ -118,7 +120,7 @@ class World:
             raise ImportError("vps.World needs the module vps._bullet: install python3-vps-bullet, or build with "
                               f"VPS_BUILD_BULLET=ON ({error})") from error
         self._bullet: Any = _bullet
-        self._world: Any = _bullet.World(gravity, step)
+        self._world: Any = _bullet.World(one_array("gravity", gravity, (3,)), number("step", step))
         self.bodies: list[Body] = []
 
     @property
@@ -134,7 +136,7 @@ class World:
 
     def step(self, count: int = 1) -> None:
         """Computes `count` steps of time."""
-        self._world.step(count)
+        self._world.step(whole("count", count, 0, 2**31 - 1))
 
     def contacts(self) -> WorldContacts:
         """All contacts of the last step, those that lie ahead included."""
@@ -156,6 +158,10 @@ class World:
         mass: [kg]
         fixed: it never moves. kinematic: only `Body.pose` moves it
         """
+        from . import Asset
+
+        if not isinstance(asset, Asset):
+            raise TypeError(f"a vps.Asset is needed, not {type(asset).__name__}")
         if asset.closed:
             raise ValueError("the asset is closed")
         if asset._baked is None:  # bodies share it
@@ -168,7 +174,8 @@ class World:
                 mass: float | None = None, fixed: bool = False, kinematic: bool = False, friction: float = 0.5,
                 restitution: float = 0.0, name: str = "") -> Body:
         """Adds a box. half_extents: shape (3,) [m]; the others as for `add`."""
-        volume = float(8 * np.prod(np.asarray(half_extents, np.float64)))
+        half_extents = one_array("half_extents", half_extents, (3,))
+        volume = float(8 * np.prod(half_extents))
         options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
         return self._enter(self._world.add_box(half_extents, options), name)
 
@@ -176,14 +183,15 @@ class World:
                    fixed: bool = False, kinematic: bool = False, friction: float = 0.5, restitution: float = 0.0,
                    name: str = "") -> Body:
         """Adds a sphere. radius: [m]; the others as for `add`."""
-        volume = 4 / 3 * np.pi * radius**3
+        volume = 4 / 3 * np.pi * number("radius", radius) ** 3
         options = self._options(pose, _mass(mass, density, volume, fixed or kinematic), kinematic, friction, restitution)
         return self._enter(self._world.add_sphere(radius, options), name)
 
     def add_plane(self, normal: npt.ArrayLike = (0, 0, 1), offset: float = 0.0, *, friction: float = 0.5,
                   restitution: float = 0.0, name: str = "") -> Body:
         """Adds a fixed half-space: the solid is normal . p <= offset. offset: [m]"""
-        return self._enter(self._world.add_plane(normal, offset, self._options(_HERE, 0.0, False, friction, restitution)), name)
+        options = self._options(_HERE, 0.0, False, friction, restitution)
+        return self._enter(self._world.add_plane(one_array("normal", normal, (3,)), number("offset", offset), options), name)
 
     def load_scene(self, manifest: Union[str, "os.PathLike[str]"]) -> dict[str, Body]:
         """Adds the bodies of a scene that `vpsbake scene` has planned, by name, and sets its gravity."""
@@ -197,14 +205,16 @@ class World:
 
         point, axis: of the hinge, world frame, shape (3,) [m], [-]
         """
-        return Joint(self, self._world.add_hinge(self._own(first), self._other(second), point, axis))
+        return Joint(self, self._world.add_hinge(
+            self._own(first), self._other(second), one_array("point", point, (3,)), one_array("axis", axis, (3,))))
 
     def slider(self, first: Body, second: Body | None = None, *, axis: npt.ArrayLike) -> Joint:
         """Lets the first body only slide along an axis of the second, or of the world. axis: world frame, shape (3,)"""
-        return Joint(self, self._world.add_slider(self._own(first), self._other(second), axis))
+        return Joint(self, self._world.add_slider(self._own(first), self._other(second), one_array("axis", axis, (3,))))
 
     def _options(self, pose: npt.ArrayLike, mass: float, kinematic: bool, friction: float, restitution: float) -> Any:
-        return self._bullet.BodyOptions(pose, mass, kinematic, friction, restitution)
+        return self._bullet.BodyOptions(one_array("pose", pose, (4, 4)), mass, bool(kinematic), number("friction", friction),
+                                        number("restitution", restitution))
 
     def _enter(self, index: int, name: str) -> Body:
         self.bodies.append(Body(self, index, name))
@@ -220,7 +230,7 @@ class World:
 
 
 def _mass(mass: float | None, density: float, volume: float, stays: bool) -> float:
-    given = density * volume if mass is None else mass
-    if not 0 < given < np.inf:
-        raise ValueError("density and mass: finite and more than 0")
+    given = number("density", density) * volume if mass is None else number("mass", mass)
+    if not np.finfo(np.float32).tiny <= given <= np.finfo(np.float32).max:
+        raise ValueError("density and mass: finite and more than 0, in single precision")
     return 0.0 if stays else given

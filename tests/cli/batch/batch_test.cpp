@@ -355,7 +355,7 @@ TEST(Batch, TheCacheKeepsItsLimit) {
   for (const auto& [name, bytes] : files_below(folder / "cache")) kept += name.ends_with(".vps.hdf") ? 1 : 0;
   EXPECT_EQ(kept, 0U) << "no asset is as small";
   ::setenv("VPSBAKE_CACHE_SIZE", "large", 1);
-  expect_refusal(folder, kBake, 1, "VPSBAKE_CACHE_SIZE: large is not a size");
+  expect_refusal(folder, kBake, 1, "VPSBAKE_CACHE_SIZE: 'large' is not a size");
   fs::remove_all(folder / "out");
   EXPECT_EQ(run_batch(folder, std::string(kBake) + " --jobs 2 --cache-size 1GB", "other").code, 0);
   ::unsetenv("VPSBAKE_CACHE_SIZE");

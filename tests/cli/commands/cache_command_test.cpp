@@ -98,6 +98,7 @@ TEST(CliCacheRefusals, SayWhatToGive) {
   expect_refusal(folder, "cache stats", 1, "--cache is required");
   expect_refusal(folder, "cache stats --cache absent", 2,
                  "absent: the folder does not exist; give the folder of a cache");
+  expect_refusal(folder, "cache stats --cache /dev/null", 2, "/dev/null: this is not a folder; give the folder");
   expect_refusal(folder, "cache prune --cache .", 1, "--max-size is required");
   expect_refusal(folder, "cache prune --cache . --max-size 20", 1, "a size needs a unit");
 }

@@ -140,7 +140,13 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   const std::string cube = sample("cube");
   expect_refusal(folder, "", 1, "a mesh is required");
   expect_refusal(folder, cube + " --voxel 5", 1, "a length needs a unit; write 5mm or 5m");
-  expect_refusal(folder, cube + " --voxel five", 1, "five is not a length");
+  expect_refusal(folder, cube + " --voxel 5 --scale 2", 1, "command line: --voxel: a length needs a unit");
+  expect_refusal(folder, cube + " --voxel nan", 1, "--voxel: 'nan' is not a length; write a number with a unit");
+  expect_refusal(folder, cube + " --voxel ''", 1, "--voxel: '' is not a length; write a number with a unit");
+  expect_refusal(folder, cube + " --voxel 5mm --voxel 6mm", 1, "command line: --voxel is given twice; give it once;");
+  expect_refusal(folder, cube + " --voxel", 1, "command line: --voxel needs a value; run");
+  expect_refusal(folder, "compare", 1, "ASSET is required");
+  expect_refusal(folder, cube + " --voxel five", 1, "five' is not a length");
   expect_refusal(folder, cube + " --voxel 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel -5mm", 1, "not a positive length");
   expect_refusal(folder, cube + " --voxel nanmm", 1, "not a positive length");
@@ -154,11 +160,13 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5", 1, "a time needs a unit; write 5s or 5min");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 0s", 1, "0s is not a positive time");
-  expect_refusal(folder, cube + " --voxel 5mm --import-timeout soon", 1, "soon is not a time; write a number");
-  expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "much is not a size");
+  expect_refusal(folder, cube + " --voxel 5mm --import-timeout soon", 1, "soon' is not a time; write a number");
+  expect_refusal(folder, cube + " --voxel 5mm --import-memory much", 1, "much' is not a size");
   expect_refusal(folder, cube + " --voxel 5mm --import-memory 0", 1, "a size needs a unit");
   expect_refusal(folder, cube + " --voxel 5mm --import-memory -4GB", 1, "not a positive size");
   expect_refusal(folder, "info", 1, "ASSET... is required; run vpsbake info --help");
+  expect_refusal(folder, "info " + cube, 3, "too short to be an asset; give a .vps.hdf file, or bake it again");
+  expect_refusal(folder, "run .", 2, ".: this is a folder; give a file that vpsbake plan wrote");
   std::filesystem::copy_file(cube, folder / "cube.obj");
   expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
 }
@@ -317,7 +325,7 @@ TEST(Cli, FieldErrorAndSpacingAreOptions) {
   expect_refusal(folder, bolt + "--field-error 0.1", 1, "a number of voxels needs a unit; write 0.1vx");
   expect_refusal(folder, bolt + "--field-error 0.1mm", 1, "unknown unit 'mm'; use one of vx");
   expect_refusal(folder, bolt + "--field-error little", 1,
-                 "little is not a number of voxels; write a number with a "
+                 "little' is not a number of voxels; write a number with a "
                  "unit, such as 0.1vx");
   expect_refusal(folder, bolt + "--field-error -1vx", 1, "not a positive number of voxels");
   expect_refusal(folder, bolt + "--field-error 0.1vx --parts pointshell", 1, "--field-error needs the voxelmap");

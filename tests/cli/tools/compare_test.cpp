@@ -179,7 +179,7 @@ TEST(Compare, WhatIsNoAssetIsRefused) {
   ASSERT_EQ(vpsbake(folder, sample("cube") + " --voxel 5mm -o a.vps.hdf").code, 0);
   expect_refusal(folder, "compare a.vps.hdf missing.vps.hdf", 2, "missing.vps.hdf");
   expect_refusal(folder, "compare a.vps.hdf " + sample("icosphere"), 3, "this is not a vpsbake asset");
-  expect_refusal(folder, "compare a.vps.hdf", 1, "B is required; run vpsbake compare --help");
+  expect_refusal(folder, "compare a.vps.hdf", 1, "OTHER is required; run vpsbake compare --help");
 }
 
 }  // namespace

@@ -102,6 +102,15 @@ TEST_F(Validate, AnAssetIsTrueToItsMesh) {
   EXPECT_NE(text.out.find("a.vps.hdf: valid, 19 checks\n"), std::string::npos) << text.out;
 }
 
+// Some points lie exactly on a sphere, by hypot 1e-19 m outside.
+TEST_F(Validate, FreshAssetsOfSampleMeshesAreValid) {
+  for (const char* const name : {"gear", "nut"}) {
+    ASSERT_EQ(vpsbake(folder_, sample(name) + " -o fresh.vps.hdf").code, 0);
+    const Outcome run = vpsbake(folder_, "validate fresh.vps.hdf");
+    EXPECT_EQ(run.code, 0) << name << ": " << run.out;
+  }
+}
+
 // Their walls and gaps are thinner than rounding, and their far grid is 20 voxels wide.
 TEST_F(Validate, FreshAssetsOfSliversAndSlitsAreValid) {
   write_file(folder_ / "sliver.obj",
