@@ -195,3 +195,12 @@ def test_numbers_of_queries_that_are_no_numbers(sphere):
         _one_line(error, "most: ", lambda most=most: vps.contacts(sphere, sphere, pose, most=most))
     _one_line(TypeError, "density: a number", lambda: sphere.mass_properties("x"))
     _one_line(TypeError, "step: a number", lambda: sphere.surface("x"))
+
+
+def test_numbers_from_numpy_are_numbers(cube):
+    poses = np.eye(4)
+    for distance in (np.float32(1e-3), np.array(1e-3), 0):
+        vps.contacts(cube, cube, poses, distance=distance)
+    for distance in ("1mm", None, [1e-3], np.array([1e-3])):
+        with pytest.raises(TypeError, match="^distance: a number, not"):
+            vps.contacts(cube, cube, poses, distance=distance)

@@ -11,7 +11,9 @@ Array = npt.NDArray[Any]
 
 
 def number(name: str, value: Any) -> Any:
-    """`value`, if it is a real number."""
+    """`value`, if it is a real number, or an array of one without dimensions."""
+    if isinstance(value, np.ndarray) and value.shape == () and value.dtype.kind in "fiu":
+        return value[()]
     if not isinstance(value, (int, float, np.integer, np.floating)):
         raise TypeError(f"{name}: a number, not {value!r}")
     return value
