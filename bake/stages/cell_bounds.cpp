@@ -79,15 +79,17 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
     float bound = found[n].sides.worst();
     if (bound > limits_.enough && depth < kDeepest) {
       std::vector<std::uint32_t>& group = groups_[static_cast<std::size_t>(depth)];
-      group.clear();
+      group.resize(std::max(near.size(), group.size()));
+      std::size_t count = 0;
       for (std::size_t i = 0; i < near.size(); ++i) {
-        if (distances[i][n] <= cells.reach[n]) group.push_back(near[i]);
+        group[count] = near[i];
+        count += distances[i][n] <= cells.reach[n] ? 1 : 0;
       }
       const Vector low =
           cube.low + static_cast<double>(cube.edge) *
                          Vector(static_cast<int>(n) & 1, static_cast<int>(n) >> 1 & 1, static_cast<int>(n) >> 2);
       const CellCube parts{low, cube.edge / 2, halved(cube.most_stored, n), halved(cube.least_stored, n)};
-      bound = std::min(bound, this->bound(parts, group, found[n], depth + 1));
+      bound = std::min(bound, this->bound(parts, std::span(group).first(count), found[n], depth + 1));
     }
     worst = std::max(worst, bound);
   }

@@ -18,7 +18,7 @@
 namespace vps::bake::detail {
 inline constexpr float kFar = std::numeric_limits<float>::infinity();
 inline constexpr float kHalfOfDiagonal = 0.8660255F;  // of a cube whose edge is 1, rounded up
-inline constexpr float kLonger = 0.25F;
+inline constexpr float kLonger = 0.4F;
 inline constexpr float kBeyondCore = 0.45F;  // kSheetThickness and this are less than half a voxel's diagonal
 }  // namespace vps::bake::detail
 #endif

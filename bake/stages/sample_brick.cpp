@@ -113,14 +113,14 @@ void BrickSampler::list_triangles() {
   for (const std::uint32_t t : listed_) {
     float_listed_.push_back(float_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
     if (tolerance_.prove)
-      proof_listed_.push_back(proof_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
+      proof_listed_.push_back(proof_triangle(float_listed_.back(), surface_, t, centre, grid_.voxel_size));
   }
   std::vector<std::uint32_t> all(listed_.size());
   std::iota(all.begin(), all.end(), 0U);
   near_bricks_ = near_octants(octant_base_, kQuarters * static_cast<std::int32_t>(kBrickEdge), all);
 }
 
-std::span<const std::uint32_t> BrickSampler::near(const FieldBrick& brick) {
+NearList BrickSampler::near(const FieldBrick& brick) {
   int octant = 0;
   for (int axis = 0; axis < 3; ++axis)
     octant |= place_in_octant(brick)[static_cast<std::size_t>(axis)] / kCells << axis;
@@ -149,10 +149,16 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
       least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
     }
     // The factor is for rounding.
-    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F) + farther;
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      if (distances[i][octant] - float_listed_[from[i]].error <= limit) near.positions.push_back(from[i]);
-    }
+    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    const auto add = [&](float above, float up_to) {
+      for (std::size_t i = 0; i < from.size(); ++i) {
+        const float distance = distances[i][octant] - float_listed_[from[i]].error;
+        if (distance > above && distance <= up_to) near.positions.push_back(from[i]);
+      }
+    };
+    add(-std::numeric_limits<float>::infinity(), limit);
+    near.closest[octant] = static_cast<std::uint32_t>(near.positions.size()) - near.start[octant];
+    if (farther > 0) add(limit, limit + farther);
     near.start[octant + 1] = static_cast<std::uint32_t>(near.positions.size());
   }
   return near;

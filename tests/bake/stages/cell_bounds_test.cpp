@@ -161,7 +161,8 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
       std::vector<ProofTriangle> triangles;
       std::vector<std::uint32_t> near;
       for (std::uint32_t t = 0; t < scene.surface.triangles.size(); ++t) {
-        triangles.push_back(proof_triangle(scene.surface, t, centre, kVoxel, 2));
+        triangles.push_back(
+            proof_triangle(float_triangle(scene.surface, t, centre, kVoxel, 2), scene.surface, t, centre, kVoxel));
         near.push_back(t);
       }
       const double bound = double(CellBounds(triangles, {kCore, kCore, kEnough}).bound(cube, near));
