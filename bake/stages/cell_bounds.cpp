@@ -40,6 +40,7 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
   SheetCells cells;
   cells.edge = cube.edge;
   cells.core = std::max(limits_.core_inner, limits_.core_outer);
+  cells.farthest = known.farthest;
   for (std::size_t n = 0; n < kCubeCells; ++n) {
     const auto at = [&](int axis) {
       return static_cast<float>(cube.low[axis]) + cube.edge * (static_cast<float>(n >> axis & 1) + 0.5F);
@@ -65,6 +66,7 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
   bool all_good = true;
   for (std::size_t n = 0; n < kCubeCells; ++n) {
     found[n] = known;
+    found[n].farthest = cells.far[n];
     found[n].improve({cells.bound[n], cells.bound[n]});
     if (good(found[n])) continue;
     // A sample has the right sign, and that is the whole cell's where it holds no surface.

@@ -54,6 +54,7 @@ class CellBounds {
   struct Known {
     Sides sides{kInfinite, kInfinite};
     float sign = 0;
+    float farthest = kInfinite;  // no point of it is farther from the surface
     void improve(const Sides& other) {
       sides = {std::min(sides.above, other.above), std::min(sides.below, other.below)};
     }

@@ -128,6 +128,22 @@ HWY_INLINE Lanes length_1(Lanes x, Lanes y, Lanes z) {
   return hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
 }
 
+// The largest value(distance, first corner) at the corners of a cell.
+template <class Value>
+HWY_INLINE float largest_at_corners(const ProofTriangle& t, const float* centre, float edge, Value value) {
+  alignas(32) static constexpr float kSigns[3][8] = {
+      {-1, 1, -1, 1, -1, 1, -1, 1}, {-1, -1, 1, 1, -1, -1, 1, 1}, {-1, -1, -1, -1, 1, 1, 1, 1}};
+  Lanes most = all(-kFar);
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    const auto place = [&](std::size_t axis) HWY_ATTR {
+      return hn::Add(all(centre[axis]), hn::Mul(hn::Load(cell_lanes, kSigns[axis] + i), all(edge / 2)));
+    };
+    Places unused;
+    most = hn::Max(most, value(distance<false>(t, {place(0), place(1), place(2)}, unused), i));
+  }
+  return hn::GetLane(hn::MaxOfLanes(cell_lanes, most));
+}
+
 // The distances of centres from all triangles, and which is closest.
 HWY_INLINE void measure_distances(const ProofTriangle* triangles, std::span<const std::uint32_t> near,
                                   SheetCells& cells, OfCells* distances) {
@@ -146,6 +162,15 @@ HWY_INLINE void measure_distances(const ProofTriangle* triangles, std::span<cons
     hn::Store(least, cell_lanes, cells.least.data() + i);
     hn::Store(closest, cell_lanes, cells.closest.data() + i);
   }
+  for (std::size_t n = 0; n < kCubeCells; ++n) {
+    cells.far[n] = std::min(cells.farthest, cells.least[n] + kHalfOfDiagonal * cells.edge);
+    // The distance to a triangle is convex. Beyond the core a sphere around the cell counts.
+    if (cells.least[n] > cells.core || cells.least[n] > cells.edge) continue;
+    const ProofTriangle& t = triangles[near[static_cast<std::size_t>(cells.closest[n])]];
+    const float centre[3] = {cells.x[n], cells.y[n], cells.z[n]};
+    const float most = largest_at_corners(t, centre, cells.edge, [](Lanes d, std::size_t) HWY_ATTR { return d; });
+    cells.far[n] = std::min(cells.far[n], most + 2 * t.error);
+  }
 }
 
 template <bool kSheet>
@@ -161,8 +186,9 @@ HWY_INLINE void by_sheet(const ProofTriangle* triangles, std::span<const std::ui
     const Lanes nearest = hn::Add(least, all(2 * cells.error + 1e-5F));
     // Points of the cell count up to the distance `far`; a line along the sheet's normal is longer by `more` at most.
     const Lanes known = all(cells.core + kBeyondCore);
-    const auto all_known = hn::Le(hn::Add(least, all(half)), known);
-    const Lanes far = hn::Min(hn::Add(least, all(half)), known);
+    const Lanes farthest = hn::Load(cell_lanes, cells.far.data() + i);
+    const auto all_known = hn::Le(farthest, known);
+    const Lanes far = hn::Min(farthest, known);
     const Lanes more = hn::Min(hn::Mul(far, all(kLonger)), all(kSheetThickness));
     const Lanes least_facing = hn::Div(far, hn::Add(far, more));
     const Lanes reach = hn::Max(hn::Add(hn::Add(far, more), all(half + 2 * cells.error)), nearest);
@@ -356,18 +382,10 @@ OfCells above_triangles(const ProofTriangle* triangles, std::span<const std::uin
 }
 
 float below_triangle(const ProofTriangle& t, const SidedCell& cell) {
-  alignas(32) static constexpr float kSigns[3][8] = {
-      {-1, 1, -1, 1, -1, 1, -1, 1}, {-1, -1, 1, 1, -1, -1, 1, 1}, {-1, -1, -1, -1, 1, 1, 1, 1}};
-  Lanes most = all(-kFar);
-  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
-    const auto place = [&](std::size_t axis) HWY_ATTR {
-      return hn::Add(all(cell.centre[axis]), hn::Mul(hn::Load(cell_lanes, kSigns[axis] + i), all(cell.edge / 2)));
-    };
-    Places unused;
-    const Lanes d = distance<false>(t, {place(0), place(1), place(2)}, unused);
-    most = hn::Max(most, hn::Sub(d, hn::Load(cell_lanes, cell.least_stored.data() + i)));
-  }
-  return hn::GetLane(hn::MaxOfLanes(cell_lanes, most)) + 2 * t.error;
+  const float* const least = cell.least_stored.data();
+  return largest_at_corners(t, cell.centre.data(), cell.edge, [&](Lanes d, std::size_t i) HWY_ATTR {
+    return hn::Sub(d, hn::Load(cell_lanes, least + i));
+  }) + 2 * t.error;
 }
 
 }  // namespace vps::bake::detail::HWY_NAMESPACE

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "bake/stages/float_distances.h"
@@ -25,11 +26,13 @@ struct SheetCells {
   alignas(32) std::array<OfCells, kCubeCells> least_stored{}, most_stored{};
   float edge = 0;
   float core = 0;  ///< the larger one
+  float farthest = std::numeric_limits<float>::infinity();  ///< no point of the cube is farther from the surface
 
   // Results.
   float error = 0;                  ///< largest error of the triangles
   alignas(32) OfCells least;        ///< distance of the centre from the triangles
   alignas(32) OfCells closest;      ///< place in the list of the triangle at this distance
+  alignas(32) OfCells far;          ///< no point of the cell is farther from the surface
   alignas(32) OfCells reach;        ///< triangles up to this distance count
   alignas(32) OfCells bound;        ///< infinite where a plane proves nothing
   /// How far interpolation can be above the distance outside, and below it inside; infinite where not proven.
