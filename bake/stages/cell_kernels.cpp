@@ -19,6 +19,7 @@ namespace vps::bake::detail {
 inline constexpr float kFar = std::numeric_limits<float>::infinity();
 inline constexpr float kHalfOfDiagonal = 0.8660255F;  // of a cube whose edge is 1, rounded up
 inline constexpr float kLonger = 0.4F;
+inline constexpr float kFarShare = 0.75F;
 inline constexpr float kBeyondCore = 0.45F;  // kSheetThickness and this are less than half a voxel's diagonal
 }  // namespace vps::bake::detail
 #endif
@@ -351,12 +352,22 @@ OfCells above_triangles(const ProofTriangle* triangles, std::span<const std::uin
     const Lanes core = hn::Load(cell_lanes, cells.core.data() + i);
     const Lanes zero = hn::Zero(cell_lanes);
     const Places grows = slope(lanes);
+    Lanes most = zero;
+    for (const Lanes stored : lanes.stored) most = hn::Max(most, stored);
+    const float half = kHalfOfDiagonal * cells.edge;
     Lanes above = zero;
     auto open = hn::Ge(reach, zero);
     for (std::size_t n = 0; n < near.size() && !hn::AllFalse(cell_lanes, open); ++n) {
-      const auto counts = hn::And(open, hn::Le(hn::LoadU(cell_lanes, distances[n].data() + i), reach));
-      if (hn::AllFalse(cell_lanes, counts)) continue;
       const ProofTriangle& t = triangles[near[n]];
+      const Lanes d = hn::LoadU(cell_lanes, distances[n].data() + i);
+      auto counts = hn::And(open, hn::Le(d, reach));
+      // No point of the cell is nearer than this.
+      const Lanes nearest = hn::Sub(d, all(half + 2 * t.error));
+      const Lanes by_way = hn::Sub(most, nearest);
+      const auto far = hn::And(hn::And(counts, hn::Gt(nearest, zero)), hn::Le(by_way, all(kFarShare * cells.enough)));
+      above = hn::IfThenElse(far, hn::Max(above, by_way), above);
+      counts = hn::AndNot(far, counts);
+      if (hn::AllFalse(cell_lanes, counts)) continue;
       // Less the error.
       const Lanes enough = all(cells.enough - 2 * t.error), below = all(-2 * t.error);
       AboveFloor found = above_floor(lanes, plane_floor(t, lanes.m));

@@ -142,25 +142,34 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
   std::vector<std::array<float, 16>> distances(from.size());
   triangle_distances(float_listed_, from, centres, distances);
   const float farther = tolerance_.prove ? kSheetThickness + 0.01F : 0;
-  NearTriangles near;
-  for (std::size_t octant = 0; octant < 8; ++octant) {
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
+  std::array<float, 8> least;
+  least.fill(std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const float error = float_listed_[from[i]].error;
+    for (std::size_t octant = 0; octant < 8; ++octant) {
+      least[octant] = std::min(least[octant], distances[i][octant] + error);
+      distances[i][octant] -= error;
     }
-    // The factor is for rounding.
-    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
-    const auto add = [&](float above, float up_to) {
-      for (std::size_t i = 0; i < from.size(); ++i) {
-        const float distance = distances[i][octant] - float_listed_[from[i]].error;
-        if (distance > above && distance <= up_to) near.positions.push_back(from[i]);
-      }
-    };
-    add(-std::numeric_limits<float>::infinity(), limit);
-    near.closest[octant] = static_cast<std::uint32_t>(near.positions.size()) - near.start[octant];
-    if (farther > 0) add(limit, limit + farther);
-    near.start[octant + 1] = static_cast<std::uint32_t>(near.positions.size());
   }
+  NearTriangles near;
+  near.positions.resize(8 * from.size());
+  std::vector<std::uint32_t> farther_ones(from.size());
+  std::uint32_t* end = near.positions.data();
+  for (std::size_t octant = 0; octant < 8; ++octant) {
+    // The factor is for rounding.
+    const float limit = (least[octant] + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    std::size_t closest = 0, others = 0;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const float distance = distances[i][octant];
+      end[closest] = farther_ones[others] = from[i];
+      closest += distance <= limit ? 1 : 0;
+      others += distance > limit && distance <= limit + farther ? 1 : 0;
+    }
+    end = std::copy_n(farther_ones.begin(), others, end + closest);
+    near.closest[octant] = static_cast<std::uint32_t>(closest);
+    near.start[octant + 1] = static_cast<std::uint32_t>(end - near.positions.data());
+  }
+  near.positions.resize(near.start[8]);
   return near;
 }
 
