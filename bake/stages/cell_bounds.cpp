@@ -53,19 +53,20 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
       cells.most_stored[c][n] = cube.most_stored[kCornerAt[n] + kCornerAt[c]];
     }
   }
+  std::array<Known, kCubeCells> found;
+  found.fill(known);
+  bool need_plane = known.sign == 0 || (known.sign > 0 ? known.sides.above : known.sides.below) > limits_.enough;
+  if (depth == 0) need_plane = by_samples(cells, cube.exact, found);
   std::vector<OfCells>& distances = distances_[static_cast<std::size_t>(depth)];
   distances.resize(std::max(near.size(), distances.size()));
   // No plane is needed to show that interpolation is not too far from the surface.
-  const float towards = known.sign > 0 ? known.sides.above : known.sides.below;
-  if (known.sign != 0 && towards <= limits_.enough) {
-    measure_cells(triangles_, near, cells, distances);
-  } else {
+  if (need_plane) {
     prove_by_plane(triangles_, near, cells, distances);
+  } else {
+    measure_cells(triangles_, near, cells, distances);
   }
-  std::array<Known, kCubeCells> found;
   bool all_good = true;
   for (std::size_t n = 0; n < kCubeCells; ++n) {
-    found[n] = known;
     found[n].farthest = cells.far[n];
     found[n].improve({cells.bound[n], cells.bound[n]});
     if (good(found[n])) continue;
@@ -96,6 +97,24 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
     worst = std::max(worst, bound);
   }
   return worst;
+}
+
+// Where samples lie on one side and are far enough away, so do the cells between them.
+// @return whether there are others
+bool CellBounds::by_samples(const SheetCells& cells, const std::array<float, 27>& exact, std::span<Known> found) const {
+  std::array<OfCells, kCubeCells> corners;
+  for (std::size_t n = 0; n < kCubeCells; ++n) {
+    for (std::size_t c = 0; c < 8; ++c) corners[c][n] = exact[kCornerAt[n] + kCornerAt[c]];
+  }
+  const OfCells above = prove_by_samples(cells, corners);
+  bool others = false;
+  for (std::size_t n = 0; n < kCubeCells; ++n) {
+    others = others || above[n] > limits_.enough;
+    if (above[n] == kInfinite) continue;
+    found[n].sign = corners[0][n] > 0 ? 1 : -1;
+    (found[n].sign > 0 ? found[n].sides.above : found[n].sides.below) = above[n];
+  }
+  return others;
 }
 
 // Whether no surface lies in a cell.
@@ -143,8 +162,8 @@ void CellBounds::by_triangles(const SheetCells& cells, std::span<const std::uint
   std::array<float, kCubeCells> signs{};
   for (std::size_t n = 0; n < kCubeCells; ++n) {
     const float sign = found[n].sign != 0 ? found[n].sign : side_of_centre(cells, n);
-    // A triangle's plane or tangent leaves out no more than this.
-    const bool tried = !good(found[n]) && cells.least[n] >= cells.edge / 2;
+    // Nearer to the surface, planes and tangents hardly ever leave out all triangles.
+    const bool tried = !good(found[n]) && cells.least[n] >= 0.6F * cells.edge;
     signs[n] = tried ? sign : 0;
     if (signs[n] == 0) continue;
     float& towards = sign > 0 ? found[n].sides.above : found[n].sides.below;

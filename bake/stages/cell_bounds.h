@@ -20,6 +20,7 @@ struct CellCube {
   float edge = 0;               ///< of a cell. [vx]
   /// Signed distances as stored, x fastest: at most these in size, and at least these. [vx]
   std::array<float, 27> most_stored, least_stored;
+  std::array<float, 27> exact{};  ///< signed distances, or nearer to 0. [vx]
 };
 
 /// What a bound has to cover. Lengths are in voxels.
@@ -61,6 +62,7 @@ class CellBounds {
   };
 
   float bound(const CellCube& cube, std::span<const std::uint32_t> near, const Known& known, int depth);
+  bool by_samples(const SheetCells& cells, const std::array<float, 27>& exact, std::span<Known> found) const;
   [[nodiscard]] static bool is_clear(const SheetCells& cells, std::size_t n);
   [[nodiscard]] static float side_of_centre(const SheetCells& cells, std::size_t n);
   [[nodiscard]] Sides by_centre(const SheetCells& cells, std::size_t n, float sign) const;

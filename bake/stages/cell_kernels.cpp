@@ -268,6 +268,43 @@ void by_nothing(const ProofTriangle* triangles, std::span<const std::uint32_t> n
   cells.below.fill(kFar);
 }
 
+OfCells by_samples(const SheetCells& cells, const std::array<OfCells, kCubeCells>& exact) {
+  OfCells out;
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    const Lanes zero = hn::Zero(cell_lanes);
+    const auto inside = hn::Lt(hn::LoadU(cell_lanes, exact[0].data() + i), zero);
+    const auto outwards = [&](Lanes v) HWY_ATTR { return hn::IfThenElse(inside, hn::Neg(v), v); };
+    Lanes distance[8];
+    Lanes least = all(kFar), above = zero;
+    for (std::size_t c = 0; c < 8; ++c) {
+      distance[c] = outwards(hn::LoadU(cell_lanes, exact[c].data() + i));
+      const Lanes stored = hn::Max(outwards(hn::Load(cell_lanes, cells.most_stored[c].data() + i)),
+                                   outwards(hn::Load(cell_lanes, cells.least_stored[c].data() + i)));
+      least = hn::Min(least, distance[c]);
+      above = hn::Max(above, hn::Sub(stored, distance[c]));
+    }
+    // By how much the squares of the edges exceed those of the least differences along them.
+    Lanes missing = zero;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t step = std::size_t{1} << axis;
+      Lanes low = all(kFar), high = all(-kFar);
+      for (std::size_t c = 0; c < 8; ++c) {
+        if ((c & step) != 0) continue;
+        const Lanes along = hn::Sub(distance[c + step], distance[c]);
+        low = hn::Min(low, along);
+        high = hn::Max(high, along);
+      }
+      const Lanes slope = hn::Max(hn::Max(low, hn::Neg(high)), zero);
+      missing = hn::Add(missing, hn::Max(hn::Sub(all(cells.edge * cells.edge), hn::Mul(slope, slope)), zero));
+    }
+    const Lanes squared = hn::Sub(hn::Mul(least, least), hn::Mul(all(0.25F), missing));
+    const auto clear = hn::And(hn::Gt(least, all(kHalfOfDiagonal * cells.edge + 1e-5F)), hn::Gt(squared, zero));
+    const Lanes dip = hn::Sub(least, hn::Sqrt(hn::Max(squared, zero)));
+    hn::StoreU(hn::IfThenElse(clear, hn::Add(hn::Add(above, dip), all(1e-5F)), all(kFar)), cell_lanes, out.data() + i);
+  }
+  return out;
+}
+
 // A linear function for each cell that is nowhere above the distance from a triangle, and at most a unit steep.
 struct Floor {
   Places slope;
@@ -384,8 +421,8 @@ OfCells above_triangles(const ProofTriangle* triangles, std::span<const std::uin
       }
       const auto in_core = hn::And(counts, hn::Le(hn::Sub(below, found.below_zero), core));
       above = hn::IfThenElse(in_core, hn::Max(above, hn::Add(found.above, all(2 * t.error))), above);
-      open = hn::AndNot(hn::Or(hn::And(counts, hn::Ge(found.below_zero, below)), hn::Gt(above, all(cells.enough))),
-                        open);
+      open =
+          hn::AndNot(hn::Or(hn::And(counts, hn::Ge(found.below_zero, below)), hn::Gt(above, all(cells.enough))), open);
     }
     hn::StoreU(hn::IfThenElse(open, above, all(kFar)), cell_lanes, out.data() + i);
   }
@@ -394,9 +431,10 @@ OfCells above_triangles(const ProofTriangle* triangles, std::span<const std::uin
 
 float below_triangle(const ProofTriangle& t, const SidedCell& cell) {
   const float* const least = cell.least_stored.data();
-  return largest_at_corners(t, cell.centre.data(), cell.edge, [&](Lanes d, std::size_t i) HWY_ATTR {
-    return hn::Sub(d, hn::Load(cell_lanes, least + i));
-  }) + 2 * t.error;
+  return largest_at_corners(t, cell.centre.data(), cell.edge,
+                            [&](Lanes d, std::size_t i)
+                                HWY_ATTR { return hn::Sub(d, hn::Load(cell_lanes, least + i)); }) +
+         2 * t.error;
 }
 
 }  // namespace vps::bake::detail::HWY_NAMESPACE
@@ -405,15 +443,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::bake {
 namespace detail {
+HWY_EXPORT(by_samples);
 HWY_EXPORT(by_plane);
 HWY_EXPORT(by_nothing);
 HWY_EXPORT(above_triangles);
 HWY_EXPORT(below_triangle);
 }  // namespace detail
 
+OfCells prove_by_samples(const SheetCells& cells, const std::array<OfCells, kCubeCells>& exact) {
+  using namespace detail;  // Highway's macros take names without a namespace
+  return HWY_DYNAMIC_DISPATCH(by_samples)(cells, exact);
+}
+
 void prove_by_plane(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near, SheetCells& cells,
                     std::span<OfCells> distances) {
-  using namespace detail;  // Highway's macros take names without a namespace
+  using namespace detail;
   HWY_DYNAMIC_DISPATCH(by_plane)(triangles.data(), near, cells, distances.data());
 }
 

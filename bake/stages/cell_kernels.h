@@ -25,20 +25,24 @@ struct SheetCells {
   /// [corner][cell] signed distances as stored: at least these, and at most these in size.
   alignas(32) std::array<OfCells, kCubeCells> least_stored{}, most_stored{};
   float edge = 0;
-  float core = 0;  ///< the larger one
+  float core = 0;                                           ///< the larger one
   float farthest = std::numeric_limits<float>::infinity();  ///< no point of the cube is farther from the surface
 
   // Results.
-  float error = 0;                  ///< largest error of the triangles
-  alignas(32) OfCells least;        ///< distance of the centre from the triangles
-  alignas(32) OfCells closest;      ///< place in the list of the triangle at this distance
-  alignas(32) OfCells far;          ///< no point of the cell is farther from the surface
-  alignas(32) OfCells reach;        ///< triangles up to this distance count
-  alignas(32) OfCells bound;        ///< infinite where a plane proves nothing
+  float error = 0;              ///< largest error of the triangles
+  alignas(32) OfCells least;    ///< distance of the centre from the triangles
+  alignas(32) OfCells closest;  ///< place in the list of the triangle at this distance
+  alignas(32) OfCells far;      ///< no point of the cell is farther from the surface
+  alignas(32) OfCells reach;    ///< triangles up to this distance count
+  alignas(32) OfCells bound;    ///< infinite where a plane proves nothing
   /// How far interpolation can be above the distance outside, and below it inside; infinite where not proven.
   alignas(32) OfCells above, below;
   alignas(32) OfCells lowest, highest;  ///< heights of the centre over the nearest triangles
 };
+
+/// How far interpolation can be above the distance in cells without surface, from the samples at their corners alone.
+/// @param exact  [corner][cell] signed distances, or nearer to 0
+[[nodiscard]] OfCells prove_by_samples(const SheetCells& cells, const std::array<OfCells, kCubeCells>& exact);
 
 /// @param distances  receives those of the centres from each triangle
 void prove_by_plane(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near, SheetCells& cells,
@@ -49,7 +53,7 @@ void measure_cells(std::span<const ProofTriangle> triangles, std::span<const std
 
 /// Cells whose centres lie on a known side. Distances are positive there.
 struct SidedCells {
-  alignas(32) OfCells x, y, z;  ///< centres
+  alignas(32) OfCells x, y, z;                              ///< centres
   alignas(32) std::array<OfCells, kCubeCells> most_stored;  ///< [corner][cell] distances as stored: at most these
   alignas(32) OfCells reach;  ///< triangles up to this distance count; negative: the cell is left out
   alignas(32) OfCells core;   ///< how far interpolation has to be good

@@ -294,6 +294,7 @@ double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const 
     const auto at = static_cast<std::size_t>(FieldBrick::in_octant(octant, static_cast<int>(n)));
     cube.most_stored[n] = static_cast<float>(-brick.fitted[at] / s);
     cube.least_stored[n] = static_cast<float>(-std::clamp(brick.fitted[at], -clamp, clamp) / s);
+    cube.exact[n] = static_cast<float>(-brick.value[at] / s);
     nearest = std::min(nearest, std::abs(brick.value[at]) / s);
     shift = std::max(shift, std::abs(brick.fitted[at] - brick.value[at]) / s);
   }

@@ -155,7 +155,10 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
       const double shift = n % 3 == 0 ? 0.1 : 0.1 * random.next();
       for (std::size_t i = 0; i < 27; ++i) {
         const Vector at = cube.low + double(cube.edge) * Vector(int(i % 3), int(i / 3 % 3), int(i / 9));
-        stored[i] = signed_distance(centre + kVoxel * at) + shift;
+        const double exact = signed_distance(centre + kVoxel * at);
+        // Also with samples of which less is known.
+        cube.exact[i] = n % 5 == 0 ? 0 : static_cast<float>(std::clamp(exact, -2.0, 2.0));
+        stored[i] = exact + shift;
         cube.most_stored[i] = cube.least_stored[i] = static_cast<float>(stored[i]);
       }
       std::vector<ProofTriangle> triangles;
