@@ -70,8 +70,9 @@ float CellBounds::bound(const CellCube& cube, std::span<const std::uint32_t> nea
     found[n].farthest = cells.far[n];
     found[n].improve({cells.bound[n], cells.bound[n]});
     if (good(found[n])) continue;
-    // A sample has the right sign, and that is the whole cell's where it holds no surface.
-    if (depth == 0 && is_clear(cells, n)) found[n].sign = cells.most_stored[0][n] > 0 ? 1 : -1;
+    // A cell without surface lies on the side of its samples.
+    const float sample = cube.exact[kCornerAt[n]];
+    if (depth == 0 && sample != 0 && is_clear(cells, n)) found[n].sign = sample > 0 ? 1 : -1;
     const float sign = found[n].sign != 0 ? found[n].sign : side_of_centre(cells, n);
     found[n].improve(by_centre(cells, n, sign));
     all_good = all_good && good(found[n]);

@@ -20,7 +20,7 @@ struct CellCube {
   float edge = 0;               ///< of a cell. [vx]
   /// Signed distances as stored, x fastest: at most these in size, and at least these. [vx]
   std::array<float, 27> most_stored, least_stored;
-  std::array<float, 27> exact{};  ///< signed distances, or nearer to 0. [vx]
+  std::array<float, 27> exact{};  ///< signed distances, or nearer to 0 on the same side; 0: not known. [vx]
 };
 
 /// What a bound has to cover. Lengths are in voxels.
