@@ -118,6 +118,26 @@ TriangleMesh turned_ring(std::uint64_t seed, double bumps = 0) {
   return mesh;
 }
 
+// Tetrahedra that are smaller than their distances.
+TriangleMesh loose_tetrahedra(std::uint64_t seed, double size) {
+  Random random(seed);
+  TriangleMesh mesh;
+  for (int n = 0; n < 64; ++n) {
+    const double x = random.next(), y = random.next(), z = random.next();
+    const Vector centre = 2.5 * size * (Vector(n % 4, n / 4 % 4, n / 16) + 0.4 * Vector(x, y, z));
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const Vector& way : {Vector(1, 1, 1), Vector(1, -1, -1), Vector(-1, 1, -1), Vector(-1, -1, 1)}) {
+      const double a = random.next(), b = random.next(), c = random.next();
+      const Vector p = centre + size / 2 * way.cwiseProduct(Vector(0.2 + a, 0.2 + b, 0.2 + c));
+      mesh.vertices.push_back({p.x(), p.y(), p.z()});
+    }
+    for (const auto& t : {std::array<std::uint32_t, 3>{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+  }
+  return mesh;
+}
+
 TEST(CellBounds, NoErrorThatIsClimbedToExceedsTheBound) {
   for (const std::uint64_t seed : {11, 13, 25}) {
     const SampledField field(turned_ring(seed), 0.003, 2.5);
@@ -139,7 +159,10 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
   constexpr float kEnough = 0.4F;
   int proven = 0, tight = 0;
   for (std::uint64_t seed = 0; seed < 16; ++seed) {
-    const Scene scene(turned_ring(seed, seed % 2 == 0 ? 0 : 0.4 * kVoxel), kVoxel);
+    const Scene scene(seed % 4 == 3   ? loose_tetrahedra(seed, kVoxel)
+                      : seed % 4 == 1 ? turned_ring(seed, 0.4 * kVoxel)
+                                      : turned_ring(seed),
+                      kVoxel);
     const InsideTest inside(scene.surface, scene.grid);
     const TriangleTree tree(scene.surface, 8 * kVoxel);
     const Distances distances{scene.surface, tree, tree.error() + 1e-5 * kVoxel};
