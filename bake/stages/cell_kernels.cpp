@@ -18,7 +18,8 @@
 namespace vps::bake::detail {
 inline constexpr float kFar = std::numeric_limits<float>::infinity();
 inline constexpr float kHalfOfDiagonal = 0.8660255F;  // of a cube whose edge is 1, rounded up
-inline constexpr float kLonger = 0.25F;
+inline constexpr float kLonger = 0.4F;
+inline constexpr float kFarShare = 0.75F;
 inline constexpr float kBeyondCore = 0.45F;  // kSheetThickness and this are less than half a voxel's diagonal
 }  // namespace vps::bake::detail
 #endif
@@ -128,25 +129,67 @@ HWY_INLINE Lanes length_1(Lanes x, Lanes y, Lanes z) {
   return hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Abs(z));
 }
 
-void by_plane(const ProofTriangle* triangles, std::span<const std::uint32_t> near, SheetCells& cells,
-              std::array<float, kCubeCells>* distances) {
-  const Lanes infinite = all(kFar);
+// The largest value(distance, first corner) at the corners of a cell.
+template <class Value>
+HWY_INLINE float largest_at_corners(const ProofTriangle& t, const float* centre, float edge, Value value) {
+  alignas(32) static constexpr float kSigns[3][8] = {
+      {-1, 1, -1, 1, -1, 1, -1, 1}, {-1, -1, 1, 1, -1, -1, 1, 1}, {-1, -1, -1, -1, 1, 1, 1, 1}};
+  Lanes most = all(-kFar);
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    const auto place = [&](std::size_t axis) HWY_ATTR {
+      return hn::Add(all(centre[axis]), hn::Mul(hn::Load(cell_lanes, kSigns[axis] + i), all(edge / 2)));
+    };
+    Places unused;
+    most = hn::Max(most, value(distance<false>(t, {place(0), place(1), place(2)}, unused), i));
+  }
+  return hn::GetLane(hn::MaxOfLanes(cell_lanes, most));
+}
+
+// The distances of centres from all triangles, and which is closest.
+HWY_INLINE void measure_distances(const ProofTriangle* triangles, std::span<const std::uint32_t> near,
+                                  SheetCells& cells, OfCells* distances) {
+  for (const std::uint32_t n : near) cells.error = std::max(cells.error, triangles[n].error);
   for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
     const Places m{hn::Load(cell_lanes, cells.x.data() + i), hn::Load(cell_lanes, cells.y.data() + i),
                    hn::Load(cell_lanes, cells.z.data() + i)};
-    Lanes least = infinite;
+    Lanes least = all(kFar), closest = hn::Zero(cell_lanes);
     for (std::size_t n = 0; n < near.size(); ++n) {
       Places unused;
       const Lanes d = distance<false>(triangles[near[n]], m, unused);
       hn::StoreU(d, cell_lanes, distances[n].data() + i);
+      closest = hn::IfThenElse(hn::Lt(d, least), all(static_cast<float>(n)), closest);
       least = hn::Min(least, d);
     }
+    hn::Store(least, cell_lanes, cells.least.data() + i);
+    hn::Store(closest, cell_lanes, cells.closest.data() + i);
+  }
+  for (std::size_t n = 0; n < kCubeCells; ++n) {
+    cells.far[n] = std::min(cells.farthest, cells.least[n] + kHalfOfDiagonal * cells.edge);
+    // The distance to a triangle is convex. Beyond the core a sphere around the cell counts.
+    if (cells.least[n] > cells.core || cells.least[n] > cells.edge) continue;
+    const ProofTriangle& t = triangles[near[static_cast<std::size_t>(cells.closest[n])]];
+    const float centre[3] = {cells.x[n], cells.y[n], cells.z[n]};
+    const float most = largest_at_corners(t, centre, cells.edge, [](Lanes d, std::size_t) HWY_ATTR { return d; });
+    cells.far[n] = std::min(cells.far[n], most + 2 * t.error);
+  }
+}
+
+template <bool kSheet>
+HWY_INLINE void by_sheet(const ProofTriangle* triangles, std::span<const std::uint32_t> near, SheetCells& cells,
+                         OfCells* distances) {
+  measure_distances(triangles, near, cells, distances);
+  const Lanes infinite = all(kFar);
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    const Places m{hn::Load(cell_lanes, cells.x.data() + i), hn::Load(cell_lanes, cells.y.data() + i),
+                   hn::Load(cell_lanes, cells.z.data() + i)};
+    const Lanes least = hn::Load(cell_lanes, cells.least.data() + i);
     const float half = kHalfOfDiagonal * cells.edge;
     const Lanes nearest = hn::Add(least, all(2 * cells.error + 1e-5F));
     // Points of the cell count up to the distance `far`; a line along the sheet's normal is longer by `more` at most.
     const Lanes known = all(cells.core + kBeyondCore);
-    const auto all_known = hn::Le(hn::Add(least, all(half)), known);
-    const Lanes far = hn::Min(hn::Add(least, all(half)), known);
+    const Lanes farthest = hn::Load(cell_lanes, cells.far.data() + i);
+    const auto all_known = hn::Le(farthest, known);
+    const Lanes far = hn::Min(farthest, known);
     const Lanes more = hn::Min(hn::Mul(far, all(kLonger)), all(kSheetThickness));
     const Lanes least_facing = hn::Div(far, hn::Add(far, more));
     const Lanes reach = hn::Max(hn::Add(hn::Add(far, more), all(half + 2 * cells.error)), nearest);
@@ -168,6 +211,7 @@ void by_plane(const ProofTriangle* triangles, std::span<const std::uint32_t> nea
       const auto closest = hn::Le(d, nearest);
       lowest = hn::IfThenElse(closest, hn::Min(lowest, height), lowest);
       highest = hn::IfThenElse(closest, hn::Max(highest, height), highest);
+      if constexpr (!kSheet) continue;
       const float normal[3] = {t.plane.a, t.plane.b, t.plane.c};
       const Lanes facing = dot(sheet.normal, normal);
       good = hn::And(good, hn::Or(hn::Not(counts), hn::Ge(facing, least_facing)));
@@ -206,108 +250,191 @@ void by_plane(const ProofTriangle* triangles, std::span<const std::uint32_t> nea
     const Lanes bound = hn::Max(hn::Add(sheet.above, high), hn::Neg(hn::Add(sheet.below, low)));
     hn::Store(hn::IfThenElse(good, hn::Add(hn::Max(bound, hn::Zero(cell_lanes)), all(4 * cells.error)), infinite),
               cell_lanes, cells.bound.data() + i);
-    hn::Store(least, cell_lanes, cells.least.data() + i);
     hn::Store(reach, cell_lanes, cells.reach.data() + i);
     hn::Store(lowest, cell_lanes, cells.lowest.data() + i);
     hn::Store(highest, cell_lanes, cells.highest.data() + i);
   }
 }
 
-// Calls value(places, first corner) for all corners of a cell. @return the largest value
-template <class Value>
-HWY_INLINE float largest(const ClearCell& cell, Value value) {
-  Lanes most = all(-kFar);
-  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
-    most = hn::Max(most, value(Places{hn::Load(cell_lanes, cell.x.data() + i), hn::Load(cell_lanes, cell.y.data() + i),
-                                      hn::Load(cell_lanes, cell.z.data() + i)},
-                               i));
-  }
-  return hn::GetLane(hn::MaxOfLanes(cell_lanes, most));
+void by_plane(const ProofTriangle* triangles, std::span<const std::uint32_t> near, SheetCells& cells,
+              OfCells* distances) {
+  by_sheet<true>(triangles, near, cells, distances);
+}
+void by_nothing(const ProofTriangle* triangles, std::span<const std::uint32_t> near, SheetCells& cells,
+                OfCells* distances) {
+  by_sheet<false>(triangles, near, cells, distances);
+  cells.bound.fill(kFar);
+  cells.above.fill(kFar);
+  cells.below.fill(kFar);
 }
 
-// A linear function that is nowhere above the distance from a triangle, and at most a unit steep.
+OfCells by_samples(const SheetCells& cells, const std::array<OfCells, kCubeCells>& exact) {
+  OfCells out;
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    const Lanes zero = hn::Zero(cell_lanes);
+    const auto inside = hn::Lt(hn::LoadU(cell_lanes, exact[0].data() + i), zero);
+    const auto outwards = [&](Lanes v) HWY_ATTR { return hn::IfThenElse(inside, hn::Neg(v), v); };
+    Lanes distance[8];
+    Lanes least = all(kFar), above = zero;
+    for (std::size_t c = 0; c < 8; ++c) {
+      distance[c] = outwards(hn::LoadU(cell_lanes, exact[c].data() + i));
+      const Lanes stored = hn::Max(outwards(hn::Load(cell_lanes, cells.most_stored[c].data() + i)),
+                                   outwards(hn::Load(cell_lanes, cells.least_stored[c].data() + i)));
+      least = hn::Min(least, distance[c]);
+      above = hn::Max(above, hn::Sub(stored, distance[c]));
+    }
+    // By how much the squares of the edges exceed those of the least differences along them.
+    Lanes missing = zero;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::size_t step = std::size_t{1} << axis;
+      Lanes low = all(kFar), high = all(-kFar);
+      for (std::size_t c = 0; c < 8; ++c) {
+        if ((c & step) != 0) continue;
+        const Lanes along = hn::Sub(distance[c + step], distance[c]);
+        low = hn::Min(low, along);
+        high = hn::Max(high, along);
+      }
+      const Lanes slope = hn::Max(hn::Max(low, hn::Neg(high)), zero);
+      missing = hn::Add(missing, hn::Max(hn::Sub(all(cells.edge * cells.edge), hn::Mul(slope, slope)), zero));
+    }
+    const Lanes squared = hn::Sub(hn::Mul(least, least), hn::Mul(all(0.25F), missing));
+    const auto clear = hn::And(hn::Gt(least, all(kHalfOfDiagonal * cells.edge + 1e-5F)), hn::Gt(squared, zero));
+    const Lanes dip = hn::Sub(least, hn::Sqrt(hn::Max(squared, zero)));
+    hn::StoreU(hn::IfThenElse(clear, hn::Add(hn::Add(above, dip), all(1e-5F)), all(kFar)), cell_lanes, out.data() + i);
+  }
+  return out;
+}
+
+// A linear function for each cell that is nowhere above the distance from a triangle, and at most a unit steep.
 struct Floor {
-  float a, b, c, d;
+  Places slope;
+  Lanes at_centre;
 };
 
 // How far the stored values are above a floor, and the floor below 0.
 struct AboveFloor {
-  float above, below_zero;
+  Lanes above, below_zero;
 };
-HWY_INLINE AboveFloor above_floor(const ClearCell& cell, const Floor& floor) {
-  const auto height = [&](const Places& p) { return hn::Add(dot(floor.a, floor.b, floor.c, p), all(floor.d)); };
-  const float above = largest(cell, [&](const Places& p, std::size_t i) {
-    return hn::Sub(hn::Load(cell_lanes, cell.most_stored.data() + i), height(p));
-  });
-  return {above, largest(cell, [&](const Places& p, std::size_t) { return hn::Neg(height(p)); })};
+
+struct CellLanes {
+  Places m;
+  Lanes stored[8];
+  float half_edge;
+};
+
+HWY_INLINE AboveFloor above_floor(const CellLanes& cells, const Floor& floor) {
+  const Lanes half = all(cells.half_edge);
+  const Lanes x = hn::Mul(floor.slope.x, half), y = hn::Mul(floor.slope.y, half), z = hn::Mul(floor.slope.z, half);
+  const Lanes along_x[2] = {hn::Sub(floor.at_centre, x), hn::Add(floor.at_centre, x)};
+  const Lanes along_y[4] = {hn::Sub(along_x[0], y), hn::Sub(along_x[1], y), hn::Add(along_x[0], y),
+                            hn::Add(along_x[1], y)};
+  Lanes above = all(-kFar);
+  for (int c = 0; c < 8; ++c) {
+    const Lanes at = c < 4 ? hn::Sub(along_y[c], z) : hn::Add(along_y[c - 4], z);
+    above = hn::Max(above, hn::Sub(cells.stored[c], at));
+  }
+  return {above, hn::Sub(length_1(x, y, z), floor.at_centre)};
 }
 
-// The triangle's plane, seen from the cell's centre.
-HWY_INLINE Floor plane_floor(const ProofTriangle& t, const ClearCell& cell) {
-  const auto& [x, y, z] = cell.centre;
-  const float side = t.plane.a * x + t.plane.b * y + t.plane.c * z + t.plane.d < 0 ? -1.0F : 1.0F;
-  return {side * t.plane.a, side * t.plane.b, side * t.plane.c, side * t.plane.d};
+// The triangle's plane, seen from the centre.
+HWY_INLINE Floor plane_floor(const ProofTriangle& t, const Places& m) {
+  const Lanes height = value(t.plane, m);
+  const auto side = [&](float a) { return hn::IfThenElse(hn::Lt(height, hn::Zero(cell_lanes)), all(-a), all(a)); };
+  return {{side(t.plane.a), side(t.plane.b), side(t.plane.c)}, hn::Abs(height)};
+}
+
+HWY_INLINE Lanes dot(const Places& a, const Places& b) {
+  return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
 }
 
 // All of the triangle lies behind the plane along a direction.
-HWY_INLINE Floor floor_along(const ProofTriangle& t, const std::array<float, 3>& u) {
-  float farthest = -kFar;
-  for (const auto& c : t.corner) farthest = std::max(farthest, u[0] * c[0] + u[1] * c[1] + u[2] * c[2]);
-  return {u[0], u[1], u[2], -farthest};
+HWY_INLINE Floor floor_along(const ProofTriangle& t, const Places& u, const Places& m) {
+  const Lanes farthest = hn::Max(hn::Max(dot(u, t.corner[0]), dot(u, t.corner[1])), dot(u, t.corner[2]));
+  return {u, hn::Sub(dot(u, m), farthest)};
 }
 
-// All of the triangle lies behind the tangent of its distance at a place.
-HWY_INLINE Floor tangent_floor(const ProofTriangle& t, const std::array<float, 3>& place) {
+// A little shorter than 1, so that rounding does not make it longer; 0 where the direction is not known.
+HWY_INLINE Places shortened(const Places& u, Lanes length, float shortest) {
+  const Lanes scale = hn::IfThenElseZero(hn::Gt(length, all(shortest)), hn::Div(all(1 - 1e-5F), length));
+  return {hn::Mul(u.x, scale), hn::Mul(u.y, scale), hn::Mul(u.z, scale)};
+}
+
+// All of the triangle lies behind the tangent of its distance at the centre.
+HWY_INLINE Floor tangent_floor(const ProofTriangle& t, const Places& m) {
   Places from;
-  const Lanes d = distance<true>(t, {all(place[0]), all(place[1]), all(place[2])}, from);
-  const float length = hn::GetLane(d);
-  // A little shorter than 1, so that rounding does not make it longer.
-  const float scale = length > 1e-3F ? (1 - 1e-5F) / length : 0;
-  return floor_along(t, {hn::GetLane(from.x) * scale, hn::GetLane(from.y) * scale, hn::GetLane(from.z) * scale});
+  const Lanes length = distance<true>(t, m, from);
+  return floor_along(t, shortened(from, length, 1e-3F), m);
 }
 
 // The direction in which the stored values grow.
-HWY_INLINE std::array<float, 3> slope(const ClearCell& cell) {
-  float g[3] = {0, 0, 0};
-  for (std::size_t c = 0; c < 8; ++c) {
-    for (int axis = 0; axis < 3; ++axis) g[axis] += (c >> axis & 1) != 0 ? cell.most_stored[c] : -cell.most_stored[c];
+HWY_INLINE Places slope(const CellLanes& cells) {
+  Lanes g[3] = {hn::Zero(cell_lanes), hn::Zero(cell_lanes), hn::Zero(cell_lanes)};
+  for (int c = 0; c < 8; ++c) {
+    for (int axis = 0; axis < 3; ++axis) g[axis] = hn::Add(g[axis], of_corner(c, axis, cells.stored[c]));
   }
-  const float length = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-  const float scale = length > 0.1F ? (1 - 1e-5F) / length : 0;
-  return {g[0] * scale, g[1] * scale, g[2] * scale};
+  const Places grows{g[0], g[1], g[2]};
+  return shortened(grows, hn::Sqrt(dot(grows, grows)), 0.1F);
 }
 
-OneSidedBounds by_triangles(const ProofTriangle* triangles, std::span<const std::uint32_t> near,
-                            const ClearCell& cell) {
-  OneSidedBounds out{cell.above, kFar};
-  const bool to_do = cell.above > cell.enough;
-  if (to_do) out.above = 0;
-  for (const std::uint32_t n : to_do ? near : near.first(0)) {
-    const ProofTriangle& t = triangles[n];
-    const float error = 2 * t.error;
-    AboveFloor floor = above_floor(cell, plane_floor(t, cell));
-    if (floor.above + error > cell.enough || floor.below_zero + error >= 0) {
-      const AboveFloor other = above_floor(cell, tangent_floor(t, cell.centre));
-      floor = {std::min(floor.above, other.above), std::min(floor.below_zero, other.below_zero)};
+OfCells above_triangles(const ProofTriangle* triangles, std::span<const std::uint32_t> near, const OfCells* distances,
+                        const SidedCells& cells) {
+  OfCells out;
+  for (std::size_t i = 0; i < kCubeCells; i += hn::Lanes(cell_lanes)) {
+    CellLanes lanes;
+    lanes.m = {hn::Load(cell_lanes, cells.x.data() + i), hn::Load(cell_lanes, cells.y.data() + i),
+               hn::Load(cell_lanes, cells.z.data() + i)};
+    for (std::size_t c = 0; c < 8; ++c) lanes.stored[c] = hn::Load(cell_lanes, cells.most_stored[c].data() + i);
+    lanes.half_edge = cells.edge / 2;
+    const Lanes reach = hn::Load(cell_lanes, cells.reach.data() + i);
+    const Lanes core = hn::Load(cell_lanes, cells.core.data() + i);
+    const Lanes zero = hn::Zero(cell_lanes);
+    const Places grows = slope(lanes);
+    Lanes most = zero;
+    for (const Lanes stored : lanes.stored) most = hn::Max(most, stored);
+    const float half = kHalfOfDiagonal * cells.edge;
+    Lanes above = zero;
+    auto open = hn::Ge(reach, zero);
+    for (std::size_t n = 0; n < near.size() && !hn::AllFalse(cell_lanes, open); ++n) {
+      const ProofTriangle& t = triangles[near[n]];
+      const Lanes d = hn::LoadU(cell_lanes, distances[n].data() + i);
+      auto counts = hn::And(open, hn::Le(d, reach));
+      // No point of the cell is nearer than this.
+      const Lanes nearest = hn::Sub(d, all(half + 2 * t.error));
+      const Lanes by_way = hn::Sub(most, nearest);
+      const auto far = hn::And(hn::And(counts, hn::Gt(nearest, zero)), hn::Le(by_way, all(kFarShare * cells.enough)));
+      above = hn::IfThenElse(far, hn::Max(above, by_way), above);
+      counts = hn::AndNot(far, counts);
+      if (hn::AllFalse(cell_lanes, counts)) continue;
+      // Less the error.
+      const Lanes enough = all(cells.enough - 2 * t.error), below = all(-2 * t.error);
+      AboveFloor found = above_floor(lanes, plane_floor(t, lanes.m));
+      const auto better = [&](auto where, const Floor& floor) HWY_ATTR {
+        const AboveFloor other = above_floor(lanes, floor);
+        found.above = hn::IfThenElse(where, hn::Min(found.above, other.above), found.above);
+        found.below_zero = hn::IfThenElse(where, hn::Min(found.below_zero, other.below_zero), found.below_zero);
+      };
+      const auto unclear = hn::And(counts, hn::Or(hn::Gt(found.above, enough), hn::Ge(found.below_zero, below)));
+      if (!hn::AllFalse(cell_lanes, unclear)) {
+        better(unclear, tangent_floor(t, lanes.m));
+        const auto high = hn::And(unclear, hn::Gt(found.above, enough));
+        if (!hn::AllFalse(cell_lanes, high)) better(high, floor_along(t, grows, lanes.m));
+      }
+      const auto in_core = hn::And(counts, hn::Le(hn::Sub(below, found.below_zero), core));
+      above = hn::IfThenElse(in_core, hn::Max(above, hn::Add(found.above, all(2 * t.error))), above);
+      open =
+          hn::AndNot(hn::Or(hn::And(counts, hn::Ge(found.below_zero, below)), hn::Gt(above, all(cells.enough))), open);
     }
-    if (floor.above + error > cell.enough) {
-      const AboveFloor other = above_floor(cell, floor_along(t, slope(cell)));
-      floor = {std::min(floor.above, other.above), std::min(floor.below_zero, other.below_zero)};
-    }
-    if (floor.below_zero + error >= 0) return {kFar, kFar};
-    if (-floor.below_zero - error <= cell.core) out.above = std::max(out.above, floor.above + error);
-    if (out.above > cell.enough) return {kFar, kFar};
-  }
-  for (const std::uint32_t n : near) {
-    const ProofTriangle& t = triangles[n];
-    const float below = largest(cell, [&](const Places& p, std::size_t i) {
-      Places unused;
-      return hn::Sub(distance<false>(t, p, unused), hn::Load(cell_lanes, cell.least_stored.data() + i));
-    });
-    out.below = std::min(out.below, below + 2 * t.error);
-    if (out.below <= cell.enough) break;
+    hn::StoreU(hn::IfThenElse(open, above, all(kFar)), cell_lanes, out.data() + i);
   }
   return out;
+}
+
+float below_triangle(const ProofTriangle& t, const SidedCell& cell) {
+  const float* const least = cell.least_stored.data();
+  return largest_at_corners(t, cell.centre.data(), cell.edge,
+                            [&](Lanes d, std::size_t i)
+                                HWY_ATTR { return hn::Sub(d, hn::Load(cell_lanes, least + i)); }) +
+         2 * t.error;
 }
 
 }  // namespace vps::bake::detail::HWY_NAMESPACE
@@ -316,20 +443,39 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::bake {
 namespace detail {
+HWY_EXPORT(by_samples);
 HWY_EXPORT(by_plane);
-HWY_EXPORT(by_triangles);
+HWY_EXPORT(by_nothing);
+HWY_EXPORT(above_triangles);
+HWY_EXPORT(below_triangle);
 }  // namespace detail
 
-void prove_by_plane(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near, SheetCells& cells,
-                    std::span<std::array<float, kCubeCells>> distances) {
+OfCells prove_by_samples(const SheetCells& cells, const std::array<OfCells, kCubeCells>& exact) {
   using namespace detail;  // Highway's macros take names without a namespace
+  return HWY_DYNAMIC_DISPATCH(by_samples)(cells, exact);
+}
+
+void prove_by_plane(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near, SheetCells& cells,
+                    std::span<OfCells> distances) {
+  using namespace detail;
   HWY_DYNAMIC_DISPATCH(by_plane)(triangles.data(), near, cells, distances.data());
 }
 
-OneSidedBounds prove_by_triangles(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near,
-                                  const ClearCell& cell) {
+void measure_cells(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near, SheetCells& cells,
+                   std::span<OfCells> distances) {
   using namespace detail;
-  return HWY_DYNAMIC_DISPATCH(by_triangles)(triangles.data(), near, cell);
+  HWY_DYNAMIC_DISPATCH(by_nothing)(triangles.data(), near, cells, distances.data());
+}
+
+OfCells prove_above(std::span<const ProofTriangle> triangles, std::span<const std::uint32_t> near,
+                    std::span<const OfCells> distances, const SidedCells& cells) {
+  using namespace detail;
+  return HWY_DYNAMIC_DISPATCH(above_triangles)(triangles.data(), near, distances.data(), cells);
+}
+
+float prove_below(const ProofTriangle& triangle, const SidedCell& cell) {
+  using namespace detail;
+  return HWY_DYNAMIC_DISPATCH(below_triangle)(triangle, cell);
 }
 
 }  // namespace vps::bake

@@ -167,8 +167,9 @@ FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vecto
   return out;
 }
 
-ProofTriangle proof_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit, double reach) {
-  ProofTriangle out{float_triangle(mesh, triangle, centre, unit, reach), {}, {}};
+ProofTriangle proof_triangle(const FloatTriangle& distances, const Mesh& mesh, std::size_t triangle,
+                             const Vector& centre, double unit) {
+  ProofTriangle out{distances, {}, {}};
   Vector corner[3];
   for (int k = 0; k < 3; ++k) {
     corner[k] = (mesh.corner(triangle, k) - centre) / unit;

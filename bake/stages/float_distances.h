@@ -34,8 +34,9 @@ struct ProofTriangle : FloatTriangle {
 /// @param reach  the error is bounded for places at most this far from the centre, along each axis. [Units: units]
 [[nodiscard]] FloatTriangle float_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit,
                                            double reach);
-[[nodiscard]] ProofTriangle proof_triangle(const Mesh& mesh, std::size_t triangle, const Vector& centre, double unit,
-                                           double reach);
+/// @param distances  float_triangle of the same triangle, centre and unit
+[[nodiscard]] ProofTriangle proof_triangle(const FloatTriangle& distances, const Mesh& mesh, std::size_t triangle,
+                                           const Vector& centre, double unit);
 
 /// Places relative to a centre. [Units: units]
 template <std::size_t kCount>

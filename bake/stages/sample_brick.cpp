@@ -114,14 +114,14 @@ void BrickSampler::list_triangles() {
   for (const std::uint32_t t : listed_) {
     float_listed_.push_back(float_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
     if (tolerance_.prove)
-      proof_listed_.push_back(proof_triangle(surface_, t, centre, grid_.voxel_size, kBrickEdge / 2.0));
+      proof_listed_.push_back(proof_triangle(float_listed_.back(), surface_, t, centre, grid_.voxel_size));
   }
   std::vector<std::uint32_t> all(listed_.size());
   std::iota(all.begin(), all.end(), 0U);
   near_bricks_ = near_octants(octant_base_, kQuarters * static_cast<std::int32_t>(kBrickEdge), all);
 }
 
-std::span<const std::uint32_t> BrickSampler::near(const FieldBrick& brick) {
+NearList BrickSampler::near(const FieldBrick& brick) {
   int octant = 0;
   for (int axis = 0; axis < 3; ++axis)
     octant |= place_in_octant(brick)[static_cast<std::size_t>(axis)] / kCells << axis;
@@ -143,19 +143,34 @@ NearTriangles BrickSampler::near_octants(const Index& base, std::int32_t edge,
   std::vector<std::array<float, 16>> distances(from.size());
   triangle_distances(float_listed_, from, centres, distances);
   const float farther = tolerance_.prove ? kSheetThickness + 0.01F : 0;
-  NearTriangles near;
-  for (std::size_t octant = 0; octant < 8; ++octant) {
-    float least = std::numeric_limits<float>::infinity();
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      least = std::min(least, distances[i][octant] + float_listed_[from[i]].error);
+  std::array<float, 8> least;
+  least.fill(std::numeric_limits<float>::infinity());
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const float error = float_listed_[from[i]].error;
+    for (std::size_t octant = 0; octant < 8; ++octant) {
+      least[octant] = std::min(least[octant], distances[i][octant] + error);
+      distances[i][octant] -= error;
     }
-    // The factor is for rounding.
-    const float limit = (least + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F) + farther;
-    for (std::size_t i = 0; i < from.size(); ++i) {
-      if (distances[i][octant] - float_listed_[from[i]].error <= limit) near.positions.push_back(from[i]);
-    }
-    near.start[octant + 1] = static_cast<std::uint32_t>(near.positions.size());
   }
+  NearTriangles near;
+  near.positions.resize(8 * from.size());
+  std::vector<std::uint32_t> farther_ones(from.size());
+  std::uint32_t* end = near.positions.data();
+  for (std::size_t octant = 0; octant < 8; ++octant) {
+    // The factor is for rounding.
+    const float limit = (least[octant] + static_cast<float>(2 * kHalfDiagonal * half)) * (1 + 1e-5F);
+    std::size_t closest = 0, others = 0;
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const float distance = distances[i][octant];
+      end[closest] = farther_ones[others] = from[i];
+      closest += distance <= limit ? 1 : 0;
+      others += distance > limit && distance <= limit + farther ? 1 : 0;
+    }
+    end = std::copy_n(farther_ones.begin(), others, end + closest);
+    near.closest[octant] = static_cast<std::uint32_t>(closest);
+    near.start[octant + 1] = static_cast<std::uint32_t>(end - near.positions.data());
+  }
+  near.positions.resize(near.start[8]);
   return near;
 }
 
@@ -272,6 +287,7 @@ double BrickSampler::bound(const FieldBrick& brick, int octant, std::span<const 
     const auto at = static_cast<std::size_t>(FieldBrick::in_octant(octant, static_cast<int>(n)));
     cube.most_stored[n] = static_cast<float>(-brick.fitted[at] / s);
     cube.least_stored[n] = static_cast<float>(-std::clamp(brick.fitted[at], -clamp, clamp) / s);
+    cube.exact[n] = static_cast<float>(-brick.value[at] / s);
     nearest = std::min(nearest, std::abs(brick.value[at]) / s);
     shift = std::max(shift, std::abs(brick.fitted[at] - brick.value[at]) / s);
   }

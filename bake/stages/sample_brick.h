@@ -49,13 +49,22 @@ struct BrickErrors {
   }
 };
 
-/// Triangles that can be closest to a point of a cube, octant by octant: positions in the list of the voxel brick.
+/// Triangles near a cube: positions in the list of the voxel brick. Those that can be closest to a point of it come
+/// first; proofs need all.
+struct NearList {
+  std::span<const std::uint32_t> all;
+  std::size_t count = 0;
+  [[nodiscard]] std::span<const std::uint32_t> closest() const { return all.first(count); }
+};
+
+/// Triangles near a cube, octant by octant.
 struct NearTriangles {
   std::array<std::uint32_t, 9> start{};
+  std::array<std::uint32_t, 8> closest{};
   std::vector<std::uint32_t> positions;
-  [[nodiscard]] std::span<const std::uint32_t> in_octant(int octant) const {
+  [[nodiscard]] NearList in_octant(int octant) const {
     const auto n = static_cast<std::size_t>(octant);
-    return std::span(positions).subspan(start[n], start[n + 1] - start[n]);
+    return {std::span(positions).subspan(start[n], start[n + 1] - start[n]), closest[n]};
   }
 };
 
@@ -93,10 +102,10 @@ class BrickSampler {
   /// @param noted  an error within the band that is larger than this needs an exact value: false. [m]
   [[nodiscard]] bool surely_interpolates(const FieldBrick& parent, int octant, std::span<const std::uint32_t> from,
                                          double noted) const;
-  /// Triangles that can be closest to a point of a brick with samples at the centres of voxels.
-  [[nodiscard]] std::span<const std::uint32_t> near(const FieldBrick& brick);
-  /// Those that can be closest to a point of an octant of the octant that is loaded.
-  [[nodiscard]] std::span<const std::uint32_t> near_octant(int octant) {
+  /// Triangles near a brick with samples at the centres of voxels.
+  [[nodiscard]] NearList near(const FieldBrick& brick);
+  /// Those near an octant of the octant that is loaded.
+  [[nodiscard]] NearList near_octant(int octant) {
     if (listed_.empty()) list_triangles();
     return near_bricks_.in_octant(octant);
   }
@@ -107,7 +116,7 @@ class BrickSampler {
   [[nodiscard]] BrickErrors errors(const FieldBrick& brick) const;
   /// Proven bound of interpolation's error in an octant of a brick; ends early when it is above `enough`. [m]
   /// @pre the tolerance asks for proofs
-  /// @param from  triangles that can be closest to its points
+  /// @param from  all triangles near it
   [[nodiscard]] double bound(const FieldBrick& brick, int octant, std::span<const std::uint32_t> from,
                              double enough) const;
 

@@ -51,8 +51,8 @@ struct Verdict {
 };
 
 struct Octant {
-  std::span<const std::uint32_t> near;  // triangles that can be closest to its points, where they were needed
-  std::optional<FieldBrick> fine;       // of half the size, where its exact samples were needed
+  NearList near;                   // triangles near it, where they were needed
+  std::optional<FieldBrick> fine;  // of half the size, where its exact samples were needed
   Verdict verdict;
 };
 using Octants = std::array<Octant, 8>;
@@ -169,10 +169,9 @@ class BlockSampler {
   double enough() const { return kProven * tolerance_.error; }
 
   // Whether the error is proven to be small enough everywhere in an octant, if that is asked for.
-  // @param near  triangles that can be closest to its points
-  bool is_proven(const FieldBrick& brick, int octant, std::span<const std::uint32_t> near) {
+  bool is_proven(const FieldBrick& brick, int octant, const NearList& near) {
     if (!tolerance_.prove) return true;
-    const double bound = bricks_.bound(brick, octant, near, enough());
+    const double bound = bricks_.bound(brick, octant, near.all, enough());
     if (bound > enough()) return false;
     block_.proven = std::max(block_.proven, bound);
     return true;
@@ -198,8 +197,8 @@ class BlockSampler {
   }
 
   // The entry of a brick: its own if it is good enough everywhere, else a node's.
-  // @param near  triangles that can be closest to its points, where some lie between the centres of voxels
-  std::uint32_t divide(FieldBrick& brick, std::span<const std::uint32_t> near) {
+  // @param near  triangles near it, where some samples lie between the centres of voxels
+  std::uint32_t divide(FieldBrick& brick, const NearList& near) {
     if (brick.level == kFinestLevel) return store_finest(brick, near);
     Octants octants;
     NearTriangles near_octants;
@@ -228,7 +227,7 @@ class BlockSampler {
   }
 
   // @return the triangles that the octants refer to
-  NearTriangles judge_between(const FieldBrick& brick, std::span<const std::uint32_t> near, Octants& octants) {
+  NearTriangles judge_between(const FieldBrick& brick, const NearList& near, Octants& octants) {
     NearTriangles near_octants;
     const BrickErrors errors = bricks_.errors(brick);
     for (int n = 0; n < 8; ++n) {
@@ -236,11 +235,11 @@ class BlockSampler {
       const bool suspect = is_suspect(brick, n, errors);
       if (!suspect && !tolerance_.prove) continue;
       if (near_octants.positions.empty()) {
-        near_octants = bricks_.near_octants(brick, brick.level == 0 ? bricks_.near(brick) : near);
+        near_octants = bricks_.near_octants(brick, (brick.level == 0 ? bricks_.near(brick) : near).all);
       }
       octant.near = near_octants.in_octant(n);
-      if (!suspect || will_surely_do(brick, n, octant.near)) continue;
-      octant.fine = bricks_.between(brick, n, octant.near);
+      if (!suspect || will_surely_do(brick, n, octant.near.closest())) continue;
+      octant.fine = bricks_.between(brick, n, octant.near.closest());
       octant.verdict = judge(brick, n, *octant.fine);
     }
     return near_octants;
@@ -295,19 +294,19 @@ class BlockSampler {
       if (octant.fine) note_error(*octant.fine, octant.verdict.worst_at, octant.verdict.worst);
       return store(brick);
     }
-    if (!octant.fine) octant.fine = bricks_.between(brick, n, octant.near);
+    if (!octant.fine) octant.fine = bricks_.between(brick, n, octant.near.closest());
     return divide(*octant.fine, octant.near);
   }
 
-  std::uint32_t store_finest(FieldBrick& brick, std::span<const std::uint32_t> near) {
+  std::uint32_t store_finest(FieldBrick& brick, const NearList& near) {
     if (!tolerance_.prove) return store(brick);
     // Its samples are exact, and each point is the mean of corners that are no farther than this.
     double bound = kHalfDiagonal * bricks_.quarter() * FieldBrick::step_of(brick.level);
     if (bound > enough()) {
-      const NearTriangles near_octants = bricks_.near_octants(brick, near);
+      const NearTriangles near_octants = bricks_.near_octants(brick, near.all);
       double proven = 0;
       for (int octant = 0; octant < 8; ++octant) {
-        proven = std::max(proven, bricks_.bound(brick, octant, near_octants.in_octant(octant), enough()));
+        proven = std::max(proven, bricks_.bound(brick, octant, near_octants.in_octant(octant).all, enough()));
       }
       bound = std::min(bound, proven);
     }

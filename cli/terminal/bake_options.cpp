@@ -40,7 +40,7 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
       ->option_text("VOXELS")
       ->group(kGroup);
   app.add_flag("--prove-bound", arguments.options.prove_bound,
-               "Prove the bound of interpolated distances for every cell: 1.1 to 1.8 times the time")
+               "Prove the bound of interpolated distances for every cell: 1.0 to 1.5 times the time")
       ->group(kGroup);
   app.add_option("--parts", arguments.parts, "Parts to bake: voxelmap,pointshell [default: both]")
       ->delimiter(',')

@@ -100,16 +100,40 @@ class SampledField {
   double core_;
 };
 
-// A ring of few corners, turned by chance.
-TriangleMesh turned_ring(std::uint64_t seed) {
+// A ring of few corners, turned by chance, or of many with bumps.
+TriangleMesh turned_ring(std::uint64_t seed, double bumps = 0) {
   Random random(seed);
   const auto part = static_cast<std::uint32_t>(seed);
-  TriangleMesh mesh = make_torus(0.03 + 0.02 * random.next(), 0.012, 5 + part % 5, 4 + part % 3);
+  const std::uint32_t more = bumps > 0 ? 4 : 1;
+  TriangleMesh mesh = make_torus(0.03 + 0.02 * random.next(), 0.012, more * (5 + part % 5), more * (4 + part % 3));
+  for (auto& v : mesh.vertices) {
+    for (double& x : v) x += bumps * (random.next() - 0.5);
+  }
   const double a = random.next() - 0.5, b = random.next() - 0.5, c = random.next() - 0.5, d = random.next() - 0.5;
   const Eigen::Matrix3d turn = Eigen::Quaterniond(a, b, c, d).normalized().toRotationMatrix();
   for (auto& v : mesh.vertices) {
     const Vector p = turn * Vector(v[0], v[1], v[2]);
     v = {p.x(), p.y(), p.z()};
+  }
+  return mesh;
+}
+
+// Tetrahedra that are smaller than their distances.
+TriangleMesh loose_tetrahedra(std::uint64_t seed, double size) {
+  Random random(seed);
+  TriangleMesh mesh;
+  for (int n = 0; n < 64; ++n) {
+    const double x = random.next(), y = random.next(), z = random.next();
+    const Vector centre = 2.5 * size * (Vector(n % 4, n / 4 % 4, n / 16) + 0.4 * Vector(x, y, z));
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const Vector& way : {Vector(1, 1, 1), Vector(1, -1, -1), Vector(-1, 1, -1), Vector(-1, -1, 1)}) {
+      const double a = random.next(), b = random.next(), c = random.next();
+      const Vector p = centre + size / 2 * way.cwiseProduct(Vector(0.2 + a, 0.2 + b, 0.2 + c));
+      mesh.vertices.push_back({p.x(), p.y(), p.z()});
+    }
+    for (const auto& t : {std::array<std::uint32_t, 3>{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}) {
+      mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
   }
   return mesh;
 }
@@ -134,8 +158,11 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
   constexpr float kCore = 1.6F;
   constexpr float kEnough = 0.4F;
   int proven = 0, tight = 0;
-  for (std::uint64_t seed = 0; seed < 8; ++seed) {
-    const Scene scene(turned_ring(seed), kVoxel);
+  for (std::uint64_t seed = 0; seed < 16; ++seed) {
+    const Scene scene(seed % 4 == 3   ? loose_tetrahedra(seed, kVoxel)
+                      : seed % 4 == 1 ? turned_ring(seed, 0.4 * kVoxel)
+                                      : turned_ring(seed),
+                      kVoxel);
     const InsideTest inside(scene.surface, scene.grid);
     const TriangleTree tree(scene.surface, 8 * kVoxel);
     const Distances distances{scene.surface, tree, tree.error() + 1e-5 * kVoxel};
@@ -152,24 +179,33 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
       cube.edge = std::ldexp(1.0F, n % 4 - 2);
       cube.low = Vector::Constant(-double(cube.edge));
       double stored[27];
-      const double shift = n % 3 == 0 ? 0.1 : 0.1 * random.next();
+      const double shift = n % 3 == 0 ? 0.1 : (n % 3 == 1 ? 0.2 : 0.6) * (random.next() - 0.5);
       for (std::size_t i = 0; i < 27; ++i) {
         const Vector at = cube.low + double(cube.edge) * Vector(int(i % 3), int(i / 3 % 3), int(i / 9));
-        stored[i] = signed_distance(centre + kVoxel * at) + shift;
+        const double exact = signed_distance(centre + kVoxel * at);
+        // Also with samples of which less is known.
+        cube.exact[i] = n % 5 == 0 ? 0 : static_cast<float>(std::clamp(exact, -2.0, 2.0));
+        stored[i] = exact + shift;
         cube.most_stored[i] = cube.least_stored[i] = static_cast<float>(stored[i]);
       }
       std::vector<ProofTriangle> triangles;
       std::vector<std::uint32_t> near;
       for (std::uint32_t t = 0; t < scene.surface.triangles.size(); ++t) {
-        triangles.push_back(proof_triangle(scene.surface, t, centre, kVoxel, 2));
+        triangles.push_back(
+            proof_triangle(float_triangle(scene.surface, t, centre, kVoxel, 2), scene.surface, t, centre, kVoxel));
         near.push_back(t);
       }
       const double bound = double(CellBounds(triangles, {kCore, kCore, kEnough}).bound(cube, near));
       if (bound > double(kEnough)) continue;
       ++proven;
       double worst = 0;
-      for (int i = 0; i < 60; ++i) {
-        const double u = 2 * random.next(), v = 2 * random.next(), w = 2 * random.next();
+      Vector worst_at = Vector::Ones();
+      for (int i = 0; i < 90; ++i) {
+        // By chance, then near the worst place.
+        const double x1 = 2 * random.next(), y1 = 2 * random.next(), z1 = 2 * random.next();
+        Vector at(x1, y1, z1);
+        if (i >= 50) at = (worst_at + 0.2 * (at - Vector::Ones())).cwiseMax(0).cwiseMin(1.999);
+        const double u = at.x(), v = at.y(), w = at.z();
         const int c[3] = {int(u), int(v), int(w)};
         const double f[3] = {u - c[0], v - c[1], w - c[2]};
         double sum = 0;
@@ -180,7 +216,9 @@ TEST(CellBounds, NoErrorInACubeExceedsItsBound) {
           sum += weight * stored[(c[2] + d[2]) * 9 + (c[1] + d[1]) * 3 + c[0] + d[0]];
         }
         const double truth = signed_distance(centre + kVoxel * (cube.low + double(cube.edge) * Vector(u, v, w)));
-        if (std::abs(truth) <= double(kCore)) worst = std::max(worst, std::abs(sum - truth));
+        if (std::abs(truth) > double(kCore) || std::abs(sum - truth) <= worst) continue;
+        worst = std::abs(sum - truth);
+        worst_at = at;
       }
       ASSERT_LE(worst, bound) << seed << ' ' << n;
       if (worst > 0.8 * bound) ++tight;

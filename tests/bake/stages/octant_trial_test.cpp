@@ -126,13 +126,14 @@ TEST(OctantTrial, TrianglesNearAnOctantIncludeTheClosestOfEachOfItsPoints) {
     const FieldBrick whole = sampler.over_octant();
     for (int octant = 0; octant < 8; ++octant) {
       const FieldBrick brick = sampler.at_voxels(0, whole.octant_base(octant));
-      const std::span<const std::uint32_t> from = sampler.near(brick);
-      expect_closest(brick, from, listed);
-      const NearTriangles near = sampler.near_octants(brick, from);
+      const NearList from = sampler.near(brick);
+      expect_closest(brick, from.closest(), listed);
+      const NearTriangles near = sampler.near_octants(brick, from.all);
       for (int part = 0; part < 8; ++part) {
-        expect_closest(sampler.between(brick, part, near.in_octant(part)), near.in_octant(part), listed);
+        const std::span<const std::uint32_t> closest = near.in_octant(part).closest();
+        expect_closest(sampler.between(brick, part, closest), closest, listed);
         all += listed.size();
-        kept += near.in_octant(part).size();
+        kept += closest.size();
       }
     }
   }
