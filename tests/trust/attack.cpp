@@ -73,6 +73,7 @@ int main(int argc, char** argv) {
   std::size_t most_options = 99;
   double seconds = 1e9;
   bool list = false;
+  bool prove_bound = false;
   lab::ClimbOptions climb;
   app.add_option("meshes", meshes);
   app.add_option("--resolution", resolution);
@@ -83,6 +84,7 @@ int main(int argc, char** argv) {
   app.add_option("--steps", climb.steps);
   app.add_option("--seed", climb.seed);
   app.add_option("--seconds", seconds, "no body is begun afterwards");
+  app.add_flag("--prove-bound", prove_bound, "bodies whose bounds are proven");
   app.add_flag("--list", list, "print the promises");
   CLI11_PARSE(app, argc, argv);
   if (list) {
@@ -96,6 +98,7 @@ int main(int argc, char** argv) {
   int broken = 0;
   std::vector<Options> settings = all_options(resolution);
   settings.resize(std::min(most_options, settings.size()));
+  for (Options& options : settings) options.bake.prove_bound = prove_bound;
   // All bodies are attacked with the first setting before one is with the second.
   for (const Options& options : settings) {
     for (const std::string& file : meshes) {
