@@ -330,9 +330,10 @@ void offer_triangles(const Surface& surface, std::span<const std::uint32_t> tria
   for (std::size_t first = 0; first < nearest.squared.size(); first += 8) {
     Eight eight;
     for (std::size_t n = 0; n < 8; ++n) {
-      eight.x[n] = static_cast<double>((first + n) % 5) * points.step;
-      eight.y[n] = static_cast<double>((first + n) / 5 % 5) * points.step;
-      eight.z[n] = static_cast<double>((first + n) / 25) * points.step;
+      const std::size_t at[3] = {(first + n) % 5, (first + n) / 5 % 5, (first + n) / 25};
+      eight.x[n] = static_cast<double>(at[0]) * points.step;
+      eight.y[n] = static_cast<double>(at[1]) * points.step;
+      eight.z[n] = static_cast<double>(at[2]) * points.step;
     }
     chosen.clear();
     for (std::uint32_t n = 0; n < facets.size(); ++n) {

@@ -178,10 +178,9 @@ Places128 BrickSampler::float_places(const Index& base, int level) const {
   static constexpr auto kSteps = [] {
     std::array<std::array<float, 128>, 3> steps{};
     for (int n = 0; n < FieldBrick::kSamples; ++n) {
-      const auto at = static_cast<std::size_t>(n);
-      steps[0][at] = static_cast<float>(n % kEdge);
-      steps[1][at] = static_cast<float>(n / kEdge % kEdge);
-      steps[2][at] = static_cast<float>(n / (kEdge * kEdge));
+      const int at[3] = {n % kEdge, n / kEdge % kEdge, n / (kEdge * kEdge)};
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        steps[axis][static_cast<std::size_t>(n)] = static_cast<float>(at[axis]);
     }
     return steps;
   }();
