@@ -99,9 +99,6 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> point_ranges(const Pointshe
 }
 
 void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
-  // The bake's sum of squares rounds otherwise than hypot, and points and radii are on one grid: some are exactly
-  // equal.
-  constexpr double kRounding = 4 * std::numeric_limits<double>::epsilon();
   const auto ranges = point_ranges(shell);
   std::size_t outside = 0, tests = 0;
   double worst = 0;  // distance outside of a sphere. [m]
@@ -109,12 +106,16 @@ void check_spheres(const PointshellView& shell, std::vector<Check>& checks) {
     const Vec3 centre = sphere_centre(shell, node);
     for (std::uint32_t i = ranges[node].first; i < ranges[node].second; ++i, ++tests) {
       const Vec3 p = point_position(shell, i);
-      const double distance =
-          std::hypot(double(p.x) - double(centre.x), double(p.y) - double(centre.y), double(p.z) - double(centre.z));
-      const double beyond = distance - double(sphere_radius(shell, node));
-      if (beyond <= kRounding * distance) continue;
+      // Some points lie exactly on their sphere: points and radii are on one grid. A root would round, squares do not.
+      using Wide = long double;
+      const Wide x = Wide(p.x) - Wide(centre.x);
+      const Wide y = Wide(p.y) - Wide(centre.y);
+      const Wide z = Wide(p.z) - Wide(centre.z);
+      const Wide radius = sphere_radius(shell, node);
+      const Wide squared = x * x + y * y + z * z;
+      if (squared <= radius * radius) continue;
       ++outside;
-      worst = std::max(worst, beyond);
+      worst = std::max(worst, static_cast<double>(std::sqrt(squared) - radius));
     }
   }
   checks.push_back({"spheres",

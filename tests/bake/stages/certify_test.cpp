@@ -98,12 +98,12 @@ TEST(Certify, APointHasTheSideOfAnotherOnlyWhereNoSurfaceIsBetween) {
 }
 
 TEST(Certify, SamplesLieBesideTheCreasesOfABox) {
-  const double s = 0.0025;
+  const double s = 0.0012;
   const Scene scene(make_box({0.05, 0.05, 0.05}), s);
   const Searches searches(scene);
   const double limit = (2.5 - std::sqrt(0.75)) * s;
   const auto samples = crease_samples(searches.distances, searches.inside, scene.grid, scene.field, limit);
-  EXPECT_GT(samples.size(), 3000U);
+  EXPECT_GT(samples.size(), 4000U);
   int beside_one = 0;
   for (const CertificateSample& sample : samples) {
     const Vector to_faces = (Vector::Constant(0.05) - sample.point.cwiseAbs()).cwiseAbs();
