@@ -25,6 +25,7 @@
 #include "cli/terminal/suggest.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/standard_streams.h"
+#include "formats/mesh/child_process.h"
 
 namespace vps::cli {
 namespace {
@@ -103,6 +104,7 @@ int program(int argc, char** argv);
 
 // A bake in a child process, which gets --cache-size instead of the variable. Its last word is the mesh: `ps` shows it.
 int child(int argc, char** argv) {
+  prepare_children();
   ::unsetenv("VPSBAKE_CACHE_SIZE");
   ::prctl(PR_SET_NAME, std::filesystem::path(argv[argc - 1]).filename().c_str());
   return program(argc, argv);

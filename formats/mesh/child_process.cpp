@@ -7,6 +7,7 @@
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,7 +17,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <mutex>
 #include <new>
+
+#include "formats/mesh/pass_descriptors.h"
 
 namespace vps {
 namespace {
@@ -91,7 +97,7 @@ int keep_only(int fd) {
 bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout);
-  std::vector<std::byte> buffer(1 << 20);
+  std::vector<std::byte> buffer(1 << 16);  // as much as a pipe holds
   while (true) {
     const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
     if (left <= 0) return false;
@@ -103,21 +109,108 @@ bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
   }
 }
 
-// Waits for the child, which may end later than its pipe.
-void judge(pid_t child, bool in_time, ChildResult& result) {
-  using End = ChildResult::End;
+int wait_for(pid_t child) {
   int status = 0;
   while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
-  if (!in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
-    result.end = End::timed_out;
-  } else if (WIFSIGNALED(status)) {
-    result.end = End::crashed;
-    result.signal = WTERMSIG(status);
-  } else {
-    const int code = WEXITSTATUS(status);
-    result.end = code == 0 ? End::finished : code == kOutOfMemory ? End::out_of_memory : End::failed;
+  return status;
+}
+
+struct Verdict {
+  ChildResult::End end = ChildResult::End::cannot_start;
+  int signal = 0;
+};
+
+// @param status  as waitpid gives it
+Verdict judge(int status, bool in_time) {
+  using End = ChildResult::End;
+  if (!in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) return {End::timed_out};
+  if (WIFSIGNALED(status)) return {End::crashed, WTERMSIG(status)};
+  const int code = WEXITSTATUS(status);
+  return {code == 0 ? End::finished : code == kOutOfMemory ? End::out_of_memory : End::failed};
+}
+
+// What the server is asked for, followed by the request's text. Both processes have the same code at the same place.
+struct Order {
+  ChildLimits limits;
+  ChildWork work;
+};
+constexpr std::size_t kLongestRequest = 1 << 15;  // a path has up to 4096 bytes
+
+// Waits for the only child, and ends it when its time is over. SIGCHLD is blocked.
+Verdict watch(pid_t child, double timeout, const sigset_t& its_end) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(timeout);
+  int status = 0;
+  while (::waitpid(child, &status, WNOHANG) == 0) {
+    const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
+    if (left <= 0) {
+      ::kill(child, SIGKILL);
+      return judge(wait_for(child), false);
+    }
+    const double whole = std::floor(std::min(left, 1e6));
+    const timespec time{static_cast<time_t>(whole), static_cast<long>(1e9 * std::min(left - whole, 0.999))};
+    ::sigtimedwait(&its_end, nullptr, &time);
   }
+  return judge(status, true);
+}
+
+// The server: a small process without threads. It ends with the thread that forked it.
+[[noreturn]] void serve(int socket) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  socket = keep_only(socket);
+  sigset_t child_ends;
+  ::sigemptyset(&child_ends);
+  ::sigaddset(&child_ends, SIGCHLD);
+  ::sigprocmask(SIG_BLOCK, &child_ends, nullptr);
+  int fd = -1;
+  for (std::string message(kLongestRequest, '\0'); receive_message(socket, message, {&fd, 1});
+       message.resize(kLongestRequest)) {
+    Order order{};
+    std::memcpy(&order, message.data(), sizeof order);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      ::sigprocmask(SIG_UNBLOCK, &child_ends, nullptr);
+      run_child(
+          order.limits, [&](int to) { order.work(message.substr(sizeof order), to); }, fd);
+    }
+    ::close(fd);
+    const Verdict verdict = child > 0 ? watch(child, order.limits.timeout, child_ends) : Verdict{};
+    if (!send_message(socket, {reinterpret_cast<const char*>(&verdict), sizeof verdict}, {})) break;
+  }
+  ::_exit(0);
+}
+
+// This side of the server.
+struct Server {
+  std::mutex busy;
+  pid_t number = 0;
+  int socket = -1;
+
+  [[nodiscard]] bool start_child(const ChildLimits& limits, ChildWork work, const std::string& request, int fd) const {
+    const Order order{limits, work};
+    return send_message(socket, std::string(reinterpret_cast<const char*>(&order), sizeof order) + request, {&fd, 1});
+  }
+  void end() {
+    ::kill(number, SIGKILL);  // and with it the child
+    wait_for(number);
+    ::close(socket);
+    socket = -1;
+  }
+};
+Server server;
+
+// Takes the bytes and the verdict of the server's child.
+ChildResult collect_from_server(int fd) {
+  ChildResult result;
+  (void)collect(fd, std::numeric_limits<double>::infinity(), result.bytes);  // the server ends it in time
+  std::string answer(sizeof(Verdict), '\0');
+  Verdict verdict;
+  if (receive_message(server.socket, answer, {}) && answer.size() == sizeof verdict)
+    std::memcpy(&verdict, answer.data(), sizeof verdict);
+  result.end = verdict.end;
+  result.signal = verdict.signal;
+  return result;
 }
 
 }  // namespace
@@ -148,14 +241,51 @@ ChildResult run_in_child(const ChildLimits& limits, const std::function<void(int
       // No memory for the answer. Ends the child and closes its descriptor before the exception leaves.
       ::kill(child, SIGKILL);
       ::close(ends[0]);
-      judge(child, true, result);
+      wait_for(child);
       throw;
     }
     if (!in_time) ::kill(child, SIGKILL);
-    judge(child, in_time, result);
+    const Verdict verdict = judge(wait_for(child), in_time);
+    result.end = verdict.end;
+    result.signal = verdict.signal;
   }
   ::close(ends[0]);
   return result;
+}
+
+ChildResult run_in_child(const ChildLimits& limits, ChildWork work, const std::string& request) {
+  const std::unique_lock lock(server.busy, std::try_to_lock);
+  int ends[2];
+  if (!lock || server.socket < 0 || request.size() + sizeof(Order) > kLongestRequest || ::pipe2(ends, O_CLOEXEC) != 0)
+    return run_in_child(limits, [&](int fd) { work(request, fd); });
+  const bool started = server.start_child(limits, work, request, ends[1]);
+  ::close(ends[1]);
+  ChildResult result;
+  try {
+    if (started) result = collect_from_server(ends[0]);
+  } catch (...) {  // no memory for the answer
+    server.end();
+    ::close(ends[0]);
+    throw;
+  }
+  ::close(ends[0]);
+  if (started) return result;
+  server.end();
+  return run_in_child(limits, [&](int fd) { work(request, fd); });
+}
+
+void prepare_children() {
+  int sockets[2];
+  if (server.socket >= 0 || ::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, sockets) != 0) return;
+  const pid_t forked = ::fork();
+  if (forked == 0) serve(sockets[1]);
+  ::close(sockets[1]);
+  if (forked < 0) {
+    ::close(sockets[0]);
+    return;
+  }
+  server.number = forked;
+  server.socket = sockets[0];
 }
 
 }  // namespace vps

@@ -96,9 +96,11 @@ RawMesh read_mesh(const std::string& path, const std::string& extension) {
   return raw;
 }
 
-void read_and_send(const std::string& path, const std::string& extension, int fd) {
+// @param request  the extension, a zero, and the path
+void read_and_send(const std::string& request, int fd) {
+  const std::size_t zero = request.find('\0');
   try {
-    send_mesh(fd, read_mesh(path, extension));
+    send_mesh(fd, read_mesh(request.substr(zero + 1), request.substr(0, zero)));
   } catch (const ReadError& error) {
     send_error(fd, error.what());
   }
@@ -106,8 +108,8 @@ void read_and_send(const std::string& path, const std::string& extension, int fd
 
 std::vector<std::byte> run_importer(const fs::path& path, const std::string& extension, const ImportOptions& options) {
   using End = ChildResult::End;
-  ChildResult child = run_in_child({options.memory_limit_bytes, options.timeout},
-                                   [&](int fd) { read_and_send(path.string(), extension, fd); });
+  ChildResult child =
+      run_in_child({options.memory_limit_bytes, options.timeout}, read_and_send, extension + '\0' + path.string());
   const auto too_large = [](const std::string& what, const char* option) {
     refuse("the importer " + what + "; the file is damaged, or so large that it needs a higher " + option);
   };

@@ -2,9 +2,12 @@
 #include "formats/mesh/mesh_import.h"
 
 #include <gtest/gtest.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
+#include <cstring>
 
 #include "formats/mesh/child_process.h"
 #include "tests/formats/mesh/import_seeds.h"
@@ -122,6 +125,56 @@ TEST(ChildProcess, CrashesHangsAndExceptionsStayInTheChild) {
   });
   EXPECT_EQ(result.end, End::finished);
   EXPECT_EQ(result.bytes.size(), 200000U);
+}
+
+// The work of a server's child.
+void do_as_asked(const std::string& request, int fd) {
+  if (request == "crash") ::raise(SIGKILL);
+  if (request == "hang") ::pause();
+  if (request == "memory") throw std::bad_alloc();
+  if (request == "fail") throw 1;
+  for (int i = 0; i < 100; ++i) write_all(fd, request.data(), request.size());
+}
+
+TEST(ChildProcess, AServerForksTheSameChildren) {
+  prepare_children();
+  const pid_t before = ::getpid();
+  const ChildLimits limits{1 << 30, 0.5};
+  using End = ChildResult::End;
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(run_in_child(limits, do_as_asked, "crash").end, End::crashed);
+    EXPECT_EQ(run_in_child(limits, do_as_asked, "crash").signal, SIGKILL);
+    EXPECT_EQ(run_in_child(limits, do_as_asked, "hang").end, End::timed_out);
+    EXPECT_EQ(run_in_child(limits, do_as_asked, "memory").end, End::out_of_memory);
+    EXPECT_EQ(run_in_child(limits, do_as_asked, "fail").end, End::failed);
+    for (const std::size_t size : {1, 4000, 100000}) {  // the last one is more than the server takes
+      const ChildResult result = run_in_child(limits, do_as_asked, std::string(size, 'x'));
+      EXPECT_EQ(result.end, End::finished) << size;
+      EXPECT_EQ(result.bytes.size(), 100 * size);
+    }
+  }
+  EXPECT_EQ(::getpid(), before);
+}
+
+TEST(ChildProcess, AServerThatWasKilledIsDoneWithout) {
+  prepare_children();
+  const ChildLimits limits{1 << 30, 0.5};
+  const ChildWork tell_parent = [](const std::string&, int fd) {
+    const pid_t parent = ::getppid();
+    write_all(fd, &parent, sizeof parent);
+  };
+  const auto parent_of_child = [&] {
+    const ChildResult result = run_in_child(limits, tell_parent, "");
+    pid_t parent = 0;
+    if (result.bytes.size() == sizeof parent) std::memcpy(&parent, result.bytes.data(), sizeof parent);
+    return parent;
+  };
+  const pid_t server = parent_of_child();
+  ASSERT_GT(server, 0);
+  ASSERT_NE(server, ::getpid());
+  ::kill(server, SIGKILL);
+  while (::waitpid(server, nullptr, WNOHANG) == 0) ::usleep(100);
+  EXPECT_EQ(parent_of_child(), ::getpid());
 }
 
 TEST(MeshImport, ContentShowsTheFormatWithoutTheName) {
