@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "formats/mesh/raw_mesh.h"
+
 namespace vps {
 
 struct PolygonSoup {
@@ -13,5 +15,8 @@ struct PolygonSoup {
   std::vector<std::vector<std::size_t>> polygons;  ///< numbers of vertices, which may not be there
   std::uint64_t skipped_primitives = 0;            ///< points and lines
 };
+
+/// Cuts polygons into triangles. @throw ReadError when a polygon's vertex is not there
+[[nodiscard]] RawMesh to_raw_mesh(PolygonSoup&& soup);
 
 }  // namespace vps

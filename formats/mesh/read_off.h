@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-/// @file Reads the positions and faces of an OFF file. Runs in the child process only. Internal to mesh import.
+/// @file Reads the positions and faces of an OFF file. Internal to mesh import.
 #pragma once
 
 #include <string>

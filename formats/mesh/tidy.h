@@ -20,7 +20,7 @@ struct NeedsAssimp : std::runtime_error {
 /// @throw ReadError when no reader can read the file correctly, NeedsAssimp. The same for all functions here
 void tidy_ply(std::string& bytes);
 
-/// Blanks the names of solids. A binary file needs assimp, which reads its floats as they are.
+/// Blanks the names of solids of a text.
 void tidy_stl(std::string& bytes);
 
 }  // namespace vps

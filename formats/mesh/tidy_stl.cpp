@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <utility>
 
 #include "formats/mesh/raw_mesh.h"
@@ -10,9 +9,6 @@
 
 namespace vps {
 namespace {
-
-constexpr std::size_t kBinaryHeader = 84;
-constexpr std::size_t kBinaryTriangle = 50;
 
 /// The words of a text one after the other, across lines.
 class WordScan {
@@ -34,18 +30,9 @@ class WordScan {
   std::string_view rest_;
 };
 
-void check_size(const std::string& bytes) {
-  if (bytes.size() < kBinaryHeader) return;
-  std::uint32_t triangles = 0;
-  std::memcpy(&triangles, bytes.data() + kBinaryHeader - sizeof triangles, sizeof triangles);
-  // The header's first word does not matter, because no text has such a count there.
-  if (kBinaryHeader + kBinaryTriangle * std::size_t{triangles} == bytes.size()) throw NeedsAssimp("");
-}
-
 }  // namespace
 
 void tidy_stl(std::string& bytes) {
-  check_size(bytes);
   unify_line_ends(bytes);
   // Some exporters write capitals. An exponent may be written either way.
   for (char& c : bytes) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
