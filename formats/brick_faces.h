@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 
@@ -60,11 +61,11 @@ double interpolate(std::uint32_t entry, const std::uint32_t (&cell)[3], const Pl
     if (weights[axis][1] > 0) between |= 1U << axis;
   }
   double sum = 0;
-  for (std::uint32_t corner = 0; corner < 8; ++corner) {
-    if ((corner & ~between) != 0) continue;
+  for (std::uint32_t corner = 0, left = 1U << std::popcount(between); left > 0; --left) {
     const std::uint32_t d[3] = {corner & 1, corner >> 1 & 1, corner >> 2};
     const double weight = weights[0][d[0]] * weights[1][d[1]] * weights[2][d[2]];
     sum += weight * sample(entry, number(low[0] + d[0], low[1] + d[1], low[2] + d[2]));
+    corner = (corner - between) & between;  // the next corner that differs along these axes only
   }
   return sum;
 }

@@ -20,9 +20,13 @@ struct Jump {
   bool operator<(const Jump& other) const { return size != other.size ? size > other.size : place < other.place; }
 };
 
-void keep_largest(std::vector<Jump>& jumps) {
-  std::sort(jumps.begin(), jumps.end());
-  jumps.resize(std::min(jumps.size(), kMostJumps));
+// In no order. @return the least of them
+double keep_largest(std::vector<Jump>& jumps) {
+  const auto last = jumps.begin() + kMostJumps - 1;
+  std::nth_element(jumps.begin(), last, jumps.end());
+  const double least = last->size;
+  jumps.resize(kMostJumps);
+  return least;
 }
 
 std::vector<Jump> largest_jumps(const Truth& truth, const StoredSamples& stored) {
@@ -56,12 +60,12 @@ std::vector<Jump> largest_jumps(const Truth& truth, const StoredSamples& stored)
         if (jump.size <= least) continue;
         kept.push_back(jump);
         if (kept.size() < 8 * kMostJumps) continue;
-        keep_largest(kept);
-        least = kept.back().size;
+        least = keep_largest(kept);
       }
     }
   }
-  keep_largest(kept);
+  if (kept.size() > kMostJumps) (void)keep_largest(kept);
+  std::sort(kept.begin(), kept.end());
   return kept;
 }
 

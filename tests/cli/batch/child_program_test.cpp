@@ -44,9 +44,7 @@ class ChildProgram : public testing::Test {
     EXPECT_EQ(std::sscanf(result.out.c_str(), "%d %d", &process.number, &process.earlier), 2) << result.out;
     return process;
   }
-  ProgramResult run(const std::string& word, double timeout = 0) const {
-    return run_program({word}, timeout, stop_);
-  }
+  ProgramResult run(const std::string& word, double timeout = 0) const { return run_program({word}, timeout, stop_); }
 
   std::atomic<bool> stop_ = false;
 };
