@@ -36,7 +36,7 @@ TriangleMesh to_mesh(const Array<double>& vertices, const Array<std::int64_t>& f
   for (py::ssize_t i = 0; i < at.shape(0); ++i) {
     for (py::ssize_t k = 0; k < 3; ++k) {
       if (at(i, k) < 0 || at(i, k) >= vertices.shape(0)) {
-        throw py::index_error("faces[" + std::to_string(i) + "] names vertex " + std::to_string(at(i, k)) + " of " +
+        throw py::value_error("faces[" + std::to_string(i) + "] names vertex " + std::to_string(at(i, k)) + " of " +
                               std::to_string(vertices.shape(0)));
       }
       mesh.triangles[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)] = static_cast<std::uint32_t>(at(i, k));
@@ -137,6 +137,8 @@ py::tuple surface(const py::buffer& source, double scale, std::optional<double> 
     const double usual = scale * vps::cli::step_for(asset.info(), kTriangles);
     found = vps::cli::make_field_surface(map, step.value_or(usual));
   }
+  if (found.mesh.triangles.empty())
+    throw std::invalid_argument("no cell of this size has a part of the surface in it; choose a smaller step");
   return py::make_tuple(rows_of(std::move(found.mesh.vertices)), rows_of(std::move(found.mesh.triangles)));
 }
 

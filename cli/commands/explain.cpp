@@ -99,6 +99,10 @@ int explain(const std::string& file, const std::string& folder) {
   return kOk;
 }
 
+CLI::Validator existing_folder() {
+  return {[](std::string& name) { return fs::is_directory(name) ? std::string() : "there is no folder " + name; }, ""};
+}
+
 }  // namespace
 
 Command add_explain_command(CLI::App& app) {
@@ -110,7 +114,7 @@ Command add_explain_command(CLI::App& app) {
   const auto a = std::make_shared<ExplainArguments>();
   command->add_option("FILE", a->file, "Asset of a batch, its mesh (with -o), or any asset")->required();
   command->add_option("-o,--output", a->folder, "Folder of the batch's assets [default: that of the file]")
-      ->check(CLI::ExistingDirectory)
+      ->check(existing_folder())
       ->option_text("DIR");
   command->footer("Example: vpsbake explain assets/gear.vps.hdf");
   return {command, [a] {

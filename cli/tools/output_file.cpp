@@ -19,7 +19,7 @@ std::string output_refusal(const fs::path& output, std::string_view beginning, c
     return ::isatty(STDOUT_FILENO) == 0 ? "" : "standard output is a terminal; redirect it, or give the name of a file";
   std::error_code ignored;
   const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
-  if (fs::is_directory(output, ignored)) return "this is a folder; give a file name with -o";
+  if (fs::is_directory(output, ignored)) return "this is a folder; give the name of a file";
   if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";
   if (::access(folder.c_str(), W_OK) != 0) return "the folder may not be written; choose another output";
   if (!fs::exists(output, ignored)) return "";

@@ -126,9 +126,9 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
         vps.bake(np.full((3, 3), np.nan), [[0, 1, 2]], voxel=0.01)
     with pytest.raises(vps.BakeError):
         vps.bake(np.empty((0, 3)), np.empty((0, 3), int), voxel=0.01)
-    with pytest.raises(IndexError, match=r"faces\[1\] names vertex 8 of 8"):
+    with pytest.raises(ValueError, match=r"faces\[1\] names vertex 8 of 8"):
         vps.bake(vertices, [[0, 1, 2], [0, 1, 8]], voxel=0.01)
-    with pytest.raises(IndexError):
+    with pytest.raises(ValueError):
         vps.bake(vertices, [[0, 1, -1]], voxel=0.01)
 
 

@@ -136,7 +136,7 @@ def test_bad_densities_and_steps(cube):
     for density in (0, -1, np.nan, np.inf):
         with pytest.raises(ValueError, match="density"):
             cube.mass_properties(density)
-    for step in (0.0, -1.0, np.nan, 1e-9):
+    for step in (0.0, -1.0, np.nan, 1e-9, 1e30):
         with pytest.raises(ValueError):
             cube.surface(step)
 

@@ -23,7 +23,7 @@ Threads: queries release the interpreter's lock and use `threads` threads (0: as
 results for any number. Assets may be used by any number of Python's threads.
 
 Errors: ValueError and TypeError for arguments, with the index of the first bad element; OSError for files; AssetError for
-bytes that are no asset; MissingPart for what an asset was baked without; BakeError for meshes that cannot be baked.
+bytes that are no asset; MissingPart for what an asset was baked without; BakeError for meshes that cannot be read or baked.
 `vps.bake` and `Asset.surface` need the baker's module, which is a part of its own under the GPL, and `vps.World`, a small
 Bullet world for trying assets, that of the plug-in for Bullet.
 """
@@ -265,7 +265,7 @@ class Asset:
 
         step: edge of the cells of its grid, at least a quarter of a voxel; details thinner than it are lost. Default: so that
             there are about 20 000 triangles. [m]
-        Needs the baker's module.
+        Needs the baker's module. Raises ValueError where no cell has a part of the surface in it.
         """
         if self.closed:
             raise ValueError("the asset is closed")

@@ -65,6 +65,8 @@ TEST(BatchParts, WhatIsAdvisedCanBeTyped) {
   EXPECT_EQ(merge.code, 5);
   EXPECT_NE(merge.err.find("vpsbake run 'my jobs.jsonl' --task 1"), std::string::npos) << merge.err;
   expect_refusal(folder, "explain meshes/cube.obj", 3, "give the folder of its assets with -o");
+  expect_refusal(folder, "explain meshes/cube.obj -o none", 1,
+                 "--output: there is no folder none; run vpsbake explain --help");
 }
 
 TEST(BatchParts, AnIgnoredSignalStaysIgnored) {
