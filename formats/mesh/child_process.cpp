@@ -163,6 +163,7 @@ Verdict watch(pid_t child, double timeout, const sigset_t& its_end) {
   ::sigemptyset(&child_ends);
   ::sigaddset(&child_ends, SIGCHLD);
   ::sigprocmask(SIG_BLOCK, &child_ends, nullptr);
+  std::signal(SIGCHLD, SIG_DFL);  // where it is ignored, nobody learns how a child ended
   int fd = -1;
   for (std::string message(kLongestRequest, '\0'); receive_message(socket, message, {&fd, 1});
        message.resize(kLongestRequest)) {
