@@ -26,7 +26,10 @@ int play(int argc, char** argv) {
   if (word == "crash unless first" && earlier > 1) ::raise(SIGABRT);
   if (word == "hang") std::this_thread::sleep_for(std::chrono::hours(1));
   if (word == "keep") kept.assign(64'000'000, 'x');
-  if (word == "use") std::fputc(std::vector<char>(64'000'000, 'x').back(), stderr);
+  if (word == "use") {
+    kept.assign(64'000'000, 'x');
+    std::vector<char>().swap(kept);
+  }
   if (word == "complain") std::fputs("no", stderr);
   return word == "complain" ? 3 : 0;
 }
