@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 /// @file Runs this program in child processes, so that a crash, a hang or too much memory there does no harm here.
 /// A child runs one program after another: loading the program and its sixty libraries for each, and faulting in fresh
-/// memory, would take half the time of a small bake. Children are forked from a process that was forked early and does
-/// nothing else.
+/// memory, would take a quarter of the time of a small bake. Children are forked from a process that was forked early
+/// and does nothing else.
 #pragma once
 
 #include <atomic>

@@ -37,8 +37,9 @@ using ChildWork = void (*)(const std::string& request, int fd);
 [[nodiscard]] ChildResult run_in_child(const ChildLimits& limits, ChildWork work, const std::string& request);
 
 /// Forks a process that from now on forks the children of the function above. A fork shares all pages with its child,
-/// and each page that is written afterwards costs a fault: 40 % of the time of a small bake in a process that has baked
-/// before. Call it while this process is small; a second call does nothing. The process ends with the calling thread.
+/// and each page that is written afterwards costs a fault: a quarter of the time of a small bake in a process that has
+/// baked before. Call it while this process is small; a second call does nothing. The process ends with the calling
+/// thread.
 void prepare_children();
 
 /// Writes all bytes, or ends the child. For use in `work`.
