@@ -24,29 +24,6 @@ std::string size_of(const Extent& mesh) {
   return fmt::format("{} x {} x {}", format_length(size.x()), format_length(size.y()), format_length(size.z()));
 }
 
-void check_options(const BakeOptions& o) {
-  if (!o.voxelmap && !o.pointshell) refuse_plan("nothing to bake; choose voxelmap, pointshell or both");
-  if (o.voxelmap && !o.layers && !o.scaled && !o.real)
-    refuse_plan("a voxelmap needs a field; choose layers, scaled or real");
-  if (o.precision != BakeOptions::kAutoPrecision && (o.precision < 0 || o.precision > 15)) {
-    refuse_plan("the precision is out of range; choose 0 to 15");
-  }
-  if (o.branching < 2 || o.branching > 64) refuse_plan("the branching is out of range; choose 2 to 64");
-  if (o.voxel_size == 0 && o.resolution > 8192) {
-    refuse_plan("the resolution is out of range; choose 1 to 8192 voxels");
-  }
-  for (const double band : {o.band_inside, o.band_outside}) {
-    if (!(band >= 2 && band <= 8)) refuse_plan("the band is out of range; choose 2 to 8 voxels");
-  }
-  if (!(o.field_error >= 0.01 && o.field_error <= 1))
-    refuse_plan("the field error is out of range; choose 0.01 to 1 voxels");
-  if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse_plan("alpha is out of range; choose 0.25 to 64");
-  if (!(o.thin_faces >= 1 && o.thin_faces <= 4)) refuse_plan("thin-faces is out of range; choose 1 to 4");
-  if (o.thin_faces > 1 && !(o.voxelmap && o.pointshell)) {
-    refuse_plan("thin faces need both parts: other bodies' points are sought in the voxelmap; bake both");
-  }
-}
-
 double choose_voxel_size(const Extent& mesh, const BakeOptions& options) {
   const double longest = (mesh.bounds_max - mesh.bounds_min).maxCoeff();
   const double s = options.voxel_size > 0 ? options.voxel_size : longest / options.resolution;
@@ -193,6 +170,29 @@ std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double 
   // The limit is the whole range of the integers, because samples beyond the band sharpen interpolation at its end.
   if (steps <= 127 * (1 + 1e-9)) return 127;
   return steps <= 32767 * (1 + 1e-9) ? 32767 : std::numeric_limits<std::int32_t>::max();
+}
+
+void check_options(const BakeOptions& o) {
+  if (!o.voxelmap && !o.pointshell) refuse_plan("nothing to bake; choose voxelmap, pointshell or both");
+  if (o.voxelmap && !o.layers && !o.scaled && !o.real)
+    refuse_plan("a voxelmap needs a field; choose layers, scaled or real");
+  if (o.precision != BakeOptions::kAutoPrecision && (o.precision < 0 || o.precision > 15)) {
+    refuse_plan("the precision is out of range; choose 0 to 15");
+  }
+  if (o.branching < 2 || o.branching > 64) refuse_plan("the branching is out of range; choose 2 to 64");
+  if (o.voxel_size == 0 && o.resolution > 8192) {
+    refuse_plan("the resolution is out of range; choose 1 to 8192 voxels");
+  }
+  for (const double band : {o.band_inside, o.band_outside}) {
+    if (!(band >= 2 && band <= 8)) refuse_plan("the band is out of range; choose 2 to 8 voxels");
+  }
+  if (!(o.field_error >= 0.01 && o.field_error <= 1))
+    refuse_plan("the field error is out of range; choose 0.01 to 1 voxels");
+  if (!(o.alpha >= 0.25 && o.alpha <= 64)) refuse_plan("alpha is out of range; choose 0.25 to 64");
+  if (!(o.thin_faces >= 1 && o.thin_faces <= 4)) refuse_plan("thin-faces is out of range; choose 1 to 4");
+  if (o.thin_faces > 1 && !(o.voxelmap && o.pointshell)) {
+    refuse_plan("thin faces need both parts: other bodies' points are sought in the voxelmap; bake both");
+  }
 }
 
 GridPlan plan_grid(const Extent& mesh, const BakeOptions& options) {

@@ -22,7 +22,10 @@ struct GridPlan {
 
 [[nodiscard]] Extent extent_of(const Surface& surface);
 
-/// @throw BakeError when an option is out of range or the grid does not suit the mesh
+/// @throw BakeError when an option is out of range, or options exclude each other
+void check_options(const BakeOptions& options);
+
+/// @throw BakeError when check_options does, or when the grid does not suit the mesh
 [[nodiscard]] GridPlan plan_grid(const Extent& mesh, const BakeOptions& options);
 
 /// Largest absolute value that `scaled` may hold: 127 or 32767. Larger than both when the band does not fit 16 bits.

@@ -10,6 +10,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "bake/store/vps_store.h"
@@ -86,6 +88,22 @@ vps::bake::BakeSettings to_settings(const py::dict& given) {
   return settings;
 }
 
+// Messages name options as the command line does.
+std::string with_python_names(std::string message) {
+  constexpr std::pair<std::string_view, std::string_view> kNames[] = {
+      {"--open-surface thicken=", "sheet_thickness="},
+      {"--repair ", "repair="},
+      {"--resolution", "resolution"},
+      {"--unit", "unit"},
+      {"--voxel", "voxel"},
+  };
+  for (const auto& [option, name] : kNames) {
+    for (std::size_t at = 0; (at = message.find(option, at)) != std::string::npos; at += name.size())
+      message.replace(at, option.size(), name);
+  }
+  return message;
+}
+
 // The bytes of an asset, which the array keeps open, and what was repaired.
 py::tuple to_python(const vps::bake::StoredAsset& stored, const std::string& cache) {
   using Held = std::shared_ptr<const vps::Asset>;
@@ -94,7 +112,8 @@ py::tuple to_python(const vps::bake::StoredAsset& stored, const std::string& cac
   py::array_t<std::uint8_t> array(static_cast<py::ssize_t>(bytes.size()),
                                   reinterpret_cast<const std::uint8_t*>(bytes.data()), owner);
   array.attr("flags").attr("writeable") = false;
-  std::vector<std::string> notes = stored.report.notes;
+  std::vector<std::string> notes;
+  for (const std::string& note : stored.report.notes) notes.push_back(with_python_names(note));
   if (!stored.warning.empty()) notes.push_back(cache + ": " + stored.warning + "; the asset is not kept there");
   return py::make_tuple(array, notes);
 }
@@ -152,7 +171,7 @@ PYBIND11_MODULE(_bake, m) {
     } catch (const vps::bake::LoadError& error) {
       const std::string file = error.file.empty() ? "" : error.file + ": ";
       const py::object type = py::module_::import("vps").attr("BakeError");
-      const py::object raised = type(file + error.what());
+      const py::object raised = type(file + with_python_names(error.what()));
       raised.attr("stage") = error.stage;
       PyErr_SetObject(type.ptr(), raised.ptr());
     } catch (const vps::cli::FieldSurfaceError& error) {

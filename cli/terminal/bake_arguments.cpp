@@ -27,18 +27,21 @@ std::filesystem::path mesh_file(const BakeArguments& arguments) {
   return file_to_read(arguments.mesh);
 }
 
-bake::BakeSettings complete_settings(const BakeArguments& arguments) {
+bake::BakeOptions complete_options(const BakeArguments& arguments) {
   const auto has = [](const std::vector<std::string>& list, const char* name) {
     return std::find(list.begin(), list.end(), name) != list.end();
   };
-  bake::BakeSettings settings{arguments.options, complete_import(arguments), arguments.max_error};
-  bake::BakeOptions& options = settings.options;
+  bake::BakeOptions options = arguments.options;
   options.layers = has(arguments.fields, "layers");
   options.scaled = has(arguments.fields, "scaled");
   options.real = has(arguments.fields, "real");
   options.voxelmap = has(arguments.parts, "voxelmap");
   options.pointshell = has(arguments.parts, "pointshell");
-  return settings;
+  return options;
+}
+
+bake::BakeSettings complete_settings(const BakeArguments& arguments) {
+  return {complete_options(arguments), complete_import(arguments), arguments.max_error};
 }
 
 ImportedMesh import_with(const BakeArguments& arguments) {

@@ -44,6 +44,9 @@ struct BakeArguments {
 /// Reads the mesh in metres. @throw ImportError
 [[nodiscard]] ImportedMesh import_with(const BakeArguments& arguments);
 
+/// The options with the parts and fields that were named.
+[[nodiscard]] bake::BakeOptions complete_options(const BakeArguments& arguments);
+
 /// The settings that the arguments give.
 [[nodiscard]] bake::BakeSettings complete_settings(const BakeArguments& arguments);
 

@@ -2,12 +2,25 @@
 #include "cli/terminal/bake_options.h"
 
 #include <algorithm>
+#include <functional>
 #include <string>
+#include <utility>
 
+#include "bake/plan.h"
 #include "cli/terminal/options.h"
+#include "cli/terminal/units.h"
 
 namespace vps::cli {
 namespace {
+
+// @throw UsageError
+void check(const bake::BakeOptions& options) {
+  try {
+    bake::check_options(options);
+  } catch (const bake::BakeError& error) {
+    throw UsageError(error.what());
+  }
+}
 
 void add_error_option(CLI::App& app, BakeArguments& arguments) {
   add_text_option(
@@ -21,24 +34,27 @@ void add_error_option(CLI::App& app, BakeArguments& arguments) {
 
 void add_content_options(CLI::App& app, BakeArguments& arguments) {
   constexpr const char* kGroup = "Contents of the asset";
-  add_text_option(
-      app, "--band-inside",
-      [&](const std::string& text) { arguments.options.band_inside = parse_voxels(text, "2.5vx"); },
-      "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
-  add_text_option(
-      app, "--band-outside",
-      [&](const std::string& text) { arguments.options.band_outside = parse_voxels(text, "2.5vx"); },
-      "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
-  add_text_option(
-      app, "--field-error",
-      [&](const std::string& text) { arguments.options.field_error = parse_voxels(text, "0.1vx"); },
+  // A number out of its range is refused here: in a batch before any mesh is read.
+  const auto add_number = [&](const char* name, double bake::BakeOptions::*option,
+                              std::function<double(const std::string&)> parse, const char* description) {
+    const auto take = [&options = arguments.options, option, parse = std::move(parse)](const std::string& text) {
+      options.*option = parse(text);
+      check(options);
+    };
+    return add_text_option(app, name, take, description)->group(kGroup);
+  };
+  const auto voxels = [](const std::string& text) { return parse_voxels(text, "2.5vx"); };
+  add_number("--band-inside", &bake::BakeOptions::band_inside, voxels,
+             "Depth to which distances are kept, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS");
+  add_number("--band-outside", &bake::BakeOptions::band_outside, voxels,
+             "Reach of the distances kept outside, 2vx to 8vx [default: 2.5vx]")
+      ->option_text("VOXELS");
+  add_number(
+      "--field-error", &bake::BakeOptions::field_error,
+      [](const std::string& text) { return parse_voxels(text, "0.1vx"); },
       "Largest error of interpolated distances, 0.01vx to 1vx [default: 0.1vx]")
-      ->option_text("VOXELS")
-      ->group(kGroup);
+      ->option_text("VOXELS");
   app.add_flag("--prove-bound", arguments.options.prove_bound,
                "Prove the bound of interpolated distances for every cell: 1.0 to 1.5 times the time")
       ->group(kGroup);
@@ -63,17 +79,15 @@ void add_content_options(CLI::App& app, BakeArguments& arguments) {
               "Children of a tree node, about, 2 to 64 [default: 14]")
       ->option_text("K")
       ->group(kGroup);
-  add_text_option(
-      app, "--alpha", [&](const std::string& text) { arguments.options.alpha = parse_factor("--alpha", text); },
+  add_number(
+      "--alpha", &bake::BakeOptions::alpha, [](const std::string& text) { return parse_factor("--alpha", text); },
       "Spacing of the pointshell in voxels, 0.25 to 64 [default: 1.41]")
-      ->option_text("X")
-      ->group(kGroup);
-  add_text_option(
-      app, "--thin-faces",
-      [&](const std::string& text) { arguments.options.thin_faces = parse_factor("--thin-faces", text); },
+      ->option_text("X");
+  add_number(
+      "--thin-faces", &bake::BakeOptions::thin_faces,
+      [](const std::string& text) { return parse_factor("--thin-faces", text); },
       "Space points inside flat faces up to X times as far, 1 to 4 [default: 1]")
-      ->option_text("X")
-      ->group(kGroup);
+      ->option_text("X");
 }
 
 }  // namespace
@@ -88,6 +102,11 @@ void add_bake_options(CLI::App& app, BakeArguments& arguments) {
 
 void complete_bake_options(const CLI::App& app, BakeArguments& bake) {
   set_default_grid(bake);
+  try {
+    check(complete_options(bake));
+  } catch (const UsageError& error) {
+    throw CLI::ValidationError(error.what());
+  }
   if (std::find(bake.parts.begin(), bake.parts.end(), "voxelmap") != bake.parts.end()) return;
   for (const char* const name : {"--fields", "--precision", "--field-error"}) {
     if (app.get_option(name)->count() > 0)

@@ -119,6 +119,9 @@ def test_meshes_that_cannot_be_baked_say_why(tmp_path):
     with pytest.raises(vps.BakeError, match=";") as raised:
         vps.bake(vertices, faces[1:], voxel=0.01, repair="none")
     assert raised.value.stage
+    assert "repair=fill" in str(raised.value) and "sheet_thickness=" in str(raised.value)  # as vps.bake names them
+    with pytest.raises(vps.BakeError, match=r"unit right\? \(unit\)"):
+        vps.bake(vertices, faces, voxel=1)
     with pytest.raises(vps.BakeError, match="no_such.obj") as raised:
         vps.bake(tmp_path / "no_such.obj", voxel=0.01)
     assert raised.value.stage == "import"

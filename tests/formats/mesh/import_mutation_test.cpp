@@ -99,6 +99,44 @@ void expect_a_verdict_for_each(int files) {
   }
 }
 
+// The mesh, or why there is none, in bytes.
+std::string outcome(const fs::path& file, double timeout) {
+  ImportOptions options;
+  options.timeout = timeout;
+  try {
+    const ImportedMesh mesh = import_mesh(file, options);
+    std::string bytes = "notes:";
+    for (const std::string& note : mesh.notes) bytes += note + '\n';
+    const auto append = [&](const auto& rows) {
+      if (!rows.empty()) bytes.append(reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof rows[0]);
+    };
+    append(mesh.vertices);
+    append(mesh.triangles);
+    return bytes;
+  } catch (const ImportError& error) {
+    return error.what();
+  }
+}
+
+// A child reads every file that may take less than a second.
+TEST(ImportMutation, ASmallFileIsTheSameReadHereAndInAChild) {
+  const TemporaryFolder folder;
+  int meshes = 0, refused = 0;
+  for (const Seed& seed : make_seeds(folder.path())) {
+    if (seed.extension != ".obj" && seed.extension != ".off" && seed.extension != ".stl") continue;
+    const fs::path file = folder / ("mutant" + seed.extension);
+    for (unsigned i = 0; i < 40; ++i) {
+      std::mt19937_64 random(i);
+      write_file(file, i == 0 ? seed.bytes : mutate(seed.bytes, random));
+      const std::string here = outcome(file, 60);
+      ASSERT_EQ(here, outcome(file, 0.99)) << seed.name << ", mutant " << i;
+      ++(here.starts_with("notes:") ? meshes : refused);
+    }
+  }
+  EXPECT_GT(meshes, 20);
+  EXPECT_GT(refused, 20);
+}
+
 TEST(ImportMutation, SixHundredDamagedFilesEachGetAVerdict) {
   expect_a_verdict_for_each(600);
 }
