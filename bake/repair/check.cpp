@@ -307,11 +307,16 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   refuse_far_vertices(mesh, settings.voxel_size);
   drop_duplicates(mesh, cleaned);
   if (mesh.triangles.empty()) refuse("the mesh encloses no volume; give it thickness");
-  bool closed = count_unbalanced(mesh) == 0;
+  UnsetVector<EdgeUse> edges = sorted_edges(mesh.triangles);
+  bool closed = count_unbalanced(edges) == 0;
+  const auto renew_edges = [&] {
+    edges = sorted_edges(mesh.triangles);
+    closed = count_unbalanced(edges) == 0;
+  };
   if (!closed) {
     const std::size_t turned = orient_consistently(mesh);
     if (turned > 0) notes.push_back(fmt::format("turned {} triangles wound against their neighbours", turned));
-    closed = count_unbalanced(mesh) == 0;
+    renew_edges();
   }
   if (settings.sheet_thickness > 0) {
     // Sheets inside a solid add nothing, and the shell around a thickened one would be a cavity.
@@ -321,7 +326,7 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
       notes.push_back(fmt::format("{} open surface{} made {} thick", sheets, plural(sheets),
                                   format_length(settings.sheet_thickness)));
     }
-    closed = count_unbalanced(mesh) == 0;
+    renew_edges();
   }
   const auto begin = [&](const char* step) {
     if (settings.progress) settings.progress(step);
@@ -329,12 +334,15 @@ Surface closed_surface(const TriangleMesh& input, const RepairSettings& settings
   begin("check: close");
   if (!closed || settings.repair == Repair::wrap) {
     close_mesh(mesh, (extent.bounds_max - extent.bounds_min).maxCoeff(), settings, outcome, filling);
+    renew_edges();
   }
+  const Pieces pieces = closed_pieces(mesh.triangles, edges);
+  edges = {};  // the largest array of the check
   warn_of_large_filling(settings.voxel_size, outcome);
   begin("check: crossing triangles");
   const std::vector<TrianglePair> pairs = self_intersections(mesh);
   begin("check: unite shells");
-  const ShellCounts resolved = resolve_shells(mesh, pairs);
+  const ShellCounts resolved = resolve_shells(mesh, pairs, pieces);
   note_shells(resolved, notes);
   const bool may_have_opened = resolved.united + resolved.flat > 0;
   if (const std::size_t open = may_have_opened ? count_unbalanced(mesh) : 0; open > 0) refuse_union(open);

@@ -33,20 +33,19 @@ std::size_t drop_collapsed(Mesh& mesh) {
 
 Mesh join_vertices(const TriangleMesh& mesh, CleanCounts& counts) {
   Mesh joined;
-  PositionNumbers numbers(mesh.vertices.size());
+  PositionNumbers<Vector> numbers(mesh.vertices.size());
   joined.triangles.reserve(mesh.triangles.size());
   std::vector<std::uint32_t> number(mesh.vertices.size(), kNoBrick);
   for (const auto& triangle : mesh.triangles) {
     Triangle t{};
     for (std::size_t k = 0; k < 3; ++k) {
       std::uint32_t& n = number[triangle[k]];
-      if (n == kNoBrick) n = numbers.number_of(mesh.vertices[triangle[k]]);
+      if (n == kNoBrick) n = numbers.number_of(Vector(mesh.vertices[triangle[k]].data()));
       t[k] = n;
     }
     joined.triangles.push_back(t);
   }
-  joined.vertices.reserve(numbers.positions().size());
-  for (const auto& [x, y, z] : numbers.positions()) joined.vertices.emplace_back(x, y, z);
+  joined.vertices = std::move(numbers).take_positions();
   counts.collapsed += drop_collapsed(joined);
   drop_unused_vertices(joined);
   return joined;

@@ -90,7 +90,7 @@ struct OpenEdges {
 
 OpenEdges find_open_edges(const Mesh& mesh) {
   OpenEdges open;
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) {
     int balance = edge_balance(edge);
     for (const EdgeUse& use : edge) {
@@ -201,11 +201,14 @@ double least_height(const Vector& a, const Vector& b, const Vector& c) {
 
 }  // namespace
 
-std::size_t count_unbalanced(const Mesh& mesh) {
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+std::size_t count_unbalanced(std::span<const EdgeUse> uses) {
   std::size_t count = 0;
-  for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) { count += edge_balance(edge) != 0; });
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) { count += edge_balance(edge) != 0; });
   return count;
+}
+
+std::size_t count_unbalanced(const Mesh& mesh) {
+  return count_unbalanced(sorted_edges(mesh.triangles));
 }
 
 std::size_t weld_vertices(Mesh& mesh, double tolerance) {

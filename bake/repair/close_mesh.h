@@ -3,8 +3,9 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
-#include "bake/geometry.h"
+#include "bake/repair/topology.h"
 
 namespace vps::bake {
 
@@ -32,6 +33,7 @@ struct FilledHoles {
 FilledHoles fill_holes(Mesh& mesh, double widest);
 
 /// Number of edges that are used more often in one direction than in the other.
+[[nodiscard]] std::size_t count_unbalanced(std::span<const EdgeUse> uses);
 [[nodiscard]] std::size_t count_unbalanced(const Mesh& mesh);
 
 }  // namespace vps::bake

@@ -41,8 +41,6 @@ struct CollectCuts {
   }
 };
 
-using Position = PositionNumbers::Position;
-
 // Equal exact numbers must round to equal doubles. CGAL's to_double of a lazy number depends on how it was computed.
 double rounded(const Exact::FT& x) {
   const auto [low, high] = CGAL::to_interval(x);
@@ -51,7 +49,7 @@ double rounded(const Exact::FT& x) {
 
 // The pieces of one triangle.
 struct TrianglePieces {
-  std::vector<Position> vertices;
+  std::vector<Vector> vertices;
   std::vector<Triangle> triangles;
   std::vector<std::uint32_t> regions;  // of each piece; cuts lie between regions, none within one
 };
@@ -70,8 +68,7 @@ class PieceCollector {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::uint32_t vertex = uncut_.triangles[origin][k];
       std::uint32_t& number = uncut_numbers_[vertex];
-      const Vector& v = uncut_.vertices[vertex];
-      if (number == kNone) number = numbers_.number_of({v.x(), v.y(), v.z()});
+      if (number == kNone) number = numbers_.number_of(uncut_.vertices[vertex]);
       t[k] = number;
     }
     add(t, origin);
@@ -79,7 +76,7 @@ class PieceCollector {
 
   void add(const TrianglePieces& pieces, std::uint32_t origin) {
     new_numbers_.clear();
-    for (const Position& p : pieces.vertices) new_numbers_.push_back(numbers_.number_of(p));
+    for (const Vector& p : pieces.vertices) new_numbers_.push_back(numbers_.number_of(p));
     last_.assign(pieces.triangles.size(), kNone);
     for (std::size_t i = 0; i < pieces.triangles.size(); ++i) {
       const auto& [a, b, c] = pieces.triangles[i];
@@ -93,10 +90,7 @@ class PieceCollector {
   }
 
   // After the last triangle.
-  void take_vertices() {
-    result_.pieces.vertices.reserve(numbers_.positions().size());
-    for (const auto& [x, y, z] : numbers_.positions()) result_.pieces.vertices.emplace_back(x, y, z);
-  }
+  void take_vertices() { result_.pieces.vertices = std::move(numbers_).take_positions(); }
 
  private:
   static constexpr std::uint32_t kNone = ~0U;
@@ -111,7 +105,7 @@ class PieceCollector {
 
   const Mesh& uncut_;
   CutShells& result_;
-  PositionNumbers numbers_;
+  PositionNumbers<Vector> numbers_;
   std::vector<std::uint32_t> uncut_numbers_;  // of the mesh's vertices
   // Kept from call to call for their memory.
   std::vector<std::uint32_t> new_numbers_;  // of the vertices of the triangle that is added
@@ -173,13 +167,13 @@ class Cutter {
   }
 
   // Points that were given are evaluated once for all triangles that they cut. Where cuts cross, the plane decides.
-  [[nodiscard]] Position position_of(Delaunay::Vertex_handle vertex) const {
+  [[nodiscard]] Vector position_of(Delaunay::Vertex_handle vertex) const {
     const auto it = given_.find(vertex);
     if (it != given_.end()) return {rounded(it->second.x()), rounded(it->second.y()), rounded(it->second.z())};
     const Exact::Plane_3 plane(corners_[0], corners_[1], corners_[2]);
     const Exact::FT n[3] = {plane.a(), plane.b(), plane.c()};
     const Point2& p = vertex->point();
-    Position out{};
+    Vector out;
     out[static_cast<std::size_t>(u_)] = rounded(p.x());
     out[static_cast<std::size_t>(v_)] = rounded(p.y());
     out[static_cast<std::size_t>(drop_)] = rounded(-(plane.d() + n[u_] * p.x() + n[v_] * p.y()) / n[drop_]);

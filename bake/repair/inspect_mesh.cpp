@@ -68,7 +68,7 @@ MeshReport inspect_mesh(const TriangleMesh& input, const BakeOptions& options) {
   const Mesh mesh = join_vertices(input, cleaned);
   report.vertices = mesh.vertices.size();
   report.components = pieces_by_vertices(mesh.triangles, mesh.vertices.size()).count;
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   count_edges(uses, report);
   report.nonmanifold_vertices = count_nonmanifold_vertices(mesh, uses);
   const auto begin = [&](const char* step) {

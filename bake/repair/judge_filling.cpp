@@ -88,7 +88,7 @@ double share_of_sheets(const Filling& filling) {
     double volume6 = 0;
     bool filled = false;
   };
-  const Pieces pieces = closed_pieces(mesh.triangles, sorted_edges(mesh.triangles));
+  const Pieces pieces = closed_pieces(mesh.triangles);
   std::vector<Piece> all(pieces.count);
   double area = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {

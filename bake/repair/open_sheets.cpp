@@ -20,7 +20,7 @@ struct Piece {
 
 OpenSheets drop_enclosed_sheets(Mesh& mesh) {
   OpenSheets result;
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   const Pieces pieces = closed_pieces(mesh.triangles, uses);
   const std::vector<std::uint8_t> open = open_pieces(pieces, uses);
   std::vector<Piece> all(pieces.count);
@@ -34,7 +34,7 @@ OpenSheets drop_enclosed_sheets(Mesh& mesh) {
   }
   if (solid.triangles.empty() || solid.triangles.size() == mesh.triangles.size()) return result;
   drop_unused_vertices(solid);
-  resolve_shells(solid, self_intersections(solid));
+  resolve_shells(solid, self_intersections(solid), closed_pieces(solid.triangles));
   if (solid.triangles.empty()) return result;
 
   // Solid and sheets get separate vertices, so that every touch is an intersection.

@@ -107,7 +107,7 @@ void balance_patches(std::span<const EdgeUse> uses, const Patches& patches, std:
 }  // namespace
 
 std::size_t orient_consistently(Mesh& mesh) {
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   std::vector<std::uint8_t> turned(mesh.triangles.size(), 0);
   const Patches patches = orient_patches(mesh, find_neighbours(mesh, uses), turned);
   balance_patches(uses, patches, turned);

@@ -140,10 +140,9 @@ class Nesting {
 
 }  // namespace
 
-ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs) {
+ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs, const Pieces& pieces) {
   ShellCounts counts;
   counts.intersections = pairs.size();
-  const Pieces pieces = closed_pieces(mesh.triangles, sorted_edges(mesh.triangles));
   counts.shells = pieces.count;
   if (pieces.count == 1 && pairs.empty()) {
     if (signed_volume6(mesh) < 0) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bake/repair/self_intersections.h"
+#include "bake/repair/topology.h"
 
 namespace vps::bake {
 
@@ -18,8 +19,9 @@ struct ShellCounts {
 /// Unites shells that meet (their solids, not their surfaces). A shell inside another is a cavity, one inside a cavity
 /// is solid again, and so on. The input's winding of these shells does not matter.
 /// @param mesh  every edge balanced, no triangle uses a vertex twice
-/// @param pairs  its self-intersections
+/// @param pairs   its self-intersections
+/// @param pieces  its closed_pieces
 /// @return counts; the mesh then has winding number 1 inside and 0 outside
-ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs);
+ShellCounts resolve_shells(Mesh& mesh, const std::vector<TrianglePair>& pairs, const Pieces& pieces);
 
 }  // namespace vps::bake

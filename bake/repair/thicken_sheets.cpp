@@ -61,7 +61,7 @@ void extrude(const Mesh& mesh, const std::vector<std::uint32_t>& patch, double h
     out.triangles.push_back(top);
     out.triangles.push_back({top[0] + 1, top[2] + 1, top[1] + 1});
   }
-  const std::vector<EdgeUse> uses = sorted_edges(sheet);
+  const UnsetVector<EdgeUse> uses = sorted_edges(sheet);
   for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) {
     int balance = edge_balance(edge);
     for (; balance != 0; balance += balance > 0 ? -1 : 1) {
@@ -76,7 +76,7 @@ void extrude(const Mesh& mesh, const std::vector<std::uint32_t>& patch, double h
 }  // namespace
 
 std::size_t thicken_sheets(Mesh& mesh, double thickness) {
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   const Pieces pieces = closed_pieces(mesh.triangles, uses);
   const std::vector<std::uint8_t> open = open_pieces(pieces, uses);
   DisjointSets sets(mesh.triangles.size());

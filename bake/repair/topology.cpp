@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/repair/topology.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <numeric>
 #include <tuple>
 
@@ -25,25 +27,30 @@ Pieces number_pieces(DisjointSets& sets, std::size_t triangles) {
 
 }  // namespace
 
-std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
-  // Counted by the smaller vertex first: few edges remain to be compared.
-  std::vector<std::uint32_t> start(1, 0);
+UnsetVector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
+  // Counted by the smaller vertex first: few edges remain to be compared. Threads take places in any order, but what
+  // is compared after that differs between any two uses of an edge.
   const auto for_each_use = [&](auto visit) {
-    for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) visit(t, triangles[t][k], triangles[t][(k + 1) % 3]);
-    }
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(triangles.size())),
+                      [&](const tbb::blocked_range<std::uint32_t>& range) {
+                        for (std::uint32_t t = range.begin(); t < range.end(); ++t) {
+                          for (std::size_t k = 0; k < 3; ++k) visit(t, triangles[t][k], triangles[t][(k + 1) % 3]);
+                        }
+                      });
   };
-  for_each_use([&](std::uint32_t, std::uint32_t from, std::uint32_t to) {
-    const std::size_t low = std::min(from, to);
-    if (start.size() < low + 2) start.resize(low + 2, 0);
-    ++start[low + 1];
-  });
+  std::uint32_t vertices = 0;
+  for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
+  std::vector<std::uint32_t> start(vertices + 1, 0);
+  const auto add_one = [](std::uint32_t& number) {
+    return std::atomic_ref(number).fetch_add(1, std::memory_order_relaxed);
+  };
+  for_each_use([&](std::uint32_t, std::uint32_t from, std::uint32_t to) { add_one(start[std::min(from, to) + 1]); });
   std::partial_sum(start.begin(), start.end(), start.begin());
   std::vector<std::uint32_t> next(start.begin(), start.end() - 1);
-  std::vector<EdgeUse> uses(3 * triangles.size());
+  UnsetVector<EdgeUse> uses(3 * triangles.size());
   for_each_use([&](std::uint32_t t, std::uint32_t from, std::uint32_t to) {
     const std::uint32_t low = std::min(from, to);
-    uses[next[low]++] = {std::uint64_t{low} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0};
+    uses[add_one(next[low])] = {std::uint64_t{low} << 32 | std::max(from, to), t, from < to ? std::uint32_t{1} : 0};
   });
   tbb::parallel_for(std::size_t{0}, start.size() - 1, [&](std::size_t v) {
     std::sort(uses.begin() + start[v], uses.begin() + start[v + 1], [](const EdgeUse& a, const EdgeUse& b) {
@@ -104,6 +111,10 @@ Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const Edg
   });
   for (const auto& [a, b] : joins) sets.join(a, b);
   return number_pieces(sets, triangles.size());
+}
+
+Pieces closed_pieces(const std::vector<Triangle>& triangles) {
+  return closed_pieces(triangles, sorted_edges(triangles));
 }
 
 std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses) {

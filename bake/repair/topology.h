@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "bake/geometry.h"
+#include "bake/unset_vector.h"
 
 namespace vps::bake {
 
@@ -24,7 +25,7 @@ struct EdgeUse {
 };
 
 /// All edge uses, sorted by edge, then by triangle.
-[[nodiscard]] std::vector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles);
+[[nodiscard]] UnsetVector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles);
 
 /// Calls visit(span of uses) once per edge.
 template <class Visit>
@@ -68,6 +69,7 @@ struct Pieces {
 /// Triangles that share an edge with exactly two uses belong together. A piece that is not closed then also joins the
 /// other open pieces at its edges with more uses. So solids that touch in an edge stay separate.
 [[nodiscard]] Pieces closed_pieces(const std::vector<Triangle>& triangles, std::span<const EdgeUse> uses);
+[[nodiscard]] Pieces closed_pieces(const std::vector<Triangle>& triangles);
 
 /// One byte per piece: 1 when the piece's own uses of some edge are unbalanced. Other pieces' uses do not count.
 [[nodiscard]] std::vector<std::uint8_t> open_pieces(const Pieces& pieces, std::span<const EdgeUse> uses);

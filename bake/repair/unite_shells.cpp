@@ -28,13 +28,32 @@ class Crossings {
   explicit Crossings(const Mesh& mesh) : mesh_(mesh) {}
 
   static Vector turned(const Vector& v, int axis) { return {v[axis], v[(axis + 1) % 3], v[(axis + 2) % 3]}; }
+  [[nodiscard]] std::array<Vector, 3> corners(std::uint32_t t, int axis) const {
+    return {turned(mesh_.corner(t, 0), axis), turned(mesh_.corner(t, 1), axis), turned(mesh_.corner(t, 2), axis)};
+  }
+
+  // Calls visit(triangle, crossing) for each triangle that the line through `point` parallel to x crosses.
+  // @param point  turned
+  template <class Visit>
+  void for_each(const Vector& point, int axis, Visit visit) {
+    if (lines_ >= kFewLines) return along(axis).lines->for_each_crossing(point, visit);
+    ++lines_;
+    for (std::uint32_t t = 0; t < mesh_.triangles.size(); ++t) {
+      const auto [a, b, c] = corners(t, axis);
+      const int crossing = line_crossing(point.y(), point.z(), a, b, c);
+      if (crossing != 0) visit(t, crossing);
+    }
+  }
+
+ private:
+  // So many lines are compared with all triangles sooner than the triangles are sorted into columns.
+  static constexpr int kFewLines = 64;
 
   struct Along {
     Mesh mesh;
     Grid grid;
     std::unique_ptr<InsideTest> lines;
   };
-
   const Along& along(int axis) {
     Along& a = along_[static_cast<std::size_t>(axis)];
     if (a.lines) return a;
@@ -45,8 +64,8 @@ class Crossings {
     return a;
   }
 
- private:
   const Mesh& mesh_;
+  int lines_ = 0;
   std::array<Along, 3> along_;
 };
 
@@ -60,9 +79,8 @@ class Classifier {
   Verdict judge(const Vector& point, const Vector& normal, std::uint32_t origin) {
     int axis = 0;
     normal.cwiseAbs().maxCoeff(&axis);
-    const Crossings::Along& along = crossings_.along(axis);
     const Vector p = Crossings::turned(point, axis);
-    const Point3 place = on_plane(p, along.mesh, origin);
+    const Point3 place = on_plane(p, corners(origin, axis));
     const auto found = coplanar_.find(origin);
     const auto is_coplanar = [&](std::uint32_t t) {
       return found != coplanar_.end() && std::binary_search(found->second.begin(), found->second.end(), t);
@@ -73,10 +91,10 @@ class Classifier {
     };
     std::vector<Sheet> sheets;
     int far = 0;
-    along.lines->for_each_crossing(p, [&](std::uint32_t t, int crossing) {
+    crossings_.for_each(p, axis, [&](std::uint32_t t, int crossing) {
       if (t == origin || is_coplanar(t)) {
         sheets.push_back({t, crossing});
-      } else if (is_beyond(place, along.mesh, t, crossing)) {
+      } else if (is_beyond(place, corners(t, axis), crossing)) {
         far -= crossing;
       }
     });
@@ -98,23 +116,21 @@ class Classifier {
   [[nodiscard]] int least_winding() const { return least_; }
 
  private:
-  static std::array<Point3, 3> corners(const Mesh& mesh, std::uint32_t t) {
-    const auto exact = [&](int k) {
-      const Vector& v = mesh.corner(t, k);
-      return Point3(v.x(), v.y(), v.z());
-    };
-    return {exact(0), exact(1), exact(2)};
+  [[nodiscard]] std::array<Point3, 3> corners(std::uint32_t t, int axis) const {
+    const auto exact = [](const Vector& v) { return Point3(v.x(), v.y(), v.z()); };
+    const auto [a, b, c] = crossings_.corners(t, axis);
+    return {exact(a), exact(b), exact(c)};
   }
   // Where the line through a point parallel to x meets a triangle's plane. Sheets may be closer to each other than a
   // rounded point is to either.
-  static Point3 on_plane(const Vector& p, const Mesh& mesh, std::uint32_t t) {
-    const auto [a, b, c] = corners(mesh, t);
+  static Point3 on_plane(const Vector& p, const std::array<Point3, 3>& triangle) {
+    const auto& [a, b, c] = triangle;
     const Exact::Plane_3 plane(a, b, c);
     return {-(plane.d() + plane.b() * p.y() + plane.c() * p.z()) / plane.a(), p.y(), p.z()};
   }
   // Whether that line meets another triangle at a greater x.
-  static bool is_beyond(const Point3& place, const Mesh& mesh, std::uint32_t t, int crossing) {
-    const auto [a, b, c] = corners(mesh, t);
+  static bool is_beyond(const Point3& place, const std::array<Point3, 3>& triangle, int crossing) {
+    const auto& [a, b, c] = triangle;
     const CGAL::Orientation side = CGAL::orientation(a, b, c, place);
     return side != CGAL::ZERO && (side == CGAL::POSITIVE) != (crossing < 0);
   }
@@ -214,7 +230,7 @@ Mesh outer_boundary(const Mesh& mesh, const CutShells& cut, int& least) {
   // triangle ends, as no cut lies on the edge then. Equal positions elsewhere may be due to rounding.
   DisjointSets sets(pieces.triangles.size());
   for (const auto& [a, b] : cut.neighbours) sets.join(a, b);
-  const std::vector<EdgeUse> uses = sorted_edges(pieces.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(pieces.triangles);
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     const auto is_whole = [&](const EdgeUse& use) { return cut.whole[cut.origins[use.triangle]] != 0; };
     if (edge.size() == 2 && (is_whole(edge[0]) || is_whole(edge[1]))) sets.join(edge[0].triangle, edge[1].triangle);
@@ -246,6 +262,7 @@ Mesh outer_boundary(const Mesh& mesh, const CutShells& cut, int& least) {
 
   least = classifier.least_winding();
   Mesh boundary;
+  boundary.triangles.reserve(verdicts.size());
   for (std::uint32_t t = 0; t < pieces.triangles.size(); ++t) {
     if (verdicts[t] == Verdict::keep) boundary.triangles.push_back(pieces.triangles[t]);
   }

@@ -52,10 +52,7 @@ Grid columns_for(const Mesh& mesh, const Grid& grid) {
 
 }  // namespace
 
-int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle) {
-  const Vector& a = mesh.corner(triangle, 0);
-  const Vector& b = mesh.corner(triangle, 1);
-  const Vector& c = mesh.corner(triangle, 2);
+int line_crossing(double y, double z, const Vector& a, const Vector& b, const Vector& c) {
   if (y < std::min({a.y(), b.y(), c.y()}) || y > std::max({a.y(), b.y(), c.y()}) ||
       z < std::min({a.z(), b.z(), c.z()}) || z > std::max({a.z(), b.z(), c.z()})) {
     return 0;

@@ -14,7 +14,10 @@ namespace vps::bake {
 
 /// How a line parallel to x through (y, z) meets a triangle. 0: not at all. +1: the line enters the solid there, going
 /// towards +x. -1: it leaves the solid.
-[[nodiscard]] int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle);
+[[nodiscard]] int line_crossing(double y, double z, const Vector& a, const Vector& b, const Vector& c);
+[[nodiscard]] inline int line_crossing(double y, double z, const Mesh& mesh, std::size_t triangle) {
+  return line_crossing(y, z, mesh.corner(triangle, 0), mesh.corner(triangle, 1), mesh.corner(triangle, 2));
+}
 
 /// x of the crossing with the triangle's plane. Rounded; decide near ties with `crossing_is_beyond`.
 [[nodiscard]] double crossing_x(double y, double z, const Mesh& mesh, std::size_t triangle);

@@ -43,7 +43,7 @@ std::string hash_file(const fs::path& path, std::string& stamps, std::string* te
   stamps += fmt::format("{} {} {} {}\n", facts.st_dev, facts.st_ino, facts.st_ctim.tv_sec, facts.st_ctim.tv_nsec);
   XXH3_state_t state;
   XXH3_128bits_reset(&state);
-  std::vector<char> buffer(good ? std::clamp<std::size_t>(static_cast<std::size_t>(facts.st_size), 1, 1 << 20) : 0);
+  std::vector<char> buffer(good ? std::clamp<std::size_t>(static_cast<std::size_t>(facts.st_size), 1, 1 << 16) : 0);
   while (good) {
     const ssize_t got = ::read(fd, buffer.data(), buffer.size());
     if (got == 0) break;

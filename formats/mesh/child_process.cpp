@@ -94,17 +94,17 @@ int keep_only(int fd) {
 }
 
 // Reads up to the end of the pipe. False when the time runs out before that.
-bool collect(int fd, double timeout, std::vector<std::byte>& bytes) {
+bool collect(int fd, double timeout, GrowingBytes& bytes) {
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(timeout);
-  std::vector<std::byte> buffer(1 << 16);  // as much as a pipe holds
   while (true) {
     const double left = std::chrono::duration<double>(deadline - Clock::now()).count();
     if (left <= 0) return false;
     pollfd waiting{fd, POLLIN, 0};
     if (::poll(&waiting, 1, static_cast<int>(std::min(left * 1000, 1e9)) + 1) <= 0) continue;
-    const ssize_t got = ::read(fd, buffer.data(), buffer.size());
-    if (got > 0) bytes.insert(bytes.end(), buffer.begin(), buffer.begin() + got);
+    const std::span<std::byte> room = bytes.room(1 << 16);  // as much as a pipe holds
+    const ssize_t got = ::read(fd, room.data(), room.size());
+    if (got > 0) bytes.add(static_cast<std::size_t>(got));
     if (got == 0 || (got < 0 && errno != EINTR)) return true;
   }
 }
@@ -215,6 +215,18 @@ ChildResult collect_from_server(int fd) {
 }
 
 }  // namespace
+
+std::span<std::byte> GrowingBytes::room(std::size_t bytes) {
+  if (capacity_ - size_ < bytes) {
+    const std::size_t capacity = std::max(size_ + bytes, 2 * capacity_);
+    auto* const moved = static_cast<std::byte*>(std::realloc(data_.get(), capacity));
+    if (moved == nullptr) throw std::bad_alloc();
+    (void)data_.release();
+    data_.reset(moved);
+    capacity_ = capacity;
+  }
+  return {data_.get() + size_, bytes};
+}
 
 void write_all(int fd, const void* data, std::size_t bytes) {
   const auto* at = static_cast<const char*>(data);

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdlib>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
-#include <vector>
 
 namespace vps {
 
@@ -14,11 +16,30 @@ struct ChildLimits {
   double timeout = 0;            ///< wall clock, and processor time. [s]
 };
 
+/// Bytes whose number is not known beforehand. They grow without a copy where the system can move pages.
+class GrowingBytes {
+ public:
+  /// @return room behind the bytes, for `add`. @throw std::bad_alloc
+  [[nodiscard]] std::span<std::byte> room(std::size_t bytes);
+  /// The first `bytes` of the room have been written.
+  void add(std::size_t bytes) { size_ += bytes; }
+
+  [[nodiscard]] const std::byte* data() const { return data_.get(); }
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+ private:
+  struct Free {
+    void operator()(std::byte* bytes) const { std::free(bytes); }
+  };
+  std::unique_ptr<std::byte, Free> data_;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
 struct ChildResult {
   enum class End { finished, failed, crashed, out_of_memory, timed_out, cannot_start };
   End end = End::cannot_start;
-  int signal = 0;                ///< with crashed
-  std::vector<std::byte> bytes;  ///< with finished: what the child wrote
+  int signal = 0;      ///< with crashed
+  GrowingBytes bytes;  ///< with finished: what the child wrote
 };
 
 /// Forks, limits the child, runs `work(fd)` there and collects what it writes to `fd`. The child never returns: it ends

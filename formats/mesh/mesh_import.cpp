@@ -108,7 +108,7 @@ void read_and_send(const std::string& request, int fd) {
   }
 }
 
-std::vector<std::byte> run_importer(const fs::path& path, const std::string& extension, const ImportOptions& options) {
+GrowingBytes run_importer(const fs::path& path, const std::string& extension, const ImportOptions& options) {
   using End = ChildResult::End;
   ChildResult child =
       run_in_child({options.memory_limit_bytes, options.timeout}, read_and_send, extension + '\0' + path.string());
@@ -135,7 +135,8 @@ std::vector<std::byte> run_importer(const fs::path& path, const std::string& ext
   refuse("the importer cannot be started; check the limits on processes", Kind::io);
 }
 
-RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
+// @param bytes  of the child, aligned as memory that was allocated is
+RawMeshView parse(std::span<const std::byte> bytes, const std::string& path) {
   constexpr const char* kGarbled = "the importer gave a garbled answer on this file; export it again";
   RawMeshHeader header;
   if (bytes.size() < sizeof header) refuse(kGarbled);
@@ -143,7 +144,7 @@ RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
   bytes = bytes.subspan(sizeof header);
   const auto text = [&](std::size_t size) { return clean({reinterpret_cast<const char*>(bytes.data()), size}, path); };
   if (header.tag == RawMeshHeader::kError) refuse(text(bytes.size()) + "; export it again");
-  RawMesh raw;
+  RawMeshView raw;
   constexpr std::uint64_t kVertexBytes = sizeof raw.vertices[0];
   constexpr std::uint64_t kTriangleBytes = sizeof raw.triangles[0];
   // The first comparisons keep the products from overflowing.
@@ -152,13 +153,14 @@ RawMesh parse(std::span<const std::byte> bytes, const std::string& path) {
     refuse(kGarbled);
   }
   raw.skipped_primitives = header.skipped_primitives;
+  static_assert(sizeof header % alignof(double) == 0);
+  const auto take = [&](auto& rows, std::uint64_t count) {
+    rows = {reinterpret_cast<decltype(rows.data())>(bytes.data()), count};
+    bytes = bytes.subspan(rows.size_bytes());
+  };
+  take(raw.vertices, header.vertices);
+  take(raw.triangles, header.triangles);
   if (header.note_bytes > 0) raw.note = text(header.note_bytes);
-  bytes = bytes.subspan(header.note_bytes);
-  raw.vertices.resize(header.vertices);
-  raw.triangles.resize(header.triangles);
-  if (header.vertices > 0) std::memcpy(raw.vertices.data(), bytes.data(), header.vertices * kVertexBytes);
-  if (header.triangles > 0)
-    std::memcpy(raw.triangles.data(), bytes.data() + header.vertices * kVertexBytes, header.triangles * kTriangleBytes);
   return raw;
 }
 
@@ -178,8 +180,7 @@ std::optional<RawMesh> read_here(const std::string& path, const std::string& ext
   try {
     std::string bytes = read_bytes(path);
     std::optional<PolygonSoup> soup = read_without_library(bytes, extension);
-    const auto is_small = [](const auto& polygon) { return polygon.size() <= kMostCornersHere; };
-    if (!soup || !std::all_of(soup->polygons.begin(), soup->polygons.end(), is_small)) return std::nullopt;
+    if (!soup || soup->most_corners() > kMostCornersHere) return std::nullopt;
     return to_raw_mesh(std::move(*soup));
   } catch (const NeedsAssimp&) {
     return std::nullopt;
@@ -188,16 +189,13 @@ std::optional<RawMesh> read_here(const std::string& path, const std::string& ext
   }
 }
 
-RawMesh read_raw_mesh(const std::string& path, const std::string& extension, const ImportOptions& options) {
-  std::optional<RawMesh> here = read_here(path, extension, options);
-  RawMesh raw = here ? std::move(*here) : parse(run_importer(path, extension, options), path);
+void check_number_of_triangles(const RawMeshView& raw) {
   if (raw.triangles.empty()) {
     const bool something = raw.skipped_primitives > 0 || !raw.vertices.empty();
     refuse(something ? "the file has points or lines but no triangles; export a surface"
                      : "the file has no triangles; export a surface");
   }
   if (raw.triangles.size() > kMaxTriangles) refuse("the mesh has more than 2^31 triangles; simplify it");
-  return raw;
 }
 
 void check_coordinate(double value, double unit, std::size_t vertex, std::size_t triangle) {
@@ -208,10 +206,11 @@ void check_coordinate(double value, double unit, std::size_t vertex, std::size_t
 }
 
 // Joins identical positions in order of first use; drops unused vertices.
-ImportedMesh join(const RawMesh& raw, double unit) {
+ImportedMesh join(const RawMeshView& raw, double unit) {
+  check_number_of_triangles(raw);
   ImportedMesh mesh;
   mesh.triangles.reserve(raw.triangles.size());
-  PositionNumbers numbers(raw.vertices.size());
+  PositionNumbers<> numbers(raw.vertices.size());
   constexpr std::uint32_t kUnseen = ~0U;
   std::vector<std::uint32_t> number(raw.vertices.size(), kUnseen);
   for (const auto& triangle : raw.triangles) {
@@ -228,8 +227,10 @@ ImportedMesh join(const RawMesh& raw, double unit) {
     }
     mesh.triangles.push_back(joined);
   }
-  mesh.vertices.reserve(numbers.positions().size());
-  for (const auto& [x, y, z] : numbers.positions()) mesh.vertices.push_back({x * unit, y * unit, z * unit});
+  mesh.vertices = std::move(numbers).take_positions();
+  for (auto& position : mesh.vertices) {
+    for (double& x : position) x *= unit;
+  }
   if (!raw.note.empty()) mesh.notes.push_back(raw.note);
   return mesh;
 }
@@ -271,7 +272,10 @@ ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {
   check_is_file(path);
   const std::string extension = check_format(path, options);
   check_content(path);
-  return join(read_raw_mesh(path.string(), extension, options), options.unit);
+  if (const std::optional<RawMesh> raw = read_here(path.string(), extension, options))
+    return join({raw->vertices, raw->triangles, raw->skipped_primitives, raw->note}, options.unit);
+  const GrowingBytes bytes = run_importer(path, extension, options);
+  return join(parse({bytes.data(), bytes.size()}, path.string()), options.unit);
 }
 
 }  // namespace vps

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "formats/mesh/polygon_soup.h"
 
+#include <algorithm>
+#include <span>
+
 #include "formats/mesh/triangulate.h"
 
 namespace vps {
 namespace {
 
-void add_polygon(const std::vector<std::size_t>& polygon, RawMesh& out) {
+void add_polygon(std::span<const std::size_t> polygon, RawMesh& out) {
   if (polygon.size() < 3) {
     ++out.skipped_primitives;
     return;
@@ -29,14 +32,27 @@ void add_polygon(const std::vector<std::size_t>& polygon, RawMesh& out) {
 
 }  // namespace
 
+std::size_t PolygonSoup::most_corners() const {
+  std::size_t most = 0, begin = 0;
+  for (const std::size_t end : ends) {
+    most = std::max(most, end - begin);
+    begin = end;
+  }
+  return most;
+}
+
 RawMesh to_raw_mesh(PolygonSoup&& soup) {
   constexpr std::size_t kMaxVertices = 0xFFFFFFFF;
   if (soup.vertices.size() > kMaxVertices) throw ReadError("more than 2^32 vertices");
   RawMesh raw;
   raw.vertices = std::move(soup.vertices);
   raw.skipped_primitives = soup.skipped_primitives;
-  raw.triangles.reserve(soup.polygons.size());
-  for (const std::vector<std::size_t>& polygon : soup.polygons) add_polygon(polygon, raw);
+  raw.triangles.reserve(soup.ends.size());
+  std::size_t begin = 0;
+  for (const std::size_t end : soup.ends) {
+    add_polygon(std::span(soup.corners).subspan(begin, end - begin), raw);
+    begin = end;
+  }
   return raw;
 }
 

@@ -41,10 +41,15 @@ RawMesh read_polygon_soup(const std::string& path, const std::string& extension)
   tidy(bytes, extension);
   std::istringstream in(std::move(bytes));
   std::vector<Point> points;
+  std::vector<Polygon> polygons;
+  const bool complete = read(in, extension, points, polygons);
   PolygonSoup soup;
-  const bool complete = read(in, extension, points, soup.polygons);
   soup.vertices.reserve(points.size());
   for (const Point& p : points) soup.vertices.push_back({p.x(), p.y(), p.z()});
+  for (const Polygon& polygon : polygons) {
+    soup.corners.insert(soup.corners.end(), polygon.begin(), polygon.end());
+    soup.end_polygon();
+  }
   RawMesh raw = to_raw_mesh(std::move(soup));
   // Checked last, because a wrong index is the usual reason and has a message of its own.
   if (!complete) throw ReadError("a part of the file cannot be read");

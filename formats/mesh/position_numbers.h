@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "formats/vps_format.h"
@@ -13,17 +14,19 @@ namespace vps {
 
 /// Numbers positions in the order of their first use. -0 and 0 are one position.
 /// A table of numbers with open addressing: no memory per position, as in std::unordered_map, to take and to free.
+/// @tparam Position  three doubles
+template <class Position = std::array<double, 3>>
 class PositionNumbers {
- public:
-  using Position = std::array<double, 3>;
+  static_assert(sizeof(Position) == 3 * sizeof(double));
 
+ public:
   /// @param expected  number of different positions; more are accepted
   explicit PositionNumbers(std::size_t expected) : slots_(least_slots(expected), kFree) {
     positions_.reserve(expected);
   }
 
   [[nodiscard]] std::uint32_t number_of(Position p) {
-    for (double& x : p) x += 0.0;
+    for (int axis = 0; axis < 3; ++axis) p[axis] += 0.0;
     std::size_t at = slot_of(p);
     for (; slots_[at] != kFree; at = (at + 1) & (slots_.size() - 1)) {
       if (positions_[slots_[at]] == p) return slots_[at];
@@ -35,6 +38,8 @@ class PositionNumbers {
   }
 
   [[nodiscard]] const std::vector<Position>& positions() const { return positions_; }
+  /// Ends the numbering. @return the positions
+  [[nodiscard]] std::vector<Position> take_positions() && { return std::move(positions_); }
 
  private:
   static constexpr std::uint32_t kFree = ~0U;
@@ -46,7 +51,7 @@ class PositionNumbers {
   }
 
   [[nodiscard]] std::size_t slot_of(const Position& p) const {
-    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(p)))) & (slots_.size() - 1);
+    return static_cast<std::size_t>(hash_bytes(std::as_bytes(std::span(&p, 1)))) & (slots_.size() - 1);
   }
 
   void grow() {

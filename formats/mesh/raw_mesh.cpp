@@ -23,9 +23,9 @@ void send_mesh(int fd, const RawMesh& raw) {
   header.vertices = raw.vertices.size();
   header.triangles = raw.triangles.size();
   write_all(fd, &header, sizeof header);
-  write_all(fd, raw.note.data(), raw.note.size());
   write_all(fd, raw.vertices.data(), raw.vertices.size() * sizeof raw.vertices[0]);
   write_all(fd, raw.triangles.data(), raw.triangles.size() * sizeof raw.triangles[0]);
+  write_all(fd, raw.note.data(), raw.note.size());
 }
 
 void send_error(int fd, const std::string& text) {

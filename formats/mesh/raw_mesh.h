@@ -4,14 +4,15 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 namespace vps {
 
-/// What the child writes first. For a mesh, `note_bytes` of text, `vertices` times 3 doubles and `triangles` times 3
-/// u32 follow. For an error, its text follows up to the end.
+/// What the child writes first. For a mesh, `vertices` times 3 doubles, `triangles` times 3 u32 and `note_bytes` of
+/// text follow. For an error, its text follows up to the end.
 struct RawMeshHeader {
   static constexpr std::uint32_t kMesh = 0x4853454D;
   static constexpr std::uint32_t kError = 0x20525245;
@@ -27,6 +28,14 @@ struct RawMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::uint64_t skipped_primitives = 0;
   std::string note;  ///< what the caller should know; empty: nothing
+};
+
+/// The same, held elsewhere.
+struct RawMeshView {
+  std::span<const std::array<double, 3>> vertices;
+  std::span<const std::array<std::uint32_t, 3>> triangles;
+  std::uint64_t skipped_primitives = 0;
+  std::string note;
 };
 
 /// A file that cannot be read correctly. `what()` is the reason, without advice.

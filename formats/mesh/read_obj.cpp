@@ -22,6 +22,7 @@ constexpr std::string_view kWithoutPolygons[] = {
 
 // A backslash at the end of a line continues the line, except in a comment, where a path may end with one.
 void join_continued_lines(std::string& text) {
+  if (text.find('\\') == std::string::npos) return;
   bool comment = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
     if (text[i] == '#') comment = true;
@@ -72,6 +73,10 @@ PolygonSoup read_obj(std::string& text) {
   unify_line_ends(text);
   join_continued_lines(text);
   PolygonSoup soup;
+  // More than most files need. Memory that is never written takes none.
+  soup.vertices.reserve(text.size() / 48);
+  soup.corners.reserve(text.size() / 8);
+  soup.ends.reserve(text.size() / 24);
   LineScan lines(text);
   while (lines.next()) {
     std::string_view rest = lines.line().substr(0, lines.line().find('#'));
@@ -79,9 +84,9 @@ PolygonSoup read_obj(std::string& text) {
     if (keyword == "v") {
       soup.vertices.push_back(read_vertex(rest, lines));
     } else if (keyword == "f") {
-      std::vector<std::size_t>& polygon = soup.polygons.emplace_back();
       for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest))
-        polygon.push_back(read_corner(word, soup.vertices.size(), lines));
+        soup.corners.push_back(read_corner(word, soup.vertices.size(), lines));
+      soup.end_polygon();
     } else if (keyword == "l" || keyword == "p") {
       ++soup.skipped_primitives;
     } else if (!keyword.empty() && std::find(std::begin(kWithoutPolygons), std::end(kWithoutPolygons), keyword) ==

@@ -85,17 +85,16 @@ std::array<double, 3> read_vertex(const LineScan& lines, const Header& header) {
 }
 
 // A colour may follow.
-std::vector<std::size_t> read_face(const LineScan& lines, const Header& header) {
+void read_face(const LineScan& lines, const Header& header, PolygonSoup& soup) {
   std::string_view rest = lines.line();
-  std::vector<std::size_t> polygon;
   for (std::uint64_t corners = count(take_word(rest), lines); corners > 0; --corners) {
     const std::string_view word = take_word(rest);
     if (word.empty()) throw ReadError(lines.place() + "the face has too few corners");
-    polygon.push_back(count(word, lines));
-    if (polygon.back() >= header.vertices)
+    soup.corners.push_back(count(word, lines));
+    if (soup.corners.back() >= header.vertices)
       throw ReadError(lines.place() + "a face refers to vertex " + in_quotes(word) + ", which is not there");
   }
-  return polygon;
+  soup.end_polygon();
 }
 
 }  // namespace
@@ -106,14 +105,15 @@ PolygonSoup read_off(std::string& text) {
   const Header header = read_header(lines, text.size());
   PolygonSoup soup;
   soup.vertices.reserve(header.vertices);
-  soup.polygons.reserve(header.faces);
+  soup.corners.reserve(3 * header.faces);
+  soup.ends.reserve(header.faces);
   for (std::uint64_t i = 0; i < header.vertices; ++i) {
     need_line(lines);
     soup.vertices.push_back(read_vertex(lines, header));
   }
   for (std::uint64_t i = 0; i < header.faces; ++i) {
     need_line(lines);
-    soup.polygons.push_back(read_face(lines, header));
+    read_face(lines, header, soup);
   }
   if (lines.next_with_content()) throw ReadError(lines.place() + "the file goes on after its last face");
   if (header.homogeneous) throw NeedsAssimp("its coordinates are homogeneous");

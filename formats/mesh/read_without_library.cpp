@@ -3,6 +3,7 @@
 
 #include <bit>
 #include <cstring>
+#include <numeric>
 
 #include "formats/mesh/read_obj.h"
 #include "formats/mesh/read_off.h"
@@ -28,12 +29,14 @@ PolygonSoup read_binary_stl(const std::string& bytes) {
   PolygonSoup soup;
   const std::size_t triangles = (bytes.size() - kHeader) / kTriangle;
   soup.vertices.reserve(3 * triangles);
-  soup.polygons.reserve(triangles);
+  soup.corners.resize(3 * triangles);
+  std::iota(soup.corners.begin(), soup.corners.end(), std::size_t{0});
+  soup.ends.reserve(triangles);
   for (std::size_t i = 0; i < triangles; ++i) {
     std::array<std::array<float, 3>, 3> corners;
     std::memcpy(&corners, bytes.data() + kHeader + kTriangle * i + kNormal, sizeof corners);
     for (const auto& [x, y, z] : corners) soup.vertices.push_back({x, y, z});
-    soup.polygons.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    soup.ends.push_back(3 * i + 3);
   }
   return soup;
 }

@@ -36,8 +36,8 @@ std::string in_quotes(std::string_view word) {
 
 void unify_line_ends(std::string& text) {
   if (text.starts_with("\xEF\xBB\xBF")) text.replace(0, 3, 3, ' ');
-  std::size_t to = 0;
-  for (std::size_t from = 0; from < text.size(); ++from) {
+  std::size_t to = std::min(text.find('\r'), text.size());
+  for (std::size_t from = to; from < text.size(); ++from) {
     const bool carriage_return = text[from] == '\r';
     if (carriage_return && from + 1 < text.size() && text[from + 1] == '\n') continue;
     text[to++] = carriage_return ? '\n' : text[from];

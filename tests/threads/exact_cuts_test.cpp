@@ -23,7 +23,7 @@ TEST(Threads, CutShellsExactly) {
   append(mesh, torus, {0.3, 0.2, 0.1});
   const auto pairs = bake::self_intersections(mesh);
   EXPECT_GT(pairs.size(), 500U);
-  EXPECT_EQ(bake::resolve_shells(mesh, pairs).united, 3U);
+  EXPECT_EQ(bake::resolve_shells(mesh, pairs, bake::closed_pieces(mesh.triangles)).united, 3U);
   EXPECT_GT(mesh.triangles.size(), 1000U);
 }
 

@@ -93,7 +93,7 @@ TEST(Topology, EdgesAreInTheOrderOfASort) {
   }
   const auto key = [](const EdgeUse& use) { return std::tuple(use.key, use.triangle, use.forward); };
   std::sort(slow.begin(), slow.end(), [&](const EdgeUse& a, const EdgeUse& b) { return key(a) < key(b); });
-  const std::vector<EdgeUse> fast = sorted_edges(triangles);
+  const UnsetVector<EdgeUse> fast = sorted_edges(triangles);
   EXPECT_TRUE(std::equal(fast.begin(), fast.end(), slow.begin(), slow.end(),
                          [&](const EdgeUse& a, const EdgeUse& b) { return key(a) == key(b); }));
   EXPECT_TRUE(sorted_edges({}).empty());

@@ -82,7 +82,7 @@ inline TriangleMesh make_sheet(double half_x, double half_y, std::array<double, 
 }
 
 inline bool is_closed(const Mesh& mesh) {
-  const std::vector<EdgeUse> uses = sorted_edges(mesh.triangles);
+  const UnsetVector<EdgeUse> uses = sorted_edges(mesh.triangles);
   bool closed = true;
   for_each_edge(std::span(uses), [&](std::span<const EdgeUse> edge) { closed = closed && edge_balance(edge) == 0; });
   return closed;

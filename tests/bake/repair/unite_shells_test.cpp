@@ -41,7 +41,7 @@ TEST(UniteShells, FacesThatNearlyCoincideGiveAClosedSurface) {
     append(mesh, make_box({1, 1, 0.1}), turned);
     append(mesh, make_torus(0.5, 0.2, 24, 12), turned);
     const auto pairs = bake::self_intersections(mesh);
-    const bake::ShellCounts counts = bake::resolve_shells(mesh, pairs);
+    const bake::ShellCounts counts = bake::resolve_shells(mesh, pairs, bake::closed_pieces(mesh.triangles));
     united += counts.united > 0;
     ASSERT_EQ(bake::count_unbalanced(mesh), 0U) << n << ' ' << tilt;
     const double all = volume(mesh);

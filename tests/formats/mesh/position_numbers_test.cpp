@@ -10,15 +10,17 @@
 namespace vps::test {
 namespace {
 
+using Position = std::array<double, 3>;
+
 TEST(PositionNumbers, AreThoseOfAMapInTheOrderOfFirstUse) {
   std::mt19937 random(1);
   for (const std::size_t expected : {std::size_t{0}, std::size_t{7}, std::size_t{5000}}) {
-    PositionNumbers numbers(expected);
-    std::map<PositionNumbers::Position, std::uint32_t> known;
+    PositionNumbers<Position> numbers(expected);
+    std::map<Position, std::uint32_t> known;
     for (int i = 0; i < 20000; ++i) {
       const auto coordinate = [&] { return (static_cast<double>(random() % 17) - 8) / 3; };
       const double x = coordinate(), y = coordinate();
-      const PositionNumbers::Position p = {x, y, coordinate()};
+      const Position p = {x, y, coordinate()};
       const auto number = static_cast<std::uint32_t>(known.size());
       EXPECT_EQ(numbers.number_of(p), known.try_emplace(p, number).first->second);
     }
@@ -28,7 +30,7 @@ TEST(PositionNumbers, AreThoseOfAMapInTheOrderOfFirstUse) {
 }
 
 TEST(PositionNumbers, ZerosOfBothSignsAreOnePosition) {
-  PositionNumbers numbers(1);
+  PositionNumbers<Position> numbers(1);
   EXPECT_EQ(numbers.number_of({-0.0, 1, 0.0}), 0U);
   EXPECT_EQ(numbers.number_of({0.0, 1, -0.0}), 0U);
   EXPECT_FALSE(std::signbit(numbers.positions()[0][0]));
