@@ -52,5 +52,17 @@ TEST(UniteShells, FacesThatNearlyCoincideGiveAClosedSurface) {
   EXPECT_EQ(united, 40);
 }
 
+// A few patches are compared with all triangles, many with those of their columns.
+TEST(UniteShells, FewAndManyBoxesInARowHaveTheVolumeOfTheRow) {
+  for (const int boxes : {2, 10, 60}) {
+    bake::Mesh mesh;
+    for (int i = 0; i < boxes; ++i)
+      append(mesh, make_box({1, 1, 1}), Eigen::Affine3d(Eigen::Translation3d(0.3 * i, 1.5 * i, -0.2 * i)));
+    bake::resolve_shells(mesh, bake::self_intersections(mesh), bake::closed_pieces(mesh.triangles));
+    ASSERT_EQ(bake::count_unbalanced(mesh), 0U) << boxes;
+    EXPECT_NEAR(volume(mesh), 8 * boxes - (2 - 0.3) * (2 - 1.5) * (2 - 0.2) * (boxes - 1), 1e-9) << boxes;
+  }
+}
+
 }  // namespace
 }  // namespace vps::test
