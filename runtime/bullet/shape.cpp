@@ -24,6 +24,11 @@ btVector3 vector3(const std::array<double, 3>& v) {
   return {static_cast<btScalar>(v[0]), static_cast<btScalar>(v[1]), static_cast<btScalar>(v[2])};
 }
 
+std::uint64_t next_serial() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
 // @return never 0
 std::uint64_t hash_of_pose(const btTransform& transform) {
   btScalar matrix[16];
@@ -124,7 +129,7 @@ bool hit_by_field(const Shape& shape, btTriangleRaycastCallback& ray) {
 }  // namespace
 
 Shape::Shape(std::shared_ptr<const Asset> asset, Part part, Axes axes)
-    : asset_(std::move(asset)), part_(part), axes_(axes), label_(asset_key(*asset_)) {
+    : serial_(next_serial()), asset_(std::move(asset)), part_(part), axes_(axes), label_(asset_key(*asset_)) {
   m_shapeType = kProxyType;
   m_collisionMargin = 0;
   set_scale(1);

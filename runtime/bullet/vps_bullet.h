@@ -115,6 +115,8 @@ class Shape final : public btConcaveShape {
   /// bad_pose, ... Also bad_argument after a refused scaling, until the next one that is applied. `ok` when nothing has
   /// failed so far.
   [[nodiscard]] Status status() const { return status_.load(std::memory_order_relaxed); }
+  /// No other shape of the process has or had this number. Internal.
+  [[nodiscard]] std::uint64_t serial() const { return serial_; }
   /// Stores a status, and sends a message the first time. Internal.
   void report(Status status) const;
   /// Sends a message, the first time only, that this shape has met a dispatcher without its algorithm. Internal.
@@ -157,6 +159,7 @@ class Shape final : public btConcaveShape {
   /// Moments about the shape's axes, for a mass. [kg m^2]
   std::array<double, 3> moments_of(double mass) const;
 
+  const std::uint64_t serial_;
   std::shared_ptr<const Asset> asset_;
   const Part part_;
   const Axes axes_;

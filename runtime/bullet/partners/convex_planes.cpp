@@ -58,7 +58,16 @@ std::uint64_t fingerprint(const btConvexShape& shape) {
   };
   if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
     const auto& hull = static_cast<const btConvexHullShape&>(shape);
-    return hash(hull.getUnscaledPoints(), hull.getNumPoints());
+    return hull.getNumPoints() > 0 ? hash(hull.getUnscaledPoints(), hull.getNumPoints()) : 0;
+  }
+  if (const auto* const spheres = dynamic_cast<const btMultiSphereShape*>(&shape)) {
+    std::uint64_t sum = 0;
+    for (int i = 0; i < spheres->getSphereCount(); ++i) {
+      btVector3 sphere = spheres->getSpherePosition(i);
+      sphere.setW(spheres->getSphereRadius(i));
+      sum = 31 * sum + hash(&sphere, 1);
+    }
+    return sum;
   }
   if (shape.getShapeType() == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE) {
     const auto& cloud = static_cast<const btConvexPointCloudShape&>(shape);

@@ -70,23 +70,37 @@ class SeenShapes {
   }
 
  private:
+  // No larger: it is compared in each step of each pair.
   struct Seen {
-    const btCollisionShape* shape = nullptr;
-    Vec3 scaling;
+    std::uint64_t shape = 0;
+    Vec3 size;
     float margin = 0;
 
     Seen() = default;
     explicit Seen(const PairBody& body)
-        : shape(body.shape), scaling(to_vec3(scaling_of(body))), margin(margin_of(body)) {}
+        : shape(identity_of(body)), size(to_vec3(size_of(body))), margin(margin_of(body)) {}
     [[nodiscard]] bool is_of(const PairBody& body) const {
-      const Vec3 now = to_vec3(scaling_of(body));
-      return shape == body.shape && scaling.x == now.x && scaling.y == now.y && scaling.z == now.z &&
+      const Vec3 now = to_vec3(size_of(body));
+      return shape == identity_of(body) && size.x == now.x && size.y == now.y && size.z == now.z &&
              margin == margin_of(body);
     }
   };
-  // The calls of a Shape need no look-up.
-  static const btVector3& scaling_of(const PairBody& body) {
-    return body.vps != nullptr ? body.vps->getLocalScaling() : body.shape->getLocalScaling();
+  // A new shape may lie where another one was. Pointers have no bits so high.
+  static std::uint64_t identity_of(const PairBody& body) {
+    if (body.vps != nullptr) return std::uint64_t{1} << 63 | body.vps->serial();
+    return reinterpret_cast<std::uintptr_t>(body.shape) ^ std::uint64_t(body.shape->getShapeType()) << 56;
+  }
+  // The scaling, or what it is part of. A sphere's size is its margin.
+  static const btVector3& size_of(const PairBody& body) {
+    if (body.vps != nullptr) return body.vps->getLocalScaling();  // these calls need no look-up
+    switch (body.shape->getShapeType()) {
+      case BOX_SHAPE_PROXYTYPE:
+      case CAPSULE_SHAPE_PROXYTYPE:
+      case CYLINDER_SHAPE_PROXYTYPE:
+        return static_cast<const btConvexInternalShape*>(body.shape)->getImplicitShapeDimensions();
+      default:
+        return body.shape->getLocalScaling();
+    }
   }
   static float margin_of(const PairBody& body) {
     return static_cast<float>(body.vps != nullptr ? body.vps->getMargin() : body.shape->getMargin());

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "runtime/bullet/convert.h"
@@ -262,6 +265,26 @@ TEST(KnownGap, ItEndsWhenAShapeChanges) {
   expect_alike({&hull, &shape, 0.18, [&](int i) { hull.setMargin(btScalar(0.01 * (1 + i / 10 % 3))); }});
   btBoxShape box({btScalar(0.3), btScalar(0.3), btScalar(0.1)});
   expect_alike({&box, &shape, 0.17, [&](int i) { box.setLocalScaling({1, 1, btScalar(1 + 0.1 * (i / 10 % 2))}); }});
+}
+
+// A program may destroy a body's shape and make another in its place, which then has the same address.
+TEST(KnownGap, ItEndsWhenAShapeTakesTheMemoryOfAnother) {
+  btBoxShape ground({btScalar(0.3), btScalar(0.3), btScalar(0.1)});
+  std::optional<bullet::Shape> shape(brick());
+  const auto large = baked_at(make_box({0.15, 0.1, 0.08}), 0.01);
+  expect_alike({&ground, &*shape, 0.17, [&](int i) { shape.emplace(i / 10 % 2 == 0 ? brick() : large); }});
+  bullet::Shape flying(brick());
+  using Box = btBoxShape;
+  std::variant<Box, btCapsuleShapeZ> shapes(std::in_place_type<Box>, btVector3(0.3F, 0.3F, 0.1F));
+  const auto change = [&](int i) {
+    const bool is_thick = i / 10 % 2 != 0;
+    if (i / 20 % 2 == 0) {
+      shapes.emplace<Box>(btVector3(0.3F, 0.3F, is_thick ? 0.1F : 0.07F));
+    } else {
+      shapes.emplace<btCapsuleShapeZ>(0.05F, is_thick ? 0.2F : 0.1F);
+    }
+  };
+  expect_alike({&std::get<Box>(shapes), &flying, 0.17, change});
 }
 
 TEST(KnownGap, ItEndsWhenTrianglesMove) {
