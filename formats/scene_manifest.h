@@ -16,6 +16,9 @@ namespace vps::scene_manifest {
 inline constexpr double kFarthest = 1e9;
 /// Smallest size and mass.
 inline constexpr double kLeast = 1e-9;
+/// Smallest principal moment of inertia. [kg m^2]
+inline constexpr double kLeastInertia = 1e-18;
+inline constexpr double kMostGravity = 1e6;  ///< along an axis. [m/s^2]
 
 inline constexpr std::size_t kMostBytes = std::size_t{1} << 26;  ///< of the file
 inline constexpr std::size_t kMostAssets = 4096;

@@ -12,6 +12,7 @@
 
 #include "bake/quantity_text.h"
 #include "bake/store/cache.h"
+#include "formats/scene_manifest.h"
 #include "runtime/contacts/gives_pointshell.h"
 
 namespace vps::cli {
@@ -235,12 +236,15 @@ ScenePlan plan_at(const Scene& scene, const std::vector<SceneMesh>& meshes, cons
       shape.segments = scene.bodies[shape.body].segments.value_or(scene.step > kLongStep ? kSegments : 0);
     }
   }
+  std::size_t needed = 0;
   for (PlannedAsset& asset : plan.assets) {
     const std::size_t triangles = meshes[asset.mesh].mesh.triangles.size();
     asset.seconds_everything = predict_seconds(asset.predicted_everything, asset.everything, triangles);
     asset.seconds_ordinary = predict_seconds(asset.predicted_everything, asset.ordinary, triangles);
     asset.seconds = predict_seconds(asset.predicted_everything, asset.options, triangles);
     if (!asset.is_needed()) continue;
+    if (++needed > scene_manifest::kMostAssets)
+      throw SceneError(asset.place, fmt::format("a scene has at most {} assets", scene_manifest::kMostAssets));
     asset.predicted = predict(scene, meshes[asset.mesh], asset, asset.options);
     plan.bytes += asset.predicted.predicted_asset_bytes;
   }

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Reads scenes in TOML; docs/scene.md has the keys. Unknown keys and values are errors that name their line.
 #include <fmt/format.h>
-
 #include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
 #include <limits>
-#include <map>
 #include <string_view>
 
 #include "cli/scene/scene.h"
 #include "cli/scene/toml_table.h"
 #include "cli/terminal/units.h"
 #include "cli/tools/toml_keys.h"
+#include "formats/scene_manifest.h"
 
 namespace vps::cli {
 namespace {
@@ -33,14 +35,18 @@ void read_wishes(Table table, Scene& scene) {
 void read_world(Table table, Scene& scene) {
   table.allow_only({"gravity"});
   Triple gravity{};
-  if (table.quantities("gravity", parse_acceleration, gravity)) scene.gravity = gravity;
+  if (!table.quantities("gravity", parse_acceleration, gravity)) return;
+  const auto is_strong = [](double g) { return std::abs(g) > scene_manifest::kMostGravity; };
+  if (std::any_of(gravity.begin(), gravity.end(), is_strong))
+    table.refuse(*table.take("gravity"), fmt::format("gravity is beyond {:g} m/s^2", scene_manifest::kMostGravity));
+  scene.gravity = gravity;
 }
 
 // The file that a key names, relative to the scene's folder.
 fs::path file_at(Table& table, const char* key, const std::string& scene) {
   const std::string name = table.text(key, "");
   if (!is_file_name(name)) table.refuse(*table.take(key), fmt::format("{} is not the name of a file", key));
-  return (fs::path(scene).parent_path() / name).lexically_normal();
+  return beside(scene, name);
 }
 
 // Reads a mesh or one of Bullet's shapes; nothing when the body comes from a URDF.
@@ -212,6 +218,9 @@ void read_body(Table table, const std::string& file, Scene& scene) {
   for (SceneBody& one : bodies) {
     one.pose = composed(pose, one.pose);
     read_motion(table, one, !shape);
+    // A joint cannot move what has no mass.
+    if (one.motion != Motion::dynamic)
+      std::erase_if(scene.joints, [&](const SceneJoint& joint) { return joint.child == one.name; });
     if (!table.has("shape")) read_baking(table, one);
     scene.bodies.push_back(std::move(one));
   }
@@ -254,13 +263,6 @@ Scene read_toml(const fs::path& path) {
   for (const toml::node& node : *list) {
     if (node.as_table() == nullptr) top.refuse(node, "write [[body]] for each body");
     read_body(Table(*node.as_table(), file, "[[body]]"), file, scene);
-  }
-  std::map<std::string_view, int> lines;  // by name
-  for (const SceneBody& body : scene.bodies) {
-    const auto [known, is_new] = lines.emplace(body.name, body.place.line);
-    if (is_new) continue;
-    throw SceneError(body.place, fmt::format("two bodies are named '{}', the other on line {}; rename one", body.name,
-                                             known->second));
   }
   return scene;
 }

@@ -13,6 +13,7 @@
 
 #include "cli/scene/scene.h"
 #include "cli/scene/urdf_elements.h"
+#include "formats/scene_manifest.h"
 
 namespace vps::cli {
 namespace {
@@ -43,15 +44,14 @@ Placement to_placement(const urdf::Pose& pose) {
 
 // Looks for package://NAME/REST as NAME/REST and as REST in the folders above the URDF.
 fs::path find_mesh(const fs::path& urdf, const std::string& name) {
-  const fs::path folder = fs::absolute(urdf).lexically_normal().parent_path();
   constexpr const char* kFile = "file://";
   constexpr const char* kPackage = "package://";
   if (name.starts_with(kFile)) return name.substr(std::string(kFile).size());
-  if (!name.starts_with(kPackage)) return (urdf.parent_path() / name).lexically_normal();
+  if (!name.starts_with(kPackage)) return beside(urdf, name);
   fs::path whole = name.substr(std::string(kPackage).size());
   const fs::path rest = whole.lexically_relative(*whole.begin());
   std::error_code ignored;
-  for (fs::path at = folder;; at = at.parent_path()) {
+  for (fs::path at = fs::weakly_canonical(fs::absolute(urdf).parent_path(), ignored);; at = at.parent_path()) {
     for (const fs::path& candidate : {at / whole, at / rest}) {
       if (fs::is_regular_file(candidate, ignored)) return candidate;
     }
@@ -211,11 +211,23 @@ class Reader {
     if (!has_mass) return;
     added.pose = held.pose;
     const double length = std::hypot(joint.axis.x, joint.axis.y, joint.axis.z);
-    if (!(length > 0)) return;
+    if (!(length > 0)) {
+      scene_.assumptions.push_back(fmt::format("joint '{}' has no axis: its child is free", joint.name));
+      return;
+    }
     added.axis = {joint.axis.x / length, joint.axis.y / length, joint.axis.z / length};
-    const bool is_limited = joint.limits && joint.type != urdf::Joint::CONTINUOUS;
-    if (is_limited && joint.limits->lower <= joint.limits->upper) {
-      added.limits = {joint.limits->lower, joint.limits->upper};
+    added.place = elements_.of_link(joint.child_link_name);
+    if (joint.limits && joint.type != urdf::Joint::CONTINUOUS) {
+      const auto in_range = [](double limit) {
+        return std::clamp(limit, -scene_manifest::kFarthest, scene_manifest::kFarthest);
+      };
+      const double lower = in_range(joint.limits->lower), upper = in_range(joint.limits->upper);
+      if (lower <= upper) {
+        added.limits = {lower, upper};
+      } else {
+        scene_.assumptions.push_back(
+            fmt::format("joint '{}' has a lower limit above its upper one: it has no limits", joint.name));
+      }
     }
     scene_.joints.push_back(std::move(added));
   }

@@ -3,12 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
+#include <string_view>
 #include <system_error>
 
 #include "formats/scene_manifest.h"
@@ -66,6 +69,11 @@ std::string read_text(const std::filesystem::path& file) {
   return text;
 }
 
+std::filesystem::path beside(const std::filesystem::path& file, const std::string& name) {
+  const std::filesystem::path path = file.parent_path() / name;
+  return std::find(path.begin(), path.end(), "..") == path.end() ? path.lexically_normal() : path;
+}
+
 namespace {
 
 using scene_manifest::kFarthest;
@@ -106,13 +114,34 @@ void check_shape(const SceneShape& shape) {
   }
 }
 
+void check_name(const std::string& name, const char* whose, const Place& place) {
+  if (!is_file_name(name))
+    throw SceneError(place, fmt::format("the name '{}' is empty or has control characters in it", name));
+  if (name.size() > scene_manifest::kLongestText)
+    throw SceneError(place, fmt::format("a {}'s name is longer than {} bytes", whose, scene_manifest::kLongestText));
+}
+
+// What bodies and links without shapes have in common.
+void check_mass(const SceneBody& body) {
+  const auto require = [&](bool sound, const char* what) {
+    if (!sound) throw SceneError(body.place, fmt::format("the {} of '{}' is out of range; check it", what, body.name));
+  };
+  if (body.motion != Motion::dynamic) return;
+  require(is_size(body.mass), "mass");
+  require(!body.centre_of_mass || in_reach(*body.centre_of_mass), "centre of mass");
+  if (!body.inertia) return;
+  const auto& [xx, yy, zz, xy, xz, yz] = *body.inertia;
+  const Eigen::Matrix3d tensor{{xx, xy, xz}, {xy, yy, yz}, {xz, yz, zz}};
+  require(tensor.allFinite() && tensor.maxCoeff() <= kFarthest, "inertia");
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(tensor, Eigen::EigenvaluesOnly);
+  require(solver.eigenvalues().minCoeff() >= scene_manifest::kLeastInertia, "inertia");
+}
+
 void check_body(const SceneBody& body) {
   const auto require = [&](bool sound, const std::string& reason) {
     if (!sound) throw SceneError(body.place, reason);
   };
-  require(is_file_name(body.name), fmt::format("the name '{}' is empty or has control characters in it", body.name));
-  require(body.name.size() <= scene_manifest::kLongestText,
-          fmt::format("a body's name is longer than {} bytes", scene_manifest::kLongestText));
+  check_name(body.name, "body", body.place);
   const bool is_dynamic = body.motion == Motion::dynamic;
   require(in_reach(body.pose.position) && in_reach(body.velocity) && (!is_dynamic || is_size(body.mass)),
           fmt::format("a number of '{}' is beyond 1e9, or its mass below 1e-9 kg", body.name));
@@ -121,7 +150,16 @@ void check_body(const SceneBody& body) {
   require(!is_dynamic || body.shapes.size() == 1 || body.centre_of_mass,
           fmt::format("'{}' has several shapes and no centre of mass; state the link's <inertial>", body.name));
   require(!is_dynamic || body.shapes.front().solid != Solid::plane, "a plane cannot move; set type = \"static\"");
+  check_mass(body);
   for (const SceneShape& shape : body.shapes) check_shape(shape);
+}
+
+// @param kind  "bodies" or "joints"
+void check_new(std::map<std::string_view, int>& lines, const std::string& name, const Place& place, const char* kind) {
+  const auto [known, is_new] = lines.emplace(name, place.line);
+  if (!is_new)
+    throw SceneError(place,
+                     fmt::format("two {} are named '{}', the other on line {}; rename one", kind, name, known->second));
 }
 
 // Checks limits of the runtime, which would refuse the manifest.
@@ -131,6 +169,20 @@ void check_ranges(const Scene& scene) {
                      fmt::format("a scene has at most {} bodies", scene_manifest::kMostBodies));
   }
   for (const SceneBody& body : scene.bodies) check_body(body);
+  for (const SceneBody& link : scene.links) {
+    check_name(link.name, "link", link.place);
+    check_mass(link);
+  }
+  for (const SceneJoint& joint : scene.joints) {
+    check_name(joint.name, "joint", joint.place);
+    if (!in_reach(joint.pose.position))
+      throw SceneError(joint.place, fmt::format("joint '{}' lies farther than 1e9 m from its parent", joint.name));
+  }
+  std::map<std::string_view, int> bodies, joints;  // lines by name
+  for (const auto* const list : {&scene.bodies, &scene.links}) {
+    for (const SceneBody& body : *list) check_new(bodies, body.name, body.place, "bodies");
+  }
+  for (const SceneJoint& joint : scene.joints) check_new(joints, joint.name, joint.place, "joints");
 }
 
 Scene read_any(const std::filesystem::path& file) {

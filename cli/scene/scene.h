@@ -84,6 +84,7 @@ struct SceneJoint {
   Placement pose;                                   ///< of the child at the joint's zero, in the parent
   Triple axis{1, 0, 0};                             ///< in the child, of unit length
   std::optional<std::pair<double, double>> limits;  ///< [rad] or [m]
+  Place place;                                      ///< of the child
 };
 
 struct Wish {
@@ -122,6 +123,8 @@ struct SceneError : std::runtime_error {
 [[nodiscard]] Scene read_urdf(const std::filesystem::path& file);
 /// Whether a scene may name this file: not empty, without control characters.
 [[nodiscard]] bool is_file_name(const std::string& name);
+/// The file that `file` names. A folder may be a link, so ".." stays.
+[[nodiscard]] std::filesystem::path beside(const std::filesystem::path& file, const std::string& name);
 /// The whole of a text file. @throw SceneError
 [[nodiscard]] std::string read_text(const std::filesystem::path& file);
 

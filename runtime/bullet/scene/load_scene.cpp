@@ -235,7 +235,7 @@ btCollisionShape* shape_in(const btTransform& frame, const std::vector<Placed>& 
 
 // @param value  three moments, or three moments and the products xy, xz, yz. [kg m^2]
 PrincipalAxes stated_inertia(const Value& value) {
-  constexpr double kSmallest = 1e-18;
+  constexpr double kSmallest = scene_manifest::kLeastInertia;
   const std::vector<Value> numbers = value.list();
   if (numbers.size() != 3 && numbers.size() != 6) value.refuse("has neither three nor six numbers");
   std::array<double, 6> tensor{};
@@ -416,7 +416,8 @@ Scene Scene::load(const std::string& path, btDiscreteDynamicsWorld& world, const
       objects.emplace(parts[i].name, object);
     }
     for (const Value& pair : root["apart"].list()) keep_apart(pair, objects);
-    if (root.has("gravity")) world.setGravity(root["gravity"].vector(-1e6, 1e6));
+    if (root.has("gravity"))
+      world.setGravity(root["gravity"].vector(-scene_manifest::kMostGravity, scene_manifest::kMostGravity));
 
     // Nothing fails from here on.
     contents.world = &world;

@@ -179,6 +179,78 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
   expect_urdf_refused(robot("<mesh filename=\"a&#10;b.obj\"/>"), "r.urdf:13: the mesh is not the name of a file");
 }
 
+// What load_scene would refuse is refused before anything is baked.
+TEST(Urdf, WhatNoManifestCanHoldIsRefused) {
+  const TemporaryFolder folder;
+  const auto expect_refused = [&](const std::string& old, const std::string& text, const std::string& why) {
+    std::string whole = robot("<sphere radius=\"1\"/>");
+    write_file(folder / "r.urdf", whole.replace(whole.find(old), old.size(), text));
+    expect_refusal(folder, "scene r.urdf --dry-run", kBad, why);
+  };
+  expect_refused("ixx=\"0.2\"", "ixx=\"1e10\"", "r.urdf:5: the inertia of 'ram' is out of range");
+  expect_refused("<mass value=\"3\"", "<mass value=\"1e10\"", "r.urdf:5: a number of 'ram' is beyond 1e9");
+  expect_refused("<joint name=\"d\"", "<joint name=\"" + std::string(1025, 'd') + "\"",
+                 "r.urdf:16: a joint's name is longer than 1024 bytes");
+  const std::string finger = "<collision><geometry><sphere radius=\"0.01\"/></geometry></collision>\n  ";
+  const std::string held =
+      "<mass value=\"1\"/><inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" "
+      "izz=\"0.1\"/></inertial>\n    ";
+  expect_refused(held + finger,
+                 "<mass value=\"1e-12\"/><inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" "
+                 "izz=\"0.1\"/></inertial>",
+                 "r.urdf:16: the mass of 'finger' is out of range");
+
+  // Names that bodies of a TOML share with links of a URDF.
+  write_file(folder / "r.urdf", robot("<sphere radius=\"1\"/>"));
+  write_file(folder / "s.toml", "[[body]]\nname = \"r\"\nurdf = \"r.urdf\"\n" + body("r/ram", "nut", "mass = \"1g\""));
+  expect_refusal(folder, "scene s.toml --dry-run", kBad,
+                 "two bodies are named 'r/ram', the other on line 5; rename one");
+  write_file(folder / "s.toml", std::string("[world]\ngravity = [\"0m/s2\", \"0m/s2\", \"-1e7m/s2\"]\n") + kPlane);
+  expect_refusal(folder, "scene s.toml --dry-run", kBad, "s.toml:2: gravity is beyond 1e+06 m/s^2");
+}
+
+TEST(Urdf, JointsThatCannotMoveOrTurnAreLeftOutAndEndlessLimitsAreCut) {
+  const TemporaryFolder folder;
+  const std::string whole = robot("<sphere radius=\"1\"/>");
+  const auto joints = [&](const std::string& old, const std::string& text, const std::string& type = "") {
+    std::string changed = whole;
+    write_file(folder / "r.urdf", changed.replace(changed.find(old), old.size(), text));
+    write_file(folder / "s.toml", "[[body]]\nname = \"r\"\nurdf = \"r.urdf\"\n" + type);
+    EXPECT_EQ(vpsbake(folder, "scene s.toml -o out").code, 0);
+    const Json manifest = Json::parse(read_file(folder / "out/s.vps.json"));
+    return manifest.contains("joints") ? manifest["joints"] : Json::array();
+  };
+  EXPECT_EQ(joints("0 0 1", "0 0 1").size(), 2U);
+  EXPECT_EQ(joints("0 0 1", "0 0 1", "type = \"static\"\n").size(), 0U);
+  EXPECT_EQ(joints("<axis xyz=\"0 0 1\"/><limit", "<axis xyz=\"0 0 0\"/><limit").size(), 1U);
+  const Json endless = joints("lower=\"0\" upper=\"1\"", "lower=\"-1e16\" upper=\"1e16\"");
+  EXPECT_EQ(endless[0]["lower"], -1e9);
+  EXPECT_EQ(endless[0]["upper"], 1e9);
+  const Json turned = joints("lower=\"0\" upper=\"1\"", "lower=\"1\" upper=\"0\"");
+  EXPECT_FALSE(turned[0].contains("lower"));
+}
+
+// The system follows a link before "..".
+TEST(Urdf, FilesAreFoundThroughLinksOfFolders) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "other/sub");
+  std::filesystem::create_directory_symlink("other/sub", folder / "link");
+  std::filesystem::copy_file(sample("nut"), folder / "m.obj");
+  std::filesystem::copy_file(sample("cube"), folder / "other/m.obj");
+  const std::string text =
+      "<robot name=\"r\"><link name=\"l\"><collision><geometry>\n<mesh filename=\"m.obj\"/>"
+      "</geometry></collision></link></robot>";
+  write_file(folder / "other/r.urdf", text);
+  write_file(folder / "other/s.toml", "[[body]]\nname = \"a\"\nmesh = \"m.obj\"\ntype = \"static\"\n");
+  write_file(folder / "t.toml", "[[body]]\nname = \"a\"\nmesh = \"link/../m.obj\"\ntype = \"static\"\n");
+  for (const char* scene : {"link/../r.urdf", "link/../s.toml", "t.toml"}) {
+    const Outcome run = vpsbake(folder, std::string("scene ") + scene + " --dry-run --json");
+    ASSERT_EQ(run.code, 0) << run.err;
+    // A two-hundredth of the cube; the nut is smaller.
+    EXPECT_EQ(Json::parse(run.out)["assets"][0]["voxel_size"], 0.0005) << scene;
+  }
+}
+
 TEST(Urdf, WhatAUrdfHasBesidesIsSaidOnce) {
   const TemporaryFolder folder;
   write_file(folder / "r.urdf", R"(<robot name="r" xmlns:sim="http://sim">
