@@ -2,7 +2,10 @@
 // Finds where an asset lies in the geoms of its mesh, and the planes of hulls.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "runtime/fields/penetration.h"
 #include "runtime/fields/place_field.h"
@@ -47,33 +50,43 @@ std::vector<HalfSpaceField> hull_of(const mjModel& model, int mesh) {
   return planes;
 }
 
-// Whether a mesh is the surface of an asset: no vertex is outside, and most are on it. Those of parts that the bake
-// united lie inside.
-bool fits(const mjModel& model, int mesh, const VoxelmapView& map, const Pose& asset_in_geom) {
+// Of a mesh that is the surface of an asset, in voxels: skins that the bake wraps round a mesh lie a quarter outside.
+constexpr float kMostMisfit = 0.35F;
+
+// How far most of a mesh's vertices are off the surface of an asset, at most. The others are those of parts that the
+// bake united, and lie inside. Infinite when a vertex is outside. [m]
+float misfit(const mjModel& model, int mesh, const VoxelmapView& map, const Pose& asset_in_geom) {
   const detail::Transform to_asset(relative_pose(asset_in_geom, Pose()));
-  const int vertices = model.mesh_vertnum[mesh];
-  int on_surface = 0;
-  for (int i = 0; i < vertices; ++i) {
-    const float v = penetration(map, to_asset.apply(vertex_of(model, mesh, i)), {});
-    if (v < -map.voxel_size) return false;
-    if (v < map.voxel_size / 2) ++on_surface;
+  std::vector<float> off(static_cast<std::size_t>(model.mesh_vertnum[mesh]));
+  for (std::size_t i = 0; i < off.size(); ++i) {
+    const float v = penetration(map, to_asset.apply(vertex_of(model, mesh, static_cast<int>(i))), {});
+    if (v < -map.voxel_size) return std::numeric_limits<float>::infinity();
+    off[i] = std::abs(v);
   }
-  return on_surface >= 0.9 * vertices;
+  if (off.empty()) return std::numeric_limits<float>::infinity();
+  const auto most = off.begin() + static_cast<std::ptrdiff_t>((off.size() - 1) * 9 / 10);
+  std::nth_element(off.begin(), most, off.end());
+  return *most;
 }
 
 // The pose of an asset in the frame of its mesh's geoms. Newer models have it: mesh_pos and mesh_quat.
 // @param in_body  of the mesh, in the body of its first geom; null: in that of any geom it is none
 std::optional<Pose> find_asset(const mjModel& model, int mesh, const VoxelmapView& map, const Pose* in_body) {
+  std::optional<Pose> found;
+  float least = kMostMisfit * map.voxel_size;
   for (int geom = 0; geom < model.ngeom; ++geom) {
     if (model.geom_type[geom] != mjGEOM_MESH || model.geom_dataid[geom] != mesh) continue;
     Pose at;
     mju_quat2Mat(at.rotation, model.geom_quat + 4 * geom);
     std::copy_n(model.geom_pos + 3 * geom, 3, at.translation);
     const Pose asset_in_geom = relative_pose(at, in_body != nullptr ? *in_body : Pose());
-    if (fits(model, mesh, map, asset_in_geom)) return asset_in_geom;
+    if (const float off = misfit(model, mesh, map, asset_in_geom); off < least) {
+      found = asset_in_geom;
+      least = off;
+    }
     if (in_body != nullptr) break;
   }
-  return std::nullopt;
+  return found;
 }
 
 }  // namespace
@@ -107,6 +120,8 @@ std::string BakedModel::bake(const std::string& mesh, std::shared_ptr<const Asse
   }
   if (options.use == StepUse::springs) return wrong("MuJoCo's contacts have springs of their own; use samples");
   if (options.in_body != nullptr && check_pose(*options.in_body) != Status::ok) return wrong("in_body is no pose");
+  const std::span geoms(model.geom_dataid, static_cast<std::size_t>(model.ngeom));
+  if (std::find(geoms.begin(), geoms.end(), id) == geoms.end()) return wrong("no geom of the model has it");
   const std::optional<Pose> found = find_asset(model, id, baked.map, options.in_body);
   if (!found) {
     return wrong(

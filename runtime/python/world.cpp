@@ -144,13 +144,13 @@ class World {
     const std::size_t first = bodies_.size();
     auto scene = std::make_unique<vps::bullet::Scene>(vps::bullet::load_scene(manifest, world_));
     if (!scene->error().empty()) throw py::value_error(manifest + ": " + scene->error());
+    warn();  // first: where warnings are errors, the scene takes itself out of the world
     for (const auto& body : scene->bodies()) {
       const auto* const shape = dynamic_cast<const vps::bullet::Shape*>(body->getCollisionShape());
       if (shape != nullptr) split_from(double(shape->info().voxel_size));
       enter(*body, body->getWorldTransform().inverse() * scene->origin(*body));
     }
     scenes_.push_back(std::move(scene));
-    warn();
     return first;
   }
 

@@ -2,6 +2,7 @@
 """A small Bullet world."""
 import os
 import subprocess
+import warnings
 
 import numpy as np
 import pytest
@@ -137,6 +138,17 @@ position = ["0mm", "0mm", "120mm"]
     assert bodies["ball"].velocity[2] == pytest.approx(-0.162, rel=0.01)
     with pytest.raises(ValueError, match="none.json"):
         world.load_scene(tmp_path / "none.json")
+
+    # A warning that is an error leaves nothing of the scene behind.
+    scene = (tmp_path / "scene.toml").read_text(encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(scene.replace("100g", "1000000kg"), encoding="utf-8")
+    subprocess.run([os.environ["VPSBAKE"], "scene", "scene.toml", "-q"], cwd=tmp_path, check=True)
+    world = vps.World()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(RuntimeWarning):
+            world.load_scene(tmp_path / "scene.vps" / "scene.vps.json")
+    assert world.bodies == [] and world.add_box((0.1, 0.1, 0.1)).index == 0
 
 
 def test_bad_arguments(cube):

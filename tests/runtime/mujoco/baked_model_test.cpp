@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <cmath>
 #include <thread>
 
@@ -102,6 +103,32 @@ TEST(BakedModel, GeomsOfAMeshAnywhereInTheirBodiesAreBaked) {
   EXPECT_EQ(contacts[1], 0);  // 10 mm above the plane
   EXPECT_GE(contacts[2], 4);
   EXPECT_GE(contacts[3], 4);
+}
+
+TEST(BakedModel, TheGeomThatFitsBestPlacesTheAsset) {
+  MujocoWorld world({cube()}, "", R"(<geom type="plane" size="1 1 1"/>
+    <body pos="0 0 0.0197"><freejoint/>
+      <geom type="mesh" mesh="cube" mass="1" pos="0.0003 0 0" contype="0" conaffinity="0"/>
+      <geom type="mesh" mesh="cube" mass="1"/></body>)");
+  mujoco::BakedModel baked(*world.model);
+  ASSERT_EQ(baked.bake("cube", cube().asset), "");
+  world.forward();
+  double least = 1, most = -1;
+  for (const mjContact& contact : world.contacts()) {
+    least = std::min(least, contact.pos[0]);
+    most = std::max(most, contact.pos[0]);
+  }
+  EXPECT_NEAR(least, -0.02, 0.1 * kVoxelOfCube);
+  EXPECT_NEAR(most, 0.02, 0.1 * kVoxelOfCube);
+}
+
+TEST(BakedModel, AnAssetOfAnotherSizeIsRefused) {
+  const MujocoMesh small = mujoco_mesh("small", make_box({0.0194, 0.0194, 0.0194}), kVoxelOfCube);
+  MujocoWorld world({small, cube()}, "", R"(<body><freejoint/><geom type="mesh" mesh="small"/></body>)");
+  mujoco::BakedModel baked(*world.model);
+  EXPECT_NE(baked.bake("small", cube().asset).find("give in_body"), std::string::npos);
+  EXPECT_EQ(baked.bake("small", small.asset), "");
+  EXPECT_EQ(baked.bake("cube", cube().asset), "mesh \"cube\": no geom of the model has it");
 }
 
 TEST(BakedModel, AMarginGivesContactsThatDoNotTouchYet) {
