@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <utility>
@@ -35,18 +36,23 @@ fs::path output_folder(const SceneArguments& arguments) {
 
 // Rewrites the baker's advice for a scene file: command-line options become keys of TOML.
 std::string in_words_of(const Place& place, std::string text) {
-  if (fs::path(place.file).extension() != ".toml") return text;
-  constexpr std::pair<std::string_view, std::string_view> kWords[] = {
-      {"--open-surface thicken=2mm", "thicken = \"2mm\""},
-      {"--repair fill", "repair = \"fill\""},
-      {"--repair wrap", "repair = \"wrap\""},
-      {"--repair", "repair"},
-      {"--unit", "unit"}};
+  const std::string before = text;
+  constexpr std::string_view kThicken = "--open-surface thicken=";
+  for (std::size_t at = 0; (at = text.find(kThicken, at)) != std::string::npos;) {
+    const std::size_t end = std::min(text.find(' ', at + kThicken.size()), text.size());
+    text.insert(end, "\"");
+    text.replace(at, kThicken.size(), "thicken = \"");
+  }
+  constexpr std::pair<std::string_view, std::string_view> kWords[] = {{"--repair fill", "repair = \"fill\""},
+                                                                      {"--repair wrap", "repair = \"wrap\""},
+                                                                      {"--repair", "repair"},
+                                                                      {"--unit", "unit"}};
   for (const auto& [option, key] : kWords) {
     for (std::size_t at = 0; (at = text.find(option, at)) != std::string::npos; at += key.size())
       text.replace(at, option.size(), key);
   }
-  return text;
+  const bool is_toml = fs::path(place.file).extension() == ".toml";
+  return text + (is_toml || text == before ? "" : ", in a TOML that names the URDF");
 }
 
 int fail_output(const RefusedFile& refused) {

@@ -69,6 +69,7 @@ SceneShape read_geometry(const urdf::Geometry& geometry, const fs::path& file, c
       shape.unit = mesh.scale.x;
       if (mesh.scale.y != mesh.scale.x || mesh.scale.z != mesh.scale.x)
         throw SceneError(place, "this mesh is scaled differently along x, y and z; scale the mesh file itself");
+      if (mesh.scale.x < 0) throw SceneError(place, "this mesh is mirrored by its scale; mirror the mesh file itself");
       break;
     }
     case urdf::Geometry::BOX: {

@@ -103,7 +103,8 @@ struct Touch {
 class World {
  public:
   World(const Vector& gravity, double step) : step_(step) {
-    if (!(step > 0) || !std::isfinite(step)) throw py::value_error("step: finite and more than 0 s");
+    // Bullet leaves out steps of less than 1.2e-7 s.
+    if (!(step >= 1e-6 && step <= 10)) throw py::value_error("step: 1e-6 to 10 s");
     vps::bullet::register_algorithm(dispatcher_);
     world_.setGravity(to_bt(gravity));
     world_.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
@@ -133,9 +134,8 @@ class World {
     return add(std::make_shared<btSphereShape>(btScalar(radius)), options, btTransform::getIdentity());
   }
   std::size_t add_plane(const Vector& normal, double offset, const BodyOptions& options) {
-    const btVector3 n = to_bt(normal);
-    if (!(n.length2() > 0) || !std::isfinite(offset)) throw py::value_error("plane: a normal and a finite offset");
-    return add(std::make_shared<btStaticPlaneShape>(n.normalized(), btScalar(offset)), options,
+    if (!(std::abs(offset) <= kLargest)) throw py::value_error("offset: at most 1e9 m from the origin");
+    return add(std::make_shared<btStaticPlaneShape>(direction("normal", normal), btScalar(offset)), options,
                btTransform::getIdentity());
   }
 
@@ -197,7 +197,7 @@ class World {
 
   std::size_t add_hinge(std::size_t first, std::ptrdiff_t second, const Vector& point, const Vector& axis) {
     auto [a, b] = pair(first, second);
-    const btVector3 p = to_bt(point), z = direction(axis);
+    const btVector3 p = to_bt(point), z = direction("axis", axis);
     const btTransform to_a = a->getWorldTransform().inverse(), to_b = b->getWorldTransform().inverse();
     auto joint =
         std::make_unique<btHingeConstraint>(*a, *b, to_a * p, to_b * p, to_a.getBasis() * z, to_b.getBasis() * z);
@@ -205,7 +205,7 @@ class World {
   }
   std::size_t add_slider(std::size_t first, std::ptrdiff_t second, const Vector& axis) {
     auto [a, b] = pair(first, second);
-    const btVector3 x = direction(axis);
+    const btVector3 x = direction("axis", axis);
     btVector3 y, z;
     btPlaneSpace1(x, y, z);
     const btTransform frame(btMatrix3x3(x.x(), y.x(), z.x(), x.y(), y.y(), z.y(), x.z(), y.z(), z.z()),
@@ -274,15 +274,17 @@ class World {
   }
 
  private:
+  static constexpr double kLargest = 1e9;  // as in a scene's manifest: far beyond any simulation
   static void check_sizes(std::initializer_list<double> sizes) {
     for (const double size : sizes) {
-      if (!(size > 0) || !std::isfinite(size)) throw py::value_error("a size is finite and more than 0 m");
+      if (!(size >= 1 / kLargest && size <= kLargest)) throw py::value_error("a size is 1e-9 to 1e9 m");
     }
   }
-  static btVector3 direction(const Vector& axis) {
-    const btVector3 v = to_bt(axis);
-    if (!(v.length2() > 0)) throw py::value_error("axis: not zero");
-    return v.normalized();
+  // Normalized in double: squares of lengths beyond 1e19 are infinite in float.
+  static btVector3 direction(const char* name, const Vector& axis) {
+    const double length = std::hypot(axis[0], axis[1], axis[2]);
+    if (!(length > 0) || !std::isfinite(length)) throw py::value_error(std::string(name) + ": finite, and not zero");
+    return {btScalar(axis[0] / length), btScalar(axis[1] / length), btScalar(axis[2] / length)};
   }
   [[nodiscard]] btScalar step_of_bullet() const { return btScalar(step_); }
   void split_from(double voxel) {
@@ -294,8 +296,8 @@ class World {
   // @param frame  takes the frame that users see to the body's own
   std::size_t add(std::shared_ptr<btCollisionShape> shape, const BodyOptions& options, const btTransform& frame) {
     if (!(options.mass >= 0) || !std::isfinite(options.mass)) throw py::value_error("mass: finite, at least 0 kg");
-    if (!(options.friction >= 0) || !(options.restitution >= 0))
-      throw py::value_error("friction, restitution: at least 0");
+    for (const double law : {options.friction, options.restitution})
+      if (!(law >= 0 && law <= kLargest)) throw py::value_error("friction, restitution: 0 to 1e9");
     btVector3 inertia(0, 0, 0);
     if (options.mass > 0) shape->calculateLocalInertia(btScalar(options.mass), inertia);
     warn();  // where warnings are errors, nothing was added

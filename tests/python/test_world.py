@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A small Bullet world."""
+import gc
 import os
 import subprocess
 import warnings
+import weakref
 
 import numpy as np
 import pytest
@@ -151,6 +153,28 @@ position = ["0mm", "0mm", "120mm"]
     assert world.bodies == [] and world.add_box((0.1, 0.1, 0.1)).index == 0
 
 
+def test_a_world_goes_without_the_garbage_collector(cube):
+    world = vps.World()
+    body = world.add(cube)
+    gone = weakref.ref(world)
+    gc.disable()
+    try:
+        del world
+        assert gone() is None
+    finally:
+        gc.enable()
+    assert body.pose.shape == (4, 4)  # a body keeps what it needs
+
+
+def test_directions_have_any_length(cube):
+    world = vps.World(gravity=(0, 0, 0))
+    world.add_plane(normal=(0, 0, 1e25))
+    body = world.add(cube, pose=shifted(0, 0, 0.04))
+    world.hinge(world.add(cube, pose=shifted(1, 0, 1)), point=(1, 0, 1), axis=(1e-25, 0, 0))
+    world.step(24)
+    assert body.pose[2, 3] > 0.041 and np.isfinite(world.poses).all()
+
+
 def test_bad_arguments(cube):
     world, other = vps.World(), vps.World()
     body, stranger = world.add(cube), other.add(cube)
@@ -158,7 +182,8 @@ def test_bad_arguments(cube):
                  lambda: world.add(cube, pose=np.eye(4) * 2), lambda: world.add(cube, pose=np.eye(3)),
                  lambda: world.add(cube, pose=np.full((4, 4), np.nan)), lambda: world.add(cube, density=0),
                  lambda: world.add(cube, mass=-1), lambda: world.add(cube, friction=-1), lambda: world.add_box([0, 1, 1]),
-                 lambda: world.add_sphere(-1), lambda: world.add_plane((0, 0, 0)), lambda: body.push((0, 0, np.inf)),
+                 lambda: world.add_sphere(-1), lambda: world.add_sphere(1e-46), lambda: vps.World(step=1e-7),
+                 lambda: world.add_plane(offset=1e39), lambda: world.add(cube, restitution=np.inf), lambda: world.add_plane((0, 0, 0)), lambda: body.push((0, 0, np.inf)),
                  lambda: world.hinge(body, stranger, point=(0, 0, 0), axis=(0, 0, 1)),
                  lambda: world.hinge(body, body, point=(0, 0, 0), axis=(0, 0, 1)),
                  lambda: world.hinge(body, point=(0, 0, 0), axis=(0, 0, 0)),

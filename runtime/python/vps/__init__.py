@@ -269,6 +269,8 @@ class Asset:
         """
         if self.closed:
             raise ValueError("the asset is closed")
+        if not self._asset.field:
+            raise MissingPart("the asset has no voxelmap: bake it with voxelmap=True")
         if step is not None:
             number("step", step)
         return Surface(*_baker("Asset.surface").surface(self._bytes, self.scale, step))

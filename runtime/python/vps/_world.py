@@ -32,8 +32,8 @@ class WorldContacts(NamedTuple):
 class Body:
     """A body of a world. Its pose is that of the mesh's frame, or of the centre of a box or sphere."""
 
-    def __init__(self, world: World, index: int, name: str) -> None:
-        self._world = world
+    def __init__(self, world: Any, index: int, name: str) -> None:
+        self._world = world  # of vps._bullet: a World would wait for the garbage collector
         self.index = index  #: in World.bodies, World.poses and WorldContacts
         self.name = name
 
@@ -43,52 +43,52 @@ class Body:
     @property
     def pose(self) -> Array:
         """Takes the body's frame to the world's, shape (4, 4). A kinematic body moves to a new pose during the next step."""
-        pose: Array = self._world.poses[self.index]
+        pose: Array = self._world.poses()[self.index]
         return pose
 
     @pose.setter
     def pose(self, pose: npt.ArrayLike) -> None:
-        self._world._world.set_pose(self.index, one_array("pose", pose, (4, 4)))
+        self._world.set_pose(self.index, one_array("pose", pose, (4, 4)))
 
     @property
     def velocity(self) -> Array:
         """Of the centre of mass, shape (3,) [m/s]"""
-        return np.array(self._world._world.velocity(self.index)[0])
+        return np.array(self._world.velocity(self.index)[0])
 
     @velocity.setter
     def velocity(self, velocity: npt.ArrayLike) -> None:
-        self._world._world.set_velocity(self.index, one_array("velocity", velocity, (3,)), self.angular_velocity)
+        self._world.set_velocity(self.index, one_array("velocity", velocity, (3,)), self.angular_velocity)
 
     @property
     def angular_velocity(self) -> Array:
         """Shape (3,) [rad/s]"""
-        return np.array(self._world._world.velocity(self.index)[1])
+        return np.array(self._world.velocity(self.index)[1])
 
     @angular_velocity.setter
     def angular_velocity(self, velocity: npt.ArrayLike) -> None:
-        self._world._world.set_velocity(self.index, self.velocity, one_array("angular_velocity", velocity, (3,)))
+        self._world.set_velocity(self.index, self.velocity, one_array("angular_velocity", velocity, (3,)))
 
     @property
     def mass(self) -> float:
         """0 for bodies that no force moves [kg]"""
-        return float(self._world._world.mass(self.index))
+        return float(self._world.mass(self.index))
 
     def push(self, force: npt.ArrayLike = (0, 0, 0), torque: npt.ArrayLike = (0, 0, 0)) -> None:
         """Acts on the centre of mass during the next step, world frame. [N], [N m]"""
-        self._world._world.push(self.index, one_array("force", force, (3,)), one_array("torque", torque, (3,)))
+        self._world.push(self.index, one_array("force", force, (3,)), one_array("torque", torque, (3,)))
 
 
 class Joint:
     """A hinge or a slider with a motor."""
 
-    def __init__(self, world: World, index: int) -> None:
+    def __init__(self, world: Any, index: int) -> None:
         self._world = world
         self._index = index
 
     @property
     def position(self) -> float:
         """Since the joint was made: the angle, -pi to pi, or the way, of the first body [rad] or [m]"""
-        return float(self._world._world.position(self._index))
+        return float(self._world.position(self._index))
 
     def drive(self, speed: float, effort: float) -> None:
         """Moves the first body against the second.
@@ -96,7 +96,7 @@ class Joint:
         speed: about or along the axis [rad/s] or [m/s]
         effort: largest torque or force of the motor; 0 switches it off [N m] or [N]
         """
-        self._world._world.set_motor(self._index, number("speed", speed), number("effort", effort))
+        self._world.set_motor(self._index, number("speed", speed), number("effort", effort))
 
 
 class World:
@@ -205,23 +205,23 @@ class World:
 
         point, axis: of the hinge, world frame, shape (3,) [m], [-]
         """
-        return Joint(self, self._world.add_hinge(
+        return Joint(self._world, self._world.add_hinge(
             self._own(first), self._other(second), one_array("point", point, (3,)), one_array("axis", axis, (3,))))
 
     def slider(self, first: Body, second: Body | None = None, *, axis: npt.ArrayLike) -> Joint:
         """Lets the first body only slide along an axis of the second, or of the world. axis: world frame, shape (3,)"""
-        return Joint(self, self._world.add_slider(self._own(first), self._other(second), one_array("axis", axis, (3,))))
+        return Joint(self._world, self._world.add_slider(self._own(first), self._other(second), one_array("axis", axis, (3,))))
 
     def _options(self, pose: npt.ArrayLike, mass: float, kinematic: bool, friction: float, restitution: float) -> Any:
         return self._bullet.BodyOptions(one_array("pose", pose, (4, 4)), mass, bool(kinematic), number("friction", friction),
                                         number("restitution", restitution))
 
     def _enter(self, index: int, name: str) -> Body:
-        self.bodies.append(Body(self, index, name))
+        self.bodies.append(Body(self._world, index, name))
         return self.bodies[-1]
 
     def _own(self, body: Body) -> int:
-        if not isinstance(body, Body) or body._world is not self:
+        if not isinstance(body, Body) or body._world is not self._world:
             raise ValueError("a body of this world is needed")
         return body.index
 

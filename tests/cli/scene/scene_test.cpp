@@ -72,6 +72,12 @@ TEST(Scene, OpenMeshesAreRepairedAsTheirBodySays) {
   const std::string open = "[[body]]\nname = \"a\"\nmesh = \"open.obj\"\nmass = \"1kg\"\nvoxel = \"2mm\"\n";
   expect_scene_refused(folder, kPlane + open, "scene.toml:7: mesh 'open.obj': ");
   expect_scene_refused(folder, kPlane + open, "repair = \"fill\"");
+  expect_scene_refused(folder, kPlane + open, "or thicken = \"4mm\" for a sheet");
+  write_file(folder / "open.urdf",
+             "<robot name=\"r\"><link name=\"l\"><collision><geometry><mesh filename=\"open.obj\"/></geometry>"
+             "</collision></link></robot>");
+  expect_scene_refused(folder, kPlane + std::string("[[body]]\nname = \"a\"\nurdf = \"open.urdf\"\nmass = \"1kg\"\n"),
+                       "for a sheet, in a TOML that names the URDF");
   const Json as_filled = plan(folder, kPlane + open + "repair = \"fill\"\n", "-o filled");
   const Json as_thick = plan(folder, kPlane + open + "thicken = \"8mm\"\n", "-o thick");
   ASSERT_EQ(as_filled["assets"].size(), 1U);

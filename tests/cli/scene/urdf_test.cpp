@@ -148,6 +148,7 @@ TEST(Urdf, AUrdfThatCannotBeUsedIsRefusedWithItsLine) {
                       kMissing);
   expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"1 2 1\"/>"),
                       "r.urdf:13: this mesh is scaled differently");
+  expect_urdf_refused(robot("<mesh filename=\"a.obj\" scale=\"-1 -1 -1\"/>"), "r.urdf:13: this mesh is mirrored");
   std::string light = robot("<sphere radius=\"1\"/>");
   light.replace(light.find("<mass value=\"3\""), 15, "<mass value=\"-1\"");
   expect_urdf_refused(light, "r.urdf:5: link 'ram' has a negative mass or moment of inertia");

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <functional>
+#include <optional>
 
 #include "runtime/bullet/partners/convex_planes.h"
 #include "tests/runtime/bullet/world.h"
@@ -382,6 +383,21 @@ TEST(Partners, NeedlesAreAsFarAsTheyAre) {
     contact.penetration = penetration(field, contact.position);
     planes.finish(contact, 0);
     ASSERT_NEAR(contact.penetration, exact, 5e-5) << n;
+  }
+}
+
+// A set of spheres made where another one was, as in a program that replaces a body's shape.
+TEST(Partners, SpheresInTheMemoryOfOthersHaveTheirOwnPlanes) {
+  bullet::ConvexPlanes planes;
+  std::optional<btMultiSphereShape> spheres;
+  for (const float radius : {0.1F, 0.2F}) {
+    for (const float z : {0.0F, 0.05F}) {
+      const btVector3 centre(0, 0, z);
+      const btScalar radii[] = {radius};
+      spheres.emplace(&centre, radii, 1);
+      const PolytopeField field = planes.of(*spheres, btVector3(0, 0, 1));
+      EXPECT_NEAR(penetration(field, {0, 0, 1}), radius + z - 1, 1e-4F) << radius << ' ' << z;
+    }
   }
 }
 
