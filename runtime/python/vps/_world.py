@@ -113,7 +113,7 @@ class World:
     """
 
     def __init__(self, *, gravity: npt.ArrayLike = (0, 0, -9.81), step: float = 1 / 240) -> None:
-        """gravity: [m/s^2]. step: of time [s]"""
+        """gravity: [m/s^2]. step: of time, 1e-6 to 10 [s]"""
         try:
             from . import _bullet
         except ImportError as error:
