@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/repair/topology.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <atomic>
@@ -31,12 +30,10 @@ UnsetVector<EdgeUse> sorted_edges(const std::vector<Triangle>& triangles) {
   // Counted by the smaller vertex first: few edges remain to be compared. Threads take places in any order, but what
   // is compared after that differs between any two uses of an edge.
   const auto for_each_use = [&](auto visit) {
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(triangles.size())),
-                      [&](const tbb::blocked_range<std::uint32_t>& range) {
-                        for (std::uint32_t t = range.begin(); t < range.end(); ++t) {
-                          for (std::size_t k = 0; k < 3; ++k) visit(t, triangles[t][k], triangles[t][(k + 1) % 3]);
-                        }
-                      });
+    tbb::parallel_for(std::size_t{0}, triangles.size(), [&](std::size_t t) {
+      for (std::size_t k = 0; k < 3; ++k)
+        visit(static_cast<std::uint32_t>(t), triangles[t][k], triangles[t][(k + 1) % 3]);
+    });
   };
   std::uint32_t vertices = 0;
   for (const Triangle& t : triangles) vertices = std::max({vertices, t[0] + 1, t[1] + 1, t[2] + 1});
