@@ -20,9 +20,8 @@ constexpr float kInto_vx = 0.5F;      // a contact ahead slides no deeper into t
 constexpr std::size_t kTogether = 32;
 constexpr std::size_t kMostRemembered = 256;
 
-// Whether two contacts are one, as at least one of them has moved there.
+// Whether two contacts are one, if at least one of them has moved there.
 bool meet(const SlidingContact& a, const SlidingContact& b, float ring) {
-  if (a.slide == Slide::stayed && b.slide == Slide::stayed) return false;
   return length(a.at->position - b.at->position) < ring && dot(a.at->inward_normal, b.at->inward_normal) > kOneNormal;
 }
 
@@ -127,13 +126,28 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
 }
 
 void Slides::keep() {
-  contacts_[deepest_].is_kept = true;
+  // Of two that stayed none is compared: a landing body has a hundred of them.
+  const SlidingContact* moved = nullptr;
+  const auto take = [&](SlidingContact& contact) {
+    contact.is_kept = true;
+    if (contact.slide == Slide::stayed) return;
+    contact.moved_before = moved;
+    moved = &contact;
+  };
+  const auto meets_any = [&](const SlidingContact& contact) {
+    if (contact.slide != Slide::stayed) {
+      return std::any_of(contacts_.begin(), contacts_.end(),
+                         [&](const SlidingContact& other) { return other.is_kept && meet(contact, other, ring_); });
+    }
+    for (const SlidingContact* other = moved; other != nullptr; other = other->moved_before) {
+      if (meet(contact, *other, ring_)) return true;
+    }
+    return false;
+  };
+  take(contacts_[deepest_]);
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     SlidingContact& contact = contacts_[i];
-    if (i == deepest_ || contact.slide == Slide::sloping) continue;
-    contact.is_kept = std::none_of(contacts_.begin(), contacts_.end(), [&](const SlidingContact& other) {
-      return other.is_kept && meet(contact, other, ring_);
-    });
+    if (i != deepest_ && contact.slide != Slide::sloping && !meets_any(contact)) take(contact);
   }
 }
 

@@ -24,6 +24,7 @@ struct SlidingContact {
   Slide slide = Slide::stayed;
   bool is_found = false;  ///< without a search
   bool is_kept = false;
+  const SlidingContact* moved_before = nullptr;  ///< another one that is kept and has moved; null: none
 };
 
 /// Where a contact slid to. While a pair stands still it need not be sought again.

@@ -37,8 +37,7 @@ Vec3 direction_on(const VoxelmapView& map, const ShellBody& shell, const Contact
 }  // namespace
 
 MapPlace place_in_map(const VoxelmapView& map, Vec3 point) noexcept {
-  const Vec3 outward = outward_normal(map, point);
-  const float v = vps::penetration(map, point, outward);
+  const auto [v, outward] = penetration_and_normal(map, point);
   ClosestPoint closest;
   // Near the end of the band and beyond, V and its gradient are rough.
   if (v < -0.75F * map.band_outer && closest_point(map, point, {}, closest) == Status::ok && closest.converged &&

@@ -122,6 +122,25 @@ Vec3 fall_over_voxel(const VoxelmapView& map, Vec3 p) noexcept {
   return {-rise({h, 0, 0}), -rise({0, h, 0}), -rise({0, 0, h})};
 }
 
+// Normal between the samples of a field brick.
+Vec3 normal_in_cell(const VoxelmapView& map, Vec3 point, const detail::FieldCell& cell) noexcept {
+  // A distance field has slope 1 except on its ridges. Clamped samples make it less.
+  const Vec3 fall = sampled_fall(map, cell);
+  // Stored gradients were not checked: those that are no numbers have none.
+  const float stored = detail::length(fall);
+  const float slope = std::isfinite(stored) ? stored : 0;
+  constexpr float kWhole = 0.9F;
+  if (slope > kWhole) return (1 / slope) * fall;
+  const float v = detail::interpolate(map, cell);
+  if (std::abs(v) >= detail::end_of_band(v >= 0 ? map.band_inner : map.band_outer, map.voxel_size)) {
+    const Vec3 beyond = normal_beyond(map, point);
+    if (detail::dot(beyond, beyond) > 0) return beyond;
+  }
+  // On a ridge the sides of a whole voxel decide. Less is the samples' rounding.
+  const Vec3 wide = slope > 0.5F ? fall : fall_over_voxel(map, point);
+  return unit_above(2 * map.lambda / cell.edge, wide);
+}
+
 float value_in(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
   return detail::voxelmap_penetration(map, point, inward_normal);
 }
@@ -140,22 +159,18 @@ Vec3 detail::normal_at(const VoxelmapView& map, Vec3 point) noexcept {
     return dot(estimate, estimate) > 0 ? estimate : normal_beyond(map, point);
   }
   const FieldCell cell = find_cell(map, point);
-  if (!octree::is_brick(cell.entry)) return normal_beyond(map, point);
-  // A distance field has slope 1 except on its ridges. Clamped samples make it less.
-  const Vec3 fall = sampled_fall(map, cell);
-  // Stored gradients were not checked: those that are no numbers have none.
-  const float stored = length(fall);
-  const float slope = std::isfinite(stored) ? stored : 0;
-  constexpr float kWhole = 0.9F;
-  if (slope > kWhole) return (1 / slope) * fall;
-  const float v = interpolate(map, cell);
-  if (std::abs(v) >= end_of_band(v >= 0 ? map.band_inner : map.band_outer, map.voxel_size)) {
-    const Vec3 beyond = normal_beyond(map, point);
-    if (dot(beyond, beyond) > 0) return beyond;
+  return octree::is_brick(cell.entry) ? normal_in_cell(map, point, cell) : normal_beyond(map, point);
+}
+
+detail::PenetrationAndNormal detail::penetration_and_normal(const VoxelmapView& map, Vec3 point) noexcept {
+  if (map.field != Field::layers) {
+    const FieldCell cell = find_cell(map, point);
+    if (octree::is_brick(cell.entry)) {
+      return {with_far_grid(map, point, {interpolate(map, cell), true}), normal_in_cell(map, point, cell)};
+    }
   }
-  // On a ridge the sides of a whole voxel decide. Less is the samples' rounding.
-  const Vec3 wide = slope > 0.5F ? fall : fall_over_voxel(map, point);
-  return unit_above(2 * map.lambda / cell.edge, wide);
+  const Vec3 normal = normal_at(map, point);
+  return {voxelmap_penetration(map, point, normal), normal};
 }
 
 float penetration(FieldRef field, Vec3 point, Vec3 inward_normal) noexcept {

@@ -186,6 +186,13 @@ inline Interval far_interval(const VoxelmapView& map, const Voxel& found, float 
 /// `outward_normal` of a voxelmap.
 Vec3 normal_at(const VoxelmapView& map, Vec3 point) noexcept;
 
+struct PenetrationAndNormal {
+  float penetration = 0;
+  Vec3 normal;
+};
+/// V and `outward_normal`, from one walk down the octree. V of layers is by this normal.
+PenetrationAndNormal penetration_and_normal(const VoxelmapView& map, Vec3 point) noexcept;
+
 // Interpolation between the corners of a cell of edge h never exceeds sqrt(d^2 + 3 h^2 / 4), d the true distance:
 // docs/internals/bounds.md has the proof.
 inline constexpr float kHalfDiagonalSquared = 0.75F;
@@ -240,28 +247,28 @@ struct OwnPenetration {
   bool sampled = false;  ///< the field has values there; beyond the band they may be clamped
 };
 inline OwnPenetration own_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  const Voxel found = find_voxel(map, point);
   bool inside = false;
+  if (map.field != Field::layers) {
+    const FieldCell cell = find_cell(map, point);
+    if (octree::is_brick(cell.entry)) return {interpolate(map, cell), true};
+    inside = cell.entry == kFarInside;
+  }
+  const Voxel found = find_voxel(map, point);
   if (map.field == Field::layers) {
     if (has_layer(map, found)) {
       // Eq. (4) with sigma = s.
       return {dot(inward_normal, found.to_centre) + static_cast<float>(layer_of(map, found)) * map.voxel_size, true};
     }
     inside = found.in_grid && map.brick_index[found.brick] == kNoBrickInside;
-  } else {
-    const FieldCell cell = find_cell(map, point);
-    if (octree::is_brick(cell.entry)) return {interpolate(map, cell), true};
-    inside = cell.entry == kFarInside;
   }
   if (inside && found.in_grid) return {far_interval(map, found, map.band_inner).low};
   const float to_bounds = distance_to_bounds(map, point);
   return {-(found.in_grid ? std::max(to_bounds, far_interval(map, found, map.band_outer).low) : to_bounds)};
 }
 
-/// V(P). Paper: Sec. 2.2. Beyond the band it comes from the far grid. At the band's end it changes over to the far
-/// grid, in the range of the field's own values that may be clamped.
-inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
-  const OwnPenetration own = own_penetration(map, point, inward_normal);
+/// V from the field's own value: at the band's end it changes over to the far grid, in the range of own values that may
+/// be clamped.
+inline float with_far_grid(const VoxelmapView& map, Vec3 point, OwnPenetration own) noexcept {
   const float band = own.v >= 0 ? map.band_inner : map.band_outer;
   const float end = end_of_band(band, map.voxel_size);
   if (std::abs(own.v) < end) return own.v;
@@ -270,6 +277,11 @@ inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inwa
   const float far = far_value(cell);
   const float weight = own.sampled ? std::min((std::abs(own.v) - end) / (band - end), 1.0F) : 1.0F;
   return mix(own.v, own.v >= 0 ? std::max(own.v, far) : std::min(own.v, far), weight);
+}
+
+/// V(P). Paper: Sec. 2.2. Beyond the band it comes from the far grid.
+inline float voxelmap_penetration(const VoxelmapView& map, Vec3 point, Vec3 inward_normal) noexcept {
+  return with_far_grid(map, point, own_penetration(map, point, inward_normal));
 }
 
 /// Lower bound of the true signed distance where interpolation gives `interpolated`. [m]

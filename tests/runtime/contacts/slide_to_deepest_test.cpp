@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <span>
+#include <vector>
 
 #include "runtime/contacts/between_samples.h"
 #include "sample_meshes/shapes.h"
@@ -101,6 +105,43 @@ TEST(SlideToDeepest, TheDeepestContactGoesOnRingByRing) {
     EXPECT_EQ(sliding.slide, Slide::arrived) << way_vx;
     EXPECT_LT(std::hypot(contact.position.x, contact.position.y), 0.4F * kVoxel) << way_vx;
     EXPECT_NEAR(contact.penetration, 0, 0.05F * kVoxel) << way_vx;
+  }
+}
+
+// Contacts of a ball: `kind` of all but the deepest, which comes `last` or first.
+std::vector<bool> kept_of(const OnPlane& on, std::span<const Vec3> places, SlidingContact::Kind kind, bool last) {
+  std::vector<Contact> contacts;
+  std::transform(places.begin(), places.end(), std::back_inserter(contacts), contact_at);
+  if (last) std::reverse(contacts.begin(), contacts.end());
+  std::vector<SlidingContact> sliding;
+  for (Contact& contact : contacts) sliding.push_back({&contact, 0, kind});
+  (last ? sliding.back() : sliding.front()).kind = SlidingContact::Kind::touching;
+  Slides slides({kVoxel}, sliding, nullptr);
+  slides.recall();
+  slides.search(on.bodies());
+  slides.keep();
+  if (last) std::reverse(sliding.begin(), sliding.end());
+  std::vector<bool> kept;
+  for (const SlidingContact& one : sliding) kept.push_back(one.is_kept);
+  return kept;
+}
+
+TEST(SlideToDeepest, OneContactRemainsOfThoseThatMeetWhereOneMoved) {
+  const auto ball = body(make_sphere(kRadius, 5));
+  const float depth = 0.2F * kVoxel;
+  const OnPlane on(*ball, kRadius - depth);
+  const auto on_ball = [=](float x_vx, float y_vx) {
+    const float x = x_vx * kVoxel;
+    const float y = y_vx * kVoxel;
+    return Vec3{x, y, kRadius - depth - std::sqrt(kRadius * kRadius - x * x - y * y)};
+  };
+  // The first is the deepest, and slides to the middle. The second lies there, the last two are farther off than a
+  // ring, and beside each other.
+  const Vec3 places[] = {on_ball(1, 0), on_ball(0, -1.5F), on_ball(6, 0), on_ball(6, 0.5F)};
+  for (const bool last : {false, true}) {
+    EXPECT_EQ(kept_of(on, places, SlidingContact::Kind::fixed, last), (std::vector{true, false, true, true})) << last;
+    EXPECT_EQ(kept_of(on, std::span(places).first(2), SlidingContact::Kind::touching, last), (std::vector{true, false}))
+        << last;
   }
 }
 
