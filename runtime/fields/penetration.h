@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -94,6 +95,12 @@ struct FieldCell {
   float edge = 0;                     ///< of the cell. [m]
 };
 
+/// 2^exponent, without std::ldexp's call.
+/// @param exponent  [Limits: -126 to 127]
+inline float power_of_two(int exponent) noexcept {
+  return std::bit_cast<float>(static_cast<std::uint32_t>(exponent + 127) << 23);
+}
+
 inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
   FieldCell cell;
   const float p[3] = {point.x, point.y, point.z};
@@ -108,16 +115,16 @@ inline FieldCell find_cell(const VoxelmapView& map, Vec3 point) noexcept {
   const std::uint32_t entry = find_entry(map, index).entry;
   cell.entry = entry;
   if (!octree::is_brick(entry)) return cell;
-  const float cell_edge = std::ldexp(1.0F, octree::level_of(entry));
+  const int level = octree::level_of(entry);
   std::uint32_t low[3];
   for (int axis = 0; axis < 3; ++axis) {
-    const float cells = at[axis] / cell_edge;
+    const float cells = at[axis] * power_of_two(-level);
     const auto whole = static_cast<std::uint32_t>(cells);
     low[axis] = whole % (kFieldEdge - 1);
     cell.part[axis] = cells - static_cast<float>(whole);
   }
   cell.corners = octree::corners_of(entry, low);
-  cell.edge = cell_edge * map.voxel_size;
+  cell.edge = power_of_two(level) * map.voxel_size;
   return cell;
 }
 
@@ -128,17 +135,29 @@ inline float real_value(double stored) noexcept {
   return static_cast<float>(stored > -kLongest ? std::min(stored, kLongest) : -kLongest);
 }
 
+/// Calls use(samples, value) with the samples of `scaled` or `real`, and a function that gives a sample's value in this
+/// cell. [m]
+template <class Use>
+auto use_samples(const VoxelmapView& map, const FieldCell& cell, const Use& use) noexcept {
+  if (map.field == Field::real) {
+    return use(static_cast<const double*>(map.values), [&](double v) { return map.scale * real_value(v); });
+  }
+  const float step = cell.edge > map.voxel_size ? 2 * map.lambda : map.lambda;
+  const auto scaled = [=](std::int32_t v) { return static_cast<float>(v) * step; };
+  if (map.element == ElementType::i8) return use(static_cast<const std::int8_t*>(map.values), scaled);
+  return use(static_cast<const std::int16_t*>(map.values), scaled);
+}
+
 /// A sample of `scaled` or `real`. [m]
 inline float sample_value(const VoxelmapView& map, const FieldCell& cell, std::size_t at) noexcept {
-  if (map.field == Field::real) return map.scale * real_value(static_cast<const double*>(map.values)[at]);
-  const std::int32_t value = map.element == ElementType::i8 ? static_cast<const std::int8_t*>(map.values)[at]
-                                                            : static_cast<const std::int16_t*>(map.values)[at];
-  return static_cast<float>(value) * (cell.edge > map.voxel_size ? 2 * map.lambda : map.lambda);
+  return use_samples(map, cell, [at](const auto* samples, const auto& value) { return value(samples[at]); });
 }
 
 /// The eight samples round a point, x fastest. [m]
 inline void corner_values(const VoxelmapView& map, const FieldCell& cell, float (&out)[8]) noexcept {
-  for (std::size_t corner = 0; corner < 8; ++corner) out[corner] = sample_value(map, cell, cell.corners.number(corner));
+  use_samples(map, cell, [&](const auto* samples, const auto& value) {
+    for (std::size_t corner = 0; corner < 8; ++corner) out[corner] = value(samples[cell.corners.number(corner)]);
+  });
 }
 
 inline float interpolate(const VoxelmapView& map, const FieldCell& cell) noexcept {
