@@ -10,6 +10,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bake/vps_bake.h"
@@ -26,8 +27,11 @@ struct BakeSettings {
 };
 
 /// One `name value` line for each setting, and for the versions of the asset format and the program. Numbers are
-/// written exactly. Leaves out what changes no byte: limits of memory and time, and `progress`.
+/// written exactly, as %a of printf. Leaves out what changes no byte: limits of memory and time, and `progress`.
 [[nodiscard]] std::string describe_settings(const BakeSettings& settings);
+
+/// A number of a record. @return nothing when the text is none
+[[nodiscard]] std::optional<double> exact_number(std::string_view text);
 
 /// What an asset is baked from: `describe_settings`, then `mesh EXTENSION HASH` and `buffer HASH` for each buffer of a
 /// gltf or glb file, or `vertices HASH` and `triangles HASH` of a mesh in memory. No path, no time. Kept in the asset.

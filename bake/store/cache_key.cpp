@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -29,6 +31,13 @@ std::string digits(XXH128_hash_t hash) {
 
 std::string hash_of(std::span<const std::byte> bytes) {
   return digits(XXH3_128bits(bytes.data(), bytes.size()));
+}
+
+// As %a of printf, in any locale: there the decimal point may be a comma.
+std::string exact_text(double value) {
+  char text[32];
+  char* const end = std::to_chars(text, text + sizeof text, std::abs(value), std::chars_format::hex).ptr;
+  return (std::signbit(value) ? "-0x" : "0x") + std::string(text, end);
 }
 
 // Hash of a regular file; empty when it cannot be read. Appends the file's bytes to `text` unless that is null. Appends
@@ -135,7 +144,7 @@ std::string describe_settings(const BakeSettings& settings) {
   static_cast<void>(memory_limit), static_cast<void>(progress);
 
   std::string text = fmt::format("program {}\nformat {}.{}\n", VPSBAKE_CACHE_PROGRAM, kFormatMajor, kFormatMinor);
-  const auto number = [&](const char* name, double value) { text += fmt::format("{} {:a}\n", name, value); };
+  const auto number = [&](const char* name, double value) { text += fmt::format("{} {}\n", name, exact_text(value)); };
   const auto integer = [&](const char* name, auto value) { text += fmt::format("{} {:d}\n", name, value); };
   number("unit", unit);
   number("max_error", max_error);
@@ -191,6 +200,17 @@ BakeRecord bake_record(const TriangleMesh& mesh, const BakeSettings& settings) {
   return {describe_settings(settings) + fmt::format("vertices {}\ntriangles {}\n",
                                                     hash_of(std::as_bytes(std::span(mesh.vertices))),
                                                     hash_of(std::as_bytes(std::span(mesh.triangles))))};
+}
+
+std::optional<double> exact_number(std::string_view text) {
+  const bool negative = text.starts_with('-');
+  if (negative) text.remove_prefix(1);
+  if (!text.starts_with("0x")) return std::nullopt;
+  text.remove_prefix(2);
+  double value = 0;
+  if (std::from_chars(text.data(), text.data() + text.size(), value, std::chars_format::hex).ec != std::errc())
+    return std::nullopt;
+  return negative ? -value : value;
 }
 
 CacheKey cache_key(const BakeRecord& record) {

@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <sstream>
 #include <system_error>
 
@@ -69,7 +68,7 @@ Spelling spelling_of(const std::string& name) {
 }
 
 std::string said_value(const RecordLine& line, Form form) {
-  const double number = std::strtod(line.value.c_str(), nullptr);
+  const double number = bake::exact_number(line.value).value_or(0);
   switch (form) {
     case Form::number:
       return fmt::format("{:.6g}", number);

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <cstdlib>
 #include <numbers>
 #include <sstream>
 
@@ -99,9 +98,7 @@ std::vector<std::pair<std::string, std::string>> record_values(const Asset& asse
     const std::string name = line.substr(0, space);
     std::string value = line.substr(space + 1);
     // The record holds numbers in hexadecimal, which is exact.
-    if (value.starts_with("0x") || value.starts_with("-0x")) {
-      value = fmt::format("{:.12g}", std::strtod(value.c_str(), nullptr));
-    }
+    if (const auto number = bake::exact_number(value)) value = fmt::format("{:.12g}", *number);
     const auto found =
         std::find_if(values.begin(), values.end(), [&](const auto& earlier) { return earlier.first == name; });
     if (found == values.end()) {

@@ -2,7 +2,8 @@
 // An asset's points and tree as plain numbers, for programs that read neither HDF5 nor the codes.
 #include <fmt/format.h>
 
-#include <cstdlib>
+#include <charconv>
+#include <string>
 
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/export/export.h"
@@ -12,7 +13,10 @@ namespace {
 
 // The decimal number with the fewest digits that gives the same float.
 double short_number(float x) {
-  return std::strtod(fmt::format("{}", x).c_str(), nullptr);
+  const std::string text = fmt::format("{}", x);
+  double number = 0;
+  std::from_chars(text.data(), text.data() + text.size(), number);  // strtod knows the locale's decimal point alone
+  return number;
 }
 nlohmann::ordered_json triple(Vec3 v) {
   return {short_number(v.x), short_number(v.y), short_number(v.z)};

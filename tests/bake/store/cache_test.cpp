@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "bake/store/cache.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -10,6 +11,7 @@
 #include <thread>
 
 #include "bake/store/cache_upkeep.h"
+#include "tests/support/comma_locale.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -73,6 +75,21 @@ TEST(CacheKey, LimitsAndProgressDoNotChangeTheKey) {
   settings.options.memory_limit_bytes = 1;
   settings.options.progress = [](const char*, double) {};
   EXPECT_EQ(cache_key(bake_record(box(), settings)), cache_key(bake_record(box(), coarse_settings())));
+}
+
+TEST(CacheKey, ALocaleWithADecimalCommaDoesNotChangeIt) {
+  const std::string text = bake_record(box(), coarse_settings()).text;
+  EXPECT_NE(text.find(fmt::format("\nvoxel_size {:a}\n", coarse_settings().options.voxel_size)), text.npos) << text;
+  const CommaLocale comma;
+  if (!comma.is_set()) GTEST_SKIP() << "needs Debian's locales";
+  EXPECT_EQ(bake_record(box(), coarse_settings()).text, text);
+  EXPECT_EQ(exact_number("0x1.47ae147ae147bp-7"), 0.01);
+}
+
+TEST(CacheKey, NumbersOfARecordAreReadBack) {
+  EXPECT_EQ(exact_number("-0x1.8p+1"), -3);
+  EXPECT_EQ(exact_number("0x0p+0"), 0);
+  EXPECT_EQ(exact_number("automatic"), std::nullopt);
 }
 
 TEST(CacheKey, TheProgramAndTheFormatAreAmongTheSettings) {

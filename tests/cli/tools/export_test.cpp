@@ -8,11 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cli/tools/export/export.h"
 #include "cli/tools/stored_field.h"
 #include "formats/mesh/mesh_import.h"
 #include "runtime/vps_runtime.h"
 #include "tests/cli/program.h"
 #include "tests/cli/schema.h"
+#include "tests/support/comma_locale.h"
 #include "tests/support/oracle.h"
 #include "tests/support/random.h"
 
@@ -220,6 +222,13 @@ TEST_F(Export, JsonHoldsTheRuntimesNumbers) {
   EXPECT_EQ(j["tree"]["level_offsets"].size(), shell_.levels + 1);
   VPS_SCHEMA_CHECK_OR_SKIP();
   EXPECT_TRUE(follows_schema(folder_ / "a.json", "asset.schema.json"));
+}
+
+TEST_F(Export, ALocaleWithADecimalCommaDoesNotChangeJson) {
+  const std::string text = cli::to_json_text("a.vps.hdf", asset_);
+  const CommaLocale comma;
+  if (!comma.is_set()) GTEST_SKIP() << "needs Debian's locales";
+  EXPECT_TRUE(cli::to_json_text("a.vps.hdf", asset_) == text);
 }
 
 TEST_F(Export, ThePythonExampleReadsTheSameNumbers) {
