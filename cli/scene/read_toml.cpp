@@ -153,7 +153,7 @@ void read_motion(Table& table, SceneBody& body, bool from_urdf) {
   table.integer("group", kLow, kHigh, body.group);
   table.integer("mask", kLow, kHigh, body.mask);
   double speed = 0;
-  if (table.quantity("speed", parse_velocity, speed)) {
+  if (body.motion != Motion::fixed && table.quantity("speed", parse_velocity, speed)) {
     if (speed < 0) table.refuse(*table.take("speed"), "speed is the largest expected, and not negative");
     body.speed = speed;
   }

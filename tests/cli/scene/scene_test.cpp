@@ -335,6 +335,8 @@ TEST(Scene, WhatIsWrongIsNamedWithItsLine) {
   for (const char* const mesh_only : {"voxel = \"1mm\"", "keep = [\"voxelmap\"]", "segments = 3", "scale = 2"})
     expect_scene_refused(folder, ball + mesh_only, "means nothing beside the other keys of this [[body]]");
   expect_scene_refused(folder, nut + "radius = \"1mm\"\n", "scene.toml:5: 'radius' means nothing beside");
+  expect_scene_refused(folder, body("a", "nut", "type = \"static\"") + "speed = \"1m/s\"\n",
+                       "scene.toml:5: 'speed' means nothing beside");
   expect_scene_refused(
       folder, "[[body]]\nname = \"b\"\nshape = \"box\"\nsize = [\"0.001um\", \"1m\", \"1m\"]\nmass = \"1kg\"\n",
       "scene.toml:1: a size of this shape is below 2 nm");
