@@ -94,7 +94,7 @@ int explain(const std::string& file, const std::string& folder) {
   if (const int code = open_asset(file, asset); code != kOk) return code;
   const bake::BakeRecord record = bake::record_of(asset);
   if (record.text.empty()) return fail(kBadInput, file, "it does not say what it was baked from; bake it again");
-  print_lines("{}it was baked with\n", is_standard_stream(file) ? "" : "no batch is known in its folder; ");
+  print_lines("{}it was baked with\n", is_standard_stream(file) ? "" : "no batch in its folder bakes it; ");
   for (const std::string& setting : readable_settings(record)) print_lines("  {}\n", setting);
   return kOk;
 }

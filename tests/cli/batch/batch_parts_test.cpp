@@ -204,6 +204,11 @@ TEST(BatchParts, ExplainNamesTheSettingThatChanged) {
   const Outcome alone = vpsbake(folder, "explain alone.vps.hdf");
   EXPECT_EQ(alone.code, 0) << alone.err;
   EXPECT_NE(alone.out.find("\n  voxel 10 mm\n"), std::string::npos) << alone.out;
+  // A batch is known, but it does not bake this one.
+  folder.add_text("vpsbake.toml", "[[files]]\nmatch = \"cube.obj\"\nskip = true\n");
+  folder.add("torus.obj");
+  ASSERT_EQ(vpsbake(folder, "batch meshes -o out --voxel 20mm").code, 0);
+  EXPECT_TRUE(vpsbake(folder, "explain out/cube.vps.hdf").out.starts_with("no batch in its folder bakes it; "));
   expect_refusal(folder, "explain absent.vps.hdf", 2, "absent.vps.hdf");
 }
 
