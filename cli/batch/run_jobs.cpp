@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <cstring>
 #include <map>
@@ -38,10 +39,13 @@ JobResult failure(int code, std::string error) {
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
   const std::string start = "vpsbake: " + kind + ": ";
+  std::string name = file;  // as the child prints it
+  std::replace_if(
+      name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(start)) continue;
     line.erase(0, start.size());
-    if (line.starts_with(file + ": ")) line.erase(0, file.size() + 2);
+    if (line.starts_with(name + ": ")) line.erase(0, name.size() + 2);
     return line;
   }
   return {};

@@ -154,6 +154,13 @@ TEST(Batch, SettingsThatAreNoFileAreRefused) {
   expect_refusal(folder, std::string(kBake) + " --parts pointshell --fields real", 3, "--fields needs the voxelmap");
 }
 
+TEST(Batch, AFileWithAControlCharacterInItsNameIsNamedOnce) {
+  const BatchFolder folder;
+  folder.add_text("new\nline.obj", "");
+  EXPECT_EQ(vpsbake(folder, "batch meshes -o out --resolution 20").err,
+            "vpsbake: error: meshes/new?line.obj: the file is empty; export it again\n");
+}
+
 TEST(Batch, FailuresAreRememberedUntilMeshOrSettingsChange) {
   const BatchFolder folder;
   folder.add("cube.obj");
