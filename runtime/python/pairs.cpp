@@ -39,9 +39,9 @@ std::vector<VpsPose> to_poses(const Doubles& matrices) {
     for (py::ssize_t r = 0; r < 3; ++r) {
       for (py::ssize_t c = 0; c < 3; ++c) poses[i].rotation[3 * r + c] = at(i, r, c);
       poses[i].translation[r] = at(i, r, 3);
-      if (at(i, 3, r) != 0) throw py::value_error("poses: the last row of each is 0, 0, 0, 1");
     }
-    if (at(i, 3, 3) != 1) throw py::value_error("poses: the last row of each is 0, 0, 0, 1");
+    if (at(i, 3, 0) != 0 || at(i, 3, 1) != 0 || at(i, 3, 2) != 0 || at(i, 3, 3) != 1)
+      throw py::value_error("poses number " + std::to_string(i) + ": its last row is not 0, 0, 0, 1");
   }
   return poses;
 }

@@ -32,6 +32,8 @@ def test_bad_rays(sphere):
     for direction in ([0, 0, 0], [0, 0, np.nan], [np.inf, 0, 0]):
         with pytest.raises(ValueError, match="direction"):
             sphere.ray([0.0, 0, 0], direction)
+    with pytest.raises(ValueError, match="directions number 2"):
+        sphere.ray(np.zeros((4, 3)), [[0, 0, 1], [1, 0, 0], [0, 0, 0], [np.nan, 0, 0]])
     for arguments in (([np.nan, 0, 0], [0, 0, 1]), ([0, 0, 0], [0, 0, 1], -1.0), ([0, 0, 0], [0, 0, 1], np.nan),
                       (np.zeros((2, 3)), np.ones((3, 3))), (np.zeros((2, 3)), [0, 0, 1], [1.0, 2, 3])):
         with pytest.raises(ValueError):
@@ -52,6 +54,8 @@ def test_bad_poses(sphere):
             query(sphere, "sphere", good)
     with pytest.raises(ValueError, match="number 2"):
         vps.separation(sphere, sphere, [good, good, 2 * good - good * np.diag([0, 0, 0, 1]), good])
+    with pytest.raises(ValueError, match="poses number 1: its last row"):
+        vps.separation(sphere, sphere, [good, 2 * good, good, 2 * good])
     for bad in (-1.0, np.nan, np.inf):
         with pytest.raises(ValueError):
             vps.contacts(sphere, sphere, good, distance=bad)

@@ -239,8 +239,9 @@ class Asset:
         ways = np.asarray(numbers("directions", directions, (3,)), np.float64)
         limits = numbers("max_distance", max_distance, ())
         lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
-        if not np.all(np.isfinite(lengths) & (lengths > 0)):
-            raise ValueError("directions: finite, and not zero")
+        bad = ~(np.isfinite(lengths) & (lengths > 0))
+        if bad.any():
+            raise ValueError(f"directions number {bad.argmax()}: finite, and not zero")
         shape = np.broadcast_shapes(starts.shape[:-1], ways.shape[:-1], limits.shape)
         found = self._asset.ray(
             _rows("origins", np.broadcast_to(starts, (*shape, 3)))[0],
