@@ -88,7 +88,7 @@ void print_check(const BakeArguments& arguments, const bake::MeshReport& r) {
   };
   line("open", r.open_edges, " edges with one triangle");
   line("nonmanifold", r.nonmanifold_edges, " edges with more than two triangles");
-  line("", r.nonmanifold_vertices, " vertices where several fans of triangles meet");
+  if (r.nonmanifold_vertices > 0) line("", r.nonmanifold_vertices, " vertices where several fans of triangles meet");
   line("winding", r.inconsistent_edges, " edges whose triangles disagree");
   if (r.inside_out) print_lines("            the mesh is inside out\n");
   line("collapsed", r.collapsed, " triangles without area");

@@ -8,16 +8,19 @@
 #include <system_error>
 
 #include "cli/tools/standard_streams.h"
+#include "formats/hdf5/hdf5_writer.h"
 #include "formats/vps_format.h"
 
 namespace vps::cli {
 
 namespace fs = std::filesystem;
 
-std::string output_refusal(const fs::path& output, std::string_view beginning, const char* kind) {
-  if (is_standard_stream(output))
+std::string output_refusal(const fs::path& name, std::string_view beginning, const char* kind) {
+  if (is_standard_stream(name))
     return ::isatty(STDOUT_FILENO) == 0 ? "" : "standard output is a terminal; redirect it, or give the name of a file";
   std::error_code ignored;
+  const fs::path output = link_target(name);
+  if (fs::is_symlink(output, ignored)) return "its symbolic links form a loop; choose another output";
   const fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
   if (fs::is_directory(output, ignored)) return "this is a folder; give the name of a file";
   if (!fs::is_directory(folder, ignored)) return "the folder does not exist; create it or choose another output";

@@ -57,10 +57,10 @@ std::string system_reason(int error) {
 // ever visible. The temporary file has no name where the file system allows that: then a killed process leaves no file.
 class OutputFile {
  public:
-  explicit OutputFile(const std::filesystem::path& target) : target_(target) {
+  // Follows a symbolic link, as every other tool does.
+  explicit OutputFile(const std::filesystem::path& target) : target_(link_target(target)) {
     std::error_code ignored;
-    // Follows a symbolic link, as every other tool does.
-    if (std::filesystem::is_symlink(target_, ignored)) target_ = std::filesystem::weakly_canonical(target_, ignored);
+    if (std::filesystem::is_symlink(target_, ignored)) fail_system(ELOOP);
     if (std::filesystem::exists(target_, ignored) && !std::filesystem::is_regular_file(target_, ignored)) {
       throw WriteError(std::filesystem::is_directory(target_, ignored)
                            ? "the output is a folder; give a file name"
@@ -251,6 +251,17 @@ std::size_t write_asset(const std::filesystem::path& path, const AssetInfo& info
 
 std::vector<std::byte> asset_bytes(const AssetInfo& info, std::span<const SectionData> sections) {
   return encode(info, sections);
+}
+
+std::filesystem::path link_target(std::filesystem::path path) {
+  constexpr int kMostLinks = 40;  // as Linux follows
+  std::error_code failed;
+  for (int links = 0; links < kMostLinks && std::filesystem::is_symlink(path, failed); ++links) {
+    const std::filesystem::path next = std::filesystem::read_symlink(path, failed);
+    if (failed) break;
+    path = path.parent_path() / next;
+  }
+  return path;
 }
 
 void write_whole(const std::filesystem::path& path, std::span<const std::byte> bytes) {

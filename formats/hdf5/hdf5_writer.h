@@ -30,6 +30,9 @@ struct WriteError : std::runtime_error {
 /// Prefix of the names of temporary files. A file that a killed process has left may be deleted.
 inline constexpr std::string_view kTemporaryPrefix = ".vps.";
 
+/// The file that a symbolic link leads to, also one that does not exist yet. A loop of links is a link again.
+[[nodiscard]] std::filesystem::path link_target(std::filesystem::path path);
+
 /// Writes the asset whole or not at all: a temporary file in the folder of `path`, fsync, then a link or rename. The
 /// temporary file has no name where the file system supports that. Same input, same bytes.
 /// Threads may call it at the same time.

@@ -340,6 +340,12 @@ TEST(Cli, FieldErrorAndSpacingAreOptions) {
   expect_refusal(folder, bolt + "--thin-faces 4 --parts pointshell", 1, "thin faces need both parts");
 }
 
+TEST(Cli, EachNoneOfACheckHasItsName) {
+  const TemporaryFolder folder;
+  const std::string out = vpsbake(folder, "check " + sample("cube")).out;
+  EXPECT_NE(out.find("\nnonmanifold none\nwinding     none\n"), std::string::npos) << out;
+}
+
 TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
   const TemporaryFolder folder;
   std::filesystem::copy_file(sample("cube"), folder / "cube.obj");
@@ -357,6 +363,16 @@ TEST(Cli, OnlyAssetsAndNewNamesAreWritten) {
   ASSERT_EQ(vpsbake(folder, "cube.obj --voxel 10mm -o link.vps.hdf").code, 0);
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link.vps.hdf"));
   EXPECT_NE(vpsbake(folder, "info a.vps.hdf").out.find("voxels of 10 mm"), std::string::npos);
+  // Also where the file is not there yet.
+  std::filesystem::create_directory(folder / "disk");
+  std::filesystem::create_symlink("disk/new.vps.hdf", folder / "new.vps.hdf");
+  EXPECT_EQ(vpsbake(folder, "cube.obj --resolution 20 -o new.vps.hdf").code, 0);
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "new.vps.hdf"));
+  EXPECT_TRUE(std::filesystem::is_regular_file(folder / "disk/new.vps.hdf"));
+  std::filesystem::create_symlink("absent/b.vps.hdf", folder / "b.vps.hdf");
+  expect_refusal(folder, "cube.obj --resolution 20 -o b.vps.hdf", 2, "the folder does not exist");
+  std::filesystem::create_symlink("loop.vps.hdf", folder / "loop.vps.hdf");
+  expect_refusal(folder, "cube.obj --resolution 20 -o loop.vps.hdf", 2, "its symbolic links form a loop");
 }
 
 TEST(Cli, OutputThatCannotBePrintedOrWrittenIsExitCodeTwo) {
