@@ -163,7 +163,7 @@ class Runner {
       return result;
     }
     if (options_.dry_run && fs::exists(job.asset())) {
-      if (std::string refusal = asset_refusal(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
+      if (const std::string refusal = asset_refusal(job.asset()); !refusal.empty()) return unwritable(job, refusal);
     }
     if (!result.key.empty()) {
       std::unique_lock lock(planning_);
@@ -202,7 +202,7 @@ class Runner {
     } catch (const WriteError& error) {
       refusal = error.what();
     }
-    if (!refusal.empty()) result = failure(kIo, refusal);
+    if (!refusal.empty()) result = unwritable(job, refusal);
   }
 
   JobResult copy_of(std::size_t first, std::size_t twin) {
@@ -229,11 +229,17 @@ class Runner {
     return result;
   }
 
+  // The line of a failure begins with the mesh.
+  static JobResult unwritable(const Job& job, const std::string& reason) {
+    return failure(kIo, fmt::format("{}: {}", job.asset().string(), reason));
+  }
+
   static std::string prepare(const fs::path& output) {
     std::error_code failed;
     fs::create_directories(output.parent_path(), failed);
     if (failed)
-      return fmt::format("the folder {} cannot be made ({})", output.parent_path().string(), failed.message());
+      return fmt::format("the folder {} cannot be made ({}); choose another output", output.parent_path().string(),
+                         failed.message());
     return asset_refusal(output);
   }
 
@@ -298,7 +304,7 @@ class Runner {
 
   JobResult bake(const Job& job, JobResult result) {
     if (!options_.dry_run) {
-      if (std::string refusal = prepare(job.asset()); !refusal.empty()) return failure(kIo, std::move(refusal));
+      if (const std::string refusal = prepare(job.asset()); !refusal.empty()) return unwritable(job, refusal);
     }
     const std::vector<std::string> words = words_for(job);
     std::vector<std::string> bake_words = words;

@@ -161,6 +161,16 @@ TEST(Batch, AFileWithAControlCharacterInItsNameIsNamedOnce) {
             "vpsbake: error: meshes/new?line.obj: the file is empty; export it again\n");
 }
 
+TEST(Batch, AnAssetThatCannotBeWrittenIsNamed) {
+  const BatchFolder folder;
+  folder.add("cube.obj");
+  fs::create_directories(folder / "out/cube.vps.hdf");
+  for (const char* const how : {"", " --dry-run"}) {
+    EXPECT_EQ(vpsbake(folder, std::string("batch meshes -o out --resolution 20") + how).err,
+              "vpsbake: error: meshes/cube.obj: out/cube.vps.hdf: this is a folder; give the name of a file\n");
+  }
+}
+
 TEST(Batch, FailuresAreRememberedUntilMeshOrSettingsChange) {
   const BatchFolder folder;
   folder.add("cube.obj");
