@@ -27,10 +27,14 @@ Vec3 face_beyond(const VoxelmapView& map, Vec3 at, Vec3 into_shell) noexcept {
 // The direction of a contact on a map. The map's normals are differences of rounded samples, and none is a face's at an
 // edge: where both normals agree and at edges, that of the shell is better.
 // @param contact  with the map's normal
-Vec3 direction_on(const VoxelmapView& map, const ShellBody& shell, const Contact& contact, Vec3 into_shell) noexcept {
+// @param here     V at the contact. [m]
+Vec3 direction_on(const VoxelmapView& map, const ShellBody& shell, const Contact& contact, float here,
+                  Vec3 into_shell) noexcept {
   if (dot(contact.inward_normal, into_shell) > kSameNormal) return into_shell;
   const auto v = [&](Vec3 p) { return vps::penetration(map, p, into_shell); };
-  if (!is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v)) return contact.inward_normal;
+  // V of layers depends on the normal.
+  const std::optional<float> known = map.field != Field::layers ? std::optional(here) : std::nullopt;
+  if (!is_at_edge(contact, into_shell, 0.5F * map.voxel_size, v, known)) return contact.inward_normal;
   return is_at_shells_edge(shell, contact, into_shell) ? face_beyond(map, contact.position, into_shell) : into_shell;
 }
 
@@ -82,7 +86,7 @@ bool settle_on_map(const VoxelmapView& map, const ShellBody& shell, float margin
   contact.inward_normal = place.outward;
   contact.penetration = place.penetration + margin;
   if (grazes(contact, into_shell) || contact.penetration < -reach) return true;
-  if (!place.is_far) contact.inward_normal = direction_on(map, shell, contact, into_shell);
+  if (!place.is_far) contact.inward_normal = direction_on(map, shell, contact, place.penetration, into_shell);
   weigh(contact, into_shell);
   return false;
 }

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
 
 #include "runtime/fields/place_field.h"
@@ -40,10 +41,11 @@ inline bool grazes(const Contact& contact, Vec3 into_shell) noexcept {
 
 /// Whether an edge of the field meets the shell at a contact. Then the normal of the shell's face gives the direction,
 /// not that of a face at the edge.
-/// @param v  function that returns V at a point
-/// @param h  distance of the samples from the contact. [m]
+/// @param v     function that returns V at a point
+/// @param h     distance of the samples from the contact. [m]
+/// @param here  V at the contact; unset: not known. [m]
 template <class V>
-bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v) noexcept {
+bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v, std::optional<float> here = {}) noexcept {
   const Vec3 out = contact.inward_normal;
   const float agreement = dot(out, into_shell);
   const Vec3 across = into_shell - agreement * out;
@@ -51,7 +53,7 @@ bool is_at_edge(const Contact& contact, Vec3 into_shell, float h, const V& v) no
   if (!(size > 0.05F)) return false;
   const Vec3 p = contact.position;
   const Vec3 step = (h / size) * across;
-  return std::min(v(p + step), v(p - step)) - v(p) < -0.25F * h;
+  return std::min(v(p + step), v(p - step)) - (here ? *here : v(p)) < -0.25F * h;
 }
 
 /// Projects a contact's area along its direction.
