@@ -126,7 +126,7 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
 }
 
 void Slides::keep() {
-  // Of two that stayed none is compared: a landing body has a hundred of them.
+  // Two that stayed are never one, and a landing body has a hundred of them.
   const SlidingContact* moved = nullptr;
   const auto take = [&](SlidingContact& contact) {
     contact.is_kept = true;
