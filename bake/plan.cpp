@@ -99,8 +99,7 @@ std::size_t predict_asset(const Extent& mesh, const GridPlan& planned, const Bak
   }
   // A plane has 1 to 1.73 surface voxels for each square of a voxel's size.
   if (options.voxelmap) bytes += kFarNodes * 1.73 * mesh.area / (grid.voxel_size * grid.voxel_size);
-  constexpr double kPoint = 10 + 16.0 / 12;  // its codes and its share of the tree
-  return static_cast<std::size_t>(bytes + kPoint * static_cast<double>(planned.plan.predicted_points));
+  return static_cast<std::size_t>(bytes + kPointBytes * static_cast<double>(planned.plan.predicted_points));
 }
 
 // Upper estimate of the peak of resident bytes: docs/internals/benchmarks/scale.md, "Memory before a bake". It leaves

@@ -12,6 +12,9 @@ namespace vps::bake {
 /// Most nodes of the far grid for each voxel on the surface: 4 % of a usual asset, of 10.5 bytes for each.
 inline constexpr double kFarNodes = 0.45;
 
+/// Of a file for each point: its codes and its share of the tree.
+inline constexpr double kPointBytes = 10 + 16.0 / 12;
+
 struct GridPlan {
   Grid grid;
   int precision = 0;  ///< p of Eq. (1), or kAutoPrecision

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bake/plan.h"
 #include "bake/quantity_text.h"
 #include "cli/scene/write_manifest.h"
 
@@ -38,13 +39,22 @@ Cost cost_of(const SceneReport& report, std::size_t i) {
 Cost predicted_cost(const SceneReport& report, std::size_t i, const bake::BakePlan& predicted, double seconds) {
   const PlannedAsset& asset = report.plan.assets[i];
   const Cost planned = cost_of(report, i);
+  const auto points_of = [](const bake::BakePlan& plan) {
+    return bake::kPointBytes * static_cast<double>(plan.predicted_points);
+  };
+  const auto map_of = [&](const bake::BakePlan& plan) {
+    return static_cast<double>(plan.predicted_asset_bytes) - points_of(plan);
+  };
   // The predicted size of a voxelmap is an upper bound. A baked asset shows how much smaller it really is.
   constexpr double kUsually = 0.45;
-  const auto shared = static_cast<double>(asset.predicted.predicted_asset_bytes);
   const bool shows = asset.options.voxelmap && report.baked[i].asset != nullptr;
-  const double rest = static_cast<double>(predicted.predicted_asset_bytes) - shared;
+  const double real = (planned.bytes - points_of(asset.predicted)) / map_of(asset.predicted);
+  const double part = shows ? std::clamp(real, 0.0, 1.0) : kUsually;
   Cost cost;
-  cost.bytes = planned.bytes + rest * (shows ? std::min(1.0, planned.bytes / shared) : kUsually);
+  // First the difference: it is 0 where nothing else would be baked.
+  const double more =
+      points_of(predicted) - points_of(asset.predicted) + part * (map_of(predicted) - map_of(asset.predicted));
+  cost.bytes = planned.bytes + more;
   cost.seconds = planned.seconds + seconds - asset.seconds;
   return cost;
 }

@@ -261,6 +261,21 @@ TEST(Scene, AWishedErrorIsReachedByWhatIsBaked) {
   EXPECT_GT(report["everything"]["seconds"], 0);
 }
 
+// The ring needs no points: the ball has fewer.
+TEST(Scene, TheSavingOfAPointshellIsEstimated) {
+  const TemporaryFolder folder;
+  const std::string text = body("ring", "torus", "type = \"static\"\nvoxel = \"2mm\"") +
+                           body("ball", "icosphere", "mass = \"20g\"\nvoxel = \"2mm\"");
+  const auto saved = [&](const char* arguments, int asset) {
+    const Json costs = plan(folder, text, arguments)["assets"][asset];
+    return costs["ordinary"]["bytes"].get<double>() - costs["planned"]["bytes"].get<double>();
+  };
+  const double measured = saved("-o out --compare", 0);
+  EXPECT_GT(measured, 20e3);
+  EXPECT_NEAR(saved("-o out", 0), measured, 0.4 * measured);
+  EXPECT_EQ(saved("-o out", 1), 0);
+}
+
 TEST(Scene, SavingsAreAgainstAnOrdinaryBakeFirstAndFullOnesSayWhatTheyWrote) {
   const TemporaryFolder folder;
   write_file(folder / "scene.toml", kPlane + body("nut", "nut", "mass = \"20g\"\nvoxel = \"1mm\""));
