@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <map>
 #include <numeric>
@@ -26,12 +25,6 @@ std::string joined(const std::vector<std::string>& texts, const char* between) {
 
 std::string size_text(std::size_t bytes) {
   return bytes == 0 ? "" : bake::format_bytes(static_cast<double>(bytes));
-}
-
-// Removes control characters, so that no name acts on a terminal.
-std::string plain(std::string text) {
-  for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  return text;
 }
 
 // Errors were printed when they occurred.

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <csignal>
 #include <cstring>
 #include <map>
@@ -39,9 +38,7 @@ JobResult failure(int code, std::string error) {
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
   const std::string start = "vpsbake: " + kind + ": ";
-  std::string name = file;  // as the child prints it
-  std::replace_if(
-      name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  const std::string name = plain(file);  // as the child prints it
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(start)) continue;
     line.erase(0, start.size());
