@@ -62,10 +62,10 @@ void warn_of_thin_walls(const ThinWalls& thin, double voxel_size, std::vector<st
       100 * thin.share, thin.thinnest / voxel_size, thin.place.x(), thin.place.y(), thin.place.z()));
 }
 
-GridPlan plan_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
+Extent extent_of(const TriangleMesh& mesh) {
   Extent extent = measure_extent(mesh);
   extent.creases = measure_creases(mesh);
-  return plan_grid(extent, options);
+  return extent;
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ const char* describe(Repair repair) {
 }
 
 BakePlan plan_bake(const TriangleMesh& mesh, const BakeOptions& options) {
-  return plan_mesh(mesh, options).plan;
+  return plan_grid(extent_of(mesh), options).plan;
 }
 
 ClosedMesh closed_mesh(const TriangleMesh& mesh, const BakeOptions& options) {
@@ -107,7 +107,9 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
   BakeOptions options = asked;
   Surface surface;
   GridPlan planned;
-  const GridPlan before = plan_mesh(mesh, asked);
+  const Extent extent = extent_of(mesh);
+  const GridPlan before = plan_grid(extent, asked);
+  if (asked.planned) asked.planned(before.plan);
   const Grid& grid = planned.grid;
   StageGraph stages(options.progress);
 
@@ -123,7 +125,8 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     asset.repair = outcome.used;
     asset.filled_share = outcome.filled_share;
     asset.notes = std::move(outcome.notes);
-    planned = plan_grid(extent_of(surface), options);
+    const bool is_changed = surface.triangles.size() != mesh.triangles.size();
+    planned = plan_grid(extent_of(surface, is_changed ? measure_creases(surface) : extent.creases), options);
     expect_times(planned);
     asset.info.voxel_size = grid.voxel_size;
   });

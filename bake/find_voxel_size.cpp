@@ -27,6 +27,7 @@ double find_voxel_size(const TriangleMesh& mesh, const BakeOptions& options, dou
   BakeOptions trial = options;
   trial.pointshell = false;
   trial.thin_faces = 1;
+  trial.planned = nullptr;
   trial.progress = nullptr;
   trial.resolution = 0;
   double good = 0;

@@ -157,11 +157,9 @@ Extent measure_extent(const TriangleMesh& mesh) {
   return extent;
 }
 
-Extent extent_of(const Surface& surface) {
-  Extent extent{surface.bounds_min,       surface.bounds_max,      surface.area, 0,
-                measure_creases(surface), surface.triangles.size()};
-  extent.volume = mass_properties(surface).volume;
-  return extent;
+Extent extent_of(const Surface& surface, const Creases& creases) {
+  const double volume = mass_properties(surface).volume;
+  return {surface.bounds_min, surface.bounds_max, surface.area, volume, creases, surface.triangles.size()};
 }
 
 std::int32_t scaled_limit(const BakeOptions& options, double voxel_size, double lambda) {

@@ -23,7 +23,7 @@ struct GridPlan {
   BakeSize size;
 };
 
-[[nodiscard]] Extent extent_of(const Surface& surface);
+[[nodiscard]] Extent extent_of(const Surface& surface, const Creases& creases);
 
 /// @throw BakeError when an option is out of range, or options exclude each other
 void check_options(const BakeOptions& options);

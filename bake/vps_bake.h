@@ -30,6 +30,8 @@ enum class Repair : std::uint8_t {
 /// "none", "weld" and so on.
 [[nodiscard]] const char* describe(Repair repair);
 
+struct BakePlan;
+
 struct BakeOptions {
   double voxel_size = 0;              ///< s; 0: use `resolution`. [Units: m]
   std::uint32_t resolution = 0;       ///< voxels along the longest side. [Limits: 1 <= value <= 8192]
@@ -52,6 +54,8 @@ struct BakeOptions {
   Repair repair = Repair::automatic;
   double sheet_thickness = 0;  ///< open surfaces are baked as solids this thick; 0: as `repair` says. [Units: m]
   std::size_t memory_limit_bytes = 8'000'000'000;
+  /// Called once by `bake`, with what `plan_bake` gives, before the first stage.
+  std::function<void(const BakePlan&)> planned;
   /// Called at the start of each stage and during long ones with the part of the expected time that is done (0 to 1),
   /// and at the start of each step of a mesh's check, as "check: unite shells". From any thread, by one at a time.
   std::function<void(const char* stage, double fraction)> progress;

@@ -139,9 +139,9 @@ std::string describe_settings(const BakeSettings& settings) {
   const auto& [unit, import_memory, import_timeout, import_format] = import;
   const auto& [voxel_size, resolution, layers, scaled, real, voxelmap, pointshell, precision, branching, band_inside,
                band_outside, field_error, prove_bound, alpha, thin_faces, repair, sheet_thickness, memory_limit,
-               progress] = options;
+               planned, progress] = options;
   static_cast<void>(import_memory), static_cast<void>(import_timeout), static_cast<void>(import_format);
-  static_cast<void>(memory_limit), static_cast<void>(progress);
+  static_cast<void>(memory_limit), static_cast<void>(planned), static_cast<void>(progress);
 
   std::string text = fmt::format("program {}\nformat {}.{}\n", VPSBAKE_CACHE_PROGRAM, kFormatMajor, kFormatMinor);
   const auto number = [&](const char* name, double value) { text += fmt::format("{} {}\n", name, exact_text(value)); };

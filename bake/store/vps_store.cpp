@@ -57,7 +57,6 @@ ImportedMesh import_steady(const fs::path& file, const BakeSettings& settings, M
 struct Pipeline {
   const BakeSettings& settings;
   const AssetCache* cache;
-  const BakeHooks& hooks;
   std::optional<BakeRecord> record = {};
   StoredAsset result = {};
 
@@ -72,9 +71,11 @@ struct Pipeline {
   }
 
   BakedAsset bake_mesh(const TriangleMesh& mesh) {
-    const BakeOptions options = options_for(mesh, settings);
-    result.report.plan = plan_bake(mesh, options);
-    if (hooks.planned) hooks.planned(result.report.plan);
+    BakeOptions options = options_for(mesh, settings);
+    options.planned = [&](const BakePlan& plan) {
+      result.report.plan = plan;
+      if (settings.options.planned) settings.options.planned(plan);
+    };
     BakedAsset baked = bake(mesh, options);
     result.times.insert(result.times.end(), baked.times.begin(), baked.times.end());
     result.report.repair = baked.repair;
@@ -152,8 +153,8 @@ std::shared_ptr<const Asset> open_in_memory(std::vector<std::byte> bytes) {
 }
 
 StoredAsset bake_stored(const fs::path& mesh, const BakeSettings& settings, const AssetCache* cache,
-                        const BakeHooks& hooks) {
-  Pipeline pipeline{settings, cache, hooks};
+                        const std::function<void()>& on_import) {
+  Pipeline pipeline{settings, cache};
   MeshState state;
   const auto find_record = [&] {
     state = mesh_state(mesh, settings);
@@ -164,15 +165,13 @@ StoredAsset bake_stored(const fs::path& mesh, const BakeSettings& settings, cons
   const auto read = [&] { return import_steady(mesh, settings, state); };
   ImportedMesh imported = timed(pipeline.result.times, "import", read);
   pipeline.record = state.record;  // of the last reading
-  if (hooks.imported) hooks.imported();
+  if (on_import) on_import();
   return pipeline.finish(imported, std::move(imported.notes));
 }
 
-StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache,
-                        const BakeHooks& hooks) {
-  Pipeline pipeline{settings, cache, hooks};
+StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache) {
+  Pipeline pipeline{settings, cache};
   if (pipeline.look_up([&] { return std::optional(bake_record(mesh, settings)); })) return pipeline.finish_hit();
-  if (hooks.imported) hooks.imported();
   return pipeline.finish(mesh, {});
 }
 

@@ -19,13 +19,6 @@
 
 namespace vps::bake {
 
-/// Called by bake_stored between its stages, on its thread, and only when the cache does not have the asset. An
-/// exception from a hook ends the bake. Empty functions are not called.
-struct BakeHooks {
-  std::function<void()> imported;                ///< the mesh was read; the long part follows
-  std::function<void(const BakePlan&)> planned;  ///< the voxel size is known; the bake begins
-};
-
 /// An asset from the cache or fresh from the baker, with its record.
 struct StoredAsset {
   std::shared_ptr<const Asset> asset;  ///< never null, open; needs no file any more
@@ -38,16 +31,16 @@ struct StoredAsset {
 
 /// The asset of a mesh file. When the file changes while it is read, it is read again; three readings at most.
 /// `settings.options.progress` is called for the stages import, search and store, too.
-/// @param cache  null: none is used
+/// @param cache      null: none is used
+/// @param on_import  called after the mesh was read, unless the cache has the asset. What it throws ends the bake
 /// @throw ImportError also when the file keeps changing
 /// @throw BakeError
 [[nodiscard]] StoredAsset bake_stored(const std::filesystem::path& mesh, const BakeSettings& settings,
-                                      const AssetCache* cache, const BakeHooks& hooks = {});
+                                      const AssetCache* cache, const std::function<void()>& on_import = {});
 
 /// The same for a mesh in memory, in metres; identical positions are joined. `settings.import` is not used.
 /// @throw BakeError
-[[nodiscard]] StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache,
-                                      const BakeHooks& hooks = {});
+[[nodiscard]] StoredAsset bake_stored(const TriangleMesh& mesh, const BakeSettings& settings, const AssetCache* cache);
 
 /// The plan of a bake with these settings: searches the voxel size when `settings.max_error` is set.
 /// @throw BakeError

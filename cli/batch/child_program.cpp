@@ -2,7 +2,6 @@
 #include "cli/batch/child_program.h"
 
 #include <fcntl.h>
-#include <malloc.h>
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -117,11 +116,6 @@ bool send_answer(int socket, const Answer& answer) {
   ::dup2(null, STDIN_FILENO);
   ::close(null);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
-#ifdef __GLIBC__
-  // What one program frees serves the next: pages that went back to the system cost faults.
-  ::mallopt(M_MMAP_THRESHOLD, 1 << 20);
-  ::mallopt(M_TRIM_THRESHOLD, 1 << 24);
-#endif
   Answer answer{::getpid(), 0, 0, 0};
   std::array<int, 2> streams{};
   for (std::string words(kLongestWords, '\0'); send_answer(socket, answer) && receive_message(socket, words, streams);

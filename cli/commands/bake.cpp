@@ -204,12 +204,8 @@ int bake_output(BakeRun& run, const bake::BakeSettings& settings) {
   const BakeArguments& arguments = run.arguments;
   const bake::AssetCache folder(arguments.cache, arguments.cache_bytes);
   const bake::AssetCache* const cache = arguments.cache.empty() ? nullptr : &folder;
-  const auto planned = [&](const bake::BakePlan& plan) {
-    if (plan.predicted_memory_bytes > arguments.dry_run_above) throw DryRun{plan};
-    print_plan(run, plan);
-  };
-  const bake::BakeHooks hooks = {[&] { check_output(run); }, planned};
-  const bake::StoredAsset stored = bake::bake_stored(mesh_file(arguments), settings, cache, hooks);
+  const auto imported = [&] { check_output(run); };
+  const bake::StoredAsset stored = bake::bake_stored(mesh_file(arguments), settings, cache, imported);
   run.report = stored.report;
   run.times = stored.times;
   if (cache != nullptr) run.cache = stored.baked ? "miss" : "hit";
@@ -227,6 +223,10 @@ int bake_file(const BakeArguments& arguments) {
   bake::BakeSettings settings = complete_settings(arguments);
   settings.options.progress = [&](const char* stage, double fraction) {
     show_stage(run.progress, stage, kBaked * fraction);
+  };
+  settings.options.planned = [&](const bake::BakePlan& plan) {
+    if (plan.predicted_memory_bytes > arguments.dry_run_above) throw DryRun{plan};
+    print_plan(run, plan);
   };
   if (arguments.dry_run) return plan_file(run, settings);
   try {

@@ -33,7 +33,7 @@ struct Scene {
     options.voxel_size = voxel_size;
     options.band_inside = inside_vx;
     options.band_outside = outside_vx;
-    grid = plan_grid(extent_of(surface), options).grid;
+    grid = plan_grid(extent_of(surface, measure_creases(surface)), options).grid;
     voxels = voxelize(surface, grid);
     runs = fill_inside(surface, grid);
     field = distance_field(surface, grid, runs, inside_vx * voxel_size, outside_vx * voxel_size);

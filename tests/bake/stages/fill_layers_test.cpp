@@ -86,7 +86,7 @@ TEST(FillLayers, ALeakSaysWhere) {
   BakeOptions options;
   options.voxel_size = 0.11;
   try {
-    (void)fill_inside(surface, plan_grid(extent_of(surface), options).grid);
+    (void)fill_inside(surface, plan_grid(extent_of(surface, measure_creases(surface)), options).grid);
     FAIL() << "the leak went unnoticed";
   } catch (const BakeError& error) {
     EXPECT_EQ(error.stage, "fill_layers");

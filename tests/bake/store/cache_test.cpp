@@ -68,12 +68,13 @@ TEST(CacheKey, EverySettingThatChangesBytesChangesTheKey) {
   EXPECT_EQ(keys.size(), 1 + std::size(changes));
 }
 
-TEST(CacheKey, LimitsAndProgressDoNotChangeTheKey) {
+TEST(CacheKey, LimitsAndCallsDoNotChangeTheKey) {
   BakeSettings settings = coarse_settings();
   settings.import.memory_limit_bytes = 1;
   settings.import.timeout = 1;
   settings.options.memory_limit_bytes = 1;
   settings.options.progress = [](const char*, double) {};
+  settings.options.planned = [](const BakePlan&) {};
   EXPECT_EQ(cache_key(bake_record(box(), settings)), cache_key(bake_record(box(), coarse_settings())));
 }
 

@@ -184,18 +184,18 @@ TEST(Load, AMeshThatIsWrittenWhileItIsReadIsReadAgain) {
   EXPECT_EQ(content_of(loaded), fresh(import_mesh(sample_mesh("hole.obj")), settings.options));
 }
 
-TEST(Load, HooksComeInOrderAndMayEndTheBake) {
+TEST(Load, CallsComeInOrderAndMayEndTheBake) {
   const TemporaryFolder folder;
   const AssetCache cache(folder / "cache");
   BakeSettings settings;
   settings.options.resolution = 10;
   std::string order;
-  const BakeHooks refusing = {[] { throw WriteError("no"); }, [&](const BakePlan&) { order += "planned "; }};
+  settings.options.planned = [&](const BakePlan& plan) { order += plan.voxels > 0 ? "planned " : "empty plan "; };
+  const auto refusing = [] { throw WriteError("no"); };
   EXPECT_THROW(static_cast<void>(bake_stored(sample_mesh("cube.obj"), settings, &cache, refusing)), WriteError);
   EXPECT_EQ(order, "");
   EXPECT_FALSE(fs::exists(folder / "cache"));
-  const BakeHooks noting = {[&] { order += "imported "; },
-                            [&](const BakePlan& plan) { order += plan.voxels > 0 ? "planned " : "empty plan "; }};
+  const auto noting = [&] { order += "imported "; };
   const StoredAsset first = bake_stored(sample_mesh("cube.obj"), settings, &cache, noting);
   EXPECT_EQ(order, "imported planned ");
   EXPECT_EQ(first.times.front().stage + " " + first.times.back().stage, "cache store");
