@@ -2,7 +2,6 @@
 #include "cli/commands/open_asset.h"
 
 #include <filesystem>
-#include <system_error>
 
 #include "cli/terminal/complain.h"
 #include "cli/tools/standard_streams.h"
@@ -11,14 +10,10 @@
 namespace vps::cli {
 
 int open_asset(const std::string& path, Asset& asset) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) return fail(kIo, path, "this is a folder; give a .vps.hdf file");
-  if (std::filesystem::exists(path, ignored) && !std::filesystem::is_regular_file(path, ignored)) {
-    return fail(kIo, path, "this is not a regular file; give a .vps.hdf file");
-  }
   std::filesystem::path file;
   try {
     file = file_to_read(path);
+    check_is_file(file, kAssetFile);
   } catch (const ImportError& error) {
     return fail(error.kind == ImportError::Kind::io ? kIo : kBadInput, path, error.what());
   }

@@ -8,6 +8,9 @@
 
 namespace vps::cli {
 
+/// What `check_is_file` advises where an asset is expected.
+inline constexpr const char* kAssetFile = "a .vps.hdf file";
+
 /// Opens an asset and checks every hash; prints an error in one line. @return kOk, kIo or kBadInput
 [[nodiscard]] int open_asset(const std::string& path, Asset& asset);
 

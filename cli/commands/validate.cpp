@@ -12,12 +12,14 @@
 #include <system_error>
 
 #include "bake/quantity_text.h"
+#include "cli/commands/open_asset.h"
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/standard_streams.h"
 #include "cli/tools/validate/check.h"
+#include "formats/mesh/mesh_import.h"
 
 namespace vps::cli {
 namespace {
@@ -135,14 +137,9 @@ void run_checks(const ValidateArguments& arguments, const std::optional<Imported
 }
 
 int validate_file(const ValidateArguments& arguments, const std::optional<ImportedMesh>& mesh, Validation& validation) {
-  std::error_code error;
   const fs::path file = file_to_read(validation.file);
-  const fs::file_status status = fs::status(file, error);
-  if (!fs::is_regular_file(status)) {
-    return fail(
-        kIo, validation.file,
-        fs::exists(status) ? "this is not a regular file; give a .vps.hdf file" : describe(Status::cannot_open));
-  }
+  check_is_file(file, kAssetFile);
+  std::error_code error;
   validation.bytes = fs::file_size(file, error);
   std::string refusal;
   try {

@@ -50,16 +50,6 @@ std::string check_format(const fs::path& path, const ImportOptions& options) {
          "; use one of " + known);
 }
 
-void check_is_file(const fs::path& path) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) refuse("the file does not exist; check its name", Kind::io);
-  if (!fs::status_known(status))
-    refuse("the file cannot be reached (" + error.message() + "); check its path", Kind::io);
-  if (fs::is_directory(status)) refuse("this is a folder; give a mesh file", Kind::io);
-  if (!fs::is_regular_file(status)) refuse("this is not a regular file; give a mesh file", Kind::io);
-}
-
 void check_content(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) refuse("the file may not be read; check its permissions", Kind::io);
@@ -275,10 +265,20 @@ std::string referred_file(const std::string& folder, const std::string& name) {
   return folder + (fs::exists(folder + decoded, ignored) ? decoded : name);
 }
 
+void check_is_file(const fs::path& path, const char* kind) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) refuse("the file does not exist; check its name", Kind::io);
+  if (!fs::status_known(status))
+    refuse("the file cannot be reached (" + error.message() + "); check its path", Kind::io);
+  if (fs::is_directory(status)) refuse(std::string("this is a folder; give ") + kind, Kind::io);
+  if (!fs::is_regular_file(status)) refuse(std::string("this is not a regular file; give ") + kind, Kind::io);
+}
+
 ImportedMesh import_mesh(const fs::path& path, const ImportOptions& options) {
   if (!(options.unit > 0 && std::isfinite(options.unit)))
     refuse("the unit must be a positive number of metres; change it");
-  check_is_file(path);
+  check_is_file(path, "a mesh file");
   const std::string extension = check_format(path, options);
   check_content(path);
   if (const std::optional<RawMesh> raw = read_here(path.string(), extension, options))

@@ -32,6 +32,11 @@ struct ImportedMesh : TriangleMesh {
   std::vector<std::string> notes;  ///< what the caller should know, such as a loss of precision; one line each
 };
 
+/// Refuses what is no regular file before it is opened: reading a pipe may wait for ever.
+/// @param kind  of the file that is expected, such as "a mesh file"
+/// @throw ImportError
+void check_is_file(const std::filesystem::path& path, const char* kind);
+
 /// Whether a file's name has an extension that import_mesh reads.
 [[nodiscard]] bool has_mesh_extension(const std::filesystem::path& path);
 

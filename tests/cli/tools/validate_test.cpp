@@ -398,6 +398,7 @@ TEST_F(Validate, OfSeveralFilesEachIsCheckedAndOneFailureIsExitCodeFive) {
   EXPECT_EQ(run.code, 5);
   EXPECT_NE(run.out.find("b.vps.hdf: valid"), std::string::npos);
   expect_refusal(folder_, "validate missing.vps.hdf", 2, "missing.vps.hdf");
+  expect_refusal(folder_, "validate .", 2, "this is a folder; give a .vps.hdf file");
   expect_refusal(folder_, "validate a.vps.hdf --mesh missing.obj", 2, "missing.obj");
   expect_refusal(folder_, "validate a.vps.hdf --unit mm", 1, "--mesh");
 }
