@@ -197,12 +197,11 @@ int main(int argc, char** argv) {
   ::mallopt(M_MMAP_THRESHOLD, 1 << 21);
   ::mallopt(M_TRIM_THRESHOLD, 1 << 24);
 #endif
-  // Opens missing standard descriptors, so that no file opened later gets their numbers.
-  int null = -1;
-  do {
-    null = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  } while (null >= 0 && null <= STDERR_FILENO);
-  ::close(null);
+  // Opens missing standard descriptors, so that no file opened later gets their numbers. Writing to standard output
+  // then fails, as its reader is missing.
+  for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(fd, F_GETFD) < 0) ::open("/dev/null", (fd == STDOUT_FILENO ? O_RDONLY : O_RDWR) | O_CLOEXEC);
+  }
   std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large is a write error, not a crash
   return vps::cli::program(argc, argv);
 }

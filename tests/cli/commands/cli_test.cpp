@@ -392,8 +392,12 @@ TEST(Cli, OutputThatCannotBePrintedOrWrittenIsExitCodeTwo) {
   EXPECT_NE(read_file(folder / "err.txt").find("no space is left"), std::string::npos);
   EXPECT_EQ(folder.names().size(), 4U);  // cube.obj, a.vps.hdf, cube.vps.hdf, err.txt
   // Without standard descriptors.
-  EXPECT_EQ(code_of(program + " cube.obj --voxel 5mm -o b.vps.hdf <&- >&-"), 0);
+  EXPECT_EQ(code_of(program + " cube.obj -q --voxel 5mm -o b.vps.hdf <&- >&-"), 0);
   EXPECT_TRUE(std::filesystem::exists(folder / "b.vps.hdf"));
+  for (const char* const result : {" cube.obj --voxel 5mm -o -", " info --json a.vps.hdf", " view -o - a.vps.hdf"}) {
+    EXPECT_EQ(code_of(program + result + " >&-"), 2) << result;
+    EXPECT_NE(read_file(folder / "err.txt").find("error: standard output: "), std::string::npos) << result;
+  }
 }
 
 TEST(Cli, NamesThatAreNotTextStillGiveOneLineAndValidJson) {
