@@ -78,8 +78,6 @@ int view_asset(const ViewArguments& arguments) {
 int view_motions(const ViewArguments& arguments) {
   std::filesystem::path output = arguments.mesh.output;
   if (output.empty()) output = std::filesystem::path(arguments.motions[0]).replace_extension(".html");
-  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
-    return fail(kIo, output.string(), reason);
   nlohmann::ordered_json data = {{"motions", nlohmann::ordered_json::array()}};
   for (const std::string& motion : arguments.motions) {
     const int code = guarded(motion, [&] {
@@ -88,6 +86,9 @@ int view_motions(const ViewArguments& arguments) {
     });
     if (code != kOk) return code;
   }
+  // After the motions: where their folder is missing, so is the page's.
+  if (const std::string reason = output_refusal(output, kPageBeginning, "a page"); !reason.empty())
+    return fail(kIo, output.string(), reason);
   return write_page(arguments, output, make_view_page(kMotionPage, data));
 }
 

@@ -56,10 +56,9 @@ void refuse_unknown(const Json& object, const std::string& what, const std::vect
 }
 
 Json read_json(const std::filesystem::path& path) {
-  std::error_code ignored;
+  check_is_file(path, "a recorded motion");
   std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path, ignored))
-    throw ImportError(ImportError::Kind::io, "it cannot be read; check the path");
+  if (!file) throw ImportError(ImportError::Kind::io, "it may not be read; check its permissions");
   Json json = Json::parse(file, nullptr, false);
   if (json.is_discarded()) refuse("it is not JSON");
   if (!json.is_object() || json.value("format", Json()) != "vps-motion 1")

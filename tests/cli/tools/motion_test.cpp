@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `vpsbake view --motion`: the page that plays a recorded motion.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 
@@ -291,15 +292,18 @@ TEST_F(Motion, WhatCannotBePlayedIsRefusedInOneLine) {
   expect_refused("/contacts", Json::array(), "not as many frames");
   expect_refused("/bodies/0/asset", "motion.json", "body 1: asset motion.json");
   Json motion = sample_motion();
+  write(motion);
+  expect_refusal(folder_, "view --motion motion.json -o .", 2, "folder");
   motion["bodies"][0]["asset"] = "absent.vps.hdf";
   write(motion);
   expect_refusal(folder_, "view --motion motion.json", 2, "absent.vps.hdf");
   ASSERT_EQ(vpsbake(folder_, sample("gear") + " --voxel 1mm --parts pointshell -o a.vps.hdf").code, 0);
   write(sample_motion());
   expect_refusal(folder_, "view --motion motion.json", 3, "no voxelmap");
-  expect_refusal(folder_, "view --motion motion.json -o .", 2, "folder");
-  expect_refusal(folder_, "view --motion absent.json", 2, "absent.json");
-  expect_refusal(folder_, "view --motion .", 2, "cannot be read");
+  expect_refusal(folder_, "view --motion absent/x.json", 2, "absent/x.json: the file does not exist");
+  expect_refusal(folder_, "view --motion .", 2, "this is a folder; give a recorded motion");
+  ASSERT_EQ(::mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+  expect_refusal(folder_, "view --motion pipe", 2, "this is not a regular file; give a recorded motion");
   expect_refusal(folder_, "view --motion a.vps.hdf", 3, "not JSON");
   expect_refusal(folder_, "view a.vps.hdf --motion motion.json", 1, "excludes");
   expect_refusal(folder_, "view --motion motion.json --mesh x.obj", 1, "excludes");
