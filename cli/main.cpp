@@ -160,7 +160,13 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     const CLI::App* named = &app;
     while (!named->get_subcommands().empty()) named = named->get_subcommands().front();
-    if (const std::vector<std::string> left = app.remaining(true); !left.empty()) {
+    std::vector<std::string> left = app.remaining(true);
+    if (!left.empty() && left.front() == "--") {
+      left.erase(left.begin());
+      if (!left.empty() && left.front().starts_with('-'))
+        return fail_usage("'" + left.front() + "' is after --, which ends the options; give options before it");
+    }
+    if (!left.empty()) {
       return fail_usage(is_no_mesh(bake.mesh) ? unknown_command(app, bake.mesh)
                                               : unexpected_word(*named, left.front()));
     }

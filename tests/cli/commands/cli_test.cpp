@@ -157,6 +157,8 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, cube + " --voxel 5mm --parts wheels", 1, "--parts");
   expect_refusal(folder, cube + " --voxel 5mm --branching 1", 1, "--branching");
   expect_refusal(folder, cube + " --voxel 5mm --bogus", 1, "--bogus");
+  expect_refusal(folder, "-- " + cube + " --voxel 5mm", 1, "'--voxel' is after --, which ends the options");
+  expect_refusal(folder, "--bogus -- " + cube, 1, "there is no option --bogus");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5", 1, "a time needs a unit; write 5s or 5min");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 5parsec", 1, "unknown unit 'parsec'; use one of");
   expect_refusal(folder, cube + " --voxel 5mm --import-timeout 0s", 1, "0s is not a positive time");
@@ -169,6 +171,8 @@ TEST(Cli, AWrongCommandLineIsExitCodeOne) {
   expect_refusal(folder, "run .", 2, ".: this is a folder; give a file that vpsbake plan wrote");
   std::filesystem::copy_file(cube, folder / "cube.obj");
   expect_refusal(folder, "cube.obj --voxel 5mm -o ./cube.obj", 2, "exists and is not an asset");
+  std::filesystem::copy_file(cube, folder / "-a.obj");
+  EXPECT_EQ(vpsbake(folder, "--voxel 5mm -o a.vps.hdf -- -a.obj").code, 0);
 }
 
 TEST(Cli, MistypedNamesAreSuggested) {
