@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "cli/batch/job.h"
 
-#include <cctype>
-
 namespace vps::cli::batch {
 
 std::vector<std::string> command_words(const OptionTexts& options) {
@@ -24,11 +22,6 @@ std::string path_from(const std::filesystem::path& file, const std::filesystem::
   const fs::path whole = fs::absolute(file).lexically_normal();
   const fs::path from = fs::weakly_canonical(fs::absolute(folder));
   return (fs::weakly_canonical(whole.parent_path()) / whole.filename()).lexically_proximate(from).generic_string();
-}
-
-std::string plain(std::string text) {
-  for (char& c : text) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-  return text;
 }
 
 }  // namespace vps::cli::batch

@@ -48,9 +48,6 @@ struct Job {
 /// Reads the settings from a job's options. @throw BatchError with the job's mesh
 [[nodiscard]] bake::BakeSettings read_settings(const Job& job, const OptionReader& reader);
 
-/// Has '?' for control characters, as errors do, so that no name acts on a terminal.
-[[nodiscard]] std::string plain(std::string text);
-
 /// A file's path relative to a folder. Links to folders are followed, but not a link that is the file itself.
 [[nodiscard]] std::string path_from(const std::filesystem::path& file, const std::filesystem::path& folder);
 

@@ -12,6 +12,7 @@
 #include "bake/quantity_text.h"
 #include "cli/tools/junit.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -33,8 +34,8 @@ bool has_row(const JobResult& result, TableRows rows) {
 }
 
 std::string row(const Job& job, const JobResult& result, int width) {
-  std::string line =
-      fmt::format("  {:<10}  {:<{}}  {:>8}", describe(result.state), plain(job.output), width, size_text(result.bytes));
+  std::string line = fmt::format("  {:<10}  {:<{}}  {:>8}", describe(result.state), one_line(job.output), width,
+                                 size_text(result.bytes));
   if (result.state == State::baked)
     line += fmt::format("  {:>7.2f} s  {:>8} of memory", result.seconds, size_text(result.memory_bytes));
   if (result.state == State::would_bake && result.memory_bytes > 0)

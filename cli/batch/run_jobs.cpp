@@ -19,6 +19,7 @@
 #include "cli/batch/reasons.h"
 #include "cli/tools/exit_code.h"
 #include "cli/tools/output_file.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli::batch {
 namespace {
@@ -38,7 +39,7 @@ JobResult failure(int code, std::string error) {
 std::string complaint(const std::string& err, const std::string& kind, const std::string& file) {
   std::istringstream lines(err);
   const std::string start = "vpsbake: " + kind + ": ";
-  const std::string name = plain(file);  // as the child prints it
+  const std::string name = one_line(file);  // as the child prints it
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(start)) continue;
     line.erase(0, start.size());

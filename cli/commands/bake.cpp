@@ -28,6 +28,7 @@
 #include "cli/tools/likely_unit.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/utf8.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -112,7 +113,7 @@ void print_plan(const BakeRun& run, const bake::BakePlan& plan) {
   if (run.arguments.json || run.arguments.verbosity == Verbosity::quiet) return;
   run.progress.clear();
   if (run.arguments.verbosity == Verbosity::verbose)
-    print_lines(messages_beside(run.output), "{}: {}\n", run.arguments.mesh, plan_line(plan));
+    print_lines(messages_beside(run.output), "{}: {}\n", one_line(run.arguments.mesh), plan_line(plan));
   if (run.arguments.default_grid) {
     print_lines(messages_beside(run.output),
                 "note: {} voxels along the longest side, as no size is given; --voxel or --resolution sets it\n",
@@ -152,11 +153,11 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
   const std::string size = bake::format_bytes(static_cast<double>(bytes));
   if (run.arguments.verbosity == Verbosity::verbose) {
     print_lines(messages_beside(run.output), "{}", info_to_text(info));
-    print_lines(messages_beside(run.output), "{}: {} in {:.2f} s{}\n", run.output.string(), size,
+    print_lines(messages_beside(run.output), "{}: {} in {:.2f} s{}\n", one_line(run.output.string()), size,
                 seconds_since(run.begin), cache);
   } else {
-    print_lines(messages_beside(run.output), "{}: {}, {}, {:.2f} s{}\n", run.output.string(), contents_of(info), size,
-                seconds_since(run.begin), cache);
+    print_lines(messages_beside(run.output), "{}: {}, {}, {:.2f} s{}\n", one_line(run.output.string()),
+                contents_of(info), size, seconds_since(run.begin), cache);
   }
 }
 
@@ -179,8 +180,9 @@ int print_dry_run(const BakeRun& run, const bake::BakePlan& plan) {
     j["plan"]["predicted_asset_bytes"] = plan.predicted_asset_bytes;
     fmt::print("{}", to_text(j));
   } else {
-    print_lines(messages_beside(run.output), "{}: {}; {} would have at most {}\n", run.arguments.mesh, plan_line(plan),
-                run.output.string(), bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
+    print_lines(messages_beside(run.output), "{}: {}; {} would have at most {}\n", one_line(run.arguments.mesh),
+                plan_line(plan), one_line(run.output.string()),
+                bake::format_bytes(static_cast<double>(plan.predicted_asset_bytes)));
   }
   return kOk;
 }

@@ -13,6 +13,7 @@
 #include "cli/terminal/progress.h"
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/likely_unit.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -76,8 +77,8 @@ std::string unit_hint(const BakeArguments& arguments, const bake::MeshReport& r)
 }
 
 void print_check(const BakeArguments& arguments, const bake::MeshReport& r) {
-  print_lines("{}: {} triangles, {} vertices, {} component{}\n", arguments.mesh, r.triangles, r.vertices, r.components,
-              r.components == 1 ? "" : "s");
+  print_lines("{}: {} triangles, {} vertices, {} component{}\n", one_line(arguments.mesh), r.triangles, r.vertices,
+              r.components, r.components == 1 ? "" : "s");
   print_lines("size        {} x {} x {}{}\n", bake::format_length(r.bounds_max[0] - r.bounds_min[0]),
               bake::format_length(r.bounds_max[1] - r.bounds_min[1]),
               bake::format_length(r.bounds_max[2] - r.bounds_min[2]), unit_hint(arguments, r));
@@ -118,7 +119,8 @@ int run_check(const BakeArguments& arguments) {
     std::fflush(stdout);
     if (!report.usable) return fail(kBadInput, arguments.mesh, report.refusal);
     (void)bake::plan_bake(mesh, arguments.options);  // throws when the grid does not fit
-    if (!arguments.json) print_lines("{}: {}\n", arguments.mesh, painted("it bakes", TextColour::green, STDOUT_FILENO));
+    if (!arguments.json)
+      print_lines("{}: {}\n", one_line(arguments.mesh), painted("it bakes", TextColour::green, STDOUT_FILENO));
     return int{kOk};
   });
 }

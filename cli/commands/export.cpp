@@ -20,6 +20,7 @@
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
 #include "cli/tools/stored_field.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -102,7 +103,7 @@ int write_format(const ExportArguments& arguments, const Asset& asset, const Vox
     return write_output(output, to_cdf(map, {step, arguments.reach.value_or(asset.info().band_outer)}));
   if (is_standard_stream(output)) throw ExportError("a VTKHDF file does not go to standard output; give -o FILE");
   const std::size_t bytes = write_vtkhdf_field(asset, map, step, output);
-  print_lines("{}: {}\n", output.string(), bake::format_bytes(double(bytes)));
+  print_lines("{}: {}\n", one_line(output.string()), bake::format_bytes(double(bytes)));
   return kOk;
 }
 

@@ -16,6 +16,7 @@
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/face_jumps.h"
 #include "cli/tools/stored_field.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -23,7 +24,7 @@ namespace {
 void print_info(const std::string& path, const Asset& asset) {
   const Directory& directory = asset.directory();
   const std::string generator = printable(directory.info.generator.data());
-  print_lines("{}: format {}.{}, {}, {}\n", path, directory.major, directory.minor,
+  print_lines("{}: format {}.{}, {}, {}\n", one_line(path), directory.major, directory.minor,
               bake::format_bytes(static_cast<double>(directory.file_bytes)), generator);
   print_lines("{}", info_to_text(directory.info));
   for (const auto& [field, jump] : face_jumps(asset)) {

@@ -11,6 +11,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/utf8.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -53,8 +54,8 @@ int run_merge(const std::string& file, Checking checking) {
   }
   if (manifest.missing.size() > kNamed)
     complain("error", file, fmt::format("and {} more are missing", manifest.missing.size() - kNamed));
-  print_lines("{}: {} assets, {} missing\n", (folder / kManifest).string(), jobs.size() - manifest.missing.size(),
-              manifest.missing.size());
+  print_lines("{}: {} assets, {} missing\n", one_line((folder / kManifest).string()),
+              jobs.size() - manifest.missing.size(), manifest.missing.size());
   return manifest.missing.empty() ? kOk : kSomeFailed;
 }
 

@@ -17,6 +17,7 @@
 #include "cli/terminal/write_output.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -56,7 +57,8 @@ int run_plan(PlanArguments& arguments) {
     if (!job.refusal.empty()) complain("warning", job.mesh.string(), job.refusal);
   }
   if (const int code = write_quietly(script.file, to_lines(jobs, script.file)); code != kOk) return code;
-  print_lines(messages_beside(script.file), "{}: {} {}\n", script.file, jobs.size(), jobs.size() == 1 ? "job" : "jobs");
+  print_lines(messages_beside(script.file), "{}: {} {}\n", one_line(script.file), jobs.size(),
+              jobs.size() == 1 ? "job" : "jobs");
   if (script.engine.empty()) return kOk;
   script.tasks = std::min(jobs.size(), arguments.most_tasks);
   if (const int code = write_quietly(name, script_text(script)); code != kOk) return code;

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -25,6 +24,7 @@
 #include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -55,8 +55,7 @@ class ProgressLine {
   void show() const {
     std::string names;
     for (const Job* job : running_) names += (names.empty() ? "" : ", ") + job->mesh.filename().string();
-    for (char& c : names) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
-    progress_.show(fmt::format("[{}/{}] {}", done_, count_, names), double(done_) / double(count_));
+    progress_.show(fmt::format("[{}/{}] {}", done_, count_, one_line(names)), double(done_) / double(count_));
   }
   Progress progress_;
   std::size_t count_, done_ = 0;

@@ -25,6 +25,7 @@
 #include "cli/tools/junit.h"
 #include "cli/tools/output_file.h"
 #include "cli/tools/provenance.h"
+#include "cli/tools/utf8.h"
 #include "cli/tools/view/embedded.h"
 #include "cli/tools/view/page.h"
 #include "runtime/bullet/vps_bullet.h"
@@ -164,7 +165,7 @@ int run_asset(const StressArguments& arguments, const std::string& path, const s
       if (!column.from.empty()) result.peers[column.name] = column.from;
     }
     const bool quiet = arguments.verbosity == Verbosity::quiet;
-    if (arguments.assets.size() > 1 && !quiet) print_lines("{}\n", path);
+    if (arguments.assets.size() > 1 && !quiet) print_lines("{}\n", one_line(path));
     std::string peers;
     for (const auto& [column, from] : result.peers)
       peers += fmt::format("{}{} of {}", peers.empty() ? "peers: " : "; ", column, from);

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "cli/tools/describe_asset.h"
 #include "cli/tools/provenance.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/utf8.h"
 #include "cli/tools/validate/check.h"
 #include "formats/mesh/mesh_import.h"
 
@@ -73,13 +73,6 @@ bool counts(const Check& check, bool strict) {
   return check.result == Result::failed || (strict && check.result != Result::ok);
 }
 
-// Replaces control characters, so that a text from a forged file stays on one line.
-std::string one_line(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; }, '?');
-  return text;
-}
-
 nlohmann::ordered_json to_json(const Validation& validation) {
   nlohmann::ordered_json j;
   j["file"] = validation.file;
@@ -96,7 +89,7 @@ nlohmann::ordered_json to_json(const Validation& validation) {
 }
 
 void print_validate(const Validation& validation) {
-  print_lines("{}: {}\n", validation.file, bake::format_bytes(double(validation.bytes)));
+  print_lines("{}: {}\n", one_line(validation.file), bake::format_bytes(double(validation.bytes)));
   for (const Check& check : validation.checks) {
     const std::string verdict =
         painted(fmt::format("{:<8}", result_word(check.result)), colour_of(check.result), STDOUT_FILENO);
@@ -155,7 +148,7 @@ int validate_file(const ValidateArguments& arguments, const std::optional<Import
   }
   if (failed.empty()) {
     if (!arguments.json)
-      print_lines("{}: {}, {} checks\n", validation.file, painted("valid", TextColour::green, STDOUT_FILENO),
+      print_lines("{}: {}, {} checks\n", one_line(validation.file), painted("valid", TextColour::green, STDOUT_FILENO),
                   validation.checks.size());
     return kOk;
   }

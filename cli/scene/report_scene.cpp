@@ -9,6 +9,7 @@
 #include "bake/plan.h"
 #include "bake/quantity_text.h"
 #include "cli/scene/write_manifest.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 namespace {
@@ -324,7 +325,7 @@ std::string to_text(const SceneReport& report) {
                         moves ? "no two bodies can meet" : "no body has a mass, so none moves and meets another");
   }
   const std::size_t count = scene.bodies.size();
-  text += fmt::format("{}: {} {}, {} of {} pairs can meet, steps of {:.3g} ms\n", report.scene_file, count,
+  text += fmt::format("{}: {} {}, {} of {} pairs can meet, steps of {:.3g} ms\n", one_line(report.scene_file), count,
                       count == 1 ? "body" : "bodies", plan.meeting.pairs(), count * (count - 1) / 2, 1e3 * scene.step);
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const std::string partners = plan.meeting.partners(b) == 0 ? "meets nobody" : "meets " + partner_names(report, b);

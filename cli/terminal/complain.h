@@ -2,7 +2,6 @@
 /// @file The line on stderr that goes with an exit code.
 #pragma once
 
-#include <cctype>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -10,15 +9,14 @@
 #include "cli/terminal/print.h"
 #include "cli/terminal/terminal.h"
 #include "cli/tools/exit_code.h"
+#include "cli/tools/utf8.h"
 
 namespace vps::cli {
 
 /// Prints `vpsbake: KIND: FILE: reason` to stderr, on terminals an error red and a warning yellow.
 inline void complain(const char* kind, const std::string& file, const std::string& reason) {
   constexpr std::string_view kStart = "vpsbake: ";
-  std::string line = std::string(kStart) + kind + ": " + file + ": " + reason;
-  // A control character in a name must not break the line.
-  for (char& c : line) c = std::iscntrl(static_cast<unsigned char>(c)) != 0 ? '?' : c;
+  std::string line = one_line(std::string(kStart) + kind + ": " + file + ": " + reason);
   const std::string_view what = kind;
   const TextColour colour = what == "error"     ? TextColour::red
                             : what == "warning" ? TextColour::yellow

@@ -7,6 +7,7 @@
 #include "cli/terminal/complain.h"
 #include "cli/terminal/print.h"
 #include "cli/tools/standard_streams.h"
+#include "cli/tools/utf8.h"
 #include "formats/hdf5/hdf5_writer.h"
 
 namespace vps::cli {
@@ -33,7 +34,7 @@ int write_quietly(const fs::path& output, std::string_view bytes) {
 
 int write_output(const fs::path& output, std::string_view bytes) {
   if (const int code = write_quietly(output, bytes); code != kOk) return code;
-  print_lines(messages_beside(output), "{}: {}\n", output.string(), bake::format_bytes(double(bytes.size())));
+  print_lines(messages_beside(output), "{}: {}\n", one_line(output.string()), bake::format_bytes(double(bytes.size())));
   return kOk;
 }
 

@@ -2,6 +2,8 @@
 /// @file Texts that may hold any bytes, such as names of files.
 #pragma once
 
+#include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -11,6 +13,13 @@ namespace vps::cli {
 [[nodiscard]] inline std::string valid_utf8(const std::string& text) {
   using Json = nlohmann::ordered_json;
   return Json::parse(Json(text).dump(-1, ' ', false, Json::error_handler_t::replace)).get<std::string>();
+}
+
+/// The text with '?' for control characters, so that no name breaks a line or acts on a terminal.
+[[nodiscard]] inline std::string one_line(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+  return text;
 }
 
 }  // namespace vps::cli

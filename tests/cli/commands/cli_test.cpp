@@ -414,6 +414,16 @@ TEST(Cli, NamesThatAreNotTextStillGiveOneLineAndValidJson) {
   EXPECT_EQ(info.code, 0);
   EXPECT_TRUE(nlohmann::json::accept(info.out));
   expect_refusal(folder, "\"x\ny.obj\" --voxel 5mm", 2, "x?y.obj: the file does not exist");
+  std::filesystem::copy_file(sample("cube"), folder / "a\nb\x1b.obj");
+  for (const char* const command : {"a\nb\x1b.obj\" --voxel 5mm", "a\nb\x1b.obj\" --voxel 5mm -v"}) {
+    const Outcome baked = vpsbake(folder, std::string("\"") + command);
+    EXPECT_NE(baked.out.find("a?b?.vps.hdf: "), std::string::npos) << baked.out;
+    EXPECT_EQ(baked.out.find("a\nb"), std::string::npos) << baked.out;
+  }
+  for (const char* const command : {"info", "validate", "view"}) {
+    const std::string out = vpsbake(folder, command + std::string(" \"a\nb\x1b.vps.hdf\"")).out;
+    EXPECT_TRUE(out.starts_with("a?b?.")) << out;
+  }
 }
 
 TEST(Cli, DamagedAssetsAreExitCodeThree) {
