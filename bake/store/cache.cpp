@@ -112,13 +112,16 @@ std::string AssetCache::store(const std::optional<CacheKey>& key, std::span<cons
                               const BakeReport& report) const {
   if (!key) return "the mesh refers to files that cannot be read";
   const fs::path entry = entry_file(folder_, *key, kAssetEnding);
+  const fs::path report_file = entry_file(folder_, *key, kReportEnding);
   if (std::string reason = make_folders(folder_, entry); !reason.empty()) return reason;
   try {
     const std::string text = to_text(report);
-    write_whole(entry_file(folder_, *key, kReportEnding), std::as_bytes(std::span(text)));
+    write_whole(report_file, std::as_bytes(std::span(text)));
     write_whole(entry, asset);
     keep_small(*key, text.size() + asset.size());
   } catch (const WriteError& error) {
+    std::error_code ignored;
+    if (!fs::exists(entry, ignored)) fs::remove(report_file, ignored);  // a report alone only takes space
     // Without the advice, which is about outputs.
     const std::string reason = error.what();
     return reason.substr(0, reason.find(';'));

@@ -183,6 +183,7 @@ TEST(FullDisk, OfTheCacheCostsOneLine) {
 
 TEST(FullDisk, OrALimitOfFileSizesIsTheSame) {
   const TemporaryFolder folder;
+  EXPECT_TRUE(files_of_entries(folder / "disk/cache").empty());
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   rlimit limit = before;
