@@ -10,9 +10,9 @@
 #include <array>
 #include <chrono>
 #include <filesystem>
-#include <span>
 #include <string_view>
 #include <system_error>
+#include <vector>
 
 #include "bake/quantity_text.h"
 #include "bake/store/vps_store.h"
@@ -61,6 +61,10 @@ constexpr double kBaked = 0.98;  // of the command, when only the writing is lef
 // @param fraction  of the whole command
 void show_stage(const Progress& progress, std::string_view stage, double fraction) {
   progress.show(stage_words(stage), fraction);
+}
+
+std::vector<fs::path> files_of_mesh(const BakeArguments& arguments) {
+  return bake::mesh_files(arguments.mesh, arguments.import_options);
 }
 
 // One bake from the command line.
@@ -163,6 +167,12 @@ void print_result(const BakeRun& run, const AssetInfo& info, std::size_t bytes) 
 
 int deliver(BakeRun& run, const Asset& asset) {
   show_stage(run.progress, "done", kBaked);
+  // Before the asset: without a depfile, make would not notice changes of the mesh's files.
+  if (const std::string& depfile = run.arguments.depfile; !depfile.empty()) {
+    const std::string text = depfile_text(run.output, files_of_mesh(run.arguments));
+    run.progress.clear();
+    if (const int code = write_quietly(depfile, text); code != kOk) return code;
+  }
   const auto begin = Clock::now();
   write_bytes(run.output, asset.bytes());
   run.times.push_back({"write", seconds_since(begin)});
@@ -275,14 +285,9 @@ int run_bake(const BakeArguments& arguments) {
   if (arguments.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, arguments.threads);
   if (arguments.depfile.empty()) return guarded(arguments.mesh, [&] { return bake_file(arguments); });
   return guarded(arguments.depfile, [&] {
-    const fs::path output = output_path(arguments);
-    const std::vector<fs::path> files = bake::mesh_files(arguments.mesh, arguments.import_options);
-    const std::string reason = depfile_refusal(arguments.depfile, {output}, files);
+    const std::string reason = depfile_refusal(arguments.depfile, {output_path(arguments)}, files_of_mesh(arguments));
     if (!reason.empty()) return fail(kIo, arguments.depfile, reason);
-    const int code = guarded(arguments.mesh, [&] { return bake_file(arguments); });
-    const std::string text = depfile_text(output, files);
-    if (code == kOk && !arguments.dry_run) write_whole(arguments.depfile, std::as_bytes(std::span(text)));
-    return code;
+    return guarded(arguments.mesh, [&] { return bake_file(arguments); });
   });
 }
 

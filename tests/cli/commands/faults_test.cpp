@@ -169,12 +169,21 @@ TEST(FullDisk, KeepsTheOutputThatWasThere) {
   EXPECT_EQ(read_file(folder / "disk/a.vps.hdf"), whole);
 }
 
+TEST(FullDisk, OfTheDepfileLeavesNoAsset) {
+  const TemporaryFolder folder;
+  const SmallDisk disk(folder / "disk");
+  VPS_SMALL_DISK_OR_SKIP(disk);
+  write_file(folder / "disk/filler", std::string(96 << 10, 'x'));
+  expect_refusal(folder, cube() + "a.vps.hdf --depfile disk/d", 2, "disk/d: no space is left for the file");
+}
+
 TEST(FullDisk, OfTheCacheCostsOneLine) {
   const TemporaryFolder folder;
   const SmallDisk disk(folder / "disk");
   VPS_SMALL_DISK_OR_SKIP(disk);
   write_file(folder / "disk/filler", std::string(60 << 10, 'x'));
   expect_warning(vpsbake(folder, cube() + "a.vps.hdf --cache disk/cache"), "disk/cache: no space is left for the file");
+  EXPECT_TRUE(files_of_entries(folder / "disk/cache").empty());
   EXPECT_EQ(vpsbake(folder, "info a.vps.hdf").code, 0);
   EXPECT_EQ(vpsbake(folder, "cache verify --cache disk/cache").code, 0);
   fs::remove(folder / "disk/filler");
@@ -183,7 +192,6 @@ TEST(FullDisk, OfTheCacheCostsOneLine) {
 
 TEST(FullDisk, OrALimitOfFileSizesIsTheSame) {
   const TemporaryFolder folder;
-  EXPECT_TRUE(files_of_entries(folder / "disk/cache").empty());
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   rlimit limit = before;
