@@ -225,6 +225,10 @@ class Reader {
       const double lower = in_range(joint.limits->lower), upper = in_range(joint.limits->upper);
       if (lower <= upper) {
         added.limits = {lower, upper};
+        if (lower != joint.limits->lower || upper != joint.limits->upper) {
+          scene_.assumptions.push_back(fmt::format("joint '{}' has limits of {:g} and {:g}: they are {:g} and {:g}",
+                                                   joint.name, joint.limits->lower, joint.limits->upper, lower, upper));
+        }
       } else {
         scene_.assumptions.push_back(
             fmt::format("joint '{}' has a lower limit above its upper one: it has no limits", joint.name));

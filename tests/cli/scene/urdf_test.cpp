@@ -213,11 +213,14 @@ TEST(Urdf, WhatNoManifestCanHoldIsRefused) {
 TEST(Urdf, JointsThatCannotMoveOrTurnAreLeftOutAndEndlessLimitsAreCut) {
   const TemporaryFolder folder;
   const std::string whole = robot("<sphere radius=\"1\"/>");
+  std::string printed;
   const auto joints = [&](const std::string& old, const std::string& text, const std::string& type = "") {
     std::string changed = whole;
     write_file(folder / "r.urdf", changed.replace(changed.find(old), old.size(), text));
     write_file(folder / "s.toml", "[[body]]\nname = \"r\"\nurdf = \"r.urdf\"\n" + type);
-    EXPECT_EQ(vpsbake(folder, "scene s.toml -o out").code, 0);
+    const Outcome run = vpsbake(folder, "scene s.toml -o out");
+    EXPECT_EQ(run.code, 0) << run.err;
+    printed = run.out;
     const Json manifest = Json::parse(read_file(folder / "out/s.vps.json"));
     return manifest.contains("joints") ? manifest["joints"] : Json::array();
   };
@@ -227,6 +230,7 @@ TEST(Urdf, JointsThatCannotMoveOrTurnAreLeftOutAndEndlessLimitsAreCut) {
   const Json endless = joints("lower=\"0\" upper=\"1\"", "lower=\"-1e16\" upper=\"1e16\"");
   EXPECT_EQ(endless[0]["lower"], -1e9);
   EXPECT_EQ(endless[0]["upper"], 1e9);
+  EXPECT_NE(printed.find("has limits of -1e+16 and 1e+16: they are -1e+09 and 1e+09"), std::string::npos) << printed;
   const Json turned = joints("lower=\"0\" upper=\"1\"", "lower=\"1\" upper=\"0\"");
   EXPECT_FALSE(turned[0].contains("lower"));
 }
