@@ -62,8 +62,10 @@ Cost predicted_cost(const SceneReport& report, std::size_t i, const bake::BakePl
 
 Cost cost_of_ordinary(const SceneReport& report, std::size_t i) {
   const PlannedAsset& asset = report.plan.assets[i];
-  if (!report.ordinary.empty()) return measured(report.ordinary[i]);
-  return predicted_cost(report, i, asset.predicted_ordinary, asset.seconds_ordinary);
+  if (report.ordinary.empty()) return predicted_cost(report, i, asset.predicted_ordinary, asset.seconds_ordinary);
+  Cost cost = measured(report.ordinary[i]);
+  if (!cost.seconds_measured) cost.seconds = asset.seconds_ordinary;
+  return cost;
 }
 
 Cost cost_of_everything(const SceneReport& report, std::size_t i) {
@@ -132,9 +134,13 @@ std::string saving(const Cost& planned, const Cost& ordinary, const Cost& everyt
     constexpr double kWorthSaying = 0.005;  // [s]
     double seconds = other.seconds - planned.seconds;
     if (std::abs(seconds) < kWorthSaying) seconds = 0;
-    if (bytes == 0 && seconds == 0) return "nothing";
-    return fmt::format("{}{} and {}{:.2f} s", about(planned.bytes_measured && other.bytes_measured),
-                       bake::format_bytes(bytes), about(planned.seconds_measured && other.seconds_measured), seconds);
+    const std::string size =
+        bytes == 0 ? "nothing" : about(planned.bytes_measured && other.bytes_measured) + bake::format_bytes(bytes);
+    if (seconds == 0) return size;
+    const std::string time =
+        fmt::format("{}{:.2f} s", about(planned.seconds_measured && other.seconds_measured), std::abs(seconds));
+    if (seconds < 0) return size + " and costs " + time;
+    return bytes == 0 ? time : size + " and " + time;
   };
   return fmt::format("{}{} in {}{:.2f} s; saves {} against an ordinary bake, {} against everything",
                      about(planned.bytes_measured), bake::format_bytes(planned.bytes), about(planned.seconds_measured),

@@ -286,6 +286,15 @@ TEST(Scene, SavingsAreAgainstAnOrdinaryBakeFirstAndFullOnesSayWhatTheyWrote) {
   EXPECT_NE(again.out.find(" in about "), std::string::npos) << again.out;
   const Outcome full = vpsbake(folder, "scene scene.toml -o full --full");
   EXPECT_NE(full.out.find("written "), std::string::npos) << full.out;
+  // Where only the plan's own bakes are new, nothing saved is negative.
+  ASSERT_EQ(vpsbake(folder, "scene scene.toml -o compared --cache cache --compare").code, 0);
+  for (const std::filesystem::path& entry : files_of_entries(folder / "cache")) {
+    for (const auto& asset : std::filesystem::directory_iterator(folder / "out"))
+      if (std::filesystem::exists(entry) && read_file(entry) == read_file(asset.path())) std::filesystem::remove(entry);
+  }
+  const Outcome compared = vpsbake(folder, "scene scene.toml -o new --cache cache --compare");
+  EXPECT_NE(compared.out.find(" against everything"), std::string::npos) << compared.err;
+  EXPECT_EQ(compared.out.find(" -"), std::string::npos) << compared.out;
 }
 
 TEST(Scene, MemoryAndTimeMakeAPlanCoarserBeforeTheyRefuseIt) {
