@@ -11,10 +11,10 @@
 /// voxelmap ("map frame"), or in the frame of a box, sphere or half space. Single precision, poses double. Sign:
 /// penetration is positive inside, and 0 counts as contact.
 /// Every function that can fail returns a status; none throws. NULL where a pointer is needed, numbers that are not
-/// finite and values outside their range are `vps_bad_argument`. On failure handles become NULL and other outputs stay
-/// as they were. Closed handles are not detected. Any number of threads may read an asset and its views; only one
-/// thread at a time may use a scratch or a batch. Link libvps.so (`pkg-config --libs vps-shared`), or the static
-/// library with a C++ linker or the output of `pkg-config --libs vps`.
+/// finite, coordinates and sizes beyond 1e15 m, and values outside their range are `vps_bad_argument`. On failure
+/// handles become NULL and other outputs stay as they were. Closed handles are not detected. Any number of threads may
+/// read an asset and its views; only one thread at a time may use a scratch or a batch. Link libvps.so
+/// (`pkg-config --libs vps-shared`), or the static library with a C++ linker or the output of `pkg-config --libs vps`.
 #pragma once
 
 #include <stddef.h>
@@ -43,7 +43,7 @@ enum {
   vps_bad_index,        ///< an index or number inside a section is outside its range
   vps_corrupt_payload,  ///< a section's hash does not match its bytes
   vps_missing_part,     ///< the asset has no such voxelmap or no pointshell
-  vps_bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
+  vps_bad_pose,         ///< a pose is not finite, its rotation not orthonormal, or it is farther than 1e12 m
   vps_output_full,      ///< the buffer was too small; the result says how many contacts there were
   vps_bad_argument,     ///< an argument is outside its documented range
   vps_no_memory = 1000  ///< an allocation failed

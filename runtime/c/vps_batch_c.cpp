@@ -138,7 +138,7 @@ VpsStatus vps_penetration_batch(VpsBatch* batch, VpsFieldRef field, size_t count
     return answer_all(*batch, count, kPoints, [&](size_t i, VpsScratch&) -> VpsStatus {
       const auto point = read<Triple>(points, i);
       const auto normal = needs_normals ? read<Triple>(inward_normals, i) : Triple{};
-      if (!is_finite(point.values) || !is_finite(normal.values)) return vps_bad_argument;
+      if (!is_in_range(point.values) || !is_in_range(normal.values)) return vps_bad_argument;
       const float v = vps::penetration(ref, to_vec3(point.values), to_vec3(normal.values));
       std::memcpy(element(penetrations, i), &v, sizeof(v));
       return vps_ok;
@@ -154,7 +154,7 @@ VpsStatus vps_outward_normal_batch(VpsBatch* batch, VpsFieldRef field, size_t co
   return with_field(field, [&](vps::FieldRef ref) {
     return answer_all(*batch, count, kPoints, [&](size_t i, VpsScratch&) -> VpsStatus {
       const auto point = read<Triple>(points, i);
-      if (!is_finite(point.values)) return vps_bad_argument;
+      if (!is_in_range(point.values)) return vps_bad_argument;
       Triple normal;
       copy(vps::outward_normal(ref, to_vec3(point.values)), normal.values);
       std::memcpy(element(normals, i), &normal, sizeof(normal));

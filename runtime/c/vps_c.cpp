@@ -260,7 +260,7 @@ VpsStatus vps_relative_pose(const VpsPose* first, const VpsPose* second, VpsPose
 
 VpsStatus vps_penetration(VpsFieldRef field, const float point[3], const float inward_normal[3], float* penetration) {
   const bool needs_normal = field.kind == vps_kind_map;
-  if (!is_finite(point) || (needs_normal && !is_finite(inward_normal)) || penetration == nullptr) {
+  if (!is_in_range(point) || (needs_normal && !is_in_range(inward_normal)) || penetration == nullptr) {
     return vps_bad_argument;
   }
   return with_field(field, [&](vps::FieldRef ref) {
@@ -270,13 +270,13 @@ VpsStatus vps_penetration(VpsFieldRef field, const float point[3], const float i
 }
 
 VpsStatus vps_penetration_bound(const VpsVoxelmap* map, const float point[3], float* bound) {
-  if (map == nullptr || !is_finite(point) || bound == nullptr) return vps_bad_argument;
+  if (map == nullptr || !is_in_range(point) || bound == nullptr) return vps_bad_argument;
   *bound = vps::penetration_bound(map->view, to_vec3(point));
   return vps_ok;
 }
 
 VpsStatus vps_outward_normal(VpsFieldRef field, const float point[3], float normal[3]) {
-  if (!is_finite(point) || normal == nullptr) return vps_bad_argument;
+  if (!is_in_range(point) || normal == nullptr) return vps_bad_argument;
   return with_field(field, [&](vps::FieldRef ref) {
     copy(vps::outward_normal(ref, to_vec3(point)), normal);
     return VpsStatus{vps_ok};
@@ -353,7 +353,7 @@ VpsStatus vps_penalty_gradient(const VpsContact* contacts, const float* outward_
 
 VpsStatus vps_reduce_contacts(const VpsContact* contacts, size_t count, const float centre[3], VpsScratch* scratch,
                               VpsContact* kept, size_t capacity, VpsReduction* reduction) {
-  if ((contacts == nullptr && count > 0) || !is_finite(centre) || scratch == nullptr || kept == nullptr ||
+  if ((contacts == nullptr && count > 0) || !is_in_range(centre) || scratch == nullptr || kept == nullptr ||
       capacity == 0 || count > UINT32_MAX || reduction == nullptr) {
     return vps_bad_argument;
   }

@@ -89,8 +89,11 @@ inline VpsStatus reserve(VpsScratch* scratch, const VpsPointshell* shell, size_t
   });
 }
 
-inline bool is_finite(const float* v) {
-  return v != nullptr && std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+// Squares of larger lengths soon are infinite in single precision. [m]
+inline constexpr float kFarthest = 1e15F;
+
+inline bool is_in_range(const float* v) {
+  return v != nullptr && std::all_of(v, v + 3, [](float x) { return std::abs(x) <= kFarthest; });
 }
 inline vps::Vec3 to_vec3(const float* v) {
   return {v[0], v[1], v[2]};
@@ -109,14 +112,16 @@ inline vps::Pose to_pose(const VpsPose& from) {
 }
 
 inline bool is_valid(const VpsBox& box) {
-  return is_finite(box.half_extents) && std::min({box.half_extents[0], box.half_extents[1], box.half_extents[2]}) >= 0;
+  return is_in_range(box.half_extents) &&
+         std::min({box.half_extents[0], box.half_extents[1], box.half_extents[2]}) >= 0;
 }
 inline bool is_valid(const VpsSphere& sphere) {
-  return std::isfinite(sphere.radius) && sphere.radius >= 0;
+  return sphere.radius >= 0 && sphere.radius <= kFarthest;
 }
 inline bool is_valid(const VpsHalfSpace& half_space) {
   const float* n = half_space.outward_normal;
-  return is_finite(n) && std::isfinite(half_space.offset) && std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
+  return is_in_range(n) && std::abs(half_space.offset) <= kFarthest &&
+         std::abs(std::hypot(n[0], n[1], n[2]) - 1) <= 1e-3F;
 }
 inline vps::BoxField to_cpp(const VpsBox& box) {
   return {to_vec3(box.half_extents)};

@@ -120,7 +120,7 @@ VpsStatus vps_cast_ray(const VpsVoxelmap* map, const VpsRay* ray, float toleranc
 
 VpsStatus vps_closest_point(const VpsVoxelmap* map, const float point[3], const VpsClosestPointOptions* options,
                             VpsClosestPoint* result) {
-  if (map == nullptr || !is_finite(point) || result == nullptr) return vps_bad_argument;
+  if (map == nullptr || !is_in_range(point) || result == nullptr) return vps_bad_argument;
   vps::ClosestPointOptions given;
   if (options != nullptr) given = {options->tolerance_vx, options->max_iterations};
   vps::ClosestPoint found;
