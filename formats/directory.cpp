@@ -240,7 +240,7 @@ const char* describe(Status status) noexcept {
     case Status::missing_part:
       return "the asset lacks the part that is asked for; bake it with --parts voxelmap,pointshell";
     case Status::bad_pose:
-      return "a pose is not finite or not a rotation; pass an orthonormal matrix";
+      return "a pose is not finite, not a rotation or farther than 1e12 m; check its matrix";
     case Status::output_full:
       return "the buffer for contacts was too small; pass a larger one";
     case Status::bad_argument:

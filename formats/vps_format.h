@@ -60,7 +60,7 @@ enum class Status : std::uint8_t {
   bad_index,        ///< an index or number inside a section is outside its range
   corrupt_payload,  ///< a section's hash does not match its bytes
   missing_part,     ///< the asset has no voxelmap or no pointshell, and the query needs it
-  bad_pose,         ///< a pose is not finite or its rotation is not orthonormal
+  bad_pose,         ///< a pose is not finite, its rotation not orthonormal, or it is farther than 1e12 m
   output_full,      ///< the caller's buffer was too small; the result says how many there were
   bad_argument,     ///< an argument is outside its documented range
   no_memory,        ///< working memory could not grow

@@ -121,8 +121,9 @@ class Batch {
   ~Batch() { vps_batch_destroy(batch_); }
   /// Runs call(batch) without the interpreter's lock.
   /// @param elements  such as "points", for the message about a refused one
+  /// @param limits    of an element
   template <class Call>
-  void run(const char* elements, const Call& call) {
+  void run(const char* elements, const Call& call, const char* limits = vps_status_text(vps_bad_argument)) {
     VpsStatus status = vps_ok;
     {
       const py::gil_scoped_release release;
@@ -130,7 +131,9 @@ class Batch {
     }
     std::size_t refused = 0;
     (void)vps_batch_refused(batch_, &refused);
-    check(status, std::string(elements) + " number " + std::to_string(refused));
+    const std::string which = std::string(elements) + " number " + std::to_string(refused);
+    if (status == vps_bad_argument) throw py::value_error(which + ": " + limits);
+    check(status, which);
   }
 
  private:

@@ -7,6 +7,8 @@ using namespace pybind11::literals;
 namespace vps::python {
 namespace {
 
+constexpr const char* kPointLimits = "coordinates are finite, at most 1e15 m";
+
 // Rows of three floats; rows may have any stride.
 VpsConstArray rows(const Floats& array, const char* name) {
   if (array.ndim() != 2 || array.shape(1) != 3 || (array.shape(0) > 0 && array.strides(1) != sizeof(float))) {
@@ -34,11 +36,14 @@ class Asset {
     const auto count = static_cast<std::size_t>(points.shape(0));
     Floats distances(points.shape(0));
     float* const data = distances.mutable_data();
-    Batch(threads).run("points", [&](VpsBatch* batch) {
-      const VpsStatus status = vps_penetration_batch(batch, field, count, in, {nullptr, 0}, {data, sizeof(float)});
-      for (std::size_t i = 0; i < count; ++i) data[i] = -data[i];
-      return status;
-    });
+    Batch(threads).run(
+        "points",
+        [&](VpsBatch* batch) {
+          const VpsStatus status = vps_penetration_batch(batch, field, count, in, {nullptr, 0}, {data, sizeof(float)});
+          for (std::size_t i = 0; i < count; ++i) data[i] = -data[i];
+          return status;
+        },
+        kPointLimits);
     return distances;
   }
 
@@ -49,8 +54,9 @@ class Asset {
     const auto count = static_cast<std::size_t>(points.shape(0));
     Floats normals({points.shape(0), py::ssize_t{3}});
     const VpsArray result{normals.mutable_data(), 3 * sizeof(float)};
-    Batch(threads).run("points",
-                       [&](VpsBatch* batch) { return vps_outward_normal_batch(batch, field, count, in, result); });
+    Batch(threads).run(
+        "points", [&](VpsBatch* batch) { return vps_outward_normal_batch(batch, field, count, in, result); },
+        kPointLimits);
     return normals;
   }
 
@@ -62,7 +68,8 @@ class Asset {
     py::array_t<VpsClosestPoint> found(points.shape(0));
     const VpsArray result = out(found);
     Batch(threads).run(
-        "points", [&](VpsBatch* batch) { return vps_closest_point_batch(batch, map, count, in, nullptr, result); });
+        "points", [&](VpsBatch* batch) { return vps_closest_point_batch(batch, map, count, in, nullptr, result); },
+        kPointLimits);
     return found;
   }
 
@@ -81,7 +88,8 @@ class Asset {
     const VpsArray result = out(hits);
     constexpr float kTolerance = 1e-3F;  // [vx]
     Batch(threads).run(
-        "rays", [&](VpsBatch* batch) { return vps_cast_ray_batch(batch, map, count, &rays, kTolerance, result); });
+        "rays", [&](VpsBatch* batch) { return vps_cast_ray_batch(batch, map, count, &rays, kTolerance, result); },
+        "origins are at most 1e6 m away, and max_distance is at least 0");
     return hits;
   }
 

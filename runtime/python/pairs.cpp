@@ -42,6 +42,7 @@ std::vector<VpsPose> to_poses(const Doubles& matrices) {
     }
     if (at(i, 3, 0) != 0 || at(i, 3, 1) != 0 || at(i, 3, 2) != 0 || at(i, 3, 3) != 1)
       throw py::value_error("poses number " + std::to_string(i) + ": its last row is not 0, 0, 0, 1");
+    if (vps_check_pose(&poses[i]) != vps_ok) check(vps_bad_pose, "poses number " + std::to_string(i));
   }
   return poses;
 }

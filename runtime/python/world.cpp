@@ -43,7 +43,7 @@ btTransform to_bt(const Matrix& matrix) {
     pose.translation[r] = m[4 * r + 3];
   }
   if (m[12] != 0 || m[13] != 0 || m[14] != 0 || m[15] != 1 || vps::check_pose(pose) != vps::Status::ok) {
-    throw py::value_error("pose: a rotation, a translation and the last row 0, 0, 0, 1");
+    throw py::value_error("pose: a rotation, a translation of at most 1e12 m and the last row 0, 0, 0, 1");
   }
   const auto at = [&](int i) { return btScalar(pose.rotation[i]); };
   const btMatrix3x3 basis(at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8));

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Bad input raises an exception that says what is wrong; nothing crashes."""
+import copy
 import inspect
 import os
+import pickle
 import re
 
 import numpy as np
@@ -23,6 +25,8 @@ def test_bad_points(sphere, query, points):
     for wrong in (["a", "b", "c"], np.zeros(3, complex), np.zeros(3, bool), [None] * 3, "abc", {}):
         with pytest.raises(TypeError, match="numbers are needed"):
             ask(wrong)
+    for far in (np.nan, 1e20):
+        _one_line(ValueError, "points number 1: coordinates are finite, at most 1e15 m", lambda far=far: ask([[0, 0, 0], [0, far, 0]]))
     for threads in (-1, 2000, 2**40, 1.5, "2"):
         with pytest.raises((TypeError, ValueError)):
             ask(np.zeros(3), threads=threads)
@@ -34,6 +38,10 @@ def test_bad_rays(sphere):
             sphere.ray([0.0, 0, 0], direction)
     with pytest.raises(ValueError, match="directions number 2"):
         sphere.ray(np.zeros((4, 3)), [[0, 0, 1], [1, 0, 0], [0, 0, 0], [np.nan, 0, 0]])
+    for length in (1e-200, 1e200):
+        assert np.isclose(sphere.ray([0.0, 0, 1], [0, 0, -length]).distance, sphere.ray([0.0, 0, 1], [0, 0, -1]).distance)
+    _one_line(ValueError, "rays number 0: origins are at most 1e6 m away, and max_distance is at least 0",
+              lambda: sphere.ray([1e20, 0, 0], [0, 0, 1]))
     for arguments in (([np.nan, 0, 0], [0, 0, 1]), ([0, 0, 0], [0, 0, 1], -1.0), ([0, 0, 0], [0, 0, 1], np.nan),
                       (np.zeros((2, 3)), np.ones((3, 3))), (np.zeros((2, 3)), [0, 0, 1], [1.0, 2, 3])):
         with pytest.raises(ValueError):
@@ -54,6 +62,14 @@ def test_bad_poses(sphere):
             query(sphere, "sphere", good)
     with pytest.raises(ValueError, match="number 2"):
         vps.separation(sphere, sphere, [good, good, 2 * good - good * np.diag([0, 0, 0, 1]), good])
+    _one_line(ValueError, "poses number 0: a pose is not finite, not a rotation or farther than 1e12 m",
+              lambda: vps.separation(sphere, sphere, shifted(1e20, 0, 0)))
+    many = np.tile(good, (1000, 1, 1))
+    many[700, 0, 3] = np.nan
+    for query in (vps.contacts, vps.separation):
+        _one_line(ValueError, "poses number 700: ", lambda query=query: query(sphere, sphere, many))
+    _one_line(ValueError, "tolerance: finite and more than 0, not 0.0",
+              lambda: vps.time_of_impact(sphere, sphere, good, tolerance=0.0))
     with pytest.raises(ValueError, match="poses number 1: its last row"):
         vps.separation(sphere, sphere, [good, 2 * good, good, 2 * good])
     for bad in (-1.0, np.nan, np.inf):
@@ -105,6 +121,11 @@ def test_closed_assets(cube):
                 lambda: vps.contacts(asset, cube, pose), lambda: vps.separation(cube, asset, pose)):
         with pytest.raises(ValueError, match="the asset is closed"):
             use()
+
+
+def test_assets_go_to_other_processes_as_files(cube):
+    for give in (pickle.dumps, copy.deepcopy):
+        _one_line(TypeError, "a vps.Asset cannot be pickled; save it, and vps.open the file there", lambda give=give: give(cube))
 
 
 def test_files_and_bytes_that_are_no_asset(tmp_path, cube):

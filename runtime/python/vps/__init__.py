@@ -42,7 +42,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _runtime
-from ._arguments import at_least_0, number, numbers, whole
+from ._arguments import at_least_0, number, numbers, one_array, whole
 from ._runtime import AssetError, MissingPart, __version__
 from ._world import Body, Joint, World, WorldContacts
 
@@ -183,6 +183,9 @@ class Asset:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def __reduce__(self) -> Any:
+        raise TypeError("a vps.Asset cannot be pickled; save it, and vps.open the file there")
+
     def close(self) -> None:
         """Queries of a closed asset raise ValueError. Its arrays stay valid."""
         self._asset.close()
@@ -238,14 +241,16 @@ class Asset:
         starts = numbers("origins", origins, (3,))
         ways = np.asarray(numbers("directions", directions, (3,)), np.float64)
         limits = numbers("max_distance", max_distance, ())
-        lengths = np.linalg.norm(ways, axis=-1, keepdims=True)
-        bad = ~(np.isfinite(lengths) & (lengths > 0))
+        largest = np.abs(ways).max(axis=-1, keepdims=True)
+        bad = ~(np.isfinite(largest) & (largest > 0))
         if bad.any():
             raise ValueError(f"directions number {bad.argmax()}: finite, and not zero")
+        ways = ways / largest  # so that no square is 0 or infinite
+        ways /= np.linalg.norm(ways, axis=-1, keepdims=True)
         shape = np.broadcast_shapes(starts.shape[:-1], ways.shape[:-1], limits.shape)
         found = self._asset.ray(
             _rows("origins", np.broadcast_to(starts, (*shape, 3)))[0],
-            _rows("directions", np.broadcast_to(ways / lengths, (*shape, 3)))[0],
+            _rows("directions", np.broadcast_to(ways, (*shape, 3)))[0],
             np.broadcast_to(limits, shape).reshape(-1).astype(np.float32), _threads(threads))
         missed = found["hit"] == 0
         found["distance"][missed] = np.inf
@@ -457,12 +462,11 @@ def time_of_impact(first: Asset, second: Asset, start: npt.ArrayLike, *, velocit
     matrices, shape = _poses(start)
     if shape != ():
         raise ValueError(f"start has the shape (4, 4), not {(*shape, 4, 4)}")
-    motion = [numbers(name, value, (3,)).astype(np.float64)
-              for name, value in (("velocity", velocity), ("angular_velocity", angular_velocity))]
-    if motion[0].shape != (3,) or motion[1].shape != (3,):
-        raise ValueError("velocity and angular_velocity have the shape (3,)")
+    motion = [one_array("velocity", velocity, (3,)), one_array("angular_velocity", angular_velocity, (3,))]
     for name, given in (("duration", duration), ("distance", distance), ("tolerance", tolerance)):
         at_least_0(name, given)
+    if np.float32(tolerance) == 0:
+        raise ValueError(f"tolerance: finite and more than 0, not {tolerance!r}")
     impact, time, found = _runtime.time_of_impact(
         _handle(first), _handle(second), matrices, np.concatenate([*motion, [duration]]), distance, tolerance)
     return Impact(impact == 1, time, impact != 2, _separation(found, ()))
