@@ -203,6 +203,9 @@ TEST(Load, CallsComeInOrderAndMayEndTheBake) {
   EXPECT_EQ(order, "imported planned ");  // nothing was baked
   EXPECT_TRUE(!second.baked && second.asset->is_open());
   EXPECT_EQ(second.key, first.key);
+  settings.max_error = first.report.plan.voxel_size;  // bakes of the search are not told
+  static_cast<void>(bake_stored(sample_mesh("cube.obj"), settings, nullptr));
+  EXPECT_EQ(order, "imported planned planned ");
 }
 
 TEST(Load, ErrorsNameStageFileAndReason) {
