@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How the program gets memory. A bake writes 25,000 pages for the first time, and each costs a fault. Blocks with room
 // for a huge page get those, one fault for 512 pages; smaller ones are kept when they are freed (setting in main.cpp).
-// docs/internals/benchmarks/bake.md, "Fewer faults".
+// docs/internals/benchmarks/bake.md, "Huge pages, and a shorter start".
 #include <sys/mman.h>
 
 #include <cstdlib>
