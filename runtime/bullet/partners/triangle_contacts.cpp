@@ -112,6 +112,7 @@ class Search {
  private:
   static constexpr float kRoom = 1.5F;
   static constexpr std::uint32_t kNoNode = ~0U;
+  static constexpr std::uint32_t kSpheres = 16;  // that are compared with a triangle at once
 
   // Every place of the body's surface is within the covering radius of a point of the shell.
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
@@ -145,6 +146,7 @@ class Search {
     segment_ = {};
     sheets_.met.assign(sheets_.triangles.size(), 0);
     sheets_.lists.assign(sheets_.near.begin(), sheets_.near.end());
+    sheets_.masks.clear();
   }
 
   // Remembers where contacts are possible: the topmost flat node on the way to the present leaf, or the leaf. A search
@@ -178,7 +180,7 @@ class Search {
   }
   bool has_hull(std::uint32_t node) const noexcept { return has_flat_nodes_ && !hull_of(shell_, node).empty(); }
 
-  // Pushes a new list: the triangles of the list at `from` that are within reach of the node's sphere. Levels are few.
+  // Goes down from a node with a new list: the triangles of the list at `from` that are within reach of its sphere.
   void visit(std::uint32_t node, std::uint32_t level, std::size_t from) {
     const std::size_t to = sheets_.lists.size();
     const float near = sphere_radius(shell_, node) + part_.reach;
@@ -186,29 +188,71 @@ class Search {
       const std::uint32_t number = sheets_.lists[i];
       if (sheets_.triangles[number].is_within(centre(node), near)) sheets_.lists.push_back(number);
     }
-    if (sheets_.lists.size() > to) {
-      if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
-      const auto [first, end] = children_of(shell_, node);
-      part_.list = {sheets_.lists.data() + to, sheets_.lists.size() - to};
-      leaf_ = node;
-      const bool flat = level >= segment_level_ && has_hull(node);
-      const bool is_top = flat && top_flat_ == kNoNode;
-      if (is_top) top_flat_ = node;
-      if (flat && is_answered_by_hull(node)) {
-        // Its points need no tests.
-      } else if (node >= shell_.level_offsets[shell_.levels - 1]) {
-        has_climbed_ = false;
-        ends_near_.reset();
-        for (std::uint32_t point = first; point < end; ++point) {
-          if (is_sought(point, point)) test_point(point);
-        }
-        if (solid_ && is_sought(shell_.points, ~0U)) test_corners();
-      } else {
-        for (std::uint32_t child = first; child < end; ++child) visit(child, level + 1, to);
-      }
-      if (is_top) top_flat_ = kNoNode;
-    }
+    descend(node, level, to);
     sheets_.lists.resize(to);
+  }
+
+  // The same for all children of a node, whose list is at `from`. Levels are few.
+  void visit_children(IndexRange children, std::uint32_t level, std::size_t from) {
+    const std::size_t to = sheets_.lists.size();
+    const std::size_t masks = sheets_.masks.size();
+    for (std::uint32_t first = children.begin; first < children.end; first += kSpheres) {
+      const std::uint32_t count = std::min<std::uint32_t>(children.end - first, kSpheres);
+      sheets_.masks.resize(masks + (to - from));
+      find_within_reach(first, count, from, sheets_.masks.data() + masks);
+      for (std::uint32_t k = 0; k < count; ++k) {
+        for (std::size_t i = from; i < to; ++i) {
+          if ((sheets_.masks[masks + (i - from)] >> k & 1) != 0) sheets_.lists.push_back(sheets_.lists[i]);
+        }
+        descend(first + k, level, to);
+        sheets_.lists.resize(to);
+      }
+    }
+    sheets_.masks.resize(masks);
+  }
+
+  // Bit k of a triangle's mask: it is within reach of the sphere of node first + k. The loop over the spheres has no
+  // branch, so that the compiler makes vectors of it.
+  void find_within_reach(std::uint32_t first, std::uint32_t count, std::size_t from, std::uint16_t* masks) const {
+    float x[kSpheres] = {}, y[kSpheres] = {}, z[kSpheres] = {}, near[kSpheres] = {};
+    for (std::uint32_t k = 0; k < count; ++k) {
+      const Vec3 at = centre(first + k);
+      x[k] = at.x, y[k] = at.y, z[k] = at.z;
+      near[k] = sphere_radius(shell_, first + k) + part_.reach;
+    }
+    for (std::size_t i = from; i < sheets_.lists.size(); ++i) {
+      const Triangle& triangle = sheets_.triangles[sheets_.lists[i]];
+      std::uint32_t within[kSpheres];
+      for (std::size_t k = 0; k < kSpheres; ++k) within[k] = triangle.is_within({x[k], y[k], z[k]}, near[k]) ? 1U : 0U;
+      std::uint32_t mask = 0;
+      for (std::uint32_t k = 0; k < count; ++k) mask |= within[k] << k;
+      *masks++ = static_cast<std::uint16_t>(mask);
+    }
+  }
+
+  // @param to  where the node's list begins, which is the last one
+  void descend(std::uint32_t node, std::uint32_t level, std::size_t to) {
+    if (sheets_.lists.size() == to) return;
+    if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
+    const IndexRange children = children_of(shell_, node);
+    part_.list = {sheets_.lists.data() + to, sheets_.lists.size() - to};
+    leaf_ = node;
+    const bool flat = level >= segment_level_ && has_hull(node);
+    const bool is_top = flat && top_flat_ == kNoNode;
+    if (is_top) top_flat_ = node;
+    if (flat && is_answered_by_hull(node)) {
+      // Its points need no tests.
+    } else if (node >= shell_.level_offsets[shell_.levels - 1]) {
+      has_climbed_ = false;
+      ends_near_.reset();
+      for (std::uint32_t point = children.begin; point < children.end; ++point) {
+        if (is_sought(point, point)) test_point(point);
+      }
+      if (solid_ && is_sought(shell_.points, ~0U)) test_corners();
+    } else {
+      visit_children(children, level + 1, to);
+    }
+    if (is_top) top_flat_ = kNoNode;
   }
 
   // Whether the corners of a flat node's hull answer for all points below it. If they touch, they are the contacts.

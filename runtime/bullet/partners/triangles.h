@@ -35,21 +35,27 @@ struct Triangle {
 
   /// Height over the plane, along the normal. [m]
   [[nodiscard]] float height(Vec3 p) const noexcept { return detail::dot(normal, p) - offset; }
-  /// How far a point lies beyond the farthest edge, in the plane; at most 0 over the triangle. [m]
+  /// How far a point lies beyond the farthest edge, in the plane; 0 over the triangle. [m]
   [[nodiscard]] float beyond(Vec3 p) const noexcept {
-    const auto past = [&](int i) { return side_offset[i] - detail::dot(side[i], p); };
-    return std::max({past(0), past(1), past(2)});
+    float most = 0;
+    for (int i = 0; i < 3; ++i) {
+      const float past = side_offset[i] - detail::dot(side[i], p);
+      most = past > most ? past : most;
+    }
+    return most;
   }
   /// Lower bound of the squared distance; exact except near corners. [m^2]
   [[nodiscard]] float least_squared(Vec3 p) const noexcept {
     const float h = height(p);
-    const float e = std::max(beyond(p), 0.0F);
+    const float e = beyond(p);
     return h * h + e * e;
   }
+  /// No branches here: compilers make vectors of a loop over places.
   [[nodiscard]] bool is_within(Vec3 p, float reach) const noexcept {
     using detail::operator-;
     const Vec3 away = p - centre;
-    return detail::dot(away, away) <= (reach + radius) * (reach + radius) && least_squared(p) <= reach * reach;
+    const int near = detail::dot(away, away) <= (reach + radius) * (reach + radius) ? 1 : 0;
+    return (near & (least_squared(p) <= reach * reach ? 1 : 0)) != 0;
   }
   [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
 };
@@ -89,6 +95,8 @@ struct Sheets {
   std::vector<std::uint32_t> near;   ///< numbers of the triangles that are searched
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
+  std::vector<std::uint16_t>
+      masks;  ///< a stack, too: bit k: child k of a node is within reach of a triangle of its list
 };
 
 /// Empty at first. [m]
