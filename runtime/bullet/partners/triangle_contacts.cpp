@@ -211,8 +211,8 @@ class Search {
     sheets_.masks.resize(masks);
   }
 
-  // Bit k of a triangle's mask: it is within reach of the sphere of node first + k. The loop over the spheres has no
-  // branch, so that the compiler makes vectors of it.
+  // Bit k of a triangle's mask: it is within reach of the sphere of node first + k, as Triangle::is_within says. The
+  // loop over the spheres has no branch, so that compilers make vectors of it.
   void find_within_reach(std::uint32_t first, std::uint32_t count, std::size_t from, std::uint16_t* masks) const {
     float x[kSpheres] = {}, y[kSpheres] = {}, z[kSpheres] = {}, near[kSpheres] = {};
     for (std::uint32_t k = 0; k < count; ++k) {
@@ -223,7 +223,13 @@ class Search {
     for (std::size_t i = from; i < sheets_.lists.size(); ++i) {
       const Triangle& triangle = sheets_.triangles[sheets_.lists[i]];
       std::uint32_t within[kSpheres];
-      for (std::size_t k = 0; k < kSpheres; ++k) within[k] = triangle.is_within({x[k], y[k], z[k]}, near[k]) ? 1U : 0U;
+      for (std::size_t k = 0; k < kSpheres; ++k) {
+        const Vec3 at{x[k], y[k], z[k]};
+        const Vec3 away = at - triangle.centre;
+        const float reach = near[k] + triangle.radius;
+        within[k] =
+            (dot(away, away) <= reach * reach ? 1U : 0U) & (triangle.least_squared(at) <= near[k] * near[k] ? 1U : 0U);
+      }
       std::uint32_t mask = 0;
       for (std::uint32_t k = 0; k < count; ++k) mask |= within[k] << k;
       *masks++ = static_cast<std::uint16_t>(mask);

@@ -50,12 +50,10 @@ struct Triangle {
     const float e = beyond(p);
     return h * h + e * e;
   }
-  /// No branches here: compilers make vectors of a loop over places.
   [[nodiscard]] bool is_within(Vec3 p, float reach) const noexcept {
     using detail::operator-;
     const Vec3 away = p - centre;
-    const int near = detail::dot(away, away) <= (reach + radius) * (reach + radius) ? 1 : 0;
-    return (near & (least_squared(p) <= reach * reach ? 1 : 0)) != 0;
+    return detail::dot(away, away) <= (reach + radius) * (reach + radius) && least_squared(p) <= reach * reach;
   }
   [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
 };
