@@ -125,7 +125,7 @@ BakedAsset bake(const TriangleMesh& mesh, const BakeOptions& asked) {
     asset.repair = outcome.used;
     asset.filled_share = outcome.filled_share;
     asset.notes = std::move(outcome.notes);
-    const bool is_changed = surface.triangles.size() != mesh.triangles.size();
+    const bool is_changed = asset.repair != Repair::none || surface.triangles.size() != mesh.triangles.size();
     planned = plan_grid(extent_of(surface, is_changed ? measure_creases(surface) : extent.creases), options);
     expect_times(planned);
     asset.info.voxel_size = grid.voxel_size;

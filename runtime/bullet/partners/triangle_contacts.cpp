@@ -112,7 +112,6 @@ class Search {
  private:
   static constexpr float kRoom = 1.5F;
   static constexpr std::uint32_t kNoNode = ~0U;
-  static constexpr std::uint32_t kSpheres = 16;  // that are compared with a triangle at once
 
   // Every place of the body's surface is within the covering radius of a point of the shell.
   float least_reach() const noexcept { return std::max(shell_.covering_radius, relevant_); }
@@ -196,10 +195,16 @@ class Search {
   void visit_children(IndexRange children, std::uint32_t level, std::size_t from) {
     const std::size_t to = sheets_.lists.size();
     const std::size_t masks = sheets_.masks.size();
-    for (std::uint32_t first = children.begin; first < children.end; first += kSpheres) {
-      const std::uint32_t count = std::min<std::uint32_t>(children.end - first, kSpheres);
-      sheets_.masks.resize(masks + (to - from));
-      find_within_reach(first, count, from, sheets_.masks.data() + masks);
+    for (std::uint32_t first = children.begin; first < children.end; first += Spheres::kMost) {
+      const std::uint32_t count = std::min<std::uint32_t>(children.end - first, Spheres::kMost);
+      Spheres spheres;
+      for (std::uint32_t k = 0; k < count; ++k) {
+        spheres.set(k, centre(first + k), sphere_radius(shell_, first + k) + part_.reach);
+      }
+      sheets_.masks.resize(masks);
+      for (std::size_t i = from; i < to; ++i) {
+        sheets_.masks.push_back(within_reach(sheets_.triangles[sheets_.lists[i]], spheres));
+      }
       for (std::uint32_t k = 0; k < count; ++k) {
         for (std::size_t i = from; i < to; ++i) {
           if ((sheets_.masks[masks + (i - from)] >> k & 1) != 0) sheets_.lists.push_back(sheets_.lists[i]);
@@ -209,31 +214,6 @@ class Search {
       }
     }
     sheets_.masks.resize(masks);
-  }
-
-  // Bit k of a triangle's mask: it is within reach of the sphere of node first + k, as Triangle::is_within says. The
-  // loop over the spheres has no branch, so that compilers make vectors of it.
-  void find_within_reach(std::uint32_t first, std::uint32_t count, std::size_t from, std::uint16_t* masks) const {
-    float x[kSpheres] = {}, y[kSpheres] = {}, z[kSpheres] = {}, near[kSpheres] = {};
-    for (std::uint32_t k = 0; k < count; ++k) {
-      const Vec3 at = centre(first + k);
-      x[k] = at.x, y[k] = at.y, z[k] = at.z;
-      near[k] = sphere_radius(shell_, first + k) + part_.reach;
-    }
-    for (std::size_t i = from; i < sheets_.lists.size(); ++i) {
-      const Triangle& triangle = sheets_.triangles[sheets_.lists[i]];
-      std::uint32_t within[kSpheres];
-      for (std::size_t k = 0; k < kSpheres; ++k) {
-        const Vec3 at{x[k], y[k], z[k]};
-        const Vec3 away = at - triangle.centre;
-        const float reach = near[k] + triangle.radius;
-        within[k] =
-            (dot(away, away) <= reach * reach ? 1U : 0U) & (triangle.least_squared(at) <= near[k] * near[k] ? 1U : 0U);
-      }
-      std::uint32_t mask = 0;
-      for (std::uint32_t k = 0; k < count; ++k) mask |= within[k] << k;
-      *masks++ = static_cast<std::uint16_t>(mask);
-    }
   }
 
   // @param to  where the node's list begins, which is the last one

@@ -84,6 +84,23 @@ NearestPlace Triangle::nearest(Vec3 p) const noexcept {
   return best;
 }
 
+std::uint16_t within_reach(const Triangle& triangle, const Spheres& spheres) noexcept {
+  using namespace detail;
+  std::uint32_t within[Spheres::kMost];
+  // Without branches, so that compilers make vectors of it.
+  for (std::uint32_t k = 0; k < Spheres::kMost; ++k) {
+    const Vec3 at{spheres.x[k], spheres.y[k], spheres.z[k]};
+    const Vec3 away = at - triangle.centre;
+    const float reach = spheres.reach[k];
+    const float farthest = reach + triangle.radius;
+    within[k] =
+        (dot(away, away) <= farthest * farthest ? 1U : 0U) & (triangle.least_squared(at) <= reach * reach ? 1U : 0U);
+  }
+  std::uint32_t mask = 0;
+  for (std::uint32_t k = 0; k < Spheres::kMost; ++k) mask |= within[k] << k;
+  return static_cast<std::uint16_t>(mask);
+}
+
 void turn_box(const Box& box, const Pose& to_frame, btVector3& low, btVector3& high) {
   for (int i = 0; i < 3; ++i) {
     double middle = 0;

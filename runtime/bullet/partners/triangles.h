@@ -74,6 +74,20 @@ const Triangle* nearest_triangle(const List& list, const TriangleOf& triangle_of
   return best;
 }
 
+/// Spheres side by side.
+struct Spheres {
+  static constexpr std::uint32_t kMost = 16;
+  float x[kMost] = {}, y[kMost] = {}, z[kMost] = {};  ///< centres. [m]
+  float reach[kMost] = {};                            ///< of a triangle from the centre. [m]
+
+  void set(std::uint32_t k, Vec3 centre, float farthest) noexcept {
+    x[k] = centre.x, y[k] = centre.y, z[k] = centre.z;
+    reach[k] = farthest;
+  }
+};
+/// Bit k: Triangle::is_within of sphere k. Bits of spheres that are not set mean nothing.
+[[nodiscard]] std::uint16_t within_reach(const Triangle& triangle, const Spheres& spheres) noexcept;
+
 /// A triangle as a mesh passes it to a callback. It has no padding, so that its bytes can be hashed.
 struct MeshTriangle {
   btScalar corners[3][3];
@@ -93,8 +107,7 @@ struct Sheets {
   std::vector<std::uint32_t> near;   ///< numbers of the triangles that are searched
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
-  std::vector<std::uint16_t>
-      masks;  ///< a stack, too: bit k: child k of a node is within reach of a triangle of its list
+  std::vector<std::uint16_t> masks;  ///< a stack, too: of a node's list, what `within_reach` says of its children
 };
 
 /// Empty at first. [m]
