@@ -17,6 +17,8 @@ struct SolidBody {
   static constexpr float kFacing = 0.966F;
   /// Cosine. Where they make a larger angle, neither side of the sheet has more of the body's material than the other.
   static constexpr float kUpright = 0.05F;
+  /// Where V on both sides of the sheet differs by less, neither has more of the material. [voxels]
+  static constexpr float kApart = 0.5F * kAligned;
   /// The body has no material where its field is farther outside. [voxels]
   static constexpr float kOutside_vx = 0.1F;
 
@@ -24,6 +26,7 @@ struct SolidBody {
   const VoxelmapView& map;
   float voxel;  ///< [m]
 
+  [[nodiscard]] bool has_field() const noexcept { return map.field != Field::none; }
   /// V, positive inside. [m]
   /// @pre the body has a field; so for `side_of` and `is_beyond`
   [[nodiscard]] float penetration_at(Vec3 p) const noexcept {
@@ -40,15 +43,31 @@ struct SolidBody {
   /// @param along  cosine of the angle between the body's inward normal and the triangle's
   [[nodiscard]] float side_of(const Triangle& triangle, Vec3 p, float along) const noexcept {
     using namespace detail;
-    if (std::abs(along) > kFacing) return along > 0 ? 1 : -1;
+    if (!needs_sides(along)) return side_by_normal(along);
+    return side_between(penetration_at(p + voxel * triangle.normal), penetration_at(p - voxel * triangle.normal));
+  }
+  /// Whether `side_of` needs V on both sides of the triangle.
+  [[nodiscard]] static bool needs_sides(float along) noexcept {
+    return std::abs(along) <= kFacing && std::abs(along) >= kUpright;
+  }
+  [[nodiscard]] static float side_by_normal(float along) noexcept {
     if (std::abs(along) < kUpright) return 0;
-    const float above = penetration_at(p + voxel * triangle.normal);
-    const float below = penetration_at(p - voxel * triangle.normal);
+    return along > 0 ? 1 : -1;
+  }
+  /// @param above,below  V a voxel along the triangle's normal and against it. [m]
+  [[nodiscard]] float side_between(float above, float below) const noexcept {
     // A face, edge or corner that points to one side of the sheet has no material of the body on that side.
-    if (!(std::min(above, below) <= -kAligned * voxel) || !(std::abs(above - below) > 0.5F * kAligned * voxel)) {
-      return 0;
-    }
+    if (!(std::min(above, below) <= -kAligned * voxel) || !(std::abs(above - below) > kApart * voxel)) return 0;
     return above > below ? 1 : -1;
+  }
+  /// Whether `side_between` is the same for values that are off as those of PlacedField may be.
+  [[nodiscard]] bool are_clear(float above, float below) const noexcept {
+    constexpr float kOff_vx = 1e-3F;
+    const float off = kOff_vx * voxel;
+    // Beyond the band they may be off by more.
+    return std::min(above, below) > -detail::end_of_band(map.band_outer, map.voxel_size) + off &&
+           std::abs(std::min(above, below) + kAligned * voxel) > off &&
+           std::abs(std::abs(above - below) - kApart * voxel) > off;
   }
 
   /// Whether the sheet lies beyond the body's opposite side, seen from a point of the shell: the way out is shorter the
@@ -73,6 +92,20 @@ struct SheetPart {
     place.squared = farthest * farthest;
     const auto listed = [this](std::uint32_t number) -> const Triangle& { return sheets.triangles[number]; };
     return nearest_triangle(list, listed, p, place);
+  }
+
+  /// The triangle within reach that is nearest to p, if p lies over it; else null. As `find_nearest_faces`.
+  [[nodiscard]] const Triangle* face_over(Vec3 p) const noexcept {
+    const Triangle* nearest = nullptr;
+    float least = reach * reach;
+    for (const std::uint32_t number : list) {
+      const Triangle& triangle = sheets.triangles[number];
+      const float squared = triangle.least_squared(p);
+      if (!(squared < least)) continue;
+      least = squared;
+      nearest = &triangle;
+    }
+    return nearest != nullptr && !(nearest->beyond(p) > 0) ? nearest : nullptr;
   }
 
   /// Whether the sheet goes on beyond a side of one of its triangles.

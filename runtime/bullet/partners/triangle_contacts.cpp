@@ -7,9 +7,9 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "runtime/bullet/partners/flat_nodes_on_sheet.h"
+#include "runtime/bullet/partners/leaf_at_sheet.h"
 
 namespace vps::bullet {
 namespace {
@@ -39,7 +39,7 @@ class Search {
       : shell_(body.pointshell()),
         voxel_(static_cast<float>(body.info().voxel_size)),
         body_{shell_, body.voxelmap(), voxel_},
-        solid_(body_.map.field != Field::none),
+        solid_(body_.has_field()),
         has_flat_nodes_(solid_ && shell_.hull_offsets != nullptr && areas == Areas::unused),
         centre_of_mass_(to_vec3(body.centre_of_mass())),
         distance_(options.contact_distance),
@@ -148,10 +148,11 @@ class Search {
     sheets_.masks.clear();
   }
 
+  bool is_remembering() const noexcept { return memory_ != nullptr && memory_->room > 0; }
   // Remembers where contacts are possible: the topmost flat node on the way to the present leaf, or the leaf. A search
   // of these places alone then accepts the same nodes as a search of the whole shell.
   void remember() {
-    if (memory_ == nullptr || !(memory_->room > 0)) return;
+    if (!is_remembering()) return;
     std::vector<TriangleMemory::Place>& places = memory_->places;
     const std::uint32_t node = top_flat_ != kNoNode ? top_flat_ : leaf_;
     if (places.empty() || places.back().node != node) places.push_back({node, segment_.node});
@@ -187,7 +188,7 @@ class Search {
       const std::uint32_t number = sheets_.lists[i];
       if (sheets_.triangles[number].is_within(centre(node), near)) sheets_.lists.push_back(number);
     }
-    descend(node, level, to);
+    descend(node, level, to, 0);
     sheets_.lists.resize(to);
   }
 
@@ -195,29 +196,30 @@ class Search {
   void visit_children(IndexRange children, std::uint32_t level, std::size_t from) {
     const std::size_t to = sheets_.lists.size();
     const std::size_t masks = sheets_.masks.size();
+    sheets_.masks.resize(masks + (to - from));
     for (std::uint32_t first = children.begin; first < children.end; first += Spheres::kMost) {
       const std::uint32_t count = std::min<std::uint32_t>(children.end - first, Spheres::kMost);
       Spheres spheres;
       for (std::uint32_t k = 0; k < count; ++k) {
         spheres.set(k, centre(first + k), sphere_radius(shell_, first + k) + part_.reach);
       }
-      sheets_.masks.resize(masks);
-      for (std::size_t i = from; i < to; ++i) {
-        sheets_.masks.push_back(within_reach(sheets_.triangles[sheets_.lists[i]], spheres));
-      }
+      float least[Spheres::kMost];
+      find_within(sheets_.triangles.data(), {sheets_.lists.data() + from, to - from}, spheres,
+                  {sheets_.masks.data() + masks, to - from}, least);
       for (std::uint32_t k = 0; k < count; ++k) {
         for (std::size_t i = from; i < to; ++i) {
           if ((sheets_.masks[masks + (i - from)] >> k & 1) != 0) sheets_.lists.push_back(sheets_.lists[i]);
         }
-        descend(first + k, level, to);
+        descend(first + k, level, to, least[k]);
         sheets_.lists.resize(to);
       }
     }
     sheets_.masks.resize(masks);
   }
 
-  // @param to  where the node's list begins, which is the last one
-  void descend(std::uint32_t node, std::uint32_t level, std::size_t to) {
+  // @param to     where the node's list begins, which is the last one
+  // @param least  no listed triangle is nearer to the centre of its sphere. [m^2]
+  void descend(std::uint32_t node, std::uint32_t level, std::size_t to, float least) {
     if (sheets_.lists.size() == to) return;
     if (level == segment_level_ && node != segment_.node) segment_ = {node, out_.contacts.size()};
     const IndexRange children = children_of(shell_, node);
@@ -229,12 +231,7 @@ class Search {
     if (flat && is_answered_by_hull(node)) {
       // Its points need no tests.
     } else if (node >= shell_.level_offsets[shell_.levels - 1]) {
-      has_climbed_ = false;
-      ends_near_.reset();
-      for (std::uint32_t point = children.begin; point < children.end; ++point) {
-        if (is_sought(point, point)) test_point(point);
-      }
-      if (solid_ && is_sought(shell_.points, ~0U)) test_corners();
+      test_leaf(children, least);
     } else {
       visit_children(children, level + 1, to);
     }
@@ -256,54 +253,82 @@ class Search {
     return true;
   }
 
-  // Whether the sheet ends or bends within reach of the leaf.
-  bool ends_near() {
-    const Vec3 p = centre(leaf_);
-    const float reach = sphere_radius(shell_, leaf_) + part_.reach;
-    // Many slight bends are a sharp one together.
-    const Vec3 normal = sheets_.triangles[part_.list.front()].normal;
-    return std::any_of(part_.list.begin(), part_.list.end(), [&](std::uint32_t number) {
-      const Triangle& t = sheets_.triangles[number];
-      if (std::abs(dot(t.normal, normal)) < SolidBody::kFacing) return true;
-      for (int k = 0; k < 3; ++k) {
-        if (dot(t.side[k], p) - t.side_offset[k] <= reach && !part_.goes_on(t, k)) return true;
-      }
-      return false;
-    });
+  // Contacts that press less are not wanted. [m]
+  float least_wanted() const noexcept {
+    // A search that remembers places needs those of all contacts.
+    return is_remembering() || !has_contact() ? -relevant_
+                                              : std::max(-relevant_, out_.contacts[segment_.first].penetration);
   }
 
-  void test_point(std::uint32_t point) {
+  void test_leaf(IndexRange points, float least) {
+    LeafAtSheet leaf(body_, part_, leaf_, least);
+    if (!known_.empty()) {
+      for (std::uint32_t point = points.begin; point < points.end; ++point) {
+        if (is_sought(point, point)) test_point(leaf, point);
+      }
+    } else if (!test_all_points(leaf, points)) {
+      return;
+    }
+    if (solid_ && is_sought(shell_.points, ~0U)) test_corners(leaf);
+  }
+
+  // Tests the points side by side, with the same results.
+  // @return false if the leaf has no contacts of corners either
+  bool test_all_points(LeafAtSheet& leaf, IndexRange points) {
+    const bool is_before = leaf.is_before_sheet();
+    if (is_before && -leaf.gap() < least_wanted()) return false;
+    constexpr float kNever = std::numeric_limits<float>::lowest();
+    for (std::uint32_t first = points.begin; first < points.end; first += Spheres::kMost) {
+      const IndexRange some{first, std::min(first + Spheres::kMost, points.end)};
+      LeafPoints seen;
+      leaf.look_at(some, relevant_, is_before ? least_wanted() : kNever, seen);
+      for (std::uint32_t i = 0; i < seen.count; ++i) {
+        const PointOverFace& one = seen.all[i];
+        if (one.face == nullptr) {
+          test_point(leaf, one.point);
+        } else {
+          emit_over_face(leaf, one);
+        }
+      }
+    }
+    return !is_before;
+  }
+
+  void test_point(LeafAtSheet& leaf, std::uint32_t point) {
     const Vec3 p = point_position(shell_, point);
     NearestPlace place;
-    const Triangle* const triangle = part_.nearest(p, part_.reach, place);
+    const Triangle* triangle = part_.face_over(p);
+    if (triangle != nullptr) {
+      place = triangle->below(p);
+    } else {
+      triangle = part_.nearest(p, part_.reach, place);
+    }
     if (triangle == nullptr) return;
-    const ManifoldContact contact{{p, {}, 0, point_area(shell_, point), point, leaf_}, point};
-    if (!solid_) return test_by_normal(contact, point_inward_normal(shell_, point), *triangle, place);
-    if (!place.on_face) return climb_from(contact, place.at);
-    const float height = triangle->height(p);
-    const float along = body_.facing(point, *triangle);
-    // The most frequent case, decided without the field: a face that looks at the sheet from a distance.
-    if (std::abs(along) > SolidBody::kAligned && height * along > 0 && std::abs(height) > relevant_) return;
-    const float side = body_.side_of(*triangle, p, along);
-    if (side == 0) return climb_from(contact, place.at);
-    ManifoldContact seen = contact;
-    seen.area *= std::max(side * along, 0.0F);  // projected along the direction
-    emit_on_face(seen, side * triangle->normal, -side * height);
+    if (!solid_) return test_by_normal(contact_at(point, p), point_inward_normal(shell_, point), *triangle, place);
+    if (!place.on_face) return climb_from(leaf, contact_at(point, p), place.at);
+    PointOverFace one;
+    if (one.look(body_, point, p, *triangle, relevant_)) {
+      one.side = body_.side_of(*triangle, p, one.along);
+      emit_over_face(leaf, one);
+    }
+  }
+
+  ManifoldContact contact_at(std::uint32_t point, Vec3 p) const noexcept {
+    return {{p, {}, 0, point_area(shell_, point), point, leaf_}, point};
+  }
+
+  void emit_over_face(LeafAtSheet& leaf, const PointOverFace& one) {
+    ManifoldContact contact = contact_at(one.point, one.at);
+    if (one.side == 0) return climb_from(leaf, contact, one.face->below(one.at).at);
+    contact.area *= std::max(one.side * one.along, 0.0F);  // projected along the direction
+    emit_on_face(contact, one.side * one.face->normal, -one.side * one.height);
   }
 
   // Follows the sheet from near a point. Where it does not end or bend, the first of the leaf's points that need it
   // tells how deep it is.
-  void climb_from(const ManifoldContact& contact, Vec3 at) {
-    if (!ends_near_) ends_near_ = ends_near();
-    if (*ends_near_ || (!has_climbed_ && meets_sheet())) climb(at, contact);
-    has_climbed_ = true;
-  }
-
-  // Whether the sheet may enter the body near the leaf. The surface there is within the covering radius of a point.
-  bool meets_sheet() const noexcept {
-    const float near = sphere_radius(shell_, leaf_) + shell_.covering_radius;
-    return std::any_of(part_.list.begin(), part_.list.end(),
-                       [&](std::uint32_t number) { return sheets_.triangles[number].is_within(centre(leaf_), near); });
+  void climb_from(LeafAtSheet& leaf, const ManifoldContact& contact, Vec3 at) {
+    if (leaf.ends_near() || (!leaf.has_climbed && leaf.meets_sheet())) climb(leaf, at, contact);
+    leaf.has_climbed = true;
   }
 
   // @param direction  into the body at the point
@@ -337,13 +362,12 @@ class Search {
   }
 
   // The sheet's corners may be sharper than the spacing of the shell's points resolves.
-  void test_corners() {
-    const float near = sphere_radius(shell_, leaf_) + shell_.covering_radius;
+  void test_corners(const LeafAtSheet& leaf) {
     for (const std::uint32_t number : part_.list) {
       const Triangle& triangle = sheets_.triangles[number];
       for (unsigned k = 0; k < 3; ++k) {
-        const Vec3 away = triangle.corners[k] - centre(leaf_);
-        if ((sheets_.met[number] & 1U << k) != 0 || !(dot(away, away) <= near * near)) continue;
+        const Vec3 away = triangle.corners[k] - leaf.centre();
+        if ((sheets_.met[number] & 1U << k) != 0 || !(dot(away, away) <= leaf.extent() * leaf.extent())) continue;
         sheets_.met[number] = static_cast<std::uint8_t>(sheets_.met[number] | 1U << k);
         if (body_.penetration_at(triangle.corners[k]) < -relevant_) continue;
         ManifoldContact contact;
@@ -351,52 +375,29 @@ class Search {
         contact.point = children_of(shell_, leaf_).begin;
         contact.node = leaf_;
         contact.feature = corner_feature(shell_, triangle.id, k);
-        climb(triangle.corners[k], contact);
+        climb(leaf, triangle.corners[k], contact);
       }
     }
   }
 
-  // Follows the sheet into the body while it gets deeper. If the sheet ends or bends there, that place is a contact. In
-  // the middle of a face, the shell's points already give the contacts.
-  void climb(Vec3 at, ManifoldContact contact) {
-    float v = body_.penetration_at(at);
-    Vec3 out = outward_normal(body_.map, at);
-    const float gain = 0.02F * voxel_;
-    float step = voxel_;
-    NearestPlace place;
-    for (int i = 0; i < 16 && step > 0.1F * voxel_ && dot(out, out) > 0; ++i) {
-      const bool found = part_.nearest(at - step * out, 2 * step, place) != nullptr;
-      const float there = found ? body_.penetration_at(place.at) : v;
-      if (!(there > v + gain)) {
-        step /= 2;
-        continue;
-      }
-      at = place.at;
-      v = there;
-      out = outward_normal(body_.map, at);
-    }
-    deepest_ = std::max(deepest_, v);
-    if (v < -relevant_) return;
+  // Follows the sheet into the body. If it ends or bends at the deepest place, that place is a contact. In the middle
+  // of a face, the shell's points already give the contacts.
+  void climb(const LeafAtSheet& leaf, Vec3 from, ManifoldContact contact) {
+    const PlaceOnSheet top = leaf.climb(from);
+    deepest_ = std::max(deepest_, top.penetration);
+    if (top.penetration < -relevant_) return;
     remember();
-    if (v < -distance_ || !(dot(out, out) > 0)) return;
-    const Triangle* const triangle = part_.nearest(at, voxel_, place);
-    if (triangle == nullptr) return;
-    const float across = dot(triangle->normal, out);
-    constexpr float kFlat = 0.9F;
-    if (!(std::abs(across) < kFlat)) return;
-    const Vec3 along = across * triangle->normal - out;
-    const Vec3 next = at + (voxel_ / length(along)) * along;
-    if (part_.nearest(next, 0.3F * voxel_, place) != nullptr) return;  // the sheet continues
-    contact.position = at + v * out;
-    contact.inward_normal = -1 * out;
-    contact.penetration = v;
+    if (top.penetration < -distance_ || !leaf.is_end(top)) return;
+    contact.position = top.at + top.penetration * top.out;
+    contact.inward_normal = -1 * top.out;
+    contact.penetration = top.penetration;
     emit(contact);
   }
 
+  bool has_contact() const noexcept { return segment_level_ > 0 && out_.contacts.size() > segment_.first; }
   // Whether the segment has a deeper contact.
   bool is_beaten(float penetration) const noexcept {
-    return segment_level_ > 0 && out_.contacts.size() > segment_.first &&
-           !(penetration > out_.contacts[segment_.first].penetration);
+    return has_contact() && !(penetration > out_.contacts[segment_.first].penetration);
   }
 
   // Keeps only the deepest contact of a segment.
@@ -431,8 +432,6 @@ class Search {
   float deepest_ = 0;
   std::uint32_t leaf_ = 0;            // or a flat node whose corners are tested
   std::uint32_t top_flat_ = kNoNode;  // the topmost flat node on the way to it
-  bool has_climbed_ = false;          // from one of the leaf's points
-  std::optional<bool> ends_near_;
   struct {
     std::uint32_t node = kNoNode;
     std::size_t first = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Zlib
-// Gathers a mesh's triangles near a body, and finds the place of a triangle that is nearest to a point.
+// Gathers a mesh's triangles near a body, and joins them to a sheet.
 #include "runtime/bullet/partners/triangles.h"
 
 #include <algorithm>
@@ -19,87 +19,6 @@ struct Collect final : btTriangleCallback {
 };
 
 }  // namespace
-
-bool Triangle::set(const double (&p)[3][3]) noexcept {
-  using detail::operator+;
-  using detail::operator-;
-  using detail::operator*;
-  const auto minus = [](const double(&a)[3], const double(&b)[3], double(&out)[3]) {
-    for (int i = 0; i < 3; ++i) out[i] = a[i] - b[i];
-  };
-  const auto cross = [](const double(&a)[3], const double(&b)[3], double(&out)[3]) {
-    for (int i = 0; i < 3; ++i) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-  };
-  const auto dot = [](const double(&a)[3], const double(&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  // Scales to unit length; false for a length within the rounding of floats at `scale`.
-  const auto normalise = [&](double(&a)[3], double scale) {
-    const double size = std::sqrt(dot(a, a));
-    if (!(size > 1e-6 * scale)) return false;
-    for (double& x : a) x /= size;
-    return true;
-  };
-  const auto to_float = [](const double(&a)[3]) {
-    return Vec3{static_cast<float>(a[0]), static_cast<float>(a[1]), static_cast<float>(a[2])};
-  };
-  for (const auto& corner : p) {
-    for (const double x : corner) {
-      if (!(std::abs(x) <= 1e15)) return false;  // squares must fit into floats
-    }
-  }
-  double edges[3][3];
-  for (int i = 0; i < 3; ++i) minus(p[(i + 1) % 3], p[i], edges[i]);
-  double n[3];
-  cross(edges[0], edges[1], n);
-  if (!normalise(n, std::max({dot(edges[0], edges[0]), dot(edges[1], edges[1]), dot(edges[2], edges[2])})))
-    return false;
-  normal = to_float(n);
-  offset = static_cast<float>(dot(n, p[0]));
-  for (int i = 0; i < 3; ++i) {
-    double inwards[3];
-    cross(n, edges[i], inwards);
-    if (!normalise(inwards, 0)) return false;
-    corners[i] = to_float(p[i]);
-    side[i] = to_float(inwards);
-    side_offset[i] = static_cast<float>(dot(inwards, p[i]));
-  }
-  centre = (1.0F / 3) * (corners[0] + corners[1] + corners[2]);
-  for (const Vec3& corner : corners) radius = std::max(radius, detail::length(corner - centre));
-  radius *= 1 + 1e-6F;
-  return true;
-}
-
-NearestPlace Triangle::nearest(Vec3 p) const noexcept {
-  using namespace detail;
-  const float h = height(p);
-  if (beyond(p) <= 0) return {p - h * normal, h * h, true};
-  NearestPlace best;
-  for (int i = 0; i < 3; ++i) {
-    const Vec3 edge = corners[(i + 1) % 3] - corners[i];
-    const float along = std::clamp(dot(p - corners[i], edge) / dot(edge, edge), 0.0F, 1.0F);
-    const Vec3 at = corners[i] + along * edge;
-    const Vec3 apart = p - at;
-    const float squared = dot(apart, apart);
-    if (squared < best.squared) best = {at, squared, false};
-  }
-  return best;
-}
-
-std::uint16_t within_reach(const Triangle& triangle, const Spheres& spheres) noexcept {
-  using namespace detail;
-  std::uint32_t within[Spheres::kMost];
-  // Without branches, so that compilers make vectors of it.
-  for (std::uint32_t k = 0; k < Spheres::kMost; ++k) {
-    const Vec3 at{spheres.x[k], spheres.y[k], spheres.z[k]};
-    const Vec3 away = at - triangle.centre;
-    const float reach = spheres.reach[k];
-    const float farthest = reach + triangle.radius;
-    within[k] =
-        (dot(away, away) <= farthest * farthest ? 1U : 0U) & (triangle.least_squared(at) <= reach * reach ? 1U : 0U);
-  }
-  std::uint32_t mask = 0;
-  for (std::uint32_t k = 0; k < Spheres::kMost; ++k) mask |= within[k] << k;
-  return static_cast<std::uint16_t>(mask);
-}
 
 void turn_box(const Box& box, const Pose& to_frame, btVector3& low, btVector3& high) {
   for (int i = 0; i < 3; ++i) {

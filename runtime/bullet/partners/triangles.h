@@ -1,92 +1,17 @@
 // SPDX-License-Identifier: Zlib
-/// @file Triangles of Bullet's meshes, prepared for the distances of many points. Internal.
+/// @file The triangles of Bullet's meshes near a body. Internal.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 
 #include <vector>
 
-#include "runtime/fields/penetration.h"
+#include "runtime/fields/triangle.h"
 
 namespace vps::bullet {
 
-/// The place of a triangle that is nearest to a point.
-struct NearestPlace {
-  Vec3 at;
-  float squared = std::numeric_limits<float>::max();  ///< squared distance of the point. [m^2]
-  bool on_face = false;                               ///< the point's projection; otherwise on an edge or corner
-};
-
-struct Triangle {
-  Vec3 centre;           ///< of a sphere round the corners. [m]
-  float radius = 0;      ///< [m]
-  Vec3 corners[3];       ///< [m]
-  Vec3 normal;           ///< unit, by the winding
-  float offset = 0;      ///< the plane is normal . p = offset. [m]
-  Vec3 side[3];          ///< unit, in the plane, from the edge that starts at each corner into the triangle
-  float side_offset[3];  ///< of the edges' planes. [m]
-  std::uint32_t id = 0;  ///< the same from step to step
-  /// Whether the sheet goes on beyond each edge, bent by at most 15 degrees. Only of solid bodies' queries.
-  bool goes_on[3] = {};
-
-  /// Computes in double: planes of very large triangles must be accurate near the origin.
-  /// @return false for corners that lie on a line or farther than 1e15 m, or are not finite
-  bool set(const double (&p)[3][3]) noexcept;
-
-  /// Height over the plane, along the normal. [m]
-  [[nodiscard]] float height(Vec3 p) const noexcept { return detail::dot(normal, p) - offset; }
-  /// How far a point lies beyond the farthest edge, in the plane; 0 over the triangle. [m]
-  [[nodiscard]] float beyond(Vec3 p) const noexcept {
-    float most = 0;
-    for (int i = 0; i < 3; ++i) {
-      const float past = side_offset[i] - detail::dot(side[i], p);
-      most = past > most ? past : most;
-    }
-    return most;
-  }
-  /// Lower bound of the squared distance; exact except near corners. [m^2]
-  [[nodiscard]] float least_squared(Vec3 p) const noexcept {
-    const float h = height(p);
-    const float e = beyond(p);
-    return h * h + e * e;
-  }
-  [[nodiscard]] bool is_within(Vec3 p, float reach) const noexcept {
-    using detail::operator-;
-    const Vec3 away = p - centre;
-    return detail::dot(away, away) <= (reach + radius) * (reach + radius) && least_squared(p) <= reach * reach;
-  }
-  [[nodiscard]] NearestPlace nearest(Vec3 p) const noexcept;
-};
-
-/// The triangle nearest to p, and the nearest place on it; null if none is nearer than `place`.
-/// @param list  of what `triangle_of` takes to a triangle
-template <class List, class TriangleOf>
-const Triangle* nearest_triangle(const List& list, const TriangleOf& triangle_of, Vec3 p, NearestPlace& place) {
-  const Triangle* best = nullptr;
-  for (const auto& one : list) {
-    const Triangle& triangle = triangle_of(one);
-    if (!(triangle.least_squared(p) < place.squared)) continue;
-    const NearestPlace found = triangle.nearest(p);
-    if (!(found.squared < place.squared)) continue;
-    place = found;
-    best = &triangle;
-  }
-  return best;
-}
-
-/// Spheres side by side.
-struct Spheres {
-  static constexpr std::uint32_t kMost = 16;
-  float x[kMost] = {}, y[kMost] = {}, z[kMost] = {};  ///< centres. [m]
-  float reach[kMost] = {};                            ///< of a triangle from the centre. [m]
-
-  void set(std::uint32_t k, Vec3 centre, float farthest) noexcept {
-    x[k] = centre.x, y[k] = centre.y, z[k] = centre.z;
-    reach[k] = farthest;
-  }
-};
-/// Bit k: Triangle::is_within of sphere k. Bits of spheres that are not set mean nothing.
-[[nodiscard]] std::uint16_t within_reach(const Triangle& triangle, const Spheres& spheres) noexcept;
+using detail::NearestPlace;
+using detail::Triangle;
 
 /// A triangle as a mesh passes it to a callback. It has no padding, so that its bytes can be hashed.
 struct MeshTriangle {
@@ -107,7 +32,7 @@ struct Sheets {
   std::vector<std::uint32_t> near;   ///< numbers of the triangles that are searched
   std::vector<std::uint8_t> met;     ///< bit k: corner k of the triangle has been tested
   std::vector<std::uint32_t> lists;  ///< a stack of lists, one for each node on the way down
-  std::vector<std::uint16_t> masks;  ///< a stack, too: of a node's list, what `within_reach` says of its children
+  std::vector<std::uint16_t> masks;  ///< a stack, too: of a node's list, what `find_within` says of its children
 };
 
 /// Empty at first. [m]

@@ -246,6 +246,58 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
   }
 }
 
+// A search of segments leaves out leaves that cannot beat the segment's contact; one that remembers places does not.
+TEST(TriangleContacts, LeavesThatAreLeftOutGiveNoDeeperContact) {
+  const auto bumps = [](double x, double y) { return 0.01 * std::sin(30 * x) * std::cos(25 * y); };
+  const auto spikes = [](double x, double y) { return 0.012 * std::abs(std::sin(900 * x + 1700 * y)); };
+  constexpr float kDistance = 0.02F;
+  std::size_t compared = 0;
+  for (const std::shared_ptr<Asset>& asset :
+       {baked_at(make_torus(0.1, 0.03, 64, 32), 0.0025), brick(), baked_at(make_sphere(0.05, 5), 0.0015)}) {
+    for (const Height& height : {Height(flat), Height(bumps), Height(spikes)}) {
+      MeshWorld scene;
+      bullet::Shape shape(asset);
+      shape.set_segments(16);
+      Ground ground(Kind::bvh, 0.5, 40, height);
+      btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
+      btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
+      for (int i = 0; i < 16; ++i) {
+        const btVector3 axis(btScalar(i % 3), 1, btScalar(i % 5 - 2));
+        body.setWorldTransform(
+            turned(axis.normalized(), 0.4 * i, {btScalar(0.1 + 0.002 * i), 0, btScalar(0.025 + 0.004 * i)}));
+        const bullet::Pair pair =
+            bullet::assign_roles(bullet::PairBody(&shape, &body, body.getWorldTransform()),
+                                 bullet::PairBody(floor.getCollisionShape(), &floor, floor.getWorldTransform()));
+        QueryOptions options;
+        options.segment_level = shape.segment_level();
+        PairSearch moved;
+        const auto find_with = [&](PairSearch& search, float distance) {
+          options.contact_distance = distance;
+          EXPECT_EQ(search.find(pair, options), Status::ok);
+          std::vector<Contact> found;
+          std::copy_if(search.found.contacts.begin(), search.found.contacts.end(), std::back_inserter(found),
+                       [](const Contact& contact) { return contact.penetration >= -kDistance; });
+          return found;
+        };
+        find_with(moved, kDistance);
+        ASSERT_EQ(moved.partner.triangles().room, 0);
+        const std::vector<Contact> all = find_with(moved, kDistance);
+        const double room = moved.partner.triangles().room;
+        ASSERT_GT(room, 0);
+        PairSearch fresh;
+        const std::vector<Contact> found = find_with(fresh, kDistance + static_cast<float>(room));
+        ASSERT_EQ(found.size(), all.size()) << i;
+        for (std::size_t k = 0; k < found.size(); ++k) {
+          ASSERT_EQ(found[k].penetration, all[k].penetration) << i;
+          ASSERT_EQ(found[k].node, all[k].node) << i;
+        }
+        compared += found.size();
+      }
+    }
+  }
+  EXPECT_GT(compared, 700U);
+}
+
 std::vector<bullet::Triangle> joined_triangles(const TriangleMesh& mesh) {
   btTriangleMesh triangles = to_bullet(mesh);
   btBvhTriangleMeshShape shape(&triangles, true);
