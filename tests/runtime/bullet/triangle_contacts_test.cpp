@@ -261,10 +261,10 @@ TEST(TriangleContacts, LeavesThatAreLeftOutGiveNoDeeperContact) {
       Ground ground(Kind::bvh, 0.5, 40, height);
       btRigidBody& floor = scene.add(*ground, 0, {0, 0, 0});
       btRigidBody& body = scene.add(shape, 1, {0, 0, 1});
-      for (int i = 0; i < 16; ++i) {
+      for (int i = 0; i < 10; ++i) {
         const btVector3 axis(btScalar(i % 3), 1, btScalar(i % 5 - 2));
         body.setWorldTransform(
-            turned(axis.normalized(), 0.4 * i, {btScalar(0.1 + 0.002 * i), 0, btScalar(0.025 + 0.004 * i)}));
+            turned(axis.normalized(), 0.4 * i, {btScalar(0.1 + 0.002 * i), 0, btScalar(0.025 + 0.006 * i)}));
         const bullet::Pair pair =
             bullet::assign_roles(bullet::PairBody(&shape, &body, body.getWorldTransform()),
                                  bullet::PairBody(floor.getCollisionShape(), &floor, floor.getWorldTransform()));
@@ -295,7 +295,7 @@ TEST(TriangleContacts, LeavesThatAreLeftOutGiveNoDeeperContact) {
       }
     }
   }
-  EXPECT_GT(compared, 700U);
+  EXPECT_GT(compared, 500U);
 }
 
 std::vector<bullet::Triangle> joined_triangles(const TriangleMesh& mesh) {
