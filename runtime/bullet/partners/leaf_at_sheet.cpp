@@ -37,7 +37,7 @@ void LeafAtSheet::look_at(IndexRange points, float relevant, float wanted, LeafP
       const Vec3 p{places.x[k], places.y[k], places.z[k]};
       const Triangle& triangle = part_.sheets.triangles[nearest.number[k]];
       if (!one.look(body_, points.begin + k, p, triangle, relevant)) continue;
-      if (SolidBody::needs_sides(one.along)) {
+      if (has_samples() && SolidBody::needs_sides(one.along)) {
         sides.push(p + body_.voxel * triangle.normal);
         sides.push(p - body_.voxel * triangle.normal);
       }
@@ -49,12 +49,15 @@ void LeafAtSheet::look_at(IndexRange points, float relevant, float wanted, LeafP
   for (std::uint32_t i = 0, at = 0; i < out.count; ++i) {
     PointOverFace& one = out.all[i];
     if (one.face == nullptr) continue;
-    one.side = SolidBody::side_by_normal(one.along);
-    if (!SolidBody::needs_sides(one.along)) continue;
-    const float above = v[at++];
-    const float below = v[at++];
-    one.side =
-        body_.are_clear(above, below) ? body_.side_between(above, below) : body_.side_of(*one.face, one.at, one.along);
+    if (has_samples() && SolidBody::needs_sides(one.along)) {
+      const float above = v[at++];
+      const float below = v[at++];
+      if (body_.are_clear(above, below)) {
+        one.side = body_.side_between(above, below);
+        continue;
+      }
+    }
+    one.side = body_.side_of(*one.face, one.at, one.along);
   }
 }
 
@@ -82,7 +85,7 @@ bool LeafAtSheet::meets_sheet() const noexcept {
 }
 
 bool LeafAtSheet::is_before_sheet() {
-  if (!body_.has_field() || body_.map.field == Field::layers) return false;
+  if (!has_samples()) return false;
   const float outside = SolidBody::kOutside_vx * body_.voxel;
   if (!(gap() > std::max(body_.shell.covering_radius, outside)) || ends_near()) return false;
   // V of the true surface where a point seen in a triangle's plane as in a mirror is surely outside. [m]

@@ -79,6 +79,8 @@ class LeafAtSheet {
   bool has_climbed = false;  ///< along the sheet, from one of the points
 
  private:
+  // V of layers depends on a normal.
+  [[nodiscard]] bool has_samples() const noexcept { return body_.has_field() && body_.map.field != Field::layers; }
   [[nodiscard]] bool has_sheet_within(float near, Vec3 place) const;
 
   const SolidBody& body_;

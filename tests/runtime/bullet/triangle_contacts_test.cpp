@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cstring>
 #include <numbers>
+#include <numeric>
 
+#include "runtime/bullet/partners/leaf_at_sheet.h"
 #include "tests/runtime/bullet/found_contacts.h"
 #include "tests/runtime/bullet/mesh_ground.h"
 
@@ -243,6 +245,40 @@ TEST(TriangleContacts, WhatAPairRemembersDoesNotChangeItsContacts) {
     }
     EXPECT_GT(compared, 100);
     EXPECT_GT(used, 50);
+  }
+}
+
+// They are looked up together, and again where that is too coarse.
+TEST(TriangleContacts, SidesOfALeafsPointsAreThoseOfEachPoint) {
+  bake::BakeOptions layers;
+  layers.voxel_size = 0.004;
+  layers.scaled = false;
+  layers.layers = true;
+  const auto waves = [](double x, double y) { return 0.01 + 0.01 * std::sin(30 * x) * std::cos(25 * y); };
+  Ground ground(Kind::bvh, 0.2, 20, waves);
+  bullet::Sheets sheets;
+  bullet::gather(*ground, {-9, -9, -9}, {9, 9, 9}, sheets);
+  bullet::place(Pose(), {{-9, -9, -9}, {9, 9, 9}}, sheets);
+  std::vector<std::uint32_t> all(sheets.triangles.size());
+  std::iota(all.begin(), all.end(), 0U);
+  for (const std::shared_ptr<Asset>& asset : {torus(), baked(make_torus(0.1, 0.03, 64, 32), layers)}) {
+    const bullet::Shape shape(asset);
+    const PointshellView& shell = shape.pointshell();
+    const bullet::SolidBody body{shell, shape.voxelmap(), static_cast<float>(asset->info().voxel_size)};
+    const bullet::SheetPart part{sheets, all, 0.05F};
+    int found[3] = {};
+    for (std::uint32_t node = shell.level_offsets[shell.levels - 1]; node < shell.nodes; ++node) {
+      const bullet::LeafAtSheet leaf(body, part, node, 0);
+      const IndexRange points = children_of(shell, node);
+      bullet::LeafPoints seen;
+      leaf.look_at({points.begin, std::min(points.end, points.begin + detail::Spheres::kMost)}, 0.05F, -1, seen);
+      for (const bullet::PointOverFace& one : std::span(seen.all).first(seen.count)) {
+        if (one.face == nullptr) continue;
+        ASSERT_EQ(one.side, body.side_of(*one.face, one.at, one.along)) << one.point;
+        ++found[static_cast<int>(one.side) + 1];
+      }
+    }
+    for (const int count : found) EXPECT_GT(count, 20);
   }
 }
 
