@@ -219,22 +219,22 @@ class PointTests {
   }
 
   // Keeps the points that can be hits, and without hits those that can be nearer than all before. Where most can be
-  // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save.
+  // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save. What a
+  // vector's planes say decides nothing until some vectors later: a branch that waits for it costs as much as they do.
   HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
     M near = valid;
     const F least_hit = least(codes);
     // Otherwise the planes reject points that a look-up may take for hits.
-    const bool bounds_hits = hn::AllTrue(f32, hn::Gt(least_hit, set(-field_.map.end_outer)));
-    if (unfiltered_ > 0 && bounds_hits) {
+    if (unfiltered_ > 0 && hn::AllTrue(f32, hn::Gt(least_hit, set(-field_.map.end_outer)))) {
       --unfiltered_;
     } else {
       const F ceiling = field_.ceiling(p).v;
       near = hn::And(valid, hn::Ge(ceiling, hn::Min(least_hit, nearest_)));
       rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      const bool are_most = 8 * hn::CountTrue(f32, near) >= 7 * hn::CountTrue(f32, valid);
-      unfiltered_ = run_ = are_most ? std::clamp(2 * run_, 1U, kLongestRun) : 0;
+      seen_ += static_cast<std::uint32_t>(hn::CountTrue(f32, valid));
+      near_ += static_cast<std::uint32_t>(hn::CountTrue(f32, near));
+      if (++filtered_ == kSample) choose_run();
     }
-    if (hn::AllFalse(f32, near)) return;
     const Words u32;
     (void)store_packed(f32, codes.x, near, codes_[0] + count_);
     (void)store_packed(f32, codes.y, near, codes_[1] + count_);
@@ -246,6 +246,13 @@ class PointTests {
     if (count_ < some) return;
     look_up_first(some);
     nearest_ = hn::MaxOfLanes(f32, deepest_);
+  }
+
+  // Decides by the last vectors whether the next ones are looked up without the planes.
+  void choose_run() {
+    const bool are_most = 8 * near_ >= 7 * seen_;
+    unfiltered_ = run_ = are_most ? std::clamp(2 * run_, kSample, kLongestRun) : 0;
+    filtered_ = seen_ = near_ = 0;
   }
 
   // Finds the samples of the first waiting points, at most two vectors, and moves the others to the front.
@@ -304,8 +311,9 @@ class PointTests {
   F deepest_, rejected_;
   F nearest_ = set(std::numeric_limits<float>::lowest());
   const bool has_planes_;
-  static constexpr std::uint32_t kLongestRun = 8;
-  std::uint32_t run_ = 0;         // vectors that are looked up without the planes after one of which most are near
+  static constexpr std::uint32_t kSample = 4, kLongestRun = 16;
+  std::uint32_t filtered_ = 0, seen_ = 0, near_ = 0;  // of a sample: vectors, their points, and those near
+  std::uint32_t run_ = 0;         // vectors that are looked up without the planes after a sample of which most are near
   std::uint32_t unfiltered_ = 0;  // of these, those to come
   // Room for two vectors that wait, and another.
   std::uint32_t count_ = 0;

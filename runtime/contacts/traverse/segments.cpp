@@ -32,10 +32,13 @@ void take_segment(TraverseQuery& query, std::uint32_t node, std::uint32_t first,
   if (end != begin + query.out.size()) std::rotate(at, end, end + 1);
 }
 
-// Without a budget all segments, entries [first, last) of the queue, go down together.
-void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
+// All segments, entries [first, last) of the queue, go down together.
+void seek_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
   Descent& d = query.descent;
+  d.begin = first;
+  d.end = last;
   d.last_node = query.shell.nodes;
+  d.flat_count = 0;
   query.field.descend(d);
   ask_flat_nodes(query, d.flat_count);
   const std::span<const std::uint32_t> segments(d.queue + first, last - first);
@@ -51,6 +54,39 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
     take_segment(query, *segment, begin, hit);
   }
   d.hit_count = 0;
+}
+
+// Moves segments, entries [first, last) of the queue, to the front that have no contact.
+// @return where they end
+std::uint32_t leave_answered(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
+  std::uint32_t* const queue = query.descent.queue;
+  const Contact* at = query.out.data();
+  const Contact* const end = at + std::min<std::size_t>(query.result.contacts, query.out.size());
+  const auto is_answered = [&](std::uint32_t node) {
+    while (at != end && at->node < node) ++at;
+    return at != end && at->node == node;
+  };
+  return static_cast<std::uint32_t>(std::remove_if(queue + first, queue + last, is_answered) - queue);
+}
+
+// Without a budget. Points ahead are sought near the field first: none that is farther is deeper.
+void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
+  constexpr float kNearest = 4;  // covering radii; a body that rolls moves three in a step
+  Descent& d = query.descent;
+  if (d.moving != nullptr && !query.has_facets && d.flats == nullptr) {
+    const float farthest = d.contact_distance;
+    const float rejected = d.rejected;
+    const float way = farthest - d.moving->near;
+    float ahead = kNearest * query.shell.covering_radius / d.unit;
+    for (; ahead > 0 && 2 * ahead < way && first < last; ahead *= 2) {
+      d.contact_distance = d.moving->near + ahead;
+      seek_together(query, first, last);
+      last = leave_answered(query, first, last);
+    }
+    d.contact_distance = farthest;
+    d.rejected = rejected;
+  }
+  seek_together(query, first, last);
   sharpen_distance(query, 0, d.begin);
 }
 

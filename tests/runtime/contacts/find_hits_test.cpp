@@ -135,9 +135,10 @@ TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSe
     for (int i = 0; i < 20; ++i) {
       const Pose pose = random_pose(random, 0.11);
       const auto any = [&](double most) { return static_cast<float>(random.between(-most, most)); };
-      const detail::RelativeMotion motion{{any(0.003), any(0.003), any(0.003)}, {any(0.03), any(0.03), any(0.03)}};
+      const double way = i % 2 == 0 ? 0.003 : 0.1;  // the long one is many covering radii
+      const detail::RelativeMotion motion{{any(way), any(way), any(way)}, {any(0.03), any(0.03), any(0.03)}};
       QueryOptions options;
-      options.contact_distance = 0.02F;  // more than any way and the near distance
+      options.contact_distance = 0.25F;  // more than any way and the near distance
       QueryResult result;
       ASSERT_EQ(traverse(s.shell, field, pose, options, s.scratch, s.contacts, result), Status::ok);
       constexpr float kNear = 0.0005F;
