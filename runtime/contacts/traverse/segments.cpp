@@ -75,16 +75,18 @@ void traverse_together(TraverseQuery& query, std::uint32_t first, std::uint32_t 
   Descent& d = query.descent;
   if (d.moving != nullptr && !query.has_facets && d.flats == nullptr) {
     const float farthest = d.contact_distance;
-    const float rejected = d.rejected;
     const float way = farthest - d.moving->near;
     float ahead = kNearest * query.shell.covering_radius / d.unit;
     for (; ahead > 0 && 2 * ahead < way && first < last; ahead *= 2) {
+      const float rejected = d.rejected;
       d.contact_distance = d.moving->near + ahead;
       seek_together(query, first, last);
-      last = leave_answered(query, first, last);
+      const std::uint32_t left = leave_answered(query, first, last);
+      // The next search has bounds of its own for the segments that are left.
+      if (left == last) d.rejected = rejected;
+      last = left;
     }
     d.contact_distance = farthest;
-    d.rejected = rejected;
   }
   seek_together(query, first, last);
   sharpen_distance(query, 0, d.begin);

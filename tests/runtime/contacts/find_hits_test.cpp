@@ -135,8 +135,10 @@ TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSe
     for (int i = 0; i < 20; ++i) {
       const Pose pose = random_pose(random, 0.11);
       const auto any = [&](double most) { return static_cast<float>(random.between(-most, most)); };
-      const double way = i % 2 == 0 ? 0.003 : 0.1;  // the long one is many covering radii
-      const detail::RelativeMotion motion{{any(way), any(way), any(way)}, {any(0.03), any(0.03), any(0.03)}};
+      // Long ones are many covering radii. Of a body that turns, points that are nearer than others may go less far.
+      const double way = i % 3 == 0 ? 0.003 : i % 3 == 1 ? 0.1 : 0;
+      const double turn = i % 3 == 2 ? 0.7 : 0.03;
+      const detail::RelativeMotion motion{{any(way), any(way), any(way)}, {any(turn), any(turn), any(turn)}};
       QueryOptions options;
       options.contact_distance = 0.25F;  // more than any way and the near distance
       QueryResult result;
@@ -164,7 +166,7 @@ TEST(TraverseAhead, FindsThePointsThatComeNearByTheirOwnWayAndTheDeepestOfEachSe
       }
       seen += wanted.size();
 
-      options.segment_level = 3;
+      options.segment_level = 1 + static_cast<std::uint32_t>(i / 3 % 3);
       ASSERT_EQ(detail::traverse_ahead(s.shell, field, pose, options, motion, s.scratch, s.contacts, result),
                 Status::ok);
       std::map<std::uint32_t, float> deepest;
