@@ -220,7 +220,7 @@ class PointTests {
 
   // Keeps the points that can be hits, and without hits those that can be nearer than all before. Where most can be
   // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save. What a
-  // vector's planes say decides nothing until some vectors later: a branch that waits for it costs as much as they do.
+  // vector's planes say decides nothing until some vectors later: a branch would have to wait for it.
   HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
     M near = valid;
     const F least_hit = least(codes);
