@@ -56,7 +56,7 @@ void seek_together(TraverseQuery& query, std::uint32_t first, std::uint32_t last
   d.hit_count = 0;
 }
 
-// Moves segments, entries [first, last) of the queue, to the front that have no contact.
+// Moves those of the segments, entries [first, last) of the queue, to the front that have no contact.
 // @return where they end
 std::uint32_t leave_answered(TraverseQuery& query, std::uint32_t first, std::uint32_t last) noexcept {
   std::uint32_t* const queue = query.descent.queue;
