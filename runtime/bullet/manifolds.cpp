@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <typeinfo>
 
 namespace vps::bullet {
 namespace {
@@ -66,6 +67,71 @@ void make_spring(btManifoldPoint& fresh, const PenaltyLaw& law, std::span<const 
     fresh.m_combinedContactStiffness1 = static_cast<btScalar>(law.stiffness * double{contact.area});
     fresh.m_combinedContactDamping1 = static_cast<btScalar>(law.damping * double{contact.area});
   }
+}
+
+// As addContactPoint wants it.
+struct FreshPoint {
+  btVector3 normal, on_second;
+  btScalar depth;
+};
+
+// Whether a manifold has points of the same contacts, in the same order.
+bool are_the_same(const btPersistentManifold& manifold, std::span<const ManifoldContact> contacts) {
+  if (manifold.getNumContacts() != static_cast<int>(contacts.size())) return false;
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    const btManifoldPoint& p = manifold.getContactPoint(i);
+    if (p.m_index0 != static_cast<int>(contacts[static_cast<std::size_t>(i)].feature)) return false;
+  }
+  return true;
+}
+
+// Whether a result is Bullet's own, and adds points without asking the user.
+bool is_plain(const btManifoldResult& result) {
+  if (typeid(result) != typeid(btManifoldResult)) return false;
+  const int flags = result.getBody0Internal()->getCollisionFlags() | result.getBody1Internal()->getCollisionFlags();
+  return (flags & (btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK |
+                   btCollisionObject::CF_HAS_CONTACT_STIFFNESS_DAMPING | btCollisionObject::CF_HAS_FRICTION_ANCHOR)) ==
+         0;
+}
+
+// Moves the points of a manifold, which keep their impulses: what clearing it and adding them again comes to.
+// @return false if one has moved too far
+bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScalar beside,
+                 btPersistentManifold& manifold) {
+  const btCollisionObject& a = *manifold.getBody0();
+  const btCollisionObject& b = *manifold.getBody1();
+  std::array<btVector3, MANIFOLD_CACHE_SIZE> local_a;
+  std::array<btVector3, MANIFOLD_CACHE_SIZE> local_b;
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    if (fresh[i].depth > manifold.getContactBreakingThreshold()) return false;
+    local_a[i] = a.getWorldTransform().invXform(fresh[i].on_second + fresh[i].normal * fresh[i].depth);
+    local_b[i] = b.getWorldTransform().invXform(fresh[i].on_second);
+    const btManifoldPoint& p = manifold.getContactPoint(static_cast<int>(i));
+    const btScalar moved =
+        shell_is_first ? p.m_localPointA.distance2(local_a[i]) : p.m_localPointB.distance2(local_b[i]);
+    if (!(moved < beside * beside)) return false;
+  }
+  const btScalar friction = btManifoldResult::calculateCombinedFriction(&a, &b);
+  const btScalar restitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
+  const btScalar rolling = btManifoldResult::calculateCombinedRollingFriction(&a, &b);
+  const btScalar spinning = btManifoldResult::calculateCombinedSpinningFriction(&a, &b);
+  for (std::size_t i = 0; i < fresh.size(); ++i) {
+    btManifoldPoint& p = manifold.getContactPoint(static_cast<int>(i));
+    p.m_localPointA = local_a[i];
+    p.m_localPointB = local_b[i];
+    p.m_positionWorldOnB = fresh[i].on_second;
+    p.m_positionWorldOnA = fresh[i].on_second + fresh[i].normal * fresh[i].depth;
+    p.m_normalWorldOnB = fresh[i].normal;
+    p.m_distance1 = fresh[i].depth;
+    btPlaneSpace1(p.m_normalWorldOnB, p.m_lateralFrictionDir1, p.m_lateralFrictionDir2);
+    p.m_combinedFriction = friction;
+    p.m_combinedRestitution = restitution;
+    p.m_combinedRollingFriction = rolling;
+    p.m_combinedSpinningFriction = spinning;
+    p.m_contactPointFlags = 0;
+    ++p.m_lifeTime;
+  }
+  return true;
 }
 
 }  // namespace
@@ -134,27 +200,33 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   result->setPersistentManifold(target);
   // Normals follow the order of the manifold's bodies, not the order of the call.
   const bool shell_is_first = target->getBody0() == pair.shell.object;
-  OldPoints old(*target, shell_is_first);
-  target->clearManifold();
-
-  for (const ManifoldContact& contact : contacts) {
+  const auto point_of = [&](const ManifoldContact& contact) {
     const btVector3 into_shell = placing.frame.getBasis() * to_bt(contact.inward_normal);
     const btVector3 position = placing.frame * to_bt(contact.position) - pair.shell.vps->getMargin() * into_shell;
     const btScalar depth = -btScalar(contact.penetration);
     // Bullet wants the normal on the second body towards the first, and the point on the second.
     const btVector3 normal = shell_is_first ? into_shell : -into_shell;
-    const btVector3 point_on_second = shell_is_first ? position - depth * normal : position;
-    const int id = static_cast<int>(contact.feature);
+    return FreshPoint{normal, shell_is_first ? position - depth * normal : position, depth};
+  };
+  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
+  std::array<FreshPoint, MANIFOLD_CACHE_SIZE> fresh;
+  std::transform(contacts.begin(), contacts.end(), fresh.begin(), point_of);
+  if (!has_springs && are_the_same(*target, contacts) && is_plain(*result)) {
+    if (move_points({fresh.data(), contacts.size()}, shell_is_first, btScalar(placing.beside), *target)) return;
+  }
+  OldPoints old(*target, shell_is_first);
+  target->clearManifold();
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const int id = static_cast<int>(contacts[i].feature);
     result->setShapeIdentifiersA(0, id);
     result->setShapeIdentifiersB(0, id);
-    result->addContactPoint(normal, point_on_second, depth);
+    result->addContactPoint(fresh[i].normal, fresh[i].on_second, fresh[i].depth);
   }
-  const bool has_springs = foundation_of(pair).stiffness > 0 && pair.shell.vps->segment_level() == 0;
   // A result that only reports (contactTest) leaves the manifold empty.
   for (int i = 0; i < target->getNumContacts(); ++i) {
-    btManifoldPoint& fresh = target->getContactPoint(i);
-    if (has_springs) make_spring(fresh, foundation_of(pair), contacts);
-    old.hand_over(fresh, shell_is_first ? fresh.m_localPointA : fresh.m_localPointB, btScalar(placing.beside));
+    btManifoldPoint& point = target->getContactPoint(i);
+    if (has_springs) make_spring(point, foundation_of(pair), contacts);
+    old.hand_over(point, shell_is_first ? point.m_localPointA : point.m_localPointB, btScalar(placing.beside));
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Zlib
-/// @file The contact manifolds of a pair: filled anew each step, impulses carried over. Internal. Paper: Sec. 3.2.
+/// @file The contact manifolds of a pair: moved or filled anew each step, impulses carried over. Internal. Paper:
+/// Sec. 3.2.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
@@ -27,8 +28,8 @@ class Manifolds {
   Manifolds(const Manifolds&) = delete;
   Manifolds& operator=(const Manifolds&) = delete;
 
-  /// Replaces the points of all manifolds by fresh ones. Bullet's refresh would keep the normals of the step they were
-  /// made in.
+  /// Gives the points of all manifolds their places in this step. Bullet's refresh would keep the normals of the step
+  /// they were made in.
   /// @param contacts  in order of their slots; for each slot at most as many as a manifold holds
   void replace(const Pair& pair, std::span<const ManifoldContact> contacts, const Placing& placing,
                btManifoldResult* result);

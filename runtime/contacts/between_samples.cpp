@@ -39,8 +39,11 @@ Slides::Slides(const SlideOptions& options, std::span<SlidingContact> contacts, 
       static_cast<std::size_t>(std::max_element(contacts.begin(), contacts.end(), is_shallower) - contacts.begin());
 }
 
-int Slides::most(std::size_t i) const {
-  return i == deepest_ ? kLongestWay : 1;
+const Slid* find_slid(std::span<const Slid> memory, std::uint32_t feature, bool is_deepest) noexcept {
+  const auto found = std::find_if(memory.begin(), memory.end(), [&](const Slid& one) {
+    return one.feature == feature && one.is_deepest == is_deepest;
+  });
+  return found != memory.end() ? &*found : nullptr;
 }
 
 bool Slides::is_known(std::size_t i) {
@@ -50,10 +53,8 @@ bool Slides::is_known(std::size_t i) {
   // So far off the surface the fields are too coarse for a ring.
   if (contact.at->penetration < -options_.voxel_size) return true;
   if (memory_ == nullptr) return false;
-  const auto before = std::find_if(memory_->begin(), memory_->end(), [&](const Slid& one) {
-    return one.feature == contact.feature && one.most == most(i);
-  });
-  if (before == memory_->end()) return false;
+  const Slid* const before = find_slid(*memory_, contact.feature, i == deepest_);
+  if (before == nullptr) return false;
   contact.slide = before->slide;
   contact.at->position = contact.at->position + before->shift;
   contact.at->inward_normal = before->direction;
@@ -119,8 +120,8 @@ void Slides::slide(const TouchingBodies& bodies, std::size_t first, std::size_t 
       *contact.at = start;
       contact.slide = Slide::stayed;
     } else if (memory_ != nullptr && memory_->size() < kMostRemembered) {
-      memory_->push_back({contact.feature, most(i), contact.slide, contact.at->position - start.position,
-                          contact.at->inward_normal, contact.at->penetration - start.penetration});
+      memory_->push_back({contact.feature, i == deepest_, contact.slide, contact.at->position - start.position,
+                          contact.at->inward_normal, contact.at->penetration - start.penetration, start.area});
     }
   }
 }

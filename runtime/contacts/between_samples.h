@@ -30,12 +30,17 @@ struct SlidingContact {
 /// Where a contact slid to. While a pair stands still it need not be sought again.
 struct Slid {
   std::uint32_t feature = 0;
-  int most = 0;  ///< rings that it could go
+  bool is_deepest = false;  ///< see find_slid
   Slide slide = Slide::stayed;
   Vec3 shift;      ///< of the position, contacts' frame. [m]
   Vec3 direction;  ///< contacts' frame, unit
   float gain = 0;  ///< of the penetration. [m]
+  float area = 0;  ///< of the contact, along its direction before it slid. [m^2]
 };
+
+/// What is known of a contact; null: nothing.
+/// @param is_deepest  of the pair's contacts: it may go farther
+const Slid* find_slid(std::span<const Slid> memory, std::uint32_t feature, bool is_deepest) noexcept;
 
 struct SlideOptions {
   float voxel_size = 0;        ///< of the shell's distances. [m]
@@ -77,7 +82,6 @@ class Slides {
   void search(const TouchingBodies& bodies, std::size_t first, std::size_t last);
   void slide(const TouchingBodies& bodies, std::size_t first, std::size_t last);
   [[nodiscard]] bool is_known(std::size_t i);
-  [[nodiscard]] int most(std::size_t i) const;
 
   const SlideOptions options_;
   const std::span<SlidingContact> contacts_;

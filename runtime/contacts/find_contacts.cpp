@@ -319,7 +319,13 @@ void remember_choice(const StepPair& pair, const FoundContacts& found, std::span
       choice.places[choice.count++] = {found.contacts[row].node, found.features[row]};
     }
   }
-  std::sort(choice.places.begin(), choice.places.begin() + choice.count);
+  const std::array<ContactPlace, 4> chosen = choice.places;
+  const auto last = choice.places.begin() + choice.count;
+  std::sort(choice.places.begin(), last);
+  for (std::size_t i = 0; i < choice.count; ++i) {
+    choice.in_order[i] =
+        static_cast<std::uint32_t>(std::find(choice.places.begin(), last, chosen[i]) - choice.places.begin());
+  }
 }
 
 ContactRows rows_of(const FoundContacts& found, Workspace& space) {
@@ -347,16 +353,21 @@ ContactRows rows_of(const FoundContacts& found, Workspace& space) {
   return rows;
 }
 
-ManifoldContact contact_of_row(const StepPair& pair, const FoundContacts& found, std::uint32_t row) {
-  if (row >= found.hits.count) {
-    const std::size_t i = row - found.hits.count;
-    return {found.contacts[i], feature_of(found.contacts, found.features, i)};
-  }
+void add_contacts_of_rows(const StepPair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
+                          std::vector<ManifoldContact>& contacts) {
   const Transform transform(pair.shell_to_field);
-  const std::uint32_t point = found.hits.feature[row];
-  return {{transform.apply(point_position(pair.shell, point)), transform.rotate(point_inward_normal(pair.shell, point)),
-           found.hits.penetration[row], point_area(pair.shell, point), point, 0},
-          point};
+  for (const std::uint32_t row : rows) {
+    if (row >= found.hits.count) {
+      const std::size_t i = row - found.hits.count;
+      contacts.push_back({found.contacts[i], feature_of(found.contacts, found.features, i)});
+      continue;
+    }
+    const std::uint32_t point = found.hits.feature[row];
+    contacts.push_back(
+        {{transform.apply(point_position(pair.shell, point)), transform.rotate(point_inward_normal(pair.shell, point)),
+          found.hits.penetration[row], point_area(pair.shell, point), point, 0},
+         point});
+  }
 }
 
 }  // namespace vps::detail

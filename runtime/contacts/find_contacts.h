@@ -76,7 +76,8 @@ void remember_choice(const StepPair& pair, const FoundContacts& found, std::span
 
 /// Rows for the choice of a few: of the hits, then of `contacts`. Valid until the thread's next query.
 ContactRows rows_of(const FoundContacts& found, Workspace& space);
-/// The contact of one of these rows.
-ManifoldContact contact_of_row(const StepPair& pair, const FoundContacts& found, std::uint32_t row);
+/// Adds the contacts of some of these rows.
+void add_contacts_of_rows(const StepPair& pair, const FoundContacts& found, std::span<const std::uint32_t> rows,
+                          std::vector<ManifoldContact>& contacts);
 
 }  // namespace vps::detail

@@ -2,6 +2,9 @@
 // Gives the contacts of a pair to what slides them.
 #include "runtime/contacts/refine_contacts.h"
 
+#include <algorithm>
+#include <array>
+
 namespace vps::detail {
 namespace {
 
@@ -29,13 +32,37 @@ SlidingContact to_slide(const FoundContacts& found, ManifoldContact& contact) {
   return out;
 }
 
+// Whether contacts slide at all.
+bool slide(const StepPair& pair, const Partner& partner) {
+  const VoxelmapView* const map = partner.map();
+  return pair.distances.field != Field::none && (map == nullptr || map->field != Field::layers);
+}
+
 }  // namespace
+
+bool are_refined(const StepPair& pair, const Partner& partner, const FoundContacts& found, const PairMemory& memory,
+                 std::span<ManifoldContact> contacts) {
+  const SlideMemory& slides = memory.slides;
+  if (!found.are_known || found.way > 0 || partner.map() == nullptr || !slide(pair, partner)) return false;
+  if (!memory.is_lasting || !stands_still(pair, slides.stand)) return false;
+  const auto deepest = std::max_element(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) {
+    return a.penetration < b.penetration;
+  });
+  std::array<float, 4> areas{};
+  if (contacts.size() > areas.size()) return false;
+  for (auto contact = contacts.begin(); contact != contacts.end(); ++contact) {
+    const Slid* const before = find_slid(slides.slid, contact->feature, contact == deepest);
+    if (before == nullptr || contact->penetration < -pair.distances.voxel_size) return false;
+    areas[static_cast<std::size_t>(contact - contacts.begin())] = before->area;
+  }
+  for (std::size_t i = 0; i < contacts.size(); ++i) contacts[i].area = areas[i];
+  return true;
+}
 
 std::size_t move_between_samples(const StepPair& pair, const Partner& partner, const FoundContacts& found,
                                  PairMemory& memory, Workspace& space, std::span<ManifoldContact> contacts) {
   const VoxelmapView* const map = partner.map();
-  if (contacts.empty() || pair.distances.field == Field::none) return contacts.size();
-  if (map != nullptr && map->field == Field::layers) return contacts.size();
+  if (contacts.empty() || !slide(pair, partner)) return contacts.size();
   std::vector<SlidingContact>& sliding = space.sliding;
   sliding.resize(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) sliding[i] = to_slide(found, contacts[i]);

@@ -16,8 +16,14 @@ namespace vps::detail {
 std::size_t refine(const StepPair& pair, const Partner& partner, const FoundContacts& found,
                    std::span<ManifoldContact> contacts);
 
-/// The same for all contacts with a convex body. Its planes only bound it: its nearest face, edge or corner gives the
-/// contact.
+/// Whether contacts with a map need no refining: the pair stands still, and `move_between_samples` knows where they
+/// slid and their directions. If so, sets their areas.
+/// @param contacts  those of the pair that were chosen
+bool are_refined(const StepPair& pair, const Partner& partner, const FoundContacts& found, const PairMemory& memory,
+                 std::span<ManifoldContact> contacts);
+
+/// The same as `refine` for all contacts with a convex body. Its planes only bound it: its nearest face, edge or corner
+/// gives the contact.
 /// @param reach  largest distance of a contact off the surface, with the margins. [m]
 void finish_convex(const StepPair& pair, const Partner& partner, float reach, FoundContacts& found);
 

@@ -85,9 +85,13 @@ void choose(const Side& side, const FoundContacts& found) {
   const StepPair& pair = side.pair;
   std::vector<ManifoldContact>& few = side.space.few;
   const ContactRows rows = rows_of(found, side.space);
-  std::array<std::uint32_t, 4> four{};
-  const std::size_t count =
-      std::min(choose_four(rows, side.memory.last_features(), pair.alike(), four), side.query.most);
+  const ChoiceMemory& choice = side.memory.choice;
+  // Those that were chosen stay so, in their order. Which one is deepest is noise while a pair stands still, and bodies
+  // creep down slopes if the solver meets neighbours one after the other.
+  const bool is_chosen = found.are_known && rows.count == choice.count;
+  std::array<std::uint32_t, 4> four = choice.in_order;
+  std::size_t count = is_chosen ? choice.count : choose_four(rows, side.memory.last_features(), pair.alike(), four);
+  count = std::min(count, side.query.most);
   std::vector<std::uint32_t>& chosen = side.space.chosen;
   chosen.assign(four.begin(), four.begin() + count);
   if (side.query.most > four.size()) {
@@ -100,7 +104,8 @@ void choose(const Side& side, const FoundContacts& found) {
         side.space.nearest, chosen);
   }
   remember_choice(pair, found, chosen, side.memory);
-  for (const std::uint32_t row : chosen) few.push_back(contact_of_row(pair, found, row));
+  add_contacts_of_rows(pair, found, chosen, few);
+  if (are_refined(pair, side.partner, found, side.memory, few)) return;
   few.resize(refine(pair, side.partner, found, few));
 }
 

@@ -128,9 +128,10 @@ struct SlideMemory {
 /// The contacts that were chosen. While the pair stands still, no others are sought: a face touches with thousands of
 /// points. Those of segments are in SegmentMemory.
 struct ChoiceMemory {
-  Stand stand;      ///< where the pair stood when all were sought
-  float reach = 0;  ///< contact distance of that query, with the margins. [m]
-  std::array<ContactPlace, 4> places{};
+  Stand stand;                              ///< where the pair stood when all were sought
+  float reach = 0;                          ///< contact distance of that query, with the margins. [m]
+  std::array<ContactPlace, 4> places{};     ///< rising
+  std::array<std::uint32_t, 4> in_order{};  ///< their numbers, as they were chosen: the deepest was first
   std::size_t count = 0;
   bool none = false;  ///< there was no contact to choose
   [[nodiscard]] std::span<const ContactPlace> chosen() const { return {places.data(), count}; }

@@ -167,6 +167,57 @@ TEST(Standing, ContactsOfBodiesAtRestStayFromStepToStep) {
 }
 
 // At 60 Hz a cube falls by 3.4 voxels in a step, at 100 Hz by 1.2.
+// A flag of Bullet's, without a callback, makes each step clear its points and add them again.
+TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
+  bullet::Shape slab(baked_at(make_box({0.1, 0.1, 0.01}), 0.001));
+  btBoxShape box({btScalar(0.1), btScalar(0.1), btScalar(0.01)});
+  for (btCollisionShape* const ground : {static_cast<btCollisionShape*>(&slab), static_cast<btCollisionShape*>(&box)}) {
+    for (const bool is_first : {false, true}) {
+      Advised scenes[2] = {Advised(kSide / 25), Advised(kSide / 25)};
+      for (Advised& scene : scenes) {
+        if (is_first) scene.add(*ground, 0, btVector3(0, 0, btScalar(-0.01)));
+        btRigidBody& body = scene.add(cube(), btScalar(0.008), btVector3(0, 0, btScalar(0.011)));
+        if (!is_first) scene.add(*ground, 0, btVector3(0, 0, btScalar(-0.01)));
+        body.setFriction(btScalar(0.3));
+      }
+      btRigidBody& again = *scenes[1].bodies[is_first ? 1 : 0];
+      again.setCollisionFlags(again.getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
+      int stayed = 0;
+      for (int i = 0; i < 240; ++i) {
+        std::vector<btManifoldPoint> points[2];
+        for (int side = 0; side < 2; ++side) {
+          btRigidBody& body = *scenes[side].bodies[is_first ? 1 : 0];
+          // It lies, is pushed, and slides with another friction.
+          if (i == 120) body.setLinearVelocity({btScalar(0.2), btScalar(0.1), 0});
+          if (i == 130) body.setFriction(btScalar(0.1));
+          scenes[side].step(1);
+          points[side] = scenes[side].points();
+        }
+        ASSERT_EQ(points[0].size(), points[1].size()) << i;
+        for (std::size_t k = 0; k < points[0].size(); ++k) {
+          const btManifoldPoint& a = points[0][k];
+          const btManifoldPoint& b = points[1][k];
+          stayed += a.m_lifeTime > 0 ? 1 : 0;
+          EXPECT_EQ(a.m_lifeTime, b.m_lifeTime) << i;
+          EXPECT_EQ(a.m_localPointA, b.m_localPointA) << i;
+          EXPECT_EQ(a.m_localPointB, b.m_localPointB) << i;
+          EXPECT_EQ(a.m_positionWorldOnA, b.m_positionWorldOnA) << i;
+          EXPECT_EQ(a.m_positionWorldOnB, b.m_positionWorldOnB) << i;
+          EXPECT_EQ(a.m_normalWorldOnB, b.m_normalWorldOnB) << i;
+          EXPECT_EQ(a.m_distance1, b.m_distance1) << i;
+          EXPECT_EQ(a.m_combinedFriction, b.m_combinedFriction) << i;
+          EXPECT_EQ(a.m_combinedRestitution, b.m_combinedRestitution) << i;
+          EXPECT_EQ(a.m_appliedImpulse, b.m_appliedImpulse) << i;
+          EXPECT_EQ(a.m_appliedImpulseLateral1, b.m_appliedImpulseLateral1) << i;
+          EXPECT_EQ(a.m_prevRHS, b.m_prevRHS) << i;
+          EXPECT_EQ(a.m_lateralFrictionDir1, b.m_lateralFrictionDir1) << i;
+        }
+      }
+      EXPECT_GT(stayed, 400);
+    }
+  }
+}
+
 TEST(Standing, FiveCubesRestOnTheSameContactsAtLowRates) {
   btStaticPlaneShape plane({0, 0, 1}, 0);
   for (const double rate : {60.0, 100.0}) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -210,6 +211,37 @@ TEST(StepContacts, AMemoryKeepsContactsThatAreNearlyAsGood) {
   }
   EXPECT_EQ(with.size(), 4U);
   EXPECT_GT(without.size(), 4U);
+}
+
+TEST(StepContacts, APairThatStandsStillHasTheContactsOfItsFirstStep) {
+  const BakedBody slab(make_box({0.05, 0.05, 0.01}), 1, 0.002);
+  StepMemory memory;
+  StepOptions options;
+  options.memory = &memory;
+  Step step;
+  const auto by_feature = [](const StepContact& a, const StepContact& b) { return a.feature < b.feature; };
+  // Over an edge of the slab, where directions of the map and of the shell differ.
+  const auto find = [&](double z) {
+    ASSERT_EQ(step.find(cube().at(0.045, 0.001, z), slab.at(0, 0, 0), options), Status::ok);
+    std::sort(step.contacts.begin(), step.contacts.end(), by_feature);
+  };
+  find(0.0298);
+  const std::vector<StepContact> first = step.contacts;
+  ASSERT_EQ(first.size(), 4U);
+  for (int i = 1; i < 5; ++i) {
+    const double up = i * 2e-7;
+    find(0.0298 + up);
+    ASSERT_EQ(step.contacts.size(), first.size());
+    for (std::size_t k = 0; k < first.size(); ++k) {
+      const StepContact& a = first[k];
+      const StepContact& b = step.contacts[k];
+      EXPECT_EQ(a.feature, b.feature);
+      EXPECT_EQ(a.area, b.area);
+      EXPECT_NEAR(a.penetration - up, b.penetration, 2e-7);
+      for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(a.position[axis], b.position[axis], 1e-6);
+      EXPECT_GT(detail::dot(a.normal, b.normal), 1 - 1e-6F);
+    }
+  }
 }
 
 TEST(StepContacts, OfThinnedFacesBothBodiesGiveTheirPoints) {
