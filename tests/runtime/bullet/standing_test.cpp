@@ -218,6 +218,27 @@ TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
   }
 }
 
+// Bullet calls them when a manifold gets its first point and when it is cleared.
+TEST(Standing, AContactThatStaysStartsOnce) {
+  static int started = 0;
+  static int ended = 0;
+  gContactStartedCallback = [](btPersistentManifold* const&) { ++started; };
+  gContactEndedCallback = [](btPersistentManifold* const&) { ++ended; };
+  bullet::Shape slab(baked_at(make_box({0.1, 0.1, 0.01}), 0.001));
+  Advised scene(kSide / 25);
+  scene.add(slab, 0, btVector3(0, 0, btScalar(-0.01)));
+  scene.add(cube(), btScalar(0.008), btVector3(0, 0, btScalar(0.011)));
+  scene.step(120);
+  EXPECT_GE(started, 1);
+  started = ended = 0;
+  scene.step(120);
+  EXPECT_EQ(scene.points().size(), 4U);
+  gContactStartedCallback = nullptr;
+  gContactEndedCallback = nullptr;
+  EXPECT_EQ(started, 0);
+  EXPECT_EQ(ended, 0);
+}
+
 TEST(Standing, FiveCubesRestOnTheSameContactsAtLowRates) {
   btStaticPlaneShape plane({0, 0, 1}, 0);
   for (const double rate : {60.0, 100.0}) {
