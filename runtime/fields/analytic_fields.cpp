@@ -11,6 +11,10 @@
 namespace vps::detail {
 namespace {
 
+float below(const HalfSpaceField& plane, Vec3 p) noexcept {
+  return plane.offset - dot(plane.outward_normal, p);
+}
+
 // V and the normal in a half plane through the axis of a solid of revolution.
 struct InProfile {
   float v = 0;
@@ -79,14 +83,14 @@ float value_at(const SphereField& sphere, Vec3 p) noexcept {
   return sphere.radius - length(p);
 }
 float value_at(const HalfSpaceField& plane, Vec3 p) noexcept {
-  return plane.offset - dot(plane.outward_normal, p);
+  return below(plane, p);
 }
 float value_at(const RevolvedField& solid, Vec3 p) noexcept {
   return in_profile(solid, std::hypot(p.x, p.y), p.z).v;
 }
 float value_at(const PolytopeField& solid, Vec3 p) noexcept {
   float least = std::numeric_limits<float>::infinity();
-  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, value_at(plane, p));
+  for (const HalfSpaceField& plane : solid.planes) least = std::min(least, below(plane, p));
   return least;
 }
 
@@ -119,15 +123,10 @@ Vec3 normal_at(const RevolvedField& solid, Vec3 p) noexcept {
   return {at.normal_r, 0, at.normal_z};
 }
 Vec3 normal_at(const PolytopeField& solid, Vec3 p) noexcept {
-  float least = std::numeric_limits<float>::infinity();
-  Vec3 normal{0, 0, 1};
-  for (const HalfSpaceField& plane : solid.planes) {
-    const float v = value_at(plane, p);
-    if (!(v < least)) continue;
-    least = v;
-    normal = plane.outward_normal;
-  }
-  return normal;
+  const float least = value_at(solid, p);
+  const auto nearest = std::find_if(solid.planes.begin(), solid.planes.end(),
+                                    [&](const HalfSpaceField& plane) { return below(plane, p) == least; });
+  return nearest != solid.planes.end() ? nearest->outward_normal : Vec3{0, 0, 1};
 }
 
 }  // namespace vps::detail
