@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <typeinfo>
+#include <utility>
 
 namespace vps::bullet {
 namespace {
@@ -75,12 +76,16 @@ struct FreshPoint {
   btScalar depth;
 };
 
-// Whether a manifold has points of the same contacts, in the same order.
-bool are_the_same(const btPersistentManifold& manifold, std::span<const ManifoldContact> contacts) {
-  if (manifold.getNumContacts() != static_cast<int>(contacts.size())) return false;
-  for (int i = 0; i < manifold.getNumContacts(); ++i) {
-    const btManifoldPoint& p = manifold.getContactPoint(i);
-    if (p.m_index0 != static_cast<int>(contacts[static_cast<std::size_t>(i)].feature)) return false;
+// Whether a manifold has points of the same contacts. If so, puts them in their order.
+bool are_the_same(btPersistentManifold& manifold, std::span<const ManifoldContact> contacts) {
+  const int count = manifold.getNumContacts();
+  if (count != static_cast<int>(contacts.size())) return false;
+  for (int i = 0; i < count; ++i) {
+    const int feature = static_cast<int>(contacts[static_cast<std::size_t>(i)].feature);
+    int at = i;
+    while (at < count && manifold.getContactPoint(at).m_index0 != feature) ++at;
+    if (at == count) return false;
+    if (at != i) std::swap(manifold.getContactPoint(i), manifold.getContactPoint(at));
   }
   return true;
 }

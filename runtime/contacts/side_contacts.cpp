@@ -86,11 +86,17 @@ void choose(const Side& side, const FoundContacts& found) {
   std::vector<ManifoldContact>& few = side.space.few;
   const ContactRows rows = rows_of(found, side.space);
   const ChoiceMemory& choice = side.memory.choice;
-  // Those that were chosen stay so, in their order. Which one is deepest is noise while a pair stands still, and bodies
-  // creep down slopes if the solver meets neighbours one after the other.
   const bool is_chosen = found.are_known && rows.count == choice.count;
   std::array<std::uint32_t, 4> four = choice.in_order;
   std::size_t count = is_chosen ? choice.count : choose_four(rows, side.memory.last_features(), pair.alike(), four);
+  if (is_chosen && count > 0) {
+    // Those that were chosen stay so, and the deepest comes first. In the order of their numbers neighbours follow each
+    // other, and bodies creep down slopes; in the order of the choice alone they tremble.
+    const auto deepest = std::max_element(four.begin(), four.begin() + count, [&](std::uint32_t i, std::uint32_t k) {
+      return rows.penetration[i] < rows.penetration[k];
+    });
+    std::swap(four[0], *deepest);
+  }
   count = std::min(count, side.query.most);
   std::vector<std::uint32_t>& chosen = side.space.chosen;
   chosen.assign(four.begin(), four.begin() + count);
