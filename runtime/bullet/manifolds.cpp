@@ -102,7 +102,7 @@ bool is_plain(const btManifoldResult& result) {
 // Moves the points of a manifold, which keep their impulses: what clearing it and adding them again comes to.
 // @return false if one has moved too far
 bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScalar beside,
-                 btPersistentManifold& manifold) {
+                 const btManifoldResult& result, btPersistentManifold& manifold) {
   const btCollisionObject& a = *manifold.getBody0();
   const btCollisionObject& b = *manifold.getBody1();
   std::array<btVector3, MANIFOLD_CACHE_SIZE> local_a;
@@ -116,10 +116,13 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
         shell_is_first ? p.m_localPointA.distance2(local_a[i]) : p.m_localPointB.distance2(local_b[i]);
     if (!(moved < beside * beside)) return false;
   }
-  const btScalar friction = btManifoldResult::calculateCombinedFriction(&a, &b);
-  const btScalar restitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
-  const btScalar rolling = btManifoldResult::calculateCombinedRollingFriction(&a, &b);
-  const btScalar spinning = btManifoldResult::calculateCombinedSpinningFriction(&a, &b);
+  // These may be the user's own.
+  const btCollisionObject* const first = result.getBody0Internal();
+  const btCollisionObject* const second = result.getBody1Internal();
+  const btScalar friction = gCalculateCombinedFrictionCallback(first, second);
+  const btScalar restitution = gCalculateCombinedRestitutionCallback(first, second);
+  const btScalar rolling = gCalculateCombinedRollingFrictionCallback(first, second);
+  const btScalar spinning = gCalculateCombinedSpinningFrictionCallback(first, second);
   for (std::size_t i = 0; i < fresh.size(); ++i) {
     btManifoldPoint& p = manifold.getContactPoint(static_cast<int>(i));
     p.m_localPointA = local_a[i];
@@ -217,7 +220,8 @@ void Manifolds::fill(int slot, const Pair& pair, std::span<const ManifoldContact
   std::array<FreshPoint, MANIFOLD_CACHE_SIZE> fresh;
   std::transform(contacts.begin(), contacts.end(), fresh.begin(), point_of);
   if (!has_springs && are_the_same(*target, contacts) && is_plain(*result)) {
-    if (move_points({fresh.data(), contacts.size()}, shell_is_first, btScalar(placing.beside), *target)) return;
+    const std::span<const FreshPoint> all(fresh.data(), contacts.size());
+    if (move_points(all, shell_is_first, btScalar(placing.beside), *result, *target)) return;
   }
   OldPoints old(*target, shell_is_first);
   target->clearManifold();

@@ -171,6 +171,11 @@ TEST(Standing, ContactsOfBodiesAtRestStayFromStepToStep) {
 TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
   bullet::Shape slab(baked_at(make_box({0.1, 0.1, 0.01}), 0.001));
   btBoxShape box({btScalar(0.1), btScalar(0.1), btScalar(0.01)});
+  // A user's own combination.
+  const CalculateCombinedCallback usual = gCalculateCombinedFrictionCallback;
+  gCalculateCombinedFrictionCallback = [](const btCollisionObject* a, const btCollisionObject* b) {
+    return btScalar(0.5) * a->getFriction() + btScalar(0.1) * b->getFriction();
+  };
   for (btCollisionShape* const ground : {static_cast<btCollisionShape*>(&slab), static_cast<btCollisionShape*>(&box)}) {
     for (const bool is_first : {false, true}) {
       Advised scenes[2] = {Advised(kSide / 25), Advised(kSide / 25)};
@@ -216,6 +221,7 @@ TEST(Standing, PointsThatStayMoveAsPointsAddedAgain) {
       EXPECT_GT(stayed, 400);
     }
   }
+  gCalculateCombinedFrictionCallback = usual;
 }
 
 // Bullet calls them when a manifold gets its first point and when it is cleared.
