@@ -46,6 +46,7 @@ struct SampledMap {
   const std::int32_t* planes = nullptr;            ///< null: there are none
   std::int32_t root_dims[2] = {};                  ///< x, y; of the coarse layers, too
   float top[3] = {};                               ///< the last voxel's centre. [vx]
+  std::uint32_t cells[3] = {};                     ///< between voxels' centres: `top`
   float bounds_min[3] = {}, bounds_max[3] = {};    ///< of the mesh. [vx]
   float band_inner = 0, band_outer = 0;            ///< [vx]
   float step = 0;                                  ///< lambda; bricks of level 1 have twice that. [vx]
@@ -145,7 +146,8 @@ Map sampled_map(const VoxelmapView& view, const Frame& frame) noexcept {
   map.coarse_layers = view.coarse_layers;
   map.planes = reinterpret_cast<const std::int32_t*>(view.planes);
   for (int axis = 0; axis < 3; ++axis) {
-    map.top[axis] = static_cast<float>(view.dims[axis] - 1);
+    map.cells[axis] = view.dims[axis] - 1;
+    map.top[axis] = static_cast<float>(map.cells[axis]);
     map.bounds_min[axis] = static_cast<float>((view.bounds_min[axis] - frame.origin[axis]) / frame.unit);
     map.bounds_max[axis] = static_cast<float>((view.bounds_max[axis] - frame.origin[axis]) / frame.unit);
   }

@@ -55,21 +55,45 @@ struct SampledLanes : Everywhere {
     I entry;
   };
   HWY_INLINE Walk begin(const Points& p) const {
-    const F zero = hn::Zero(f32);
-    // Comparisons with NaN are false: such a point counts as outside.
-    const M in_grid = hn::And(hn::And(hn::And(hn::Ge(p.x, zero), hn::Lt(p.x, set(map.top[0]))),
-                                      hn::And(hn::Ge(p.y, zero), hn::Lt(p.y, set(map.top[1])))),
-                              hn::And(hn::Ge(p.z, zero), hn::Lt(p.z, set(map.top[2]))));
-    const F gx = hn::IfThenElseZero(in_grid, p.x);
-    const F gy = hn::IfThenElseZero(in_grid, p.y);
-    const F gz = hn::IfThenElseZero(in_grid, p.z);
-    const I ix = hn::ConvertTo(i32, gx);
-    const I iy = hn::ConvertTo(i32, gy);
-    const I iz = hn::ConvertTo(i32, gz);
+    const Voxels voxel = voxels_of(p);
+    const M in_grid = in_grid_at(voxel);
+    const I root = root_of(voxel, in_grid);
+    const Points grid = {hn::IfThenElseZero(in_grid, p.x), hn::IfThenElseZero(in_grid, p.y),
+                         hn::IfThenElseZero(in_grid, p.z)};
+    return {grid, in_grid, voxel.x, voxel.y, voxel.z, entry_of(root)};
+  }
+  // The integer of a whole number below 2^22. Others, and NaN, give numbers from 2^22 on, as unsigned ones. Adding
+  // 1.5 * 2^23 to a whole number leaves it in the last bits; Highway's ConvertTo also handles overflow, in three steps.
+  static HWY_INLINE I integer_of(F whole) {
+    constexpr float kLarge = 12582912;
+    return hn::Sub(hn::BitCast(i32, hn::Add(whole, set(kLarge))), hn::BitCast(i32, set(kLarge)));
+  }
+  // The lowest corner of the cell of voxel centres around a point.
+  struct Voxels {
+    I x, y, z;
+  };
+  static HWY_INLINE Voxels voxels_of(const Points& p) {
+    return {integer_of(hn::Floor(p.x)), integer_of(hn::Floor(p.y)), integer_of(hn::Floor(p.z))};
+  }
+  HWY_INLINE M in_grid_at(const Voxels& voxel) const {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+    // They have no unsigned comparison. The sign of `beyond` is set where one of the numbers is negative or too large.
+    const auto beyond_on = [&](I v, int axis) {
+      return hn::Or(v, hn::Sub(hn::Set(i32, static_cast<std::int32_t>(map.cells[axis]) - 1), v));
+    };
+    const I beyond = hn::Or(hn::Or(beyond_on(voxel.x, 0), beyond_on(voxel.y, 1)), beyond_on(voxel.z, 2));
+    return hn::RebindMask(f32, hn::Gt(beyond, hn::Set(i32, -1)));
+#else
+    const Words u32;
+    const auto within = [&](I v, int axis) { return hn::Lt(hn::BitCast(u32, v), hn::Set(u32, map.cells[axis])); };
+    return hn::RebindMask(f32, hn::And(hn::And(within(voxel.x, 0), within(voxel.y, 1)), within(voxel.z, 2)));
+#endif
+  }
+  // The root of a voxel's block; of the first one beyond the grid.
+  HWY_INLINE I root_of(const Voxels& voxel, M in_grid) const {
     static_assert(kRootCells == 16);
-    const I root =
-        hn::GatherIndex(i32, map.roots, root_at(hn::ShiftRight<4>(ix), hn::ShiftRight<4>(iy), hn::ShiftRight<4>(iz)));
-    return {{gx, gy, gz}, in_grid, ix, iy, iz, entry_of(root)};
+    const I at = root_at(hn::ShiftRight<4>(voxel.x), hn::ShiftRight<4>(voxel.y), hn::ShiftRight<4>(voxel.z));
+    return hn::GatherIndex(i32, map.roots, hn::IfThenElseZero(hn::RebindMask(i32, in_grid), at));
   }
   // Position of a block in `roots` and `coarse_layers`.
   HWY_INLINE I root_at(I x, I y, I z) const {
@@ -91,7 +115,9 @@ struct SampledLanes : Everywhere {
     if constexpr (kShift > 0) go_down<kShift - 1>(walk);
   }
   // octree::is_node for signed numbers: nodes lie below -2 and -1, the two codes of no brick. Bricks lie from 0 on.
-  static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
+  static HWY_INLINE auto is_node(I entry) {
+    return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside)));
+  }
   template <int kShift>
   HWY_INLINE void enter(Walk& walk) const {
     const I one = hn::Set(i32, 1);
@@ -152,12 +178,15 @@ struct SampledLanes : Everywhere {
     const F left_out_f = hn::ConvertTo(f32, left_out);
     z = hn::Max(hn::Sub(z, hn::IfThenElseZero(has(kLowerEndShift), left_out_f)), hn::Zero(f32));
     z = hn::Min(z, hn::Sub(set(kFieldEdge - 1), left_out_f));
-    const I lx = hn::ConvertTo(i32, x);
-    const I ly = hn::ConvertTo(i32, y);
-    const I lz = hn::Min(hn::ConvertTo(i32, z), hn::Sub(hn::Set(i32, kFieldEdge - 2), left_out));
-    out.fx = hn::Sub(x, hn::ConvertTo(f32, lx));
-    out.fy = hn::Sub(y, hn::ConvertTo(f32, ly));
-    out.fz = hn::Sub(z, hn::ConvertTo(f32, lz));
+    const F cell_x = hn::Floor(x);
+    const F cell_y = hn::Floor(y);
+    const F cell_z = hn::Min(hn::Floor(z), hn::Sub(set(kFieldEdge - 2), left_out_f));
+    out.fx = hn::Sub(x, cell_x);
+    out.fy = hn::Sub(y, cell_y);
+    out.fz = hn::Sub(z, cell_z);
+    const I lx = integer_of(cell_x);
+    const I ly = integer_of(cell_y);
+    const I lz = integer_of(cell_z);
     const I slice = hn::Add(hn::And(entry, hn::Set(i32, kNumberMask)), lz);
     const I row = hn::Add(hn::Add(hn::ShiftLeft<2>(slice), slice), ly);
     const I sample = hn::Add(hn::Add(hn::ShiftLeft<2>(row), row), lx);
@@ -199,7 +228,9 @@ struct SampledLanes : Everywhere {
     return out;
   }
 
-  HWY_INLINE Looked look_up(const Points& p) const { return interpolate(find_cells(p)); }
+  HWY_INLINE Looked look_up(const Points& p) const {
+    return interpolate(find_cells(p));
+  }
 
   // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/internals/bounds.md,
   // "Lists of points". 0 where there are no samples.
@@ -215,7 +246,9 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElseZero(found.sampled, hn::Min(hn::Div(gap, steepest), within));
   }
 
-  static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
+  static HWY_INLINE F square(F a) {
+    return hn::Mul(a, a);
+  }
 
   // Bounds that a block's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +
   // kCoarseLayerSlack + reach.
@@ -224,9 +257,7 @@ struct SampledLanes : Everywhere {
   };
   HWY_INLINE Coarse coarse_at(const Points& g) const {
     const F half = set(0.5F);
-    const I vx = hn::ConvertTo(i32, hn::Add(g.x, half));
-    const I vy = hn::ConvertTo(i32, hn::Add(g.y, half));
-    const I vz = hn::ConvertTo(i32, hn::Add(g.z, half));
+    const auto [vx, vy, vz] = voxels_of({hn::Add(g.x, half), hn::Add(g.y, half), hn::Add(g.z, half)});
     static_assert(kCoarseEdge == 16);
     const I block = root_at(hn::ShiftRight<4>(vx), hn::ShiftRight<4>(vy), hn::ShiftRight<4>(vz));
     // A word has two layers. All words lie in the file, which was checked.
@@ -247,9 +278,7 @@ struct SampledLanes : Everywhere {
   // decides whether a voxel lies beyond the band.
   HWY_INLINE F least_beyond(const Looked& found) const {
     const F half = set(0.5F);
-    const auto from_voxel = [&](F g) {
-      return square(hn::Sub(g, hn::ConvertTo(f32, hn::ConvertTo(i32, hn::Add(g, half)))));
-    };
+    const auto from_voxel = [&](F g) { return square(hn::Sub(g, hn::Floor(hn::Add(g, half)))); };
     const F slack =
         hn::Sqrt(hn::Add(hn::Add(from_voxel(found.grid.x), from_voxel(found.grid.y)), from_voxel(found.grid.z)));
     return hn::Sub(hn::IfThenElse(found.far_inside, set(map.band_inner), set(map.band_outer)), slack);
@@ -285,7 +314,9 @@ struct SampledLanes : Everywhere {
   }
 
   // Where value_of is not V: the field's own values may be clamped there.
-  HWY_INLINE M beyond_band(F v) const { return hn::Or(hn::Ge(v, set(map.end_inner)), hn::Le(v, set(-map.end_outer))); }
+  HWY_INLINE M beyond_band(F v) const {
+    return hn::Or(hn::Ge(v, set(map.end_inner)), hn::Le(v, set(-map.end_outer)));
+  }
   // V in these lanes, from the far grid: voxelmap_penetration in lanes.
   HWY_NOINLINE F with_far_grid(const Points& p, F known, M sampled) const {
     const Far far = far_at(p);
@@ -314,14 +345,16 @@ struct SampledLanes : Everywhere {
       return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.far_top[axis])));
     };
     const M in_grid = hn::And(within(ax, 0), hn::And(within(ay, 1), within(az, 2)));
-    const I ix = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, ax));
-    const I iy = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, ay));
-    const I iz = hn::ConvertTo(i32, hn::IfThenElseZero(in_grid, az));
-    const F fx = hn::Sub(ax, hn::ConvertTo(f32, ix));
-    const F fy = hn::Sub(ay, hn::ConvertTo(f32, iy));
-    const F fz = hn::Sub(az, hn::ConvertTo(f32, iz));
+    const auto lower = [&](F a) { return hn::Floor(hn::IfThenElseZero(in_grid, a)); };
+    const F lx = lower(ax);
+    const F ly = lower(ay);
+    const F lz = lower(az);
+    const F fx = hn::Sub(ax, lx);
+    const F fy = hn::Sub(ay, ly);
+    const F fz = hn::Sub(az, lz);
     const I nx = hn::Set(i32, map.far_dims[0]);
-    const I node = hn::Add(hn::Mul(hn::Add(hn::Mul(iz, hn::Set(i32, map.far_dims[1])), iy), nx), ix);
+    const I row = hn::Add(hn::Mul(integer_of(lz), hn::Set(i32, map.far_dims[1])), integer_of(ly));
+    const I node = hn::Add(hn::Mul(row, nx), integer_of(lx));
     const I above = hn::Add(node, hn::Mul(nx, hn::Set(i32, map.far_dims[1])));
     // Words of four values, of which two are used. All words lie in the file, which was checked.
     const auto* const words = reinterpret_cast<const std::int32_t*>(map.far);
@@ -351,56 +384,41 @@ struct SampledLanes : Everywhere {
   // Upper bound of V at points outside, no less than 0 inside: from the planes, and beyond the grid from the mesh's
   // bounds. docs/internals/bounds.md, "The planes". find_plane in lanes.
   HWY_INLINE Ceiling ceiling(const Points& p) const {
-    const auto within = [&](F a, int axis) { return hn::And(hn::Ge(a, hn::Zero(f32)), hn::Lt(a, set(map.top[axis]))); };
-    const M in_grid = hn::And(hn::And(within(p.x, 0), within(p.y, 1)), within(p.z, 2));
-    // Adding 1.5 * 2^23 to a whole number leaves it in the last bits.
-    constexpr float kWhole = 12582912;
-    struct Cell {
-      F beyond;  // its lower end, in units of cells
-      I number;
-    };
-    static_assert(kPlaneCell == 8 && kRootCells == 16);
-    const auto cell_of = [&](F a) {
-      const F place = hn::Mul(hn::IfThenElseZero(in_grid, a), set(1.0F / kPlaneCell));
-      const F whole = hn::Floor(place);
-      const I number = hn::Sub(hn::BitCast(i32, hn::Add(whole, set(kWhole))), hn::BitCast(i32, set(kWhole)));
-      return Cell{hn::Sub(place, whole), number};
-    };
-    const Cell x = cell_of(p.x);
-    const Cell y = cell_of(p.y);
-    const Cell z = cell_of(p.z);
-    const auto block_of = [](const Cell& c) { return hn::ShiftRight<1>(c.number); };
-    const auto half_of = [](const Cell& c) { return hn::And(c.number, hn::Set(i32, 1)); };
-    const I root = hn::GatherIndex(i32, map.roots, root_at(block_of(x), block_of(y), block_of(z)));
+    const Voxels voxel = voxels_of(p);
+    const M in_grid = in_grid_at(voxel);
+    const I root = root_of(voxel, in_grid);
     // octree::has_octant_planes
-    static_assert(kOctantsFlag == 1U << 29);
-    const auto of_octant = hn::Lt(hn::Or(root, hn::ShiftLeft<2>(root)), hn::Zero(i32));
-    const I octant = hn::Or(half_of(x), hn::Or(hn::ShiftLeft<1>(half_of(y)), hn::ShiftLeft<2>(half_of(z))));
+    constexpr auto kEither = static_cast<std::int32_t>(kNodeFlag | kOctantsFlag);
+    const auto of_block = hn::Eq(hn::And(root, hn::Set(i32, kEither)), hn::Zero(i32));
+    static_assert(kPlaneCell == 8 && kRootCells == 16);
+    const auto bit = [](I v, int number) { return hn::And(v, hn::Set(i32, number)); };
+    const I octant = hn::Or(hn::Or(bit(hn::ShiftRight<3>(voxel.x), 1), bit(hn::ShiftRight<2>(voxel.y), 2)),
+                            bit(hn::ShiftRight<1>(voxel.z), 4));
     const I at = hn::Or(hn::ShiftLeft<3>(root), octant);  // the flags are shifted out
-    const I planes = hn::GatherIndex(i32, map.planes, hn::IfThenElseZero(of_octant, at));
-    const I code = hn::IfThenElse(of_octant, planes, root);
-    const auto slope = [&](I up) { return hn::ConvertTo(f32, hn::ShiftRight<25>(up)); };
-    const M in_octant = hn::RebindMask(f32, of_octant);
-    const auto from_centre = [&](const Cell& c) {
-      const F in_block = hn::Add(c.beyond, hn::ConvertTo(f32, hn::Sub(half_of(c), hn::Set(i32, 1))));
-      return hn::IfThenElse(in_octant, hn::Sub(c.beyond, set(0.5F)), in_block);
-    };
-    const I of_cell = hn::ShiftRight<22>(hn::ShiftLeft<1>(code));
-    const I of_block = hn::ShiftLeft<2>(hn::ShiftRight<24>(hn::ShiftLeft<3>(code)));
-    // plane_height
-    const F size = hn::ConvertTo(f32, hn::IfThenElse(of_octant, of_cell, of_block));
+    const I planes = hn::GatherIndex(i32, map.planes, hn::IfThenZeroElse(of_block, at));
+    const I code = hn::IfThenElse(of_block, root, planes);
+    // plane_height, of decode_plane or decode_block
+    const I up = hn::ShiftRight<22>(hn::IfThenElse(of_block, hn::ShiftLeft<3>(code), hn::ShiftLeft<1>(code)));
+    const F size = hn::ConvertTo(f32, hn::IfThenElse(of_block, hn::And(up, hn::Set(i32, ~3)), up));
     const F height = hn::Mul(hn::Mul(size, hn::Abs(size)), set(1.0F / kHeightSquares));
-    F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(x));
-    rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(y), rise);
-    rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(z), rise);
-    Ceiling out{hn::MulAdd(rise, set(float{kPlaneCell} / kSlopeSteps), height),
+    // height_at
+    const I corner = hn::IfThenElse(of_block, hn::Set(i32, ~15), hn::Set(i32, ~7));
+    const I half = hn::IfThenElse(of_block, hn::Set(i32, 8), hn::Set(i32, 4));
+    const auto from_centre = [&](F a, I v) { return hn::Sub(a, hn::ConvertTo(f32, hn::OrAnd(half, v, corner))); };
+    const auto slope = [&](I shifted) { return hn::ConvertTo(f32, hn::ShiftRight<25>(shifted)); };
+    F rise = hn::Mul(slope(hn::ShiftLeft<25>(code)), from_centre(p.x, voxel.x));
+    rise = hn::MulAdd(slope(hn::ShiftLeft<18>(code)), from_centre(p.y, voxel.y), rise);
+    rise = hn::MulAdd(slope(hn::ShiftLeft<11>(code)), from_centre(p.z, voxel.z), rise);
+    Ceiling out{hn::MulAdd(rise, set(1.0F / kSlopeSteps), height),
                 hn::And(in_grid, hn::RebindMask(f32, hn::Lt(code, hn::Zero(i32))))};
     if (!hn::AllTrue(f32, in_grid)) out.v = hn::IfThenElse(in_grid, out.v, hn::Neg(to_bounds(p)));
     return out;
   }
 
   // Where the true distance is at most `reach`, the interpolated one is at most reach + slack: see least_distance.
-  HWY_INLINE F bound(const Points& p, F reach) const { return bound_of(p, reach, look_up(p)); }
+  HWY_INLINE F bound(const Points& p, F reach) const {
+    return bound_of(p, reach, look_up(p));
+  }
   HWY_INLINE F bound_of(const Points& p, F reach, const Looked& found) const {
     const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
     const F slack = hn::Sub(hn::Sqrt(squared), reach);
