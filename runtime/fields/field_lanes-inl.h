@@ -41,11 +41,10 @@ HWY_INLINE std::uint32_t store_packed(D d, hn::Vec<D> v, hn::Mask<D> mask, hn::T
   const hn::Rebind<std::uint8_t, D> bytes;
   const auto lanes = hn::PromoteTo(hn::Rebind<std::int32_t, D>(), hn::LoadU(bytes, kLanesOfMask[bits[0]].data()));
   hn::StoreU(hn::TableLookupLanes(v, hn::IndicesFromVec(d, lanes)), d, to);
-  return static_cast<std::uint32_t>(std::popcount(bits[0]));
 #else
   hn::StoreU(hn::Compress(v, mask), d, to);
-  return static_cast<std::uint32_t>(hn::CountTrue(d, mask));
 #endif
+  return static_cast<std::uint32_t>(hn::CountTrue(d, mask));
 }
 
 // first, first + 1, ... Iota would store each number alone, and then wait for all.

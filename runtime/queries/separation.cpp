@@ -112,6 +112,16 @@ DeepestSearch new_search(const SeparationQuery<Field>& query, const Frame& frame
   return search;
 }
 
+template <class KernelField>
+void search_without_floor(const KernelField& field, DeepestSearch& search) noexcept {
+  const std::uint32_t nodes = search.nodes_tested;
+  const std::uint32_t points = search.points_tested;
+  search.floor = std::numeric_limits<float>::lowest();
+  find_deepest(field, search);
+  search.nodes_tested += nodes;
+  search.points_tested += points;
+}
+
 // @param start  where a walk to the field's surface begins; null: at the point
 template <class Field>
 DeepestPoint deepest_of(const SeparationQuery<Field>& query, std::uint32_t point, const Vec3* start,
@@ -154,10 +164,12 @@ DeepestPoint come_closer(const SeparationQuery<Field>&, const DeepestPoint& deep
   return deepest;
 }
 
-// Whether the shells of both bodies are compared when these are apart. The field has to tell which side a point is on.
-bool compares_shells(const SeparationQuery<VoxelmapView>& query) noexcept {
-  const PointshellView* const other = query.options.field_shell;
-  return other != nullptr && other->points > 0 && certified_band(query.field).outer > value_error(query.field);
+// Whether the field tells which side a point is on, and so the deepest point in its band.
+bool has_band(const VoxelmapView& map) noexcept {
+  return certified_band(map).outer > value_error(map);
+}
+bool has_field_shell(const SeparationOptions& options) noexcept {
+  return options.field_shell != nullptr && options.field_shell->points > 0;
 }
 
 // Lower bound of the distance of all points from the bounds of the field's mesh. [m]
@@ -205,11 +217,15 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   // V may be too large at a point, and too small at the centre of its sphere.
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
   constexpr bool kIsMap = std::is_same_v<Field, VoxelmapView>;
+  // Most of a shell lies beyond the band of a map. A search that passes all of that finds a deepest point in the band
+  // sooner.
   if constexpr (kIsMap) {
-    // In its band the field alone tells the deepest point.
-    if (compares_shells(query)) search.floor = -certified_band(query.field).outer / unit;
+    if (has_band(query.field)) search.floor = -certified_band(query.field).outer / unit;
   }
   find_deepest(kernel_field, search);
+  const bool is_beyond = !(search.deepest > search.floor);
+  const bool compares_shells = kIsMap && is_beyond && has_field_shell(query.options);
+  if (is_beyond && !compares_shells) search_without_floor(kernel_field, search);
 
   result.point = search.point;
   result.nodes_tested = search.nodes_tested;
@@ -218,10 +234,9 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   result.delta_bound = double{unit} * std::max(search.best, search.rejected) + slack;
   double above = double{error};  // of the true V of a point above delta_bound
   DeepestPoint deepest;
-  bool is_found = true;
+  if (!compares_shells) deepest = deepest_of(query, search.point, nullptr, result.position);
   if constexpr (kIsMap) {
-    is_found = !compares_shells(query) || search.deepest > search.floor;
-    if (!is_found) {
+    if (compares_shells) {
       const Apart apart = find_apart(query, result);
       deepest = apart.deepest;
       if (-double{apart.nearest} < result.delta_bound) {
@@ -230,7 +245,6 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
       }
     }
   }
-  if (is_found) deepest = deepest_of(query, search.point, nullptr, result.position);
   deepest = come_closer(query, deepest, result);
   // Points lie on the surface, apart from the rounding of their codes. Every point of the surface is within the
   // covering radius of one of them.
