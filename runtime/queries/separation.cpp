@@ -217,10 +217,11 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   // V may be too large at a point, and too small at the centre of its sphere.
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
   constexpr bool kIsMap = std::is_same_v<Field, VoxelmapView>;
-  // Most of a shell lies beyond the band of a map. A search that passes all of that finds a deepest point in the band
-  // sooner.
+  // Most of a shell lies far beyond the band of a map. A search that passes all of that is over sooner, if it finds a
+  // point. Without the other shell it looks a little farther.
   if constexpr (kIsMap) {
-    if (has_band(query.field)) search.floor = -certified_band(query.field).outer / unit;
+    const float farther = has_field_shell(query.options) ? 1 : 2;
+    if (has_band(query.field)) search.floor = -farther * certified_band(query.field).outer / unit;
   }
   find_deepest(kernel_field, search);
   const bool is_beyond = !(search.deepest > search.floor);
