@@ -55,6 +55,22 @@ HWY_INLINE hn::Vec<Words> numbers_from(std::uint32_t first) {
   return hn::Add(hn::Load(u32, kNumbers), hn::Set(u32, first));
 }
 
+// Whether all three are below their end, as unsigned numbers.
+HWY_INLINE M are_below(I x, I y, I z, const std::uint32_t (&ends)[3]) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+  // These have no unsigned comparison. The sign of `beyond` is set where a number is negative or too large.
+  const auto beyond_end = [&](I a, int axis) {
+    return hn::Or(a, hn::Sub(hn::Set(i32, static_cast<std::int32_t>(ends[axis]) - 1), a));
+  };
+  const I beyond = hn::Or(hn::Or(beyond_end(x, 0), beyond_end(y, 1)), beyond_end(z, 2));
+  return hn::RebindMask(f32, hn::Gt(beyond, hn::Set(i32, -1)));
+#else
+  const Words u32;
+  const auto below = [&](I a, int axis) { return hn::Lt(hn::BitCast(u32, a), hn::Set(u32, ends[axis])); };
+  return hn::RebindMask(f32, hn::And(hn::And(below(x, 0), below(y, 1)), below(z, 2)));
+#endif
+}
+
 struct Points {
   F x, y, z;
 };

@@ -75,20 +75,7 @@ struct SampledLanes : Everywhere {
   static HWY_INLINE Voxels voxels_of(const Points& p) {
     return {integer_of(hn::Floor(p.x)), integer_of(hn::Floor(p.y)), integer_of(hn::Floor(p.z))};
   }
-  HWY_INLINE M in_grid_at(const Voxels& voxel) const {
-#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
-    // They have no unsigned comparison. The sign of `beyond` is set where one of the numbers is negative or too large.
-    const auto beyond_on = [&](I v, int axis) {
-      return hn::Or(v, hn::Sub(hn::Set(i32, static_cast<std::int32_t>(map.cells[axis]) - 1), v));
-    };
-    const I beyond = hn::Or(hn::Or(beyond_on(voxel.x, 0), beyond_on(voxel.y, 1)), beyond_on(voxel.z, 2));
-    return hn::RebindMask(f32, hn::Gt(beyond, hn::Set(i32, -1)));
-#else
-    const Words u32;
-    const auto within = [&](I v, int axis) { return hn::Lt(hn::BitCast(u32, v), hn::Set(u32, map.cells[axis])); };
-    return hn::RebindMask(f32, hn::And(hn::And(within(voxel.x, 0), within(voxel.y, 1)), within(voxel.z, 2)));
-#endif
-  }
+  HWY_INLINE M in_grid_at(const Voxels& voxel) const { return are_below(voxel.x, voxel.y, voxel.z, map.cells); }
   // The root of a voxel's block; of the first one beyond the grid.
   HWY_INLINE I root_of(const Voxels& voxel, M in_grid) const {
     static_assert(kRootCells == 16);
@@ -115,9 +102,7 @@ struct SampledLanes : Everywhere {
     if constexpr (kShift > 0) go_down<kShift - 1>(walk);
   }
   // octree::is_node for signed numbers: nodes lie below -2 and -1, the two codes of no brick. Bricks lie from 0 on.
-  static HWY_INLINE auto is_node(I entry) {
-    return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside)));
-  }
+  static HWY_INLINE auto is_node(I entry) { return hn::Lt(entry, hn::Set(i32, static_cast<std::int32_t>(kFarInside))); }
   template <int kShift>
   HWY_INLINE void enter(Walk& walk) const {
     const I one = hn::Set(i32, 1);
@@ -228,9 +213,7 @@ struct SampledLanes : Everywhere {
     return out;
   }
 
-  HWY_INLINE Looked look_up(const Points& p) const {
-    return interpolate(find_cells(p));
-  }
+  HWY_INLINE Looked look_up(const Points& p) const { return interpolate(find_cells(p)); }
 
   // How far a point can move before V may have grown by `gap`, as far as its brick reaches: docs/internals/bounds.md,
   // "Lists of points". 0 where there are no samples.
@@ -246,9 +229,7 @@ struct SampledLanes : Everywhere {
     return hn::IfThenElseZero(found.sampled, hn::Min(hn::Div(gap, steepest), within));
   }
 
-  static HWY_INLINE F square(F a) {
-    return hn::Mul(a, a);
-  }
+  static HWY_INLINE F square(F a) { return hn::Mul(a, a); }
 
   // Bounds that a block's coarse layer gives for a point of the grid: |layers| - reach <= |V| < |layers| +
   // kCoarseLayerSlack + reach.
@@ -314,9 +295,7 @@ struct SampledLanes : Everywhere {
   }
 
   // Where value_of is not V: the field's own values may be clamped there.
-  HWY_INLINE M beyond_band(F v) const {
-    return hn::Or(hn::Ge(v, set(map.end_inner)), hn::Le(v, set(-map.end_outer)));
-  }
+  HWY_INLINE M beyond_band(F v) const { return hn::Or(hn::Ge(v, set(map.end_inner)), hn::Le(v, set(-map.end_outer))); }
   // V in these lanes, from the far grid: voxelmap_penetration in lanes.
   HWY_NOINLINE F with_far_grid(const Points& p, F known, M sampled) const {
     const Far far = far_at(p);
@@ -416,9 +395,7 @@ struct SampledLanes : Everywhere {
   }
 
   // Where the true distance is at most `reach`, the interpolated one is at most reach + slack: see least_distance.
-  HWY_INLINE F bound(const Points& p, F reach) const {
-    return bound_of(p, reach, look_up(p));
-  }
+  HWY_INLINE F bound(const Points& p, F reach) const { return bound_of(p, reach, look_up(p)); }
   HWY_INLINE F bound_of(const Points& p, F reach, const Looked& found) const {
     const F squared = hn::MulAdd(reach, reach, hn::Mul(set(kHalfDiagonalSquared), hn::Mul(found.cell, found.cell)));
     const F slack = hn::Sub(hn::Sqrt(squared), reach);
