@@ -218,7 +218,7 @@ Status find(const SeparationQuery<Field>& query, const KernelField& kernel_field
   search.margin = (2 * value_error(query.field) - query.options.tolerance) / unit;
   constexpr bool kIsMap = std::is_same_v<Field, VoxelmapView>;
   // Most of a shell lies far beyond the band of a map. A search that passes all of that is over sooner, if it finds a
-  // point. Without the other shell it looks a little farther.
+  // point. Beyond the band the shells of both are compared; without the other one, the first search looks farther.
   if constexpr (kIsMap) {
     const float farther = has_field_shell(query.options) ? 1 : 2;
     if (has_band(query.field)) search.floor = -farther * certified_band(query.field).outer / unit;
