@@ -359,6 +359,15 @@ enum class Weight : std::uint8_t {
   per_patch,
 };
 
+/// A linear upper bound of a sampled field's V in a box around a shell: docs/internals/bounds.md, "A plane for a
+/// region".
+struct RegionBound {
+  float low[3] = {}, high[3] = {};  ///< the box, in the field's voxels. [vx]
+  float slope[3] = {};              ///< [-]
+  float height = 0;                 ///< at the box's middle. [vx]
+  bool is_tight = false;            ///< false: there is none that would reject enough
+};
+
 /// The points of a pair that can be in contact while the pair moves little (a Verlet list). Queries of a resting body
 /// test only these points, from the third one on. The contacts are the same as without a cache. Use one cache for each
 /// pair of a shell and a field, in one thread at a time, and drop it with their assets. Its arrays grow with the
@@ -376,6 +385,8 @@ struct ContactCache {
   float shell_scale = 1;
   std::uint64_t field = 0;
   bool has_flats = false;
+  RegionBound region;              ///< for points far from the surface
+  std::uint64_t region_field = 0;  ///< the field that `region` is of
 };
 
 struct QueryOptions {

@@ -38,7 +38,7 @@ Status traverse_contacts(const PointshellView& shell, FieldRef field, const Pose
                          const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                          QueryResult& result) noexcept;
 /// The same, but a contact has V >= -(contact distance + way of its point): farther points do not come within the
-/// contact distance in the motion. The cache is not used; no budget and no level.
+/// contact distance in the motion. Of the cache only the region is used; no budget and no level.
 Status traverse_ahead(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
                       const QueryOptions& options, const RelativeMotion& motion, Scratch& scratch,
                       std::span<Contact> out, QueryResult& result) noexcept;

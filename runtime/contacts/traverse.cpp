@@ -81,7 +81,8 @@ void traverse_with_cache(TraverseQuery& query) noexcept {
 }
 
 bool uses_cache(const TraverseQuery& query) noexcept {
-  return query.options.cache != nullptr && query.descent.bounds == nullptr && query.facts.takes_lists;
+  return query.options.cache != nullptr && query.descent.moving == nullptr && query.descent.bounds == nullptr &&
+         query.facts.takes_lists;
 }
 
 bool takes_patches(const TraverseQuery& query) noexcept {
@@ -155,6 +156,36 @@ bool answer_apart(const PointshellView& shell, const VoxelmapView& map, const Po
   return true;
 }
 
+// Uses the bound of the region that the shell is in, if that rejects enough. A cache keeps it until the shell leaves
+// the region.
+void use_region(const VoxelmapView& map, TraverseQuery& query, ContactCache& cache, detail::CodeBound& bound) noexcept {
+  constexpr float kRoom_vx = 8;
+  detail::Descent& d = query.descent;
+  if (map.planes == nullptr || d.bounds != nullptr) return;
+  const float radius = d.radius_scale * static_cast<float>(query.shell.sphere[3][0]) + 1;
+  float low[3];
+  float high[3];
+  float room = std::numeric_limits<float>::max();
+  for (int axis = 0; axis < 3; ++axis) {
+    float at = d.points.translation[axis];
+    for (int k = 0; k < 3; ++k) at += d.points.rotation[3 * axis + k] * static_cast<float>(query.shell.sphere[k][0]);
+    const float most = radius + d.contact_distance + kRoom_vx;
+    low[axis] = at - most;
+    high[axis] = at + most;
+    room = std::min({room, at - radius - cache.region.low[axis], cache.region.high[axis] - at - radius});
+  }
+  if (cache.region_field != query.facts.id || !(room >= d.contact_distance)) {
+    if (cache.region.is_tight) cache.reach = 0;  // points that are not in the list were below it
+    cache.region = detail::bound_region(map, low, high);
+    cache.region_field = query.facts.id;
+    room = d.contact_distance + kRoom_vx;
+  }
+  if (!cache.region.is_tight) return;
+  bound = detail::bound_of_codes(cache.region, d.points, d.rounding);
+  d.region = &bound;
+  d.rejected = -room;
+}
+
 // Calls run(query) with a query of a field in kernel form, unless the bodies are apart.
 template <class Run>
 Status query_field(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
@@ -179,6 +210,10 @@ Status query_field(const PointshellView& shell, FieldRef field, const Pose& shel
       }
       TraverseQuery query(shell, detail::DescentField(kernel_field), facts, kernel_pose, shell_to_field, within,
                           scratch, out, result);
+      detail::CodeBound region;
+      if constexpr (std::is_same_v<Kind, VoxelmapView>) {
+        if (options.cache != nullptr && kind.field == Field::scaled) use_region(kind, query, *options.cache, region);
+      }
       return run(query);
     };
     return detail::in_kernel_form(kind, shell_to_field, run_kernel);
@@ -246,7 +281,7 @@ Status detail::traverse_contacts(const PointshellView& shell, FieldRef field, co
                                  const QueryOptions& options, Scratch& scratch, std::span<Contact> out,
                                  QueryResult& result) noexcept {
   return query_field(shell, field, shell_to_field, options, scratch, out, result, [&](TraverseQuery& query) {
-    query.has_sums = false;
+    query.descent.hits_only = true;
     if (takes_patches(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::patches);
     if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);
     return sum_contacts(query);
@@ -258,7 +293,7 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
                               std::span<Contact> out, QueryResult& result) noexcept {
   const Affine to_points = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
   QueryOptions farthest = options;
-  farthest.cache = nullptr;
+  if (field.voxelmap() == nullptr) farthest.cache = nullptr;
   if (shell.points > 0) {
     const Vec3 root = Transform(shell_to_field).apply(sphere_centre(shell, 0));
     farthest.contact_distance +=
@@ -268,7 +303,7 @@ Status detail::traverse_ahead(const PointshellView& shell, FieldRef field, const
     const float unit = query.descent.unit;
     const MovingShell moving{ways_of(motion, to_points, unit), length(motion.turn), options.contact_distance / unit};
     query.descent.moving = &moving;
-    query.has_sums = false;
+    query.descent.hits_only = true;
     if (takes_deepest(query)) stop_at_flat_nodes(query, scratch, FlatNodesGive::deepest);
     return sum_contacts(query);
   };
@@ -304,7 +339,7 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
     detail::Descent& d = query.descent;
     d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
     std::copy_n(hits.position, 3, d.positions);
-    query.has_sums = false;
+    query.descent.hits_only = true;
     stop_at_flat_nodes(query, scratch, detail::FlatNodesGive::corners);
     find(query);
     if (query.options.leaves_faces) leave_faces(query);

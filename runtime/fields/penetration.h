@@ -225,6 +225,29 @@ inline float known_distance(const VoxelmapView& map) noexcept {
   return map.far.range > 0 ? map.far.range : end_of_band(map.band_outer, map.voxel_size);
 }
 
+/// The plane of a cell of 8x8x8 voxels: its own, or that of its block.
+struct CellBound {
+  CellPlane plane;
+  float centre[3];  ///< of the cell or block. [vx]
+};
+/// @param cell  in the grid
+/// @pre the map has planes
+inline CellBound bound_of_cell(const VoxelmapView& map, const std::uint32_t (&cell)[3]) noexcept {
+  static_assert(kRootCells == 2 * kPlaneCell);
+  const std::uint32_t root =
+      map.field_roots[(std::size_t{cell[2] / 2} * map.root_dims[1] + cell[1] / 2) * map.root_dims[0] + cell[0] / 2];
+  const bool is_block = !octree::has_octant_planes(root);
+  const std::uint32_t octant = cell[2] % 2 * 4 + cell[1] % 2 * 2 + cell[0] % 2;
+  CellBound found;
+  found.plane =
+      is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::planes_of(root)} + octant]);
+  for (int axis = 0; axis < 3; ++axis) {
+    const float centre = is_block ? static_cast<float>(cell[axis] | 1U) : static_cast<float>(cell[axis]) + 0.5F;
+    found.centre[axis] = centre * kPlaneCell;
+  }
+  return found;
+}
+
 /// The plane of the cell or block at a point, and its height there: docs/internals/bounds.md, "The planes".
 struct PlaneAt {
   bool in_grid = false;
@@ -242,22 +265,9 @@ inline PlaneAt find_plane(const VoxelmapView& map, Vec3 point) noexcept {
     if (!(at[axis] >= 0 && at[axis] < static_cast<float>(map.dims[axis] - 1))) return {};
     cell[axis] = static_cast<std::uint32_t>(at[axis]) / kPlaneCell;
   }
-  static_assert(kRootCells == 2 * kPlaneCell);
-  const std::uint32_t root =
-      map.field_roots[(std::size_t{cell[2] / 2} * map.root_dims[1] + cell[1] / 2) * map.root_dims[0] + cell[0] / 2];
-  const bool is_block = !octree::has_octant_planes(root);
-  const std::uint32_t octant = cell[2] % 2 * 4 + cell[1] % 2 * 2 + cell[0] % 2;
-  PlaneAt found;
-  found.in_grid = true;
-  found.plane =
-      is_block ? decode_block(root) : decode_plane(map.planes[8 * std::size_t{octree::planes_of(root)} + octant]);
-  float from_centre[3];
-  for (int axis = 0; axis < 3; ++axis) {
-    const float centre = is_block ? static_cast<float>(cell[axis] | 1U) : static_cast<float>(cell[axis]) + 0.5F;
-    from_centre[axis] = at[axis] - centre * kPlaneCell;
-  }
-  found.height = map.voxel_size * height_at(found.plane, from_centre);
-  return found;
+  const CellBound found = bound_of_cell(map, cell);
+  const float from_centre[3] = {at[0] - found.centre[0], at[1] - found.centre[1], at[2] - found.centre[2]};
+  return {true, found.plane, map.voxel_size * height_at(found.plane, from_centre)};
 }
 
 /// V without the far grid.

@@ -8,19 +8,10 @@
 // After foreach_target.h.
 #include <hwy/highway.h>
 
-#include <algorithm>
-
-#include "runtime/fields/sampled_lanes-inl.h"
+#include "runtime/queries/point_tests-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vps::detail::HWY_NAMESPACE {
-
-HWY_INLINE F way_of(const Affine& ways, const Points& stored) {
-  const F x = row(ways, 0, stored);
-  const F y = row(ways, 1, stored);
-  const F z = row(ways, 2, stored);
-  return hn::Sqrt(hn::MulAdd(x, x, hn::MulAdd(y, y, hn::Mul(z, z))));
-}
 
 // The spheres of a batch, in the field.
 struct Spheres {
@@ -28,16 +19,18 @@ struct Spheres {
   F radius;
   F reach;  // radius + contact distance
 };
+// Largest distance of a hit in these spheres off the field.
+HWY_INLINE F distance_of(const Descent& d, const Points& codes, F radius) {
+  const F distance = set(d.contact_distance);
+  if (d.moving == nullptr) return distance;
+  const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->ways, codes));
+  return hn::Min(distance, hn::Add(way, set(d.moving->near)));
+}
 template <class Lanes>
 HWY_INLINE Spheres spheres_of(const Lanes& field, const Descent& d, const Batch& batch) {
   const Points codes = load_centres(*d.shell, batch);
   const F radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.slack));
-  F distance = set(d.contact_distance);
-  if (d.moving != nullptr) {
-    const F way = hn::MulAdd(set(d.moving->turn), radius, way_of(d.moving->ways, codes));
-    distance = hn::Min(distance, hn::Add(way, set(d.moving->near)));
-  }
-  return {field.place(d.points, codes), radius, hn::Add(radius, distance)};
+  return {field.place(d.points, codes), radius, hn::Add(radius, distance_of(d, codes, radius))};
 }
 
 // Whether spheres and points can be tested against the planes first.
@@ -50,10 +43,13 @@ HWY_INLINE bool has_planes(const Lanes& field, const Descent& d) {
     return false;
   }
 }
-// Whether the planes bound the field's own values wherever these can be hits, and not only the true V.
 template <class Lanes>
-HWY_INLINE bool planes_bound_hits(const Lanes& field, const Descent& d) {
-  return d.contact_distance < field.map.end_outer;
+HWY_INLINE bool takes_region(const Lanes& field, const Descent& d) {
+  if constexpr (Lanes::kHasFarGrid) {
+    return d.region != nullptr && (d.moving != nullptr || planes_bound_hits(field, d));
+  } else {
+    return false;
+  }
 }
 
 // The field's bound at the centres of spheres.
@@ -76,34 +72,6 @@ HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
   return hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
 }
 
-// V at points that were not looked up, as the look-up gives it.
-// @param sampled  lanes where the field has samples
-template <class Lanes>
-HWY_INLINE F value_at(const Lanes& field, const Points& p, const Batch& batch, M valid, M& sampled) {
-  if constexpr (Lanes::kHasFarGrid) {
-    const auto found = field.look_up(p);
-    sampled = found.sampled;
-    return field.value_of(p, found);
-  } else {
-    sampled = valid;
-    return field.value(p, batch, valid);
-  }
-}
-
-// Which points are hits. Beyond the band a look-up gives a value that is no farther from 0 than V: outside an upper
-// bound. It suffices for points that are no hits. For others the far grid gives V.
-template <class Lanes>
-HWY_INLINE M find_hits(const Lanes& field, const Points& p, M sampled, M valid, F limit, F& v) {
-  const M hit = hn::And(valid, hn::Ge(v, limit));
-  if constexpr (Lanes::kHasFarGrid) {
-    if (!hn::AllFalse(f32, hit) && field.map.far != nullptr && !hn::AllFalse(f32, hn::And(hit, field.beyond_band(v)))) {
-      v = field.with_far_grid(p, v, sampled);
-      return hn::And(valid, hn::Ge(v, limit));
-    }
-  }
-  return hit;
-}
-
 template <class Lanes>
 bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   const Batch batch{node, 1, 0};
@@ -123,12 +91,23 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
 template <class Lanes>
 HWY_INLINE std::uint32_t test_spheres(const Lanes& field, Descent& d, const Batch& batch, F& rejected,
                                       std::uint32_t* out, float* bounds) {
-  const Spheres spheres = spheres_of(field, d, batch);
-  const F bound = bound_at(field, d, spheres);
-  const M touch = touching(batch, spheres, bound);
+  F radius, bound;
+  M touch;
+  if (takes_region(field, d)) {
+    const Points codes = load_centres(*d.shell, batch);
+    radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.rounding));
+    bound = height_of(*d.region, codes);
+    const F reach = hn::Add(radius, distance_of(d, codes, radius));
+    touch = hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
+  } else {
+    const Spheres spheres = spheres_of(field, d, batch);
+    radius = spheres.radius;
+    bound = bound_at(field, d, spheres);
+    touch = touching(batch, spheres, bound);
+  }
   const M apart = hn::AndNot(touch, valid_lanes(batch));
   // Upper bounds of V below the spheres, unless they touch: docs/internals/bounds.md.
-  const F below = hn::Add(bound, spheres.radius);
+  const F below = hn::Add(bound, radius);
   rejected = hn::IfThenElse(apart, hn::Max(rejected, below), rejected);
   if (bounds != nullptr) store_packed(f32, below, touch, bounds);
   d.nodes_tested += batch.count;
@@ -147,180 +126,6 @@ std::uint32_t touching_lanes(const Lanes& field, Descent& d, IndexRange nodes, s
   d.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected));
   return count;
 }
-
-// Adds hits to the results.
-HWY_INLINE void add_hits(const Points& codes, hn::Vec<Words> points, hn::Vec<Words> leaves, F v, M hit, Descent& d) {
-  const Words u32;
-  const auto hit_word = hn::RebindMask(u32, hit);
-  if (d.positions[0] != nullptr) {
-    for (int axis = 0; axis < 3; ++axis) {
-      (void)store_packed(f32, row(d.to_positions, axis, codes), hit, d.positions[axis] + d.hit_count);
-    }
-  }
-  (void)store_packed(u32, points, hit_word, d.hits + d.hit_count);
-  (void)store_packed(u32, leaves, hit_word, d.leaves + d.hit_count);
-  d.hit_count += store_packed(f32, v, hit, d.penetrations + d.hit_count);
-}
-
-// Tests points, and adds hits to the results in the order of the points. Points of a map with planes are tested against
-// these first. The few that are left wait until they fill a vector, once there are hits two: an octree takes five
-// reads, one after the other.
-template <class Lanes>
-class PointTests {
- public:
-  PointTests(const Lanes& field, Descent& d)
-      : field_(field),
-        d_(d),
-        limit_(set(-d.contact_distance)),
-        deepest_(set(d.deepest)),
-        rejected_(set(d.rejected)),
-        has_planes_(takes_planes()) {}
-
-  // @param batch  numbers of the points, for fields that need them
-  HWY_INLINE void test(const Points& codes, const Batch& batch, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
-    const Points p = field_.place(d_.points, codes);
-    if constexpr (Lanes::kHasFarGrid) {
-      if (has_planes_) return filter(codes, p, points, leaves, valid);
-    }
-    M sampled;
-    const F v = value_at(field_, p, batch, valid, sampled);
-    take(codes, p, v, sampled, points, leaves, valid);
-  }
-  // Writes the results, after the last points.
-  HWY_INLINE void finish() {
-    if constexpr (Lanes::kHasFarGrid) {
-      if (count_ > 0) look_up_first(count_);
-      take_fetched();
-    }
-    d_.deepest = hn::GetLane(hn::MaxOfLanes(f32, deepest_));
-    d_.rejected = hn::GetLane(hn::MaxOfLanes(f32, rejected_));
-  }
-
- private:
-  [[nodiscard]] bool takes_planes() const {
-    if constexpr (Lanes::kHasFarGrid) {
-      return field_.map.planes != nullptr && (d_.moving != nullptr || planes_bound_hits(field_, d_));
-    } else {
-      return false;
-    }
-  }
-
-  // The least V of a hit.
-  HWY_INLINE F least(const Points& codes) const {
-    if (d_.moving == nullptr) return limit_;
-    return hn::Max(limit_, hn::Neg(hn::Add(way_of(d_.moving->ways, codes), set(d_.moving->near))));
-  }
-
-  HWY_INLINE void take(const Points& codes, const Points& p, F v, M sampled, hn::Vec<Words> points,
-                       hn::Vec<Words> leaves, M valid) {
-    const M hit = find_hits(field_, p, sampled, valid, least(codes), v);
-    deepest_ = hn::IfThenElse(valid, hn::Max(deepest_, v), deepest_);
-    if (!hn::AllFalse(f32, hit)) add_hits(codes, points, leaves, v, hit, d_);
-  }
-
-  // Keeps the points that can be hits, and without hits those that can be nearer than all before. Where most can be
-  // hits, as on a thread in contact or in a list of remembered points, the planes cost more than they save. What a
-  // vector's planes say decides nothing until some vectors later: a branch would have to wait for it.
-  HWY_INLINE void filter(const Points& codes, const Points& p, hn::Vec<Words> points, hn::Vec<Words> leaves, M valid) {
-    M near = valid;
-    const F least_hit = least(codes);
-    // Otherwise the planes reject points that a look-up may take for hits.
-    if (unfiltered_ > 0 && hn::AllTrue(f32, hn::Gt(least_hit, set(-field_.map.end_outer)))) {
-      --unfiltered_;
-    } else {
-      const F ceiling = field_.ceiling(p).v;
-      near = hn::And(valid, hn::Ge(ceiling, hn::Min(least_hit, nearest_)));
-      rejected_ = hn::IfThenElse(hn::AndNot(near, valid), hn::Max(rejected_, ceiling), rejected_);
-      seen_ += static_cast<std::uint32_t>(hn::CountTrue(f32, valid));
-      near_ += static_cast<std::uint32_t>(hn::CountTrue(f32, near));
-      if (++filtered_ == kSample) choose_run();
-    }
-    const Words u32;
-    (void)store_packed(f32, codes.x, near, codes_[0] + count_);
-    (void)store_packed(f32, codes.y, near, codes_[1] + count_);
-    (void)store_packed(f32, codes.z, near, codes_[2] + count_);
-    (void)store_packed(u32, leaves, hn::RebindMask(u32, near), leaves_ + count_);
-    count_ += store_packed(u32, points, hn::RebindMask(u32, near), points_ + count_);
-    const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    const std::uint32_t some = d_.hit_count == 0 ? lanes : 2 * lanes;
-    if (count_ < some) return;
-    look_up_first(some);
-    nearest_ = hn::MaxOfLanes(f32, deepest_);
-  }
-
-  // Decides by the last vectors whether the next ones are looked up without the planes.
-  void choose_run() {
-    const bool are_most = 8 * near_ >= 7 * seen_;
-    unfiltered_ = run_ = are_most ? std::clamp(2 * run_, kSample, kLongestRun) : 0;
-    filtered_ = seen_ = near_ = 0;
-  }
-
-  // Finds the samples of the first waiting points, at most two vectors, and moves the others to the front.
-  HWY_NOINLINE void look_up_first(std::uint32_t count) {
-    const Words u32;
-    const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-    take_fetched();
-    fetched_[0] = waiting(0, count);
-    if (count <= lanes) {
-      cells_[0] = field_.find_cells(fetched_[0].places);
-      field_.fetch(cells_[0]);
-      fetched_count_ = 1;
-    } else {
-      fetched_[1] = waiting(lanes, count - lanes);
-      find_cells_together(field_, fetched_[0].places, field_, fetched_[1].places, cells_[0], cells_[1]);
-      field_.fetch(cells_[0]);
-      field_.fetch(cells_[1]);
-      fetched_count_ = 2;
-    }
-    // Without a hit the next points are compared with these, and fewer are looked up.
-    if (d_.hit_count == 0) take_fetched();
-    const std::uint32_t whole = count <= lanes ? lanes : 2 * lanes;
-    for (float* const row : {codes_[0], codes_[1], codes_[2]}) hn::Store(hn::Load(f32, row + whole), f32, row);
-    for (std::uint32_t* const row : {points_, leaves_}) hn::Store(hn::Load(u32, row + whole), u32, row);
-    count_ -= count;
-  }
-
-  struct Waiting {
-    Points codes, places;
-    hn::Vec<Words> points, leaves;
-    M valid;
-  };
-  HWY_INLINE Waiting waiting(std::uint32_t first, std::uint32_t count) const {
-    const Words u32;
-    const Points codes = {hn::Load(f32, codes_[0] + first), hn::Load(f32, codes_[1] + first),
-                          hn::Load(f32, codes_[2] + first)};
-    return {codes, field_.place(d_.points, codes), hn::Load(u32, points_ + first), hn::Load(u32, leaves_ + first),
-            hn::FirstN(f32, count)};
-  }
-  HWY_NOINLINE void take_fetched() {
-    for (std::uint32_t n = 0; n < fetched_count_; ++n) {
-      const Waiting& w = fetched_[n];
-      const auto found = field_.interpolate(cells_[n]);
-      take(w.codes, w.places, field_.value_of(w.places, found), found.sampled, w.points, w.leaves, w.valid);
-    }
-    fetched_count_ = 0;
-  }
-
-  const Lanes& field_;
-  Descent& d_;
-  // Points whose samples come from memory while the next ones go down the octree.
-  Waiting fetched_[2];
-  typename Lanes::Cells cells_[2];
-  std::uint32_t fetched_count_ = 0;  // vectors
-  const F limit_;
-  F deepest_, rejected_;
-  F nearest_ = set(std::numeric_limits<float>::lowest());
-  const bool has_planes_;
-  static constexpr std::uint32_t kSample = 4, kLongestRun = 16;
-  std::uint32_t filtered_ = 0, seen_ = 0, near_ = 0;  // of a sample: vectors, their points, and those near
-  std::uint32_t run_ = 0;         // vectors that are looked up without the planes after a sample of which most are near
-  std::uint32_t unfiltered_ = 0;  // of these, those to come
-  // Room for two vectors that wait, and another.
-  std::uint32_t count_ = 0;
-  HWY_ALIGN float codes_[3][3 * kLanePadding] = {};
-  HWY_ALIGN std::uint32_t points_[3 * kLanePadding] = {};
-  HWY_ALIGN std::uint32_t leaves_[3 * kLanePadding] = {};
-};
 
 // Returns the children of a queue's nodes in batches.
 class Batches {
@@ -411,6 +216,10 @@ void measure_ways_lanes(const Lanes& field, const Descent& d, const PointList& l
     const F gap = hn::Neg(hn::Add(hn::LoadU(f32, d.penetrations + i), set(d.contact_distance)));
     F way = hn::Sub(gap, set(jump));
     if constexpr (Lanes::kHasFarGrid) {
+      if (d.region != nullptr) {
+        const F ceiling = height_of(*d.region, listed_codes(list, i));
+        way = hn::Max(way, hn::Neg(hn::Add(ceiling, set(d.contact_distance))));
+      }
       way = hn::Max(way, field.way_in_brick(field.look_up(field.place(d.points, listed_codes(list, i))), gap, jump));
     }
     hn::StoreU(way, f32, ways + i);

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "runtime/fields/place_field.h"
+#include "runtime/fields/region_bound.h"
 
 namespace vps::detail {
 
@@ -27,6 +28,7 @@ struct Descent {
   float contact_distance = 0;
   float slack = 0;                      ///< added to every radius: the field's error and rounding
   const MovingShell* moving = nullptr;  ///< if not null: hits are points that may come within `near` in a motion
+  const CodeBound* region = nullptr;    ///< if not null: a bound for the whole shell. Not with `bounds`
   std::uint32_t* queue = nullptr;       ///< entries [begin, end) are nodes whose spheres touch, of one level
   std::uint32_t begin = 0, end = 0;
   std::uint32_t last_node = 0;      ///< nodes from this one on stay in the queue
@@ -34,6 +36,7 @@ struct Descent {
   float* bounds = nullptr;          ///< if not null: upper bounds of V below the nodes of the queue, entry for entry
   std::uint32_t* flats = nullptr;   ///< if not null: nodes with a hull are not expanded, but written here
   std::uint32_t flat_count = 0;
+  bool hits_only = false;           ///< neither sums over hits nor V of other points are asked for
   std::uint32_t* hits = nullptr;    ///< points with V >= -contact_distance, in tree order
   std::uint32_t* leaves = nullptr;  ///< nodes of the hits
   float* penetrations = nullptr;    ///< their V

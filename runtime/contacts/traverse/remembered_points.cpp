@@ -50,7 +50,7 @@ void test_remembered(const ContactCache& cache, double spent, TraverseQuery& que
   list.ways = cache.ways.data();
   list.moved = moved + 2 * d.rounding;
   query.field.test_list(d, list);
-  if (d.hit_count == 0 && query.has_sums) {
+  if (d.hit_count == 0 && !d.hits_only) {
     // The distance is that of the nearest point, which may be one of those that were left out.
     list.ways = nullptr;
     query.field.test_list(d, list);
@@ -58,6 +58,21 @@ void test_remembered(const ContactCache& cache, double spent, TraverseQuery& que
   d.rejected = std::max(-d.contact_distance, static_cast<float>(-cache.reach / d.unit) + moved + jump_of(query));
   std::copy(cache.flats.begin(), cache.flats.end(), d.flats);
   ask_flat_nodes(query, static_cast<std::uint32_t>(cache.flats.size()));
+}
+
+// Finds the points of a list. The field's error is for V, not for its bound in the region.
+void find_within(TraverseQuery& query) noexcept {
+  Descent& d = query.descent;
+  const CodeBound* const region = d.region;
+  CodeBound lower;
+  if (region != nullptr) {
+    lower = *region;
+    lower.height -= jump_of(query);
+    d.region = &lower;
+  }
+  (void)descend_in_blocks(query, 0, 0, query.shell.nodes);
+  if (region != nullptr) d.rejected += jump_of(query);
+  d.region = region;
 }
 
 void drop_hits_below(float least, Descent& d) noexcept {
@@ -119,7 +134,7 @@ std::uint32_t find_hits_with(ContactCache& cache, TraverseQuery& query) noexcept
   }
   const float wanted = d.contact_distance;
   d.contact_distance = static_cast<float>(reach / d.unit);
-  if (query.field.touches(d, 0)) (void)descend_in_blocks(query, 0, 0, shell.nodes);
+  if (query.field.touches(d, 0)) find_within(query);
   d.contact_distance = wanted;
   // Without memory for a list there is none.
   const bool is_remembered = try_to_grow([&] { remember_hits(query, cache); }) == Status::ok;

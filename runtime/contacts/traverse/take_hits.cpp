@@ -32,7 +32,7 @@ Contact contact_of(const TraverseQuery& query, const Transform& transform, HitsA
 class ForceSum {
  public:
   explicit ForceSum(const TraverseQuery& query) noexcept
-      : is_wanted_(query.has_sums),
+      : is_wanted_(!query.descent.hits_only),
         has_areas_(query.options.weight != Weight::per_point),
         centre_of_mass_(query.centre_of_mass) {
     std::copy_n(query.result.force, 3, force_);

@@ -87,7 +87,6 @@ struct TraverseQuery {
   const Pose& pose;
   const Transform transform;  ///< `pose` in float
   const bool has_facets;      ///< the shell has facets, and the sums use them
-  bool has_sums = true;       ///< force and torque, and without contacts the distance
   const QueryOptions& options;
   const float reach;  ///< largest distance of a hit off the field: the contact distance, or what facets need. [m]
   const Budget budget;
