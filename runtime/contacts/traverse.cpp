@@ -91,11 +91,13 @@ bool takes_patches(const TraverseQuery& query) noexcept {
          options.level == 0 && !options.leaves_faces;
 }
 
-// Whether only the deepest contacts of segments are wanted, with a field that is likely linear. Over samples most nodes
-// are not: on threads the tests of corners would cost a third more than they save.
+// Whether only the deepest contacts of segments are wanted, with a field that is likely linear. Over samples as dense
+// as the points most nodes are not: on threads the tests of corners would cost a third more than they save.
 bool takes_deepest(const TraverseQuery& query) noexcept {
+  constexpr float kCoarse = 4;  // covering radii
+  const VoxelmapView* const map = query.facts.values.voxelmap();
   return query.options.segment_level > 0 && !query.has_facets && !query.options.leaves_faces &&
-         query.facts.values.voxelmap() == nullptr;
+         (map == nullptr || map->voxel_size >= kCoarse * query.shell.covering_radius);
 }
 
 // Upper bound of the true V of all points, less the field's error.
