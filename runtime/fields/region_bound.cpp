@@ -16,11 +16,12 @@ constexpr float kNear_vx = 4;   // height of a cell's plane that shows where the
 constexpr float kTight_vx = 1;  // of the bound above the plane of such a cell
 constexpr float kRounding_vx = 1e-3F;
 
-// A linear function on a box: slope . (p - centre) + height.
+// A linear function on a cell: slope . (p - centre) + height.
 struct Piece {
-  float centre[3], half[3];
+  float centre[3];
   float slope[3], height;
 };
+constexpr float kHalf = 0.5F * kPlaneCell;
 
 // The cells of a region that matter.
 struct Cells {
@@ -35,7 +36,6 @@ Piece piece_of(const VoxelmapView& map, const std::uint32_t (&cell)[3]) noexcept
   piece.height = plane_height(found.plane.height);
   for (int axis = 0; axis < 3; ++axis) {
     piece.centre[axis] = (static_cast<float>(cell[axis]) + 0.5F) * kPlaneCell;
-    piece.half[axis] = 0.5F * kPlaneCell;
     piece.slope[axis] = static_cast<float>(found.plane.slope[axis]) * (1.0F / kSlopeSteps);
     piece.height += piece.slope[axis] * (piece.centre[axis] - found.centre[axis]);
   }
@@ -56,7 +56,7 @@ bool shows_surface(const Piece& piece, const float (&middle)[3]) noexcept {
 // Whether points of a piece can be in contact, or surface lies there.
 bool can_touch(const Piece& piece, float end) noexcept {
   float most = piece.height;
-  for (int axis = 0; axis < 3; ++axis) most += std::abs(piece.slope[axis]) * piece.half[axis];
+  for (int axis = 0; axis < 3; ++axis) most += kHalf * std::abs(piece.slope[axis]);
   return most >= -end;
 }
 
@@ -67,8 +67,8 @@ float height_above(const Piece& piece, const float (&slope)[3], const float (&mi
   float above_zero = 0;
   for (int axis = 0; axis < 3; ++axis) {
     at_middle += slope[axis] * (middle[axis] - piece.centre[axis]);
-    above_piece += std::abs(piece.slope[axis] - slope[axis]) * piece.half[axis];
-    above_zero += std::abs(slope[axis]) * piece.half[axis];
+    above_piece += kHalf * std::abs(piece.slope[axis] - slope[axis]);
+    above_zero += kHalf * std::abs(slope[axis]);
   }
   return at_middle + std::min(above_piece, above_zero);
 }

@@ -68,8 +68,8 @@ HWY_INLINE F bound_at(const Lanes& field, const Descent& d, const Spheres& spher
 }
 
 // Which spheres may touch, from the field's bound at their centres.
-HWY_INLINE M touching(const Batch& batch, const Spheres& spheres, F bound) {
-  return hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, spheres.reach), hn::Zero(f32)));
+HWY_INLINE M touching(const Batch& batch, F reach, F bound) {
+  return hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
 }
 
 template <class Lanes>
@@ -77,7 +77,7 @@ bool touches_one(const Lanes& field, Descent& d, std::uint32_t node) {
   const Batch batch{node, 1, 0};
   const Spheres spheres = spheres_of(field, d, batch);
   const F at_centre = field.bound(spheres.centre, spheres.reach);
-  const bool touch = !hn::AllFalse(f32, touching(batch, spheres, at_centre));
+  const bool touch = !hn::AllFalse(f32, touching(batch, spheres.reach, at_centre));
   const float bound = hn::GetLane(hn::Add(at_centre, spheres.radius));
   if (!touch && bound > d.rejected) d.rejected = bound;
   if (touch && d.bounds != nullptr) d.bounds[0] = bound;
@@ -97,13 +97,12 @@ HWY_INLINE std::uint32_t test_spheres(const Lanes& field, Descent& d, const Batc
     const Points codes = load_centres(*d.shell, batch);
     radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.rounding));
     bound = height_of(*d.region, codes);
-    const F reach = hn::Add(radius, distance_of(d, codes, radius));
-    touch = hn::And(valid_lanes(batch), hn::Ge(hn::Add(bound, reach), hn::Zero(f32)));
+    touch = touching(batch, hn::Add(radius, distance_of(d, codes, radius)), bound);
   } else {
     const Spheres spheres = spheres_of(field, d, batch);
     radius = spheres.radius;
     bound = bound_at(field, d, spheres);
-    touch = touching(batch, spheres, bound);
+    touch = touching(batch, spheres.reach, bound);
   }
   const M apart = hn::AndNot(touch, valid_lanes(batch));
   // Upper bounds of V below the spheres, unless they touch: docs/internals/bounds.md.
