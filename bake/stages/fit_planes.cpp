@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -177,7 +178,8 @@ class Fitter {
       : from_(from),
         parts_(from.surface, from.grid),
         // Queries with a larger contact distance look at every point themselves.
-        samples_(from, -(from.band_outer / from.grid.voxel_size - std::sqrt(0.75))) {}
+        samples_(from, -(from.band_outer / from.grid.voxel_size - std::sqrt(0.75))),
+        end_inner_(from.band_inner / from.grid.voxel_size - std::sqrt(0.75)) {}
 
   // The last blocks reach beyond the grid.
   [[nodiscard]] bool is_in_grid(const Part& part) const {
@@ -219,7 +221,20 @@ class Fitter {
       best = plane;
     };
     if (!values.empty()) try_gradient(fitted_gradient(values));
-    if (nearest != nullptr) try_gradient((*nearest - centre).normalized());
+    // Deep inside values are clamped, and the plane through all would be too flat.
+    std::vector<Value> sloping;
+    std::copy_if(values.begin(), values.end(), std::back_inserter(sloping),
+                 [&](const Value& value) { return value.v < end_inner_; });
+    if (!sloping.empty() && sloping.size() < values.size()) try_gradient(fitted_gradient(sloping));
+    if (nearest != nullptr) {
+      const Vector to_nearest = *nearest - centre;
+      try_gradient(to_nearest.normalized());
+      constexpr double kLoose_vx = 0.25;
+      constexpr double kNear_vx = 12;
+      if (least > std::max(kLoose_vx - to_nearest.norm(), -kNear_vx)) {
+        try_gradient(nearest_in_hull(around, centre, to_nearest).normalized());
+      }
+    }
     try_gradient(Vector::Zero());
     set_height(least, best);
     widen(box, values, best);
@@ -262,6 +277,31 @@ class Fitter {
       }
     }
     return nearest;
+  }
+
+  // Near the point of the corners' hull that is nearest to the centre, by Gilbert's algorithm: a plane across the way
+  // there is the lowest above the whole hull. The nearest corner of a face that slopes lies up to half a cell aside.
+  // @param point  where to start, from the centre
+  [[nodiscard]] static Vector nearest_in_hull(const SurfaceAround& around, const Vector& centre, Vector point) {
+    constexpr int kSteps = 3;  // more are no better
+    for (int step = 0; step < kSteps; ++step) {
+      double least = 0.99 * point.squaredNorm();
+      const Vector* support = nullptr;
+      for (const SurfacePart* const part : around) {
+        const Vector half = 0.5 * part->box.sizes();
+        if (point.dot(part->box.center() - centre) - point.cwiseAbs().dot(half) >= least) continue;
+        for (const Vector& q : part->corners) {
+          const double along = point.dot(q - centre);
+          if (along >= least) continue;
+          least = along;
+          support = &q;
+        }
+      }
+      if (support == nullptr) break;
+      const Vector way = *support - centre - point;
+      point += std::clamp(-point.dot(way) / way.squaredNorm(), 0.0, 1.0) * way;
+    }
+    return point;
   }
 
   // The coarse layer of the part's bricks that is highest.
@@ -360,6 +400,7 @@ class Fitter {
   const PlaneSource& from_;
   const SurfaceParts parts_;
   const Samples samples_;
+  const double end_inner_;  // values from there on may be clamped
 };
 
 // @param cell  the lowest of a block

@@ -98,6 +98,34 @@ TEST(Planes, BoundTheTrueVOutsideAndRejectNothingInside) {
   }
 }
 
+// The nearest corner of the surface lies aside of the way to a face that slopes.
+TEST(Planes, AreCloseOverAFaceThatSlopes) {
+  const double angle = 0.4;
+  Pose turned;
+  turned.rotation[0] = turned.rotation[8] = std::cos(angle);
+  turned.rotation[2] = std::sin(angle);
+  turned.rotation[6] = -std::sin(angle);
+  bake::BakeOptions options;
+  options.voxel_size = 0.004;
+  const auto asset = baked(moved(turned, make_box({0.2, 0.2, 0.04})), options);
+  const VoxelmapView map = scaled_map_of(*asset);
+  Random random(13);
+  double most = 0;
+  double sum = 0;
+  constexpr int kPlaces = 5000;
+  for (int n = 0; n < kPlaces; ++n) {
+    const double off = random.between(3, 8);
+    const auto [x, y, z] = moved(turned, {random.between(-0.1, 0.1), random.between(-0.1, 0.1), 0.04 + 0.004 * off});
+    const PlaneAt at = find_plane(map, {static_cast<float>(x), static_cast<float>(y), static_cast<float>(z)});
+    ASSERT_TRUE(at.in_grid);
+    const double slack = double{at.height} / 0.004 + off;
+    most = std::max(most, slack);
+    sum += slack;
+  }
+  EXPECT_LT(most, 2.5);
+  EXPECT_LT(sum / kPlaces, 0.6);
+}
+
 // Points climb from random places to where V exceeds the plane most.
 TEST(Planes, BoundTheFieldWherePointsCanBeInContactAlsoByClimbing) {
   for (const MappedBody& one : bodies()) {
