@@ -60,7 +60,7 @@ Pose moved(const PointshellView& tool, const Pose& pose, const Six& by) noexcept
   return pose_at(tool, sweep, 1);
 }
 
-double length(const double* v) noexcept {
+double length_of(const double* v) noexcept {
   return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -69,7 +69,7 @@ double turning_radius(const PointshellView& tool) noexcept {
   const float* const c = tool.centre_of_mass;
   const Vec3 root = sphere_centre(tool, 0);
   const double apart[3] = {double{root.x} - double{c[0]}, double{root.y} - double{c[1]}, double{root.z} - double{c[2]}};
-  return length(apart) + double{sphere_radius(tool, 0)};
+  return length_of(apart) + double{sphere_radius(tool, 0)};
 }
 
 Status check(const CouplingOptions& options) noexcept {
@@ -163,7 +163,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
     if (cycle.iterations == options_.max_iterations) break;
     Six move = constrained(difference(*tool_, pose_, device), cycle);
     // Not beyond the distance in which contacts were searched.
-    const double way = length(move.data()) + length(move.data() + 3) * turning_radius(*tool_);
+    const double way = length_of(move.data()) + length_of(move.data() + 3) * turning_radius(*tool_);
     if (way > free_way) {
       for (double& x : move) x *= free_way / way;
     }
@@ -174,7 +174,7 @@ Status VirtualTool::step(const Pose& device, HapticCycle& cycle) noexcept {
   const double stiffness[2] = {options_.linear_stiffness, options_.angular_stiffness};
   Six spring = difference(*tool_, device, pose_);
   for (std::size_t i = 0; i < 6; ++i) spring[i] *= stiffness[i / 3];
-  const double force = length(spring.data());
+  const double force = length_of(spring.data());
   const double scale = force > options_.max_force ? options_.max_force / force : 1;
   for (std::size_t i = 0; i < 3; ++i) {
     cycle.felt.force[i] = scale * spring[i];

@@ -21,7 +21,7 @@ struct Piece {
   float centre[3];
   float slope[3], height;
 };
-constexpr float kHalf = 0.5F * kPlaneCell;
+constexpr float kHalfCell = 0.5F * kPlaneCell;
 
 // The cells of a region that matter.
 struct Cells {
@@ -56,7 +56,7 @@ bool shows_surface(const Piece& piece, const float (&middle)[3]) noexcept {
 // Whether points of a piece can be in contact, or surface lies there.
 bool can_touch(const Piece& piece, float end) noexcept {
   float most = piece.height;
-  for (int axis = 0; axis < 3; ++axis) most += kHalf * std::abs(piece.slope[axis]);
+  for (int axis = 0; axis < 3; ++axis) most += kHalfCell * std::abs(piece.slope[axis]);
   return most >= -end;
 }
 
@@ -67,8 +67,8 @@ float height_above(const Piece& piece, const float (&slope)[3], const float (&mi
   float above_zero = 0;
   for (int axis = 0; axis < 3; ++axis) {
     at_middle += slope[axis] * (middle[axis] - piece.centre[axis]);
-    above_piece += kHalf * std::abs(piece.slope[axis] - slope[axis]);
-    above_zero += kHalf * std::abs(slope[axis]);
+    above_piece += kHalfCell * std::abs(piece.slope[axis] - slope[axis]);
+    above_zero += kHalfCell * std::abs(slope[axis]);
   }
   return at_middle + std::min(above_piece, above_zero);
 }
