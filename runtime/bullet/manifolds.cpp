@@ -123,6 +123,8 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
   const btScalar restitution = gCalculateCombinedRestitutionCallback(first, second);
   const btScalar rolling = gCalculateCombinedRollingFrictionCallback(first, second);
   const btScalar spinning = gCalculateCombinedSpinningFrictionCallback(first, second);
+  btVector3 along;
+  btVector3 across;
   for (std::size_t i = 0; i < fresh.size(); ++i) {
     btManifoldPoint& p = manifold.getContactPoint(static_cast<int>(i));
     p.m_localPointA = local_a[i];
@@ -131,7 +133,9 @@ bool move_points(std::span<const FreshPoint> fresh, bool shell_is_first, btScala
     p.m_positionWorldOnA = fresh[i].on_second + fresh[i].normal * fresh[i].depth;
     p.m_normalWorldOnB = fresh[i].normal;
     p.m_distance1 = fresh[i].depth;
-    btPlaneSpace1(p.m_normalWorldOnB, p.m_lateralFrictionDir1, p.m_lateralFrictionDir2);
+    if (i == 0 || !(fresh[i].normal == fresh[i - 1].normal)) btPlaneSpace1(fresh[i].normal, along, across);
+    p.m_lateralFrictionDir1 = along;
+    p.m_lateralFrictionDir2 = across;
     p.m_combinedFriction = friction;
     p.m_combinedRestitution = restitution;
     p.m_combinedRollingFriction = rolling;

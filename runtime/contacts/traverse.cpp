@@ -316,37 +316,50 @@ namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::max();
 
-void leave_faces(TraverseQuery& query) noexcept {
-  detail::Descent& d = query.descent;
-  std::uint32_t kept = 0;
-  for (std::uint32_t i = 0; i < d.hit_count; ++i) {
-    if (query.is_left_out(d.hits[i])) continue;
-    for (float* const row : d.positions) row[kept] = row[i];
-    d.penetrations[kept] = d.penetrations[i];
-    d.hits[kept++] = d.hits[i];
-  }
-  d.hit_count = kept;
+// Lets a descent write its hits as rows.
+detail::ContactRows give_rows(const PointshellView& shell, const Pose& shell_to_field, const Scratch& scratch,
+                              detail::Descent& d) noexcept {
+  d.hits = scratch.hits;
+  d.leaves = scratch.leaves;
+  d.penetrations = scratch.penetrations;
+  d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
+  std::copy_n(scratch.positions, 3, d.positions);
+  d.hits_only = true;
+  return {{d.positions[0], d.positions[1], d.positions[2]}, d.penetrations, d.hits};
 }
 
-// @param find  finds hits for a query
-template <class Find>
-Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_to_field, const QueryOptions& options,
-                 Scratch& scratch, detail::ContactRows& hits, float& most, const Find& find) noexcept {
+// Makes rows of the hits that count.
+void finish_rows(const PointshellView& shell, const QueryOptions& options, const detail::Descent& d,
+                 detail::ContactRows& hits) noexcept {
+  hits.count = d.hit_count;
+  if (options.leaves_faces) {
+    hits.count = 0;
+    for (std::uint32_t i = 0; i < d.hit_count; ++i) {
+      if (is_on_face(shell, d.hits[i])) continue;
+      for (float* const row : d.positions) row[hits.count] = row[i];
+      d.penetrations[hits.count] = d.penetrations[i];
+      d.hits[hits.count++] = d.hits[i];
+    }
+  }
+  for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
+}
+
+}  // namespace
+
+Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
+                         const QueryOptions& options, Scratch& scratch, ContactRows& hits, float& most) noexcept {
   hits = {};
   most = kUnknown;
-  if (const Status status = detail::try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) return status;
-  hits = {{scratch.positions[0], scratch.positions[1], scratch.positions[2]}, scratch.penetrations, scratch.hits};
   QueryResult result;
   const auto run = [&](TraverseQuery& query) {
-    detail::Descent& d = query.descent;
-    d.to_positions = affine(shell_to_field, Frame(), shell.position_origin, shell.position_step);
-    std::copy_n(hits.position, 3, d.positions);
-    query.descent.hits_only = true;
-    stop_at_flat_nodes(query, scratch, detail::FlatNodesGive::corners);
-    find(query);
-    if (query.options.leaves_faces) leave_faces(query);
-    hits.count = d.hit_count;
-    for (std::uint32_t i = 0; i < hits.count; ++i) hits.penetration[i] *= d.unit;
+    hits = give_rows(shell, shell_to_field, scratch, query.descent);
+    stop_at_flat_nodes(query, scratch, FlatNodesGive::corners);
+    if (uses_cache(query)) {
+      (void)find_hits_with(*options.cache, query);
+    } else {
+      (void)find_all_hits(query);
+    }
+    finish_rows(shell, options, query.descent, hits);
     // The error of plain maps is not known here.
     result.delta_bound = query.facts.takes_lists ? delta_bound(query) + query.facts.error : kUnknown;
     return Status::ok;
@@ -356,34 +369,40 @@ Status find_rows(const PointshellView& shell, FieldRef field, const Pose& shell_
   return status;
 }
 
-}  // namespace
-
-Status detail::find_hits(const PointshellView& shell, FieldRef field, const Pose& shell_to_field,
-                         const QueryOptions& options, Scratch& scratch, ContactRows& hits, float& most) noexcept {
-  return find_rows(shell, field, shell_to_field, options, scratch, hits, most, [&](TraverseQuery& query) {
-    if (uses_cache(query)) {
-      (void)find_hits_with(*options.cache, query);
-    } else {
-      (void)find_all_hits(query);
-    }
-  });
-}
-
 Status detail::find_hits_of(std::span<const std::uint32_t> points, const PointshellView& shell, FieldRef field,
                             const Pose& shell_to_field, const QueryOptions& options, Scratch& scratch,
                             ContactRows& hits) noexcept {
-  float unused = 0;
-  return find_rows(shell, field, shell_to_field, options, scratch, hits, unused, [&](TraverseQuery& query) {
-    if (!query.facts.takes_lists) return (void)find_all_hits(query);
-    float codes[3][kLanePadding] = {};
-    std::uint32_t numbers[kLanePadding] = {};
-    const std::uint32_t leaves[kLanePadding] = {};
-    std::copy(points.begin(), points.end(), numbers);
-    for (int axis = 0; axis < 3; ++axis) {
-      for (std::size_t i = 0; i < points.size(); ++i) codes[axis][i] = shell.position[axis][points[i]];
+  hits = {};
+  QueryResult unused;
+  if (const Status status = check_query(shell, shell_to_field, options, unused); status != Status::ok) return status;
+  if (const Status status = try_to_grow([&] { scratch.reserve(shell); }); status != Status::ok) return status;
+  return field.visit([&]<class Kind>(const Kind& kind) {
+    float distance = options.contact_distance;
+    if constexpr (std::is_same_v<Kind, VoxelmapView>) {
+      if (kind.field == Field::none) return Status::missing_part;
+      distance = std::min(distance, known_distance(kind));
     }
-    query.field.test_list(query.descent,
-                          {{codes[0], codes[1], codes[2]}, numbers, leaves, static_cast<std::uint32_t>(points.size())});
+    const auto test = [&]<class Kernel>(const Kernel& kernel, const Frame& frame, float error, const Pose& pose) {
+      if constexpr (std::is_same_v<Kernel, PlainMap>) {
+        float most = 0;
+        return find_hits(shell, field, shell_to_field, options, scratch, hits, most);
+      } else {
+        Descent d = descent_at(shell, pose, frame, distance, error);
+        hits = give_rows(shell, shell_to_field, scratch, d);
+        float codes[3][kLanePadding] = {};
+        std::uint32_t numbers[kLanePadding] = {};
+        const std::uint32_t leaves[kLanePadding] = {};
+        std::copy(points.begin(), points.end(), numbers);
+        for (int axis = 0; axis < 3; ++axis) {
+          for (std::size_t i = 0; i < points.size(); ++i) codes[axis][i] = shell.position[axis][points[i]];
+        }
+        DescentField(kernel).test_list(
+            d, {{codes[0], codes[1], codes[2]}, numbers, leaves, static_cast<std::uint32_t>(points.size())});
+        finish_rows(shell, options, d, hits);
+        return Status::ok;
+      }
+    };
+    return in_kernel_form(kind, shell_to_field, test);
   });
 }
 

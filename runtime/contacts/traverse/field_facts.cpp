@@ -26,6 +26,21 @@ float greatest_penetration(const VoxelmapView& map) noexcept {
   return most;
 }
 
+Descent descent_at(const PointshellView& shell, const Pose& pose, const Frame& frame, float reach,
+                   float error) noexcept {
+  Descent d;
+  const auto unit = static_cast<float>(frame.unit);
+  d.shell = &shell;
+  d.unit = unit;
+  d.radius_scale = shell.position_step / unit;
+  d.points = affine(pose, frame, shell.position_origin, shell.position_step);
+  d.contact_distance = reach / unit;
+  d.rounding = rounding(shell, pose, frame);
+  d.slack = error / unit + d.rounding;
+  d.deepest = d.rejected = kNothingTested;
+  return d;
+}
+
 TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField& the_field,
                              const FieldFacts& the_facts, const Pose& kernel_pose, const Pose& shell_to_field,
                              const QueryOptions& the_options, Scratch& scratch, std::span<Contact> contacts,
@@ -42,21 +57,13 @@ TraverseQuery::TraverseQuery(const PointshellView& the_shell, const DescentField
       budget(the_options),
       out(contacts),
       result(the_result),
-      centre_of_mass(transform.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})) {
-  const auto unit = static_cast<float>(facts.frame.unit);
-  descent.shell = &shell;
-  descent.unit = unit;
-  descent.radius_scale = shell.position_step / unit;
-  descent.points = affine(kernel_pose, facts.frame, shell.position_origin, shell.position_step);
-  descent.contact_distance = reach / unit;
-  descent.rounding = rounding(shell, kernel_pose, facts.frame);
-  descent.slack = facts.error / unit + descent.rounding;
+      centre_of_mass(transform.apply({shell.centre_of_mass[0], shell.centre_of_mass[1], shell.centre_of_mass[2]})),
+      descent(descent_at(the_shell, kernel_pose, the_facts.frame, reach, the_facts.error)) {
   descent.queue = scratch.queue;
   descent.hits = scratch.hits;
   descent.penetrations = scratch.penetrations;
   descent.leaves = scratch.leaves;
   if (budget.limited() || options.level > 0) descent.bounds = scratch.bounds;
-  descent.deepest = descent.rejected = kNothingTested;
 }
 
 std::uint32_t TraverseQuery::end_of_inner_nodes(std::uint32_t from, std::uint32_t to) const noexcept {

@@ -55,6 +55,13 @@ float greatest_penetration(const VoxelmapView& map) noexcept;
 /// V before any point was tested.
 inline constexpr float kNothingTested = std::numeric_limits<float>::lowest();
 
+/// A descent without working memory.
+/// @param pose   takes the shell to the field as the kernels see it
+/// @param reach  largest distance of a hit off the field. [m]
+/// @param error  of the field. [m]
+Descent descent_at(const PointshellView& shell, const Pose& pose, const Frame& frame, float reach,
+                   float error) noexcept;
+
 /// What stands for the points of a flat node that lies in a contact where the field is linear: wholly, but for
 /// segments.
 enum class FlatNodesGive : std::uint8_t {
