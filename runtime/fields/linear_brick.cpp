@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <utility>
 
 HWY_BEFORE_NAMESPACE();
@@ -19,7 +18,6 @@ namespace vps::detail::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 using Floats = hn::CappedTag<float, 16>;
-using F = hn::Vec<Floats>;
 
 // Places of the samples.
 constexpr auto kPlaces = [] {
@@ -33,67 +31,79 @@ constexpr auto kPlaces = [] {
   return places;
 }();
 
-HWY_INLINE F at(const LineOverBrick& line, std::uint32_t i) {
+// Fills the rows for slices along an axis, which takes the place of z.
+void fill_rows(BrickTest& test, std::uint32_t axis) {
   const Floats f32;
-  const auto along = [&](std::size_t axis) {
-    return hn::Mul(hn::Set(f32, line.slope[axis]), hn::LoadU(f32, kPlaces[axis].data() + i));
+  const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
+  BrickTest::Rows& rows = test.rows[axis];
+  const auto fill = [&](const float(&slope)[3], float(&row)[kFieldSamples]) {
+    float along[3] = {slope[0], slope[1], slope[2]};
+    std::swap(along[axis], along[2]);
+    for (std::uint32_t next = 0; next < kFieldSamples; next += lanes) {
+      const std::uint32_t i = std::min(next, kFieldSamples - lanes);
+      const auto change = [&](std::size_t k) {
+        return hn::Mul(hn::Set(f32, along[k]), hn::LoadU(f32, kPlaces[k].data() + i));
+      };
+      hn::StoreU(hn::Add(hn::Add(change(0), change(1)), change(2)), f32, row + i);
+    }
   };
-  return hn::Add(hn::Add(hn::Set(f32, line.first), along(0)), hn::Add(along(1), along(2)));
+  fill(test.wanted, rows.wanted);
+  fill(test.height, rows.height);
+  const float* const row = rows.height;
+  const auto [lowest, highest] =
+      std::minmax({row[0], row[kFieldEdge - 1], row[kFieldSlice - kFieldEdge], row[kFieldSlice - 1]});
+  rows.lowest = lowest;
+  rows.highest = highest;
+  test.has_rows[axis] = true;
 }
 
+// The samples of a slice are compared a vector at a time, the last ones with some before them again.
+// @param codes  of the slices that are stored
 template <class Code>
-HWY_INLINE bool are_linear(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
-                           const LineOverBrick& height, float near) {
+bool is_linear_here(const Code* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
+                    float height) {
   const Floats f32;
   const hn::Rebind<Code, Floats> narrow;
   const hn::RebindToSigned<Floats> i32;
-  // The caller's test of single samples rounds otherwise: what is accepted here, it accepts too.
-  const F most = hn::Set(f32, tolerance * (1 - 1e-3F));
   const auto lanes = static_cast<std::uint32_t>(hn::Lanes(f32));
-  const auto count = static_cast<std::uint32_t>(codes.size());
+  const BrickTest::Rows& rows = test.rows[slices.axis];
+  const float along = test.height[slices.axis];
+  // Slices that are left out have the samples of the nearest one. Where they follow each other along the plane, what
+  // they are off by changes evenly, and the last of them has the most.
+  const float change = static_cast<float>(kFieldEdge - slices.count) * std::abs(along);
+  const bool is_along = change <= 0.01F * test.near;
+  const float near = is_along ? test.near + change : test.near;
+  const auto step = hn::Set(f32, test.step);
+  // The caller's test of single samples rounds otherwise: what is accepted here, it accepts too.
+  const auto most = hn::Set(f32, test.tolerance * (1 - 1e-3F));
+  const auto first_wanted = hn::Set(f32, wanted);
+  const auto first_height = hn::Set(f32, height);
   auto any_beyond = hn::FirstN(f32, 0);
-  for (std::uint32_t next = 0; next < count; next += lanes) {
-    const std::uint32_t i = std::min(next, count - lanes);
-    const auto counts = hn::Le(hn::Abs(at(height, i)), hn::Set(f32, near));
-    const F v =
-        hn::Mul(hn::Set(f32, step), hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, codes.data() + i))));
-    const auto beyond = hn::And(counts, hn::Not(hn::Le(hn::Abs(hn::Sub(v, at(wanted, i))), most)));
-    any_beyond = hn::Or(any_beyond, beyond);
+  for (std::uint32_t slice = 0; slice < kFieldEdge; ++slice) {
+    const std::uint32_t stored = std::clamp(slice, slices.first, slices.first + slices.count - 1);
+    if (is_along && stored != slice && slice % (kFieldEdge - 1) != 0) continue;
+    const float at = height + static_cast<float>(slice) * along;
+    if (at + rows.lowest > near || at + rows.highest < -near) continue;
+    const Code* const samples = codes + (stored - slices.first) * kFieldSlice;
+    for (std::uint32_t next = 0; next < kFieldSlice; next += lanes) {
+      const std::uint32_t i = std::min(next, kFieldSlice - lanes);
+      const std::uint32_t row = slice * kFieldSlice + i;
+      const auto v = hn::Mul(step, hn::ConvertTo(f32, hn::PromoteTo(i32, hn::LoadU(narrow, samples + i))));
+      const auto off = hn::Sub(v, hn::Add(first_wanted, hn::LoadU(f32, rows.wanted + row)));
+      const auto above = hn::Add(first_height, hn::LoadU(f32, rows.height + row));
+      const auto counts = hn::Le(hn::Abs(above), hn::Set(f32, near));
+      any_beyond = hn::Or(any_beyond, hn::And(counts, hn::Not(hn::Le(hn::Abs(off), most))));
+    }
   }
   return hn::AllFalse(f32, any_beyond);
 }
-
-// Seen from another slice than the first.
-HWY_INLINE LineOverBrick from_slice(LineOverBrick line, float slice) {
-  line.first += slice * line.slope[2];
-  return line;
+bool is_linear_8(const std::int8_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
+                 float height) {
+  return is_linear_here(codes, slices, test, wanted, height);
 }
-
-// @param wanted, height  over the slices that are stored
-template <class Code>
-bool is_linear_here(std::span<const Code> codes, float step, const LineOverBrick& wanted, float tolerance,
-                    const LineOverBrick& height, float near, const LeftOut& left_out) {
-  if (!are_linear(codes, step, wanted, tolerance, height, near)) return false;
-  if (left_out.are_far) return true;
-  // Slices that are left out have the samples of the last stored one. What these are off by changes evenly from slice
-  // to slice, so that the first and the last of them have the most.
-  const std::size_t slices = codes.size() / kFieldSlice;
-  const float end = left_out.is_lower ? 0 : static_cast<float>(slices - 1);
-  const float last = left_out.is_lower ? -left_out.count : end + left_out.count;
-  const std::span<const Code> slice = left_out.is_lower ? codes.first(kFieldSlice) : codes.last(kFieldSlice);
-  const float reach = near + left_out.count * std::abs(height.slope[2]);
-  for (const float there : {end, last}) {
-    if (!are_linear(slice, step, from_slice(wanted, there), tolerance, from_slice(height, there), reach)) return false;
-  }
-  return true;
-}
-bool is_linear_8(std::span<const std::int8_t> codes, float step, const LineOverBrick& wanted, float tolerance,
-                 const LineOverBrick& height, float near, const LeftOut& left_out) {
-  return is_linear_here(codes, step, wanted, tolerance, height, near, left_out);
-}
-bool is_linear_16(std::span<const std::int16_t> codes, float step, const LineOverBrick& wanted, float tolerance,
-                  const LineOverBrick& height, float near, const LeftOut& left_out) {
-  return is_linear_here(codes, step, wanted, tolerance, height, near, left_out);
+bool is_linear_16(const std::int16_t* codes, const octree::Slices& slices, const BrickTest& test, float wanted,
+                  float height) {
+  return is_linear_here(codes, slices, test, wanted, height);
 }
 
 }  // namespace vps::detail::HWY_NAMESPACE
@@ -102,53 +112,21 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace vps::detail {
 
+HWY_EXPORT(fill_rows);
 HWY_EXPORT(is_linear_8);
 HWY_EXPORT(is_linear_16);
 
-namespace {
-
-// Over the slices that are stored, which follow each other along z.
-LineOverBrick over_stored(const LineOverBrick& line, const octree::Slices& slices) {
-  LineOverBrick out = line;
-  out.first += static_cast<float>(slices.first) * line.slope[slices.axis];
-  std::swap(out.slope[slices.axis], out.slope[2]);
-  return out;
-}
-
-// Whether no sample of the slices that are left out is near the plane.
-bool left_out_are_far(const octree::Slices& slices, const LineOverBrick& height, float near) {
-  if (slices.count == kFieldEdge) return true;
-  const auto left_out = static_cast<float>(kFieldEdge - slices.count);
-  float centre[3] = {2, 2, 2};
-  float half[3] = {2, 2, 2};
-  half[slices.axis] = 0.5F * (left_out - 1);
-  centre[slices.axis] = slices.first > 0 ? half[slices.axis] : kFieldEdge - 1 - half[slices.axis];
-  float at_centre = height.first;
-  float reach = near;
-  for (int axis = 0; axis < 3; ++axis) {
-    at_centre += centre[axis] * height.slope[axis];
-    reach += half[axis] * std::abs(height.slope[axis]);
-  }
-  return std::abs(at_centre) > reach;
-}
-
-}  // namespace
-
-bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, float step, const LineOverBrick& wanted,
-                     float tolerance, const LineOverBrick& height, float near) noexcept {
+bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
+                     float height) noexcept {
   const octree::Slices slices = octree::slices_of(entry);
-  const LeftOut left_out{static_cast<float>(kFieldEdge - slices.count), slices.first > 0,
-                         left_out_are_far(slices, height, near)};
-  const LineOverBrick v = over_stored(wanted, slices);
-  const LineOverBrick above = over_stored(height, slices);
+  if (!test.has_rows[slices.axis]) HWY_DYNAMIC_DISPATCH(fill_rows)(test, slices.axis);
   const std::size_t first = std::size_t{octree::slice_of(entry)} * kFieldSlice;
-  const std::size_t count = std::size_t{slices.count} * kFieldSlice;
   if (map.element == ElementType::i8) {
-    const std::span codes(static_cast<const std::int8_t*>(map.values) + first, count);
-    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, step, v, tolerance, above, near, left_out);
+    const auto* const codes = static_cast<const std::int8_t*>(map.values) + first;
+    return HWY_DYNAMIC_DISPATCH(is_linear_8)(codes, slices, test, wanted, height);
   }
-  const std::span codes(static_cast<const std::int16_t*>(map.values) + first, count);
-  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, step, v, tolerance, above, near, left_out);
+  const auto* const codes = static_cast<const std::int16_t*>(map.values) + first;
+  return HWY_DYNAMIC_DISPATCH(is_linear_16)(codes, slices, test, wanted, height);
 }
 
 }  // namespace vps::detail

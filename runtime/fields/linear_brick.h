@@ -2,33 +2,37 @@
 /// @file Whether all samples of a brick follow a linear function: the inner loop of is_linear_between. Internal.
 #pragma once
 
-#include <cstddef>
+#include <array>
 
 #include "formats/octree.h"
 #include "runtime/vps_runtime.h"
 
 namespace vps::detail {
 
-/// A linear function of the place over the samples of a brick.
-struct LineOverBrick {
-  float first = 0;   ///< at the first sample
-  float slope[3]{};  ///< from sample to sample, along the axes
+/// What the bricks of one level are compared with: a linear function, near a plane.
+struct BrickTest {
+  float step = 0;       ///< takes the samples' codes to V. [m]
+  float tolerance = 0;  ///< of V. [m]
+  float near = 0;       ///< largest height above the plane of the samples that count. [vx]
+  /// Changes from sample to sample along the axes: of the wanted V [m], and of the height above the plane [vx].
+  float wanted[3] = {}, height[3] = {};
+
+  /// Changes from the first sample to each, in the order of the samples where slices follow each other along an axis.
+  struct Rows {
+    alignas(64) float wanted[kFieldSamples];
+    alignas(64) float height[kFieldSamples];
+    float lowest, highest;  ///< changes of the height from a slice's first sample to the others
+  };
+  bool has_rows[3] = {};
+  std::array<Rows, 3> rows;  ///< by that axis
 };
 
-/// Slices of a brick that are not stored.
-struct LeftOut {
-  float count = 0;
-  bool is_lower = false;  ///< they lie below those that are stored, else above
-  bool are_far = true;    ///< no sample of theirs counts
-};
-
-/// Whether |V - wanted| <= tolerance at every sample of a brick near a plane. Where rounding would decide it is false.
+/// Whether |V - wanted| <= tolerance at every sample of a brick near the plane. Where rounding would decide it is
+/// false.
 /// @param entry   of the brick
-/// @param step    takes the samples' codes to V. [m]
-/// @param wanted  [m]
-/// @param height  above the plane. [vx]
-/// @param near    largest height of the samples that count. [vx]
-bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, float step, const LineOverBrick& wanted,
-                     float tolerance, const LineOverBrick& height, float near) noexcept;
+/// @param wanted  V at the first sample. [m]
+/// @param height  of the first sample above the plane. [vx]
+bool is_linear_brick(const VoxelmapView& map, std::uint32_t entry, BrickTest& test, float wanted,
+                     float height) noexcept;
 
 }  // namespace vps::detail

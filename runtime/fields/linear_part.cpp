@@ -11,7 +11,7 @@ namespace vps::detail {
 namespace {
 
 // A flat polygon among the samples. Lengths are in voxels, from the centre of voxel (0,0,0).
-struct Sheet {
+struct FlatPolygon {
   float low[3], high[3];  // its box
   float normal[3];        // unit
   float offset = 0;
@@ -32,7 +32,7 @@ struct Sheet {
 
 class SampleCheck {
  public:
-  SampleCheck(const VoxelmapView& map, const Sheet& sheet, std::uint32_t most)
+  SampleCheck(const VoxelmapView& map, const FlatPolygon& sheet, std::uint32_t most)
       : map_(map), sheet_(sheet), left_(most) {}
 
   bool all_are_linear() {
@@ -78,35 +78,30 @@ class SampleCheck {
 
   // Checks the samples of a brick in a cube: the corners of cells that the sheet may meet.
   bool check_brick(std::uint32_t entry, const std::uint32_t (&cube)[3], std::uint32_t edge) {
-    constexpr std::uint32_t kCells = kFieldEdge - 1;
-    const float h = std::ldexp(1.0F, octree::level_of(entry));
-    std::uint32_t first[3];
-    std::uint32_t last[3];
-    float origin[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto from = static_cast<float>(cube[axis]);
-      const float brick = std::floor(from / (h * kCells)) * (h * kCells);
-      const float low = std::max(sheet_.low[axis], from);
-      const float high = std::min(sheet_.high[axis], from + static_cast<float>(edge));
-      first[axis] = std::min(static_cast<std::uint32_t>((low - brick) / h), kCells - 1);
-      last[axis] = std::min(static_cast<std::uint32_t>((high - brick) / h), kCells - 1);
-      origin[axis] = brick;
-    }
     // As much as to test some points.
     constexpr std::uint32_t kCost = 16;
     if (left_ < kCost) return false;
     left_ -= kCost;
-    const float reach = sheet_.reach(0.5F * h);
-    const float step = h > 1 ? 2 * map_.lambda : map_.lambda;
-    LineOverBrick wanted{linear_at(origin), {}};
-    LineOverBrick height{sheet_.height(origin), {}};
+    constexpr std::uint32_t kCells = kFieldEdge - 1;
+    constexpr float kSteps[] = {0.25F, 0.5F, 1, 2};
+    const auto level = static_cast<std::size_t>(octree::level_of(entry) - kFinestLevel);
+    const float h = kSteps[level];
+    const auto cells = static_cast<std::uint32_t>(h * kCells);
+    float origin[3];
+    for (int axis = 0; axis < 3; ++axis) origin[axis] = static_cast<float>(cube[axis] & ~(cells - 1));
+    if (is_linear_brick(map_, entry, test_of(level, h), linear_at(origin), sheet_.height(origin))) return true;
+    // Only some of the samples near the sheet may count.
+    std::uint32_t first[3];
+    std::uint32_t last[3];
     for (int axis = 0; axis < 3; ++axis) {
-      wanted.slope[axis] = h * sheet_.slope[axis];
-      height.slope[axis] = h * sheet_.normal[axis];
+      const auto from = static_cast<float>(cube[axis]);
+      const float low = std::max(sheet_.low[axis], from);
+      const float high = std::min(sheet_.high[axis], from + static_cast<float>(edge));
+      first[axis] = std::min(static_cast<std::uint32_t>((low - origin[axis]) / h), kCells - 1);
+      last[axis] = std::min(static_cast<std::uint32_t>((high - origin[axis]) / h), kCells - 1);
     }
-    // The corners of all cells that the sheet may meet.
-    const float near = 1.001F * sheet_.reach(h);
-    if (is_linear_brick(map_, entry, step, wanted, sheet_.tolerance, height, near)) return true;
+    const float reach = sheet_.reach(0.5F * h);
+    const float step = tests_[level].step;
     bool checked[kFieldSamples] = {};  // corners are shared
     for (std::uint32_t z = first[2]; z <= last[2]; ++z) {
       for (std::uint32_t y = first[1]; y <= last[1]; ++y) {
@@ -131,6 +126,18 @@ class SampleCheck {
     }
     return true;
   }
+  BrickTest& test_of(std::size_t level, float h) {
+    BrickTest& test = tests_[level];
+    if (test.step > 0) return test;
+    test.step = h > 1 ? 2 * map_.lambda : map_.lambda;
+    test.tolerance = sheet_.tolerance;
+    test.near = 1.001F * sheet_.reach(h);  // the corners of all cells that the sheet may meet
+    for (int axis = 0; axis < 3; ++axis) {
+      test.wanted[axis] = h * sheet_.slope[axis];
+      test.height[axis] = h * sheet_.normal[axis];
+    }
+    return test;
+  }
   [[nodiscard]] float linear_at(const float (&p)[3]) const {
     return sheet_.at_origin + sheet_.slope[0] * p[0] + sheet_.slope[1] * p[1] + sheet_.slope[2] * p[2];
   }
@@ -140,8 +147,9 @@ class SampleCheck {
   }
 
   const VoxelmapView& map_;
-  const Sheet& sheet_;
-  std::uint32_t left_;  // tests of points that may be spent
+  const FlatPolygon& sheet_;
+  std::uint32_t left_;                                  // tests of points that may be spent
+  BrickTest tests_[kCoarsestLevel - kFinestLevel + 1];  // by level
 };
 
 // Unit normal of places in a plane; zero if they lie on a line.
@@ -192,7 +200,7 @@ bool is_linear_between(const VoxelmapView& map, const LinearPart& part, std::spa
                        std::uint32_t most) noexcept {
   const Vec3 normal = normal_of(places);
   if (!(dot(normal, normal) > 0)) return false;
-  Sheet sheet;
+  FlatPolygon sheet;
   const auto in_grid = [&](Vec3 p, float(&out)[3]) {
     const float at[3] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; ++axis) {

@@ -128,12 +128,51 @@ class FlatNodes {
     return true;
   }
 
+  // Upper bound of V of the points below, as a look-up gives it, from the box around a map's surface: the upper face of
+  // a plate on the ground lies within its sphere, but not in reach. In the field's unit.
+  [[nodiscard]] float bound_by_box(const VoxelmapView& map) const noexcept {
+    float low[3];
+    float high[3];
+    for (std::uint32_t i = 0; i < count_; ++i) {
+      const float at[3] = {places_[i].x, places_[i].y, places_[i].z};
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = i == 0 ? at[axis] : std::min(low[axis], at[axis]);
+        high[axis] = i == 0 ? at[axis] : std::max(high[axis], at[axis]);
+      }
+    }
+    float squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float gap = std::max({low[axis] - map.bounds_max[axis], map.bounds_min[axis] - high[axis], 0.0F});
+      squared += gap * gap;
+    }
+    const float v = kBeside * tolerance_ - std::sqrt(squared);
+    // Beyond the band it comes from the far grid.
+    const float far = std::min(v + query_.facts.far_error, -end_of_band(map.band_outer, map.voxel_size));
+    return std::max(v + query_.facts.error, far) / d_.unit + d_.rounding;
+  }
+  template <class Field>
+  [[nodiscard]] float bound_by_box(const Field&) const noexcept {
+    return std::numeric_limits<float>::max();
+  }
+  // Whether no point below is a hit if V is at most `most`.
+  [[nodiscard]] bool is_beyond(float most) const noexcept {
+    if (d_.moving == nullptr) return most < -d_.contact_distance;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!(most + reach_of(i) + d_.moving->turn * kBeside * tolerance_ / d_.unit < 0)) return false;
+    }
+    return true;
+  }
+
   Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
     const auto ends = std::minmax_element(v.begin(), v.end());
     const float shallowest = *ends.first;
     const float deepest = *ends.second;
     const auto at = static_cast<std::size_t>(ends.second - v.begin());
     return query_.facts.values.visit([&](const auto& field) {
+      if (const float box = bound_by_box(field); is_beyond(box)) {
+        d_.rejected = std::max(d_.rejected, box);
+        return Answer::none;
+      }
       const LinearPart part = linear_part(field, places_[at], d_.unit * deepest);
       if (!is_linear(field, part, v)) return Answer::unknown;
       const float most = deepest + kBeside * tolerance_ / d_.unit;

@@ -465,6 +465,29 @@ TEST(FlatPatches, ACacheChangesNothing) {
   EXPECT_GT(kept, 100U);
 }
 
+// The body's upper face lies within the sphere of its node, and beyond the box around the ground.
+TEST(FlatNodes, OnBakedGroundTheFaceAboveIsNotOpened) {
+  const Grounds grounds;
+  Queries q(*body());
+  std::vector<FlatPatch> patches;
+  ASSERT_EQ(find_flat_patches(q.shell, patches), Status::ok);
+  Random random;
+  for (int n = 0; n < 20; ++n) {
+    const double depth = random.between(0.0001, 0.0004);
+    QueryOptions options;
+    options.contact_distance = kTouching;
+    options.flat_patches = patches;
+    const auto tested = [&](FieldRef field, double top) {
+      QueryResult result;
+      Random same;
+      EXPECT_EQ(traverse(q.shell, field, flat_pose(same, top, depth, 0), options, q.scratch, q.contacts, result),
+                Status::ok);
+      return result.nodes_tested;
+    };
+    EXPECT_LT(tested(grounds.coarse, 0.02), 1.2 * tested(grounds.plane, 0)) << n;
+  }
+}
+
 TEST(FlatNodes, EveryInstructionSetFindsTheSameCorners) {
   const Grounds grounds;
   Queries q(*body());

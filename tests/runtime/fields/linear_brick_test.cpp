@@ -3,15 +3,32 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 namespace vps::test {
 namespace {
 
 using detail::is_linear_brick;
-using detail::LineOverBrick;
 
+// A linear function of the place over the samples of a brick.
+struct LineOverBrick {
+  float first = 0;
+  float slope[3] = {};
+};
 constexpr LineOverBrick kV{3, {2, -1, 4}};
+
+// With a tolerance of half a code.
+bool is_linear(const VoxelmapView& map, std::uint32_t entry, const LineOverBrick& wanted, const LineOverBrick& height,
+               float near) {
+  detail::BrickTest test;
+  test.step = 1;
+  test.tolerance = 0.5F;
+  test.near = near;
+  std::copy_n(wanted.slope, 3, test.wanted);
+  std::copy_n(height.slope, 3, test.height);
+  return is_linear_brick(map, entry, test, wanted.first, height.first);
+}
 
 // Codes of kV in the slices of a brick that are stored.
 struct Brick {
@@ -30,7 +47,7 @@ struct Brick {
     map.values = codes.data();
   }
   [[nodiscard]] bool is_linear(const LineOverBrick& height, float near) const {
-    return is_linear_brick(map, entry, 1, kV, 0.5F, height, near);
+    return test::is_linear(map, entry, kV, height, near);
   }
 };
 
@@ -76,10 +93,7 @@ TEST(LinearBrick, SlicesThatAreLeftOutMayBeAsTheLastOne) {
           for (int i = 0; i < 3; ++i) value += v.slope[i] * static_cast<float>(at[i]);
           brick.codes[octree::corners_of(brick.entry, at).first] = static_cast<std::int8_t>(value);
         }
-        const auto is_linear = [&](const LineOverBrick& wanted) {
-          return is_linear_brick(brick.map, brick.entry, 1, wanted, 0.5F, kNear, 1);
-        };
-        EXPECT_TRUE(is_linear(v));
+        EXPECT_TRUE(is_linear(brick.map, brick.entry, v, kNear, 1));
         // The last slice that is left out is off by the slope times its way from the stored ones.
         const auto left_out = static_cast<float>(kFieldEdge - count);
         const float end = first > 0 ? static_cast<float>(first) : static_cast<float>(count - 1);
@@ -88,14 +102,14 @@ TEST(LinearBrick, SlicesThatAreLeftOutMayBeAsTheLastOne) {
           tilted.slope[axis] = off / left_out;
           tilted.first -= end * tilted.slope[axis];
           const bool stored_are = off / left_out * static_cast<float>(count - 1) < 0.5F;
-          EXPECT_EQ(is_linear(tilted), stored_are && off < 0.5F);
+          EXPECT_EQ(is_linear(brick.map, brick.entry, tilted, kNear, 1), stored_are && off < 0.5F);
         }
         // A sample of the last slice counts where only slices that are left out are near.
         LineOverBrick height{-(first > 0 ? 0.0F : 4.0F), {}};
         height.slope[axis] = 1;
-        EXPECT_TRUE(is_linear_brick(brick.map, brick.entry, 1, v, 0.5F, height, 0.5F));
+        EXPECT_TRUE(is_linear(brick.map, brick.entry, v, height, 0.5F));
         brick.codes[first > 0 ? 7 : std::size_t{count} * kFieldSlice - 7] += 1;
-        EXPECT_FALSE(is_linear_brick(brick.map, brick.entry, 1, v, 0.5F, height, 0.5F));
+        EXPECT_FALSE(is_linear(brick.map, brick.entry, v, height, 0.5F));
       }
     }
   }
