@@ -43,14 +43,6 @@ HWY_INLINE bool has_planes(const Lanes& field, const Descent& d) {
     return false;
   }
 }
-template <class Lanes>
-HWY_INLINE bool takes_region(const Lanes& field, const Descent& d) {
-  if constexpr (Lanes::kHasFarGrid) {
-    return d.region != nullptr && (d.moving != nullptr || planes_bound_hits(field, d));
-  } else {
-    return false;
-  }
-}
 
 // The field's bound at the centres of spheres.
 template <class Lanes>
@@ -93,10 +85,10 @@ HWY_INLINE std::uint32_t test_spheres(const Lanes& field, Descent& d, const Batc
                                       std::uint32_t* out, float* bounds) {
   F radius, bound;
   M touch;
-  if (takes_region(field, d)) {
+  if (const CodeBound* const region = region_of(field, d); region != nullptr) {
     const Points codes = load_centres(*d.shell, batch);
     radius = hn::MulAdd(load_radii(*d.shell, batch), set(d.radius_scale), set(d.rounding));
-    bound = height_of(*d.region, codes);
+    bound = height_of(*region, codes);
     touch = touching(batch, hn::Add(radius, distance_of(d, codes, radius)), bound);
   } else {
     const Spheres spheres = spheres_of(field, d, batch);

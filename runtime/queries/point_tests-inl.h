@@ -34,6 +34,21 @@ HWY_INLINE bool planes_bound_hits(const Lanes& field, const Descent& d) {
   return d.contact_distance < field.map.end_outer;
 }
 
+// Whether points are tested against the planes before they are looked up.
+template <class Lanes>
+HWY_INLINE bool takes_planes(const Lanes& field, const Descent& d) {
+  if constexpr (Lanes::kHasFarGrid) {
+    return field.map.planes != nullptr && (d.moving != nullptr || planes_bound_hits(field, d));
+  } else {
+    return false;
+  }
+}
+// The plane of the region that is used in their place; null: none.
+template <class Lanes>
+HWY_INLINE const CodeBound* region_of(const Lanes& field, const Descent& d) {
+  return takes_planes(field, d) ? d.region : nullptr;
+}
+
 // V at points that were not looked up, as the look-up gives it.
 // @param sampled  lanes where the field has samples
 template <class Lanes>
@@ -88,8 +103,8 @@ class PointTests {
         limit_(set(-d.contact_distance)),
         deepest_(set(d.deepest)),
         rejected_(set(d.rejected)),
-        has_planes_(takes_planes()),
-        region_(has_planes_ ? d.region : nullptr),
+        has_planes_(takes_planes(field, d)),
+        region_(region_of(field, d)),
         nearest_(set(d.hits_only ? std::numeric_limits<float>::infinity() : std::numeric_limits<float>::lowest())) {}
 
   // @param batch  numbers of the points, for fields that need them
@@ -116,14 +131,6 @@ class PointTests {
   }
 
  private:
-  [[nodiscard]] bool takes_planes() const {
-    if constexpr (Lanes::kHasFarGrid) {
-      return field_.map.planes != nullptr && (d_.moving != nullptr || planes_bound_hits(field_, d_));
-    } else {
-      return false;
-    }
-  }
-
   // Whether V of a point that is no hit may be the result.
   [[nodiscard]] bool seeks_nearest() const { return d_.hit_count == 0 && !d_.hits_only; }
 
