@@ -122,8 +122,7 @@ double ContactAlgorithm::find(std::unique_ptr<ShellContacts>& side, const Pair& 
     side->memory.leave_apart();
     return 0;
   }
-  const btTransform frame =
-      found.in_shell_frame ? pair.shell.world * pair.shell.asset_frame() : pair.field.world * field_frame(pair.field);
+  const btTransform frame = to_bt(found.in_shell_frame ? of_step.shell_pose : of_step.field_pose);
   side->manifolds.replace(pair, found.contacts, {frame, found.reach, of_step.beside()}, result);
   return found.contacts.empty() ? side->memory.known_distance(of_step) : 0;
 }

@@ -362,11 +362,12 @@ void add_contacts_of_rows(const StepPair& pair, const FoundContacts& found, std:
       contacts.push_back({found.contacts[i], feature_of(found.contacts, found.features, i)});
       continue;
     }
-    const std::uint32_t point = found.hits.feature[row];
-    contacts.push_back(
-        {{transform.apply(point_position(pair.shell, point)), transform.rotate(point_inward_normal(pair.shell, point)),
-          found.hits.penetration[row], point_area(pair.shell, point), point, 0},
-         point});
+    const ContactRows& hits = found.hits;
+    const std::uint32_t point = hits.feature[row];
+    const Vec3 position{hits.position[0][row], hits.position[1][row], hits.position[2][row]};
+    contacts.push_back({{position, transform.rotate(point_inward_normal(pair.shell, point)), hits.penetration[row],
+                         point_area(pair.shell, point), point, 0},
+                        point});
   }
 }
 
