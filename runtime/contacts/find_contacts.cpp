@@ -226,12 +226,21 @@ void use_distances(const FieldQuery& query, const Round& round, FoundContacts& f
   found.refined = FoundContacts::Refined::all;
 }
 
+// Whether a corner lies near the sphere around the shell.
+bool is_any_near(const Corners& corners, const StepPair& pair, float reach) {
+  const Vec3 centre = Transform(pair.shell_to_field).apply(sphere_centre(pair.shell, 0));
+  const float farthest = sphere_radius(pair.shell, 0) + reach + corners.margin + pair.touching();
+  return std::any_of(corners.places.begin(), corners.places.end(),
+                     [&](Vec3 place) { return dot(place - centre, place - centre) <= farthest * farthest; });
+}
+
 // Corners may lie between the points of the shell.
 void add_corners(const FieldQuery& query, FoundContacts& found) {
   const StepPair& pair = query.pair;
   std::vector<Contact>& contacts = query.space.on_map;
   contacts.clear();
-  if (query.partner.corners.places.empty() || pair.distances.field == Field::none ||
+  if (pair.distances.field == Field::none ||
+      !is_any_near(query.partner.corners, pair, query.options.contact_distance) ||
       !add_corner_contacts(pair.distances, pair.shell, pair.to_shell(), query.partner.corners,
                            query.options.contact_distance, contacts)) {
     return;

@@ -396,8 +396,10 @@ Status detail::find_hits_of(std::span<const std::uint32_t> points, const Pointsh
         for (int axis = 0; axis < 3; ++axis) {
           for (std::size_t i = 0; i < points.size(); ++i) codes[axis][i] = shell.position[axis][points[i]];
         }
-        DescentField(kernel).test_list(
-            d, {{codes[0], codes[1], codes[2]}, numbers, leaves, static_cast<std::uint32_t>(points.size())});
+        Kernel without_planes = kernel;  // they would not reject points that were in contact
+        if constexpr (std::is_base_of_v<SampledMap, Kernel>) without_planes.planes = nullptr;
+        DescentField(without_planes)
+            .test_list(d, {{codes[0], codes[1], codes[2]}, numbers, leaves, static_cast<std::uint32_t>(points.size())});
         finish_rows(shell, options, d, hits);
         return Status::ok;
       }

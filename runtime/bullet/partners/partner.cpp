@@ -33,6 +33,13 @@ btTransform along_axis(int axis) {
 detail::Corners corners_of(const btCollisionShape& shape, std::array<Vec3, detail::kMostCorners>& places) {
   const int type = shape.getShapeType();
   if (type != BOX_SHAPE_PROXYTYPE && type != CONVEX_HULL_SHAPE_PROXYTYPE) return {};
+  if (type == BOX_SHAPE_PROXYTYPE) {
+    // Those of getVertex, without a virtual call for each.
+    const Vec3 half = to_vec3(static_cast<const btBoxShape&>(shape).getHalfExtentsWithMargin());
+    const auto side = [](float most, std::size_t is_low) { return is_low != 0 ? -most : most; };
+    for (std::size_t i = 0; i < 8; ++i) places[i] = {side(half.x, i & 1), side(half.y, i & 2), side(half.z, i & 4)};
+    return {{places.data(), 8}, 0};
+  }
   const auto& solid = static_cast<const btPolyhedralConvexShape&>(shape);
   const auto count = static_cast<std::size_t>(solid.getNumVertices());
   if (count > places.size()) return {};
@@ -42,7 +49,7 @@ detail::Corners corners_of(const btCollisionShape& shape, std::array<Vec3, detai
     places[i] = to_vec3(vertex);
   }
   // The corners of a box are those of its faces; a hull is rounded by its margin.
-  return {{places.data(), count}, type == BOX_SHAPE_PROXYTYPE ? 0 : number(solid.getMargin())};
+  return {{places.data(), count}, number(solid.getMargin())};
 }
 
 FieldRef ref_of(const OwnField& field) {
