@@ -89,24 +89,27 @@ struct RingFit {
   RingFit() = default;
   // @param ring  values. [rings]
   RingFit(const Plane& plane, const float* ring) {
-    float u = 0;
-    float v = 0;
-    float cosine2 = 0;
-    float sine2 = 0;
-    for (std::size_t i = 0; i < kRing; ++i) {
-      mean += ring[i] / kRing;
-      u += ring[i] * kCosine[i] / 4;
-      v += ring[i] * kSine[i] / 4;
-      cosine2 += ring[i] * (kCosine[i] * kCosine[i] - kSine[i] * kSine[i]);
-      sine2 += ring[i] * 2 * kCosine[i] * kSine[i];
+    // The harmonics of eight values, from sums and differences of opposite ones.
+    float even[kRing / 2];
+    float odd[kRing / 2];
+    for (std::size_t i = 0; i < kRing / 2; ++i) {
+      even[i] = ring[i] + ring[i + kRing / 2];
+      odd[i] = ring[i] - ring[i + kRing / 2];
     }
-    float squares = 0;
-    for (std::size_t i = 0; i < kRing; ++i) {
-      const float c = kCosine[i];
-      const float s = kSine[i];
-      const float off = mean + u * c + v * s + cosine2 / 4 * (c * c - s * s) + sine2 / 2 * c * s - ring[i];
-      squares += off * off;
-    }
+    const float along_u = kHalf * (odd[1] - odd[3]);
+    const float along_v = kHalf * (odd[1] + odd[3]);
+    const float crosswise = even[0] + even[2];
+    const float diagonal = even[1] + even[3];
+    mean = (crosswise + diagonal) / kRing;
+    const float u = (odd[0] + along_u) / 4;
+    const float v = (odd[2] + along_v) / 4;
+    const float cosine2 = even[0] - even[2];
+    const float sine2 = even[1] - even[3];
+    // What the fit leaves: the third and the fourth.
+    const float cosine3 = (odd[0] - along_u) / 4;
+    const float sine3 = (along_v - odd[2]) / 4;
+    const float cosine4 = (crosswise - diagonal) / kRing;
+    const float squares = 4 * (cosine3 * cosine3 + sine3 * sine3) + kRing * cosine4 * cosine4;
     is_parabola = squares <= kEdge * kEdge;
     // Half of the angle of (cosine2, sine2).
     spread = std::sqrt(cosine2 * cosine2 + sine2 * sine2);
