@@ -158,19 +158,19 @@ AlongBoth along(const Cross& cross, const RingFit* fit) {
 
 // Step to the least gap along the axes on which it is a parabola, and the slope of the others.
 struct Step {
-  float way[2] = {};             // along the axes. [rings]
-  std::array<Vec3, 2> slopes{};  // along the other axes, if the gap has a slope there
+  float way[2] = {};    // along the axes. [rings]
+  bool slopes[2] = {};  // whether the gap has a slope along the other axes
 
   [[nodiscard]] float length() const { return std::sqrt(way[0] * way[0] + way[1] * way[1]); }
 };
 
-Step newton(const AlongBoth& gap, const Axes& axes) {
+Step newton(const AlongBoth& gap) {
   Step step;
   for (std::size_t i = 0; i < gap.size(); ++i) {
     const Along& one = gap[i];
     if (one.curvature > kSharp) continue;
     const bool is_parabola = one.smooth && one.curvature > 0;
-    if ((!is_parabola || one.curvature < kFlat) && std::abs(one.slope) > kSlope) step.slopes[i] = axes[i];
+    if ((!is_parabola || one.curvature < kFlat) && std::abs(one.slope) > kSlope) step.slopes[i] = true;
     if (!is_parabola) continue;
     const float flat = (kFlat / one.curvature) * (kFlat / one.curvature);
     step.way[i] = -one.slope / (one.curvature * (1 + flat * flat));
@@ -178,13 +178,17 @@ Step newton(const AlongBoth& gap, const Axes& axes) {
   return step;
 }
 
-// Whether a body is round where it is cut by the plane of a direction across the contact and the contact's normal.
-// Its own tangent there shows it also where it is steep.
-bool is_round(const FieldAtPlaces& body, const Neighbourhood& near, Vec3 normal, Vec3 across) {
-  const Vec3 out = body.outward_normal(near.at);
-  const Vec3 tangent = dot(out, normal) * across - dot(out, across) * normal;
+// Whether a body is round where it is cut by the plane of one of the axes and the contact's normal. Its own tangent
+// there shows it also where it is steep.
+// @param out       of the body: 1 along the normal, or -1
+// @param distance  from the body, at the place and along the axes
+bool is_round(const FieldAtPlaces& body, const Neighbourhood& near, Vec3 normal, float out, const Axes& axes,
+              const Cross& distance, std::size_t axis) {
+  const auto slope = [&](std::size_t i) { return distance.at[i][2] - distance.at[i][3]; };
+  const float up = 1 - slope(0) * slope(0) - slope(1) * slope(1);
+  if (!(up > 0)) return false;
+  const Vec3 tangent = std::sqrt(up) * axes[axis] - out * slope(axis) * normal;
   const float size = length(tangent);
-  if (!(size > 0)) return false;
   Places places;
   for (const float way : {0.0F, 1.0F, -1.0F, 0.5F, -0.5F}) places.push(near.at + (way * near.ring / size) * tangent);
   Values v;
@@ -295,7 +299,7 @@ Group find_steps(const TouchingBodies& bodies, const Group& ways, bool is_first)
   Group going(bodies);
   for (Way* const way : ways) {
     const AlongBoth gap = along(way->here.gaps(), is_first ? &way->fit : nullptr);
-    way->step = newton(gap, way->fit.axes);
+    way->step = newton(gap);
     // Fields round edges off. Elsewhere the depth must not depend on the sample.
     const auto is_sharp = [](const Along& along) { return along.curvature > kSharp; };
     if (is_first && std::any_of(gap.begin(), gap.end(), is_sharp)) way->off_shell = way->here.shell.centre;
@@ -356,9 +360,11 @@ void arrive(const TouchingBodies& bodies, const Way& way) {
   if (!std::isfinite(way.step.length())) return;
   bool is_sloping = !way.is_least && (way.is_capped || way.step.length() > kLeft);
   // Where one of the bodies is round, they do not meet at a place that slopes, but farther on.
-  for (const Vec3& across : way.step.slopes) {
-    is_sloping = is_sloping || (dot(across, across) > 0 && (is_round(bodies.shell, near, way.normal, across) ||
-                                                            is_round(bodies.field, near, way.normal, across)));
+  const Axes& axes = way.fit.axes;
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    is_sloping =
+        is_sloping || (way.step.slopes[i] && (is_round(bodies.shell, near, way.normal, -1, axes, way.here.shell, i) ||
+                                              is_round(bodies.field, near, way.normal, 1, axes, way.here.field, i)));
   }
   if (!(length(near.at - way.start) > kMoved * near.ring)) {
     if (is_sloping) slide = Slide::sloping;

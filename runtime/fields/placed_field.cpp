@@ -150,9 +150,5 @@ float PlacedField::penetration(Vec3 place) const noexcept {
   return map != nullptr ? voxelmap_penetration(*map, p, {}) : vps::penetration(field_, p);
 }
 
-Vec3 PlacedField::outward_normal(Vec3 place) const noexcept {
-  return to_field_.rotate_back(vps::outward_normal(field_, to_field_.apply(place)));
-}
-
 }  // namespace vps::detail
 #endif

@@ -37,8 +37,6 @@ class FieldAtPlaces {
   /// V of this body and of another at each place. [m]
   virtual void penetrations_beside(const PlacedField& other, const Places& places, Values& own,
                                    Values& others) const noexcept;
-  /// Unit, or zero where the field has no slope.
-  [[nodiscard]] virtual Vec3 outward_normal(Vec3 place) const noexcept = 0;
 
  protected:
   FieldAtPlaces() = default;
@@ -59,8 +57,6 @@ class PlacedField final : public FieldAtPlaces {
   void penetrations_beside(const PlacedField& other, const Places& places, Values& own,
                            Values& others) const noexcept override;
   [[nodiscard]] float penetration(Vec3 place) const noexcept;
-  /// As `vps::outward_normal`, in the frame of the places.
-  [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
 
  private:
   FieldRef field_;

@@ -14,13 +14,6 @@ SheetField::SheetField(std::span<const Triangle> triangles, const Contact& conta
                [&](const Triangle& t) { return t.is_within(contact.position, reach); });
 }
 
-Vec3 SheetField::outward_normal(Vec3 place) const noexcept {
-  NearestPlace found;
-  const Triangle* const triangle = nearest_triangle(near_, std::identity(), place, found);
-  if (triangle == nullptr) return {};
-  return dot(triangle->normal, side_) < 0 ? -1 * triangle->normal : triangle->normal;
-}
-
 void SheetField::penetrations(const Places& places, Values& out) const noexcept {
   for (std::uint32_t i = 0; i < places.count; ++i) {
     NearestPlace found;

@@ -18,7 +18,6 @@ class SheetField final : public detail::FieldAtPlaces {
   /// @param reach      triangles farther off are left out. [m]
   SheetField(std::span<const Triangle> triangles, const Contact& contact, float reach);
   void penetrations(const detail::Places& places, detail::Values& out) const noexcept override;
-  [[nodiscard]] Vec3 outward_normal(Vec3 place) const noexcept override;
 
  private:
   std::vector<Triangle> near_;
