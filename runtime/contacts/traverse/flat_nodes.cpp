@@ -117,13 +117,16 @@ class FlatNodes {
   }
 
   // Whether no point below is a hit.
-  [[nodiscard]] bool is_apart(std::span<const float> v, float most) const noexcept {
+  // @param most     upper bound of V of these points. In the field's unit
+  // @param most_by  the same near one of the corners
+  template <class Bound>
+  [[nodiscard]] bool is_apart(float most, const Bound& most_by) const noexcept {
     // The descent's distance: facets of points that are no contacts may reach into the field.
     if (d_.moving == nullptr) return most < -d_.contact_distance;
     // The sum of V and the length of the way is convex.
-    const float more = (1 + d_.moving->turn) * kBeside * tolerance_ / d_.unit;
-    for (std::size_t i = 0; i < v.size(); ++i) {
-      if (!(v[i] + reach_of(i) + more < 0)) return false;
+    const float more = d_.moving->turn * kBeside * tolerance_ / d_.unit;
+    for (std::size_t i = 0; i < count_; ++i) {
+      if (!(most_by(i) + reach_of(i) + more < 0)) return false;
     }
     return true;
   }
@@ -154,29 +157,21 @@ class FlatNodes {
   [[nodiscard]] float bound_by_box(const Field&) const noexcept {
     return std::numeric_limits<float>::max();
   }
-  // Whether no point below is a hit if V is at most `most`.
-  [[nodiscard]] bool is_beyond(float most) const noexcept {
-    if (d_.moving == nullptr) return most < -d_.contact_distance;
-    for (std::size_t i = 0; i < count_; ++i) {
-      if (!(most + reach_of(i) + d_.moving->turn * kBeside * tolerance_ / d_.unit < 0)) return false;
-    }
-    return true;
-  }
-
   Answer answer_for(std::uint32_t node, std::span<const float> v) noexcept {
     const auto ends = std::minmax_element(v.begin(), v.end());
     const float shallowest = *ends.first;
     const float deepest = *ends.second;
     const auto at = static_cast<std::size_t>(ends.second - v.begin());
     return query_.facts.values.visit([&](const auto& field) {
-      if (const float box = bound_by_box(field); is_beyond(box)) {
+      if (const float box = bound_by_box(field); is_apart(box, [box](std::size_t) { return box; })) {
         d_.rejected = std::max(d_.rejected, box);
         return Answer::none;
       }
       const LinearPart part = linear_part(field, places_[at], d_.unit * deepest);
       if (!is_linear(field, part, v)) return Answer::unknown;
-      const float most = deepest + kBeside * tolerance_ / d_.unit;
-      const bool apart = is_apart(v, most);
+      const float beside = kBeside * tolerance_ / d_.unit;
+      const float most = deepest + beside;
+      const bool apart = is_apart(most, [&](std::size_t i) { return v[i] + beside; });
       if (!apart) {
         const bool touches = gives_ == FlatNodesGive::deepest ? deepest >= -reach_of(at) : shallowest >= -limit_;
         if (!touches) return Answer::unknown;

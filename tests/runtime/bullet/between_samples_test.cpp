@@ -130,16 +130,22 @@ TEST(BetweenSamples, ACapsuleRollsAndSlidesOverABakedSlab) {
   }
 }
 
+// A body with a radius of 0.1 m that rolls at 1 m/s over a slab whose middle is `ahead`. [m]
+btRigidBody& roll_over(bullet::Shape& slab, btScalar ahead, btCollisionShape& round, World& scene) {
+  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+  scene.add(slab, 0, {ahead, 0, btScalar(-0.05)});
+  btRigidBody& body = scene.add(round, 1, {0, 0, btScalar(0.1)});
+  body.setLinearVelocity({1, 0, 0});
+  body.setAngularVelocity({0, 10, 0});
+  return body;
+}
+
 // Points of the slab ahead of the wheel slope, and it is round there: they are no contacts. With them it keeps 0.93.
 TEST(BetweenSamples, AWheelOfBulletsRollsOverABakedSlab) {
   bullet::Shape slab(baked_at(make_box({2, 0.2, 0.05}), 0.01));
   btCylinderShape wheel({btScalar(0.1), btScalar(0.03), btScalar(0.1)});
   World scene;
-  scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-  scene.add(slab, 0, {btScalar(1.8), 0, btScalar(-0.05)});
-  btRigidBody& body = scene.add(wheel, 1, {0, 0, btScalar(0.1)});
-  body.setLinearVelocity({1, 0, 0});
-  body.setAngularVelocity({0, 10, 0});
+  const btRigidBody& body = roll_over(slab, btScalar(1.8), wheel, scene);
   scene.step(180, btScalar(1.0 / 60));
   EXPECT_NEAR(body.getLinearVelocity().x(), 1, 0.02);
 }
@@ -210,11 +216,7 @@ TEST(BetweenSamples, ABallOfBulletsRollsOverABakedSlabAsOverABox) {
   btSphereShape ball(btScalar(0.1));
   for (const int rate : {60, 240}) {
     World scene;
-    scene.world.getSolverInfo().m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-    scene.add(slab, 0, {btScalar(0.8), 0, btScalar(-0.05)});
-    btRigidBody& body = scene.add(ball, 1, {0, 0, btScalar(0.1)});
-    body.setLinearVelocity({1, 0, 0});
-    body.setAngularVelocity({0, 10, 0});
+    const btRigidBody& body = roll_over(slab, btScalar(0.8), ball, scene);
     scene.step(3 * rate / 2, btScalar(1.0 / rate));
     EXPECT_NEAR(body.getLinearVelocity().x(), 1, 0.002) << rate;
     EXPECT_NEAR(body.getWorldTransform().getOrigin().y(), 0, 0.0005) << rate;
